@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "fabric/messages.hpp"
-#include "gateway/snapshot.hpp"
+#include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway {
 
@@ -99,7 +99,7 @@ struct LastGetEntry {
 
 /// Why a channel stands until somebody does something, and since when: for people, who are told the
 /// same after a restart. Idle: it stands no more.
-struct StandingEntry {
+struct BlockedEntry {
   fabric::ChannelKey key{};
   /// Unserved or held, else.
   fabric::ChannelState state = fabric::ChannelState::idle;
@@ -108,12 +108,12 @@ struct StandingEntry {
   std::string uuid{};
   fabric::Time since{};
   std::string reason{};
-  bool operator==(const StandingEntry&) const = default;
+  bool operator==(const BlockedEntry&) const = default;
 };
 
 using JournalEntry =
     std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry, ClearingEntry,
-                 EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry, StandingEntry>;
+                 EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry, BlockedEntry>;
 
 /// Handed over with an entry, and handed back once the entry is as safe as the journal's policy
 /// promises.

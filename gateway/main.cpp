@@ -14,9 +14,9 @@
 #include "fabric/badge.hpp"
 #include "fabric/dds/trust.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "gateway/live/ask.hpp"
-#include "gateway/live/gateway.hpp"
 #include "gateway/settings/settings.hpp"
+#include "gateway/shell/check_controllers.hpp"
+#include "gateway/shell/gateway.hpp"
 
 namespace {
 
@@ -114,7 +114,7 @@ void warn_of_plain_ads(const std::vector<MachineSettings>& machines, const progr
 class Reload {
  public:
   Reload(boost::asio::io_context& io, const Options& options,
-         millrace::fabric::dds::ParticipantOptions join, millrace::gateway::live::Gateway& gateway,
+         millrace::fabric::dds::ParticipantOptions join, millrace::gateway::shell::Gateway& gateway,
          program::Log log)
       : signals_(io, SIGHUP),
         options_(options),
@@ -154,7 +154,7 @@ class Reload {
   boost::asio::signal_set signals_;
   const Options& options_;
   const millrace::fabric::dds::ParticipantOptions join_;
-  millrace::gateway::live::Gateway& gateway_;
+  millrace::gateway::shell::Gateway& gateway_;
   program::Log log_;
 };
 
@@ -164,7 +164,7 @@ int check(const Settings& settings, bool ask) {
   if (!ask) {
     return program::exit_done;
   }
-  const auto asked = millrace::gateway::live::ask_controllers(settings.machines);
+  const auto asked = millrace::gateway::shell::check_controllers(settings.machines);
   for (const std::string& line : asked.silent) {
     fmt::print(stderr, "millrace-gateway: not asked: {}\n", line);
   }
@@ -184,8 +184,8 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   survive_file_size_limit();
   boost::asio::io_context io(1);
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
-  millrace::gateway::live::SpinAfterPublish spin;
-  millrace::gateway::live::Gateway gateway(io.get_executor(), spin, settings, log);
+  millrace::gateway::shell::SpinAfterPublish spin;
+  millrace::gateway::shell::Gateway gateway(io.get_executor(), spin, settings, log);
   const Reload reload(io, options, settings.join, gateway, log);
   const millrace::base::loop::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {

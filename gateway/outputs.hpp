@@ -6,9 +6,9 @@
 
 #include "fabric/messages.hpp"
 #include "fabric/request_key.hpp"
-#include "gateway/interest.hpp"
 #include "gateway/journal_entry.hpp"
-#include "gateway/snapshot.hpp"
+#include "gateway/readers.hpp"
+#include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway {
 
@@ -37,12 +37,12 @@ class Outputs {
 
   /// A channel has at most one read or write under way, and each gets exactly one answer (on_read,
   /// on_read_failed, on_write), also when the link ends.
-  virtual void read(const fabric::ChannelKey& key, ReadSet look) = 0;
+  virtual void read(const fabric::ChannelKey& key, ReadSet set) = 0;
   virtual void write(const fabric::ChannelKey& key, const Write& write) = 0;
 
   /// Journal this; on_recorded(ticket) follows, if anybody waits, once it is as safe as the
   /// journal's policy promises.
-  virtual void record(const JournalEntry& entry, const Ticket& ticket) = 0;
+  virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
 
   virtual void publish(const fabric::Request& request) = 0;
   virtual void publish(const fabric::Event& event) = 0;
@@ -53,10 +53,10 @@ class Outputs {
   /// The channel is not ours any more.
   virtual void dispose(const fabric::ChannelKey& key) = 0;
 
-  virtual void say(const fabric::ChannelKey& key, Level level, const std::string& text) = 0;
+  virtual void log(const fabric::ChannelKey& key, Level level, const std::string& text) = 0;
   /// The write that the controller acknowledged and does not show; empty once there is none. Each
   /// time it changes.
-  virtual void tell_write_problem(const fabric::ChannelKey& key, const std::string& text) = 0;
+  virtual void report_write_problem(const fabric::ChannelKey& key, const std::string& text) = 0;
 };
 
 }  // namespace millrace::gateway

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway {
 

@@ -13,7 +13,7 @@ constexpr std::chrono::milliseconds soon{2};
 constexpr std::chrono::milliseconds soon_for{50};
 constexpr std::chrono::milliseconds later{10};
 
-bool same_texts(const Snapshot& snapshot, const PendingRequest& request) {
+bool same_texts(const ServiceSnapshot& snapshot, const PendingRequest& request) {
   return snapshot.uuid == request.uuid && snapshot.request == request.text;
 }
 
@@ -52,9 +52,9 @@ AnswerWriter AnswerWriter::resumed(Response response, bool clearing, fabric::Awa
   return writer;
 }
 
-AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing standing,
+AnswerWriter::Step AnswerWriter::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
                                          const PendingRequest& request, const ReadTime& time) {
-  assert(next_ == Step::read && snapshot.look == reads());
+  assert(next_ == Step::read && snapshot.set == reads());
   if (std::exchange(all_may_be_written_, false)) {
     // By the earlier run, and just now.
     response_sent_.note(time.came);
@@ -77,14 +77,14 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
   } else {
     state_seen_ = state_seen_ || (state_stands_ && !state_stood_);
   }
-  if (standing == Standing::replaced) {
+  if (status == RequestStatus::replaced) {
     zero_seen_ = zero_seen_ || zero_read_;
     next_ = over();
     return next_;
   }
   zero_read_ = zero_read_ || request_state_zero_;
-  next_ = kind_ == Kind::interim ? decide_interim(snapshot, standing, request, time)
-                                 : decide_final(snapshot, standing, request, time);
+  next_ = kind_ == Kind::interim ? decide_interim(snapshot, status, request, time)
+                                 : decide_final(snapshot, status, request, time);
   if (next_ == Step::read && !at_once_) {
     wait(time.came);
   }
@@ -98,13 +98,13 @@ void AnswerWriter::note_shown(Sent& sent, bool shows, const ReadTime& time) {
   }
 }
 
-AnswerWriter::Step AnswerWriter::decide_interim(const Snapshot& snapshot, Standing standing,
-                                                const PendingRequest& request,
+AnswerWriter::Step AnswerWriter::decide_interim(const ServiceSnapshot& snapshot,
+                                                RequestStatus status, const PendingRequest& request,
                                                 const ReadTime& time) {
-  if (standing != Standing::pending) {
+  if (status != RequestStatus::pending) {
     // A kernel that clears REQUEST_STATE may show that before it shows the state that we have
     // written.
-    const bool may_show_it_yet = standing == Standing::cleared && state_sent_.times > 0 &&
+    const bool may_show_it_yet = status == RequestStatus::withdrawn && state_sent_.times > 0 &&
                                  same_texts(snapshot, request) &&
                                  time.asked - state_sent_.last < takes_effect;
     return may_show_it_yet ? Step::read : Step::dropped;
@@ -118,7 +118,7 @@ AnswerWriter::Step AnswerWriter::decide_interim(const Snapshot& snapshot, Standi
   return bring(state_sent_, Step::write_state, "RESPONSE_STATE", time);
 }
 
-AnswerWriter::Step AnswerWriter::decide_final(const Snapshot& snapshot, Standing standing,
+AnswerWriter::Step AnswerWriter::decide_final(const ServiceSnapshot& snapshot, RequestStatus status,
                                               const PendingRequest& request, const ReadTime& time) {
   if (may_be_released()) {
     const bool shown = text_last_ ? response_stands_ && state_stands_ : state_stands_;
@@ -128,13 +128,13 @@ AnswerWriter::Step AnswerWriter::decide_final(const Snapshot& snapshot, Standing
     }
   }
   const bool by_us = text_last_ && state_sent_.times > 0 && state_stands_;
-  if (standing == Standing::answered && !by_us) {
+  if (status == RequestStatus::answered && !by_us) {
     return Step::dropped;
   }
-  if (standing == Standing::pending && !request_state_zero_) {
+  if (status == RequestStatus::pending && !request_state_zero_) {
     return decide_uncleared(time);
   }
-  if (standing != Standing::pending) {
+  if (status != RequestStatus::pending) {
     if (clear_sent_.times == 0 && state_sent_.times == 0) {
       return Step::dropped;  // the program has taken its request back
     }

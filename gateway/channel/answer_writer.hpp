@@ -2,9 +2,9 @@
 //
 //   AnswerWriter writer(AnswerWriter::Kind::final, response);
 //   writer.next()                                        → Step::read
-//   writer.on_read(snapshot, standing, request, now)     → Step::write_response
+//   writer.on_read(snapshot, status, request, now)     → Step::write_response
 //   writer.on_written(now)                               → Step::record_clearing → clear → read
-//   writer.on_read(snapshot, standing, request, now)     → Step::write_state
+//   writer.on_read(snapshot, status, request, now)     → Step::write_state
 //   writer.on_written(now)                               → Step::done
 //
 // A write counts when a read has shown it, never when it was acknowledged: how long after the
@@ -37,7 +37,7 @@
 
 #include "gateway/moment.hpp"
 #include "gateway/response.hpp"
-#include "gateway/snapshot.hpp"
+#include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -141,8 +141,8 @@ class AnswerWriter {
   /// As set, or false once this answer has found that no read shows 0.
   [[nodiscard]] bool clearing_is_shown() const { return clearing_is_.is_shown; }
 
-  /// `standing` is what OpenCall::on_snapshot() says of this snapshot.
-  Step on_read(const Snapshot& snapshot, Standing standing, const PendingRequest& request,
+  /// `status` is what OpenCall::on_snapshot() says of this snapshot.
+  Step on_read(const ServiceSnapshot& snapshot, RequestStatus status, const PendingRequest& request,
                const ReadTime& time);
   /// The controller acknowledged the write that next() named.
   Step on_written(SteadyTime now);
@@ -191,9 +191,9 @@ class AnswerWriter {
   std::optional<std::string> take_report() { return std::exchange(report_, std::nullopt); }
 
  private:
-  [[nodiscard]] Step decide_interim(const Snapshot& snapshot, Standing standing,
+  [[nodiscard]] Step decide_interim(const ServiceSnapshot& snapshot, RequestStatus status,
                                     const PendingRequest& request, const ReadTime& time);
-  [[nodiscard]] Step decide_final(const Snapshot& snapshot, Standing standing,
+  [[nodiscard]] Step decide_final(const ServiceSnapshot& snapshot, RequestStatus status,
                                   const PendingRequest& request, const ReadTime& time);
   /// REQUEST_STATE is still what the program wrote.
   [[nodiscard]] Step decide_uncleared(const ReadTime& time);

@@ -4,7 +4,7 @@
 
 namespace millrace::gateway::channel {
 
-void AnsweredRequests::keep(const fabric::RequestKey& request, SteadyTime now) {
+void AnsweredRequests::add(const fabric::RequestKey& request, SteadyTime now) {
   replace(request);
   places_.emplace(request, oldest_first_.insert(oldest_first_.end(), {request, now}));
   if (!sweep_) {

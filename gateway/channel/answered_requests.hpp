@@ -1,6 +1,6 @@
 // Answered requests that still stand on the fabric. Pure.
 //
-//   answered.keep({key, epoch, instance}, now);        // that instance has answered, nobody runs it
+//   answered.add({key, epoch, instance}, now);        // that instance has answered, nobody runs it
 //   answered.replace({key, epoch, instance});          // it is asked for the channel's next call
 //   for (const auto& request : answered.due(now)) …    // withdraw them
 //
@@ -31,7 +31,7 @@ class AnsweredRequests {
   static constexpr std::chrono::milliseconds pause{250};
   static constexpr std::size_t at_once = 200;
 
-  void keep(const fabric::RequestKey& request, SteadyTime now);
+  void add(const fabric::RequestKey& request, SteadyTime now);
   /// It stands for something else now, or not any more.
   void replace(const fabric::RequestKey& request);
   /// Forgets and returns what is left of the channel.

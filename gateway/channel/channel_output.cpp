@@ -3,7 +3,7 @@
 #include <tuple>
 #include <utility>
 
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -19,15 +19,15 @@ bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
 
 }  // namespace
 
-EntryNumber ChannelOutput::record(const JournalEntry& entry) {
-  context_.port.record(entry, {Ticket::Owner::channel, key(), ++context_.last_entry});
+EntryNumber ChannelOutput::append(const JournalEntry& entry) {
+  context_.port.append(entry, {Ticket::Owner::channel, key(), ++context_.last_entry});
   return context_.last_entry;
 }
 
 void ChannelOutput::publish(fabric::Request request) {
   context_.answered.replace(key_of(request));
-  if (const auto before = context_.predecessors.find(key());
-      before != context_.predecessors.end()) {
+  if (const auto before = context_.predecessor_epochs.find(key());
+      before != context_.predecessor_epochs.end()) {
     request.succeeds = before->second;
   }
   context_.port.publish(request);
@@ -40,28 +40,28 @@ void ChannelOutput::withdraw(const fabric::InstanceId& instance, const fabric::C
   context_.port.dispose(request);
 }
 
-void ChannelOutput::tell(fabric::Event event, Moment now) {
-  if (!hears_events()) {
+void ChannelOutput::publish(fabric::Event event, Moment now) {
+  if (!events_wanted()) {
     return;
   }
   event.key = key();
   event.at = now.wall;
-  event.detail = fit_reason(std::move(event.detail));
+  event.detail = truncate_reason(std::move(event.detail));
   context_.port.publish(event);
 }
 
-void ChannelOutput::show(const ChannelView& view, Moment now) {
-  note(view, now);
-  if (!context_.interest.statuses) {
-    shown_.reset();
-  } else if (!shown_ || !same(*shown_, status_)) {
-    shown_ = status_;
+void ChannelOutput::publish_status(const ChannelView& view, Moment now) {
+  update(view, now);
+  if (!context_.readers.statuses) {
+    published_.reset();
+  } else if (!published_ || !same(*published_, status_)) {
+    published_ = status_;
     publish(status_);
   }
 }
 
 /// After each event, and most change nothing: compared before anything is copied.
-void ChannelOutput::note(const ChannelView& view, Moment now) {
+void ChannelOutput::update(const ChannelView& view, Moment now) {
   if (std::exchange(fresh_, false) || view.state != status_.state || view.call != status_.call) {
     status_.since = now.wall;
   }
@@ -73,11 +73,11 @@ void ChannelOutput::note(const ChannelView& view, Moment now) {
     status_.uuid = view.uuid;
   }
   if (status_.reason != view.reason) {
-    status_.reason = fit_reason(std::string(view.reason));
+    status_.reason = truncate_reason(std::string(view.reason));
   }
 }
 
-void ChannelOutput::show_idle(const std::string& reason, Moment now) {
+void ChannelOutput::publish_idle(const std::string& reason, Moment now) {
   fabric::ChannelStatus last = status_;
   last.state = fabric::ChannelState::idle;
   last.call = {};
@@ -87,16 +87,16 @@ void ChannelOutput::show_idle(const std::string& reason, Moment now) {
 }
 
 void ChannelOutput::publish(const fabric::ChannelStatus& status) {
-  const StandingEntry* const standing = context_.standing.of(status);
-  if (standing == nullptr) {
+  const BlockedEntry* const blocked = context_.blocked.of(status);
+  if (blocked == nullptr) {
     context_.port.publish(status);
     return;
   }
   fabric::ChannelStatus since_then = status;
-  since_then.since = standing->since;
-  if (standing->state == fabric::ChannelState::held) {
+  since_then.since = blocked->since;
+  if (blocked->state == fabric::ChannelState::held) {
     // Who was lost with it only the one that saw it can name.
-    since_then.reason = standing->reason;
+    since_then.reason = blocked->reason;
   }
   context_.port.publish(since_then);
 }

@@ -1,8 +1,8 @@
 // What a channel does: to the world at once, and for its owner until it asks.
 //
 //   ChannelOutput out({"cnc", 1}, context);
-//   const EntryNumber entry = out.record(AnsweredEntry{…});      // on_recorded(entry) follows
-//   out.say(Level::info, "call … answered");
+//   const EntryNumber entry = out.append(AnsweredEntry{…});      // on_recorded(entry) follows
+//   out.log(Level::info, "call … answered");
 //   const ChannelNews news = out.take_news();
 #pragma once
 
@@ -15,7 +15,7 @@
 
 #include "fabric/channel_key_hash.hpp"
 #include "gateway/channel/answered_requests.hpp"
-#include "gateway/channel/standing_channels.hpp"
+#include "gateway/channel/blocked_channels.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/outputs.hpp"
 
@@ -37,24 +37,25 @@ struct ChannelView {
 
 /// What the channels of a gateway share.
 struct ChannelContext {
-  explicit ChannelContext(Outputs& own_port) : port(own_port), standing(own_port) {}
+  explicit ChannelContext(Outputs& own_port) : port(own_port), blocked(own_port) {}
 
   Outputs& port;
-  Interest interest{};
+  Readers readers{};
   /// Why the journal cannot be written; empty while it can. What waits for it says so.
-  std::string journal_trouble{};
+  std::string journal_error{};
   AnsweredRequests answered{};
-  StandingChannels standing;
+  BlockedChannels blocked;
   /// Counts the entries of all channels: one may leave and come back before the journal confirms
   /// what it was given before.
   EntryNumber last_entry = 0;
   /// The gateway that had a channel before us, by its epoch: its calls there are over.
-  std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors{};
+  std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash>
+      predecessor_epochs{};
 };
 
 /// What a step of a channel means for the gateway, which does it in this order.
 struct ChannelNews {
-  struct Freed {
+  struct Ended {
     fabric::CallId call;
     /// The answer stands in the channel.
     bool written = false;
@@ -71,8 +72,8 @@ struct ChannelNews {
   /// The instance has not begun this attempt and will not: the call goes to another one.
   std::optional<fabric::CallId> declined{};
   /// The instance has answered, or the call is over: it is free for the next one.
-  std::optional<Freed> freed{};
-  /// A request is there: answer with claim() or leave() before anything else.
+  std::optional<Ended> ended{};
+  /// A request is there: answer with accept() or leave_unserved() before anything else.
   bool found = false;
 };
 
@@ -83,52 +84,52 @@ class ChannelOutput {
     status_.key = std::move(key);
   }
 
-  void read(ReadSet look) {
+  void read(ReadSet set) {
     news_.reads = true;
-    context_.port.read(key(), look);
+    context_.port.read(key(), set);
   }
   void write(const Write& write) { context_.port.write(key(), write); }
 
   /// on_recorded(entry) is to follow.
-  [[nodiscard]] EntryNumber record(const JournalEntry& entry);
+  [[nodiscard]] EntryNumber append(const JournalEntry& entry);
   /// The same, and nobody waits for it.
-  void note(const JournalEntry& entry) { context_.port.record(entry, {}); }
+  void append_untracked(const JournalEntry& entry) { context_.port.append(entry, {}); }
 
   void publish(fabric::Request request);
   /// Takes the call back from an instance.
   void withdraw(const fabric::InstanceId& instance, const fabric::CallId& call);
   /// The instance has answered the call: nobody needs to be told, and the request is taken back
   /// when the channel is quiet.
-  void keep_published(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
-    context_.answered.keep({key(), call.epoch, instance}, now.steady);
+  void add_answered(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
+    context_.answered.add({key(), call.epoch, instance}, now.steady);
   }
 
   /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
   /// call asks first.
-  [[nodiscard]] bool hears_events() const { return context_.interest.events; }
-  [[nodiscard]] bool hears(Level level) const { return level >= context_.interest.least; }
+  [[nodiscard]] bool events_wanted() const { return context_.readers.events; }
+  [[nodiscard]] bool wanted(Level level) const { return level >= context_.readers.min_level; }
   /// Adds the channel and the time.
-  void tell(fabric::Event event, Moment now);
-  void say(Level level, const std::string& text) {
-    if (hears(level)) {
-      context_.port.say(key(), level, text);
+  void publish(fabric::Event event, Moment now);
+  void log(Level level, const std::string& text) {
+    if (wanted(level)) {
+      context_.port.log(key(), level, text);
     }
   }
-  void tell_write_problem(const std::string& text) {
-    context_.port.tell_write_problem(key(), text);
+  void report_write_problem(const std::string& text) {
+    context_.port.report_write_problem(key(), text);
   }
   /// Shows what is new in it, or, if nobody had looked until now, all; `view` refers to nothing of
   /// this object.
-  void show(const ChannelView& view, Moment now);
+  void publish_status(const ChannelView& view, Moment now);
   /// Shows an idle channel, for the last time and whatever stands in it.
-  void show_idle(const std::string& reason, Moment now);
+  void publish_idle(const std::string& reason, Moment now);
 
   /// For the gateway.
   ChannelNews& news() { return news_; }
-  void free(const fabric::CallId& call, bool written = false) { news_.freed = {call, written}; }
+  void end(const fabric::CallId& call, bool written = false) { news_.ended = {call, written}; }
   ChannelNews take_news() { return std::exchange(news_, {}); }
 
-  [[nodiscard]] std::string_view journal_trouble() const { return context_.journal_trouble; }
+  [[nodiscard]] std::string_view journal_error() const { return context_.journal_error; }
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
   /// As it was to be shown last, with the counters as of now.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
@@ -136,7 +137,7 @@ class ChannelOutput {
   fabric::ChannelStatus& counters() { return status_; }
 
  private:
-  void note(const ChannelView& view, Moment now);
+  void update(const ChannelView& view, Moment now);
   void publish(const fabric::ChannelStatus& status);
 
   ChannelContext& context_;
@@ -145,7 +146,7 @@ class ChannelOutput {
   /// Nothing was to be shown yet.
   bool fresh_ = true;
   /// What was shown last, if somebody has looked since.
-  std::optional<fabric::ChannelStatus> shown_;
+  std::optional<fabric::ChannelStatus> published_;
 };
 
 }  // namespace millrace::gateway::channel

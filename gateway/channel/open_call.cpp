@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "fabric/cases.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -21,19 +21,19 @@ std::string after(std::chrono::nanoseconds time) {
 
 }  // namespace
 
-OpenCall OpenCall::accepted(Call call, const Policy& policy, SteadyTime now) {
+OpenCall OpenCall::accepted(CallRecord call, const Policy& policy, SteadyTime now) {
   OpenCall open(std::move(call), policy, phase::Waiting{});
   open.since_ = now;
   open.age_known_ = true;
   return open;
 }
 
-OpenCall OpenCall::resumed(Call call, const Policy& policy) {
+OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
   Phase phase = phase::Unverified{};
   if (call.answer) {
     if (auto response = Response::of(call.answer->text, call.answer->state, call.awaited)) {
-      // Its own looks find out whether the program still waits.
-      phase = phase::Answering{
+      // Its own reads find out whether the program still waits.
+      phase = phase::Writing{
           AnswerWriter::resumed(*std::move(response), call.clearing, call.awaited,
                                 std::ranges::count(call.shown, call.answer->state) > 0)};
     } else {
@@ -57,7 +57,7 @@ void OpenCall::enter(Phase phase, std::string reason) {
   reason_ = std::move(reason);
 }
 
-bool OpenCall::may_be_given() const {
+bool OpenCall::may_be_assigned() const {
   // What is held was given out by an earlier gateway, if not by us.
   return !call_.attempts.empty() || std::holds_alternative<phase::Held>(phase_) ||
          call_.delivery == fabric::Delivery::at_most_once;
@@ -67,15 +67,15 @@ const Assignment* OpenCall::assignment() const {
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
     return &assigned->to;
   }
-  const auto* given = std::get_if<phase::Given>(&phase_);
-  return given != nullptr ? &given->to : nullptr;
+  const auto* running = std::get_if<phase::Running>(&phase_);
+  return running != nullptr ? &running->to : nullptr;
 }
 
 bool OpenCall::waits_for_journal() const {
-  const auto* const answering = std::get_if<phase::Answering>(&phase_);
+  const auto* const writing = std::get_if<phase::Writing>(&phase_);
   return std::holds_alternative<phase::Assigned>(phase_) ||
          std::holds_alternative<phase::Answered>(phase_) ||
-         (answering != nullptr && answering->clearing != 0);
+         (writing != nullptr && writing->clearing != 0);
 }
 
 ChannelView OpenCall::view() const {
@@ -85,10 +85,10 @@ ChannelView OpenCall::view() const {
                               [](const phase::Unverified&) { return waiting; },
                               [](const phase::Waiting&) { return waiting; },
                               [](const phase::Assigned&) { return running; },
-                              [](const phase::Given&) { return running; },
+                              [](const phase::Running&) { return running; },
                               [](const phase::Held&) { return held; },
                               [](const phase::Answered&) { return answering; },
-                              [](const phase::Answering&) { return answering; },
+                              [](const phase::Writing&) { return answering; },
                           },
                           phase_);
   view.reason = reason_;
@@ -159,13 +159,13 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
     call_.awaited = to.awaited;
     out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
     entry =
-        out.record(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery,
+        out.append(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery,
                                    to.attempt.number, to.attempt.instance, call_.awaited});
   }
   if (entry != 0) {
     enter(phase::Assigned{to, entry}, "");
   } else {
-    enter(phase::Given{to}, "");
+    enter(phase::Running{to}, "");
     publish(to, out, now);
   }
 }
@@ -174,18 +174,18 @@ void OpenCall::suspend(const std::string& reason, bool held, ChannelOutput& out,
   if (answered()) {
     return;
   }
-  tell(fabric::EventKind::lost, reason, out, now);
+  publish_event(fabric::EventKind::lost, reason, out, now);
   if (held) {
-    tell(fabric::EventKind::held, reason, out, now);
+    publish_event(fabric::EventKind::held, reason, out, now);
   }
-  out.say(Level::warn, fmt::format("{}: {}", name(), reason));
+  out.log(Level::warn, fmt::format("{}: {}", name(), reason));
   const EntryNumber entry = unconfirmed_attempt();
   held ? enter(phase::Held{entry, now.steady}, reason) : enter(phase::Waiting{entry}, reason);
 }
 
 void OpenCall::hold(const std::string& reason, ChannelOutput& out, Moment now) {
   call_.delivery = fabric::Delivery::at_most_once;
-  note_unasked(out);
+  append_unasked(out);
   suspend(reason, true, out, now);
 }
 
@@ -200,10 +200,10 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
     return;
   }
   enter(phase::Waiting{unconfirmed_attempt()}, fmt::format("given out again by {}", by));
-  out.say(Level::info, fmt::format("{}: {}", name(), reason_));
+  out.log(Level::info, fmt::format("{}: {}", name(), reason_));
 }
 
-void OpenCall::on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutput& out,
+void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out,
                            Moment now) {
   if (auto* const interim = std::get_if<Interim>(&interim_);
       interim != nullptr && interim->entry == recorded) {
@@ -213,8 +213,8 @@ void OpenCall::on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutp
   const auto confirm = [recorded](EntryNumber& entry) { entry = entry == recorded ? 0 : entry; };
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
     if (assigned->entry == recorded) {
-      enter(phase::Given{Assignment(assigned->to)}, "");
-      publish(std::get<phase::Given>(phase_).to, out, now);
+      enter(phase::Running{Assignment(assigned->to)}, "");
+      publish(std::get<phase::Running>(phase_).to, out, now);
     }
   } else if (auto* const waiting = std::get_if<phase::Waiting>(&phase_)) {
     confirm(waiting->entry);
@@ -223,16 +223,16 @@ void OpenCall::on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutp
   } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
     if (known->entry == recorded) {
       const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
-      enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
-                                          call_.awaited, stood)},
+      enter(phase::Writing{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
+                                        call_.awaited, stood)},
             "");
     }
-  } else if (auto* const answering = std::get_if<phase::Answering>(&phase_)) {
-    if (answering->clearing == recorded) {
-      answering->clearing = 0;
+  } else if (auto* const writing = std::get_if<phase::Writing>(&phase_)) {
+    if (writing->clearing == recorded) {
+      writing->clearing = 0;
       call_.clearing = true;
-      if (answering->writer.next() == AnswerWriter::Step::record_clearing) {
-        answering->writer.on_recorded(look_is_fresh);
+      if (writing->writer.next() == AnswerWriter::Step::record_clearing) {
+        writing->writer.on_recorded(read_is_fresh);
       }
     }
   }
@@ -260,9 +260,9 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.publish(std::move(request));
-  tell(fabric::EventKind::dispatched, to.to_whom(), out, now);
-  if (out.hears(Level::debug)) {
-    out.say(Level::debug,
+  publish_event(fabric::EventKind::dispatched, to.to_whom(), out, now);
+  if (out.wanted(Level::debug)) {
+    out.log(Level::debug,
             fmt::format("{} given to {}, attempt {}", name(), to.to_whom(), to.attempt.number));
   }
 }
@@ -271,42 +271,42 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
                           Moment now) {
   assert(!written || answered());
   if (over) {
-    out.note(EndedEntry{call_.id});
+    out.append_untracked(EndedEntry{call_.id});
   }
-  tell(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out, now);
+  publish_event(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out,
+                now);
   for (const fabric::InstanceId& instance : asked_) {
     // Who else was given it may be running it still.
     const bool runs_it_no_more = written && call_.answer->instance == instance;
-    runs_it_no_more ? out.keep_published(instance, call_.id, now)
-                    : out.withdraw(instance, call_.id);
+    runs_it_no_more ? out.add_answered(instance, call_.id, now) : out.withdraw(instance, call_.id);
   }
-  out.free(call_.id, written);
+  out.end(call_.id, written);
   ++(written ? out.counters().answered : out.counters().withdrawn);
-  if (out.hears(Level::debug)) {
-    say_over(written, detail, out, now);
+  if (out.wanted(Level::debug)) {
+    log_end(written, detail, out, now);
   }
   return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
 }
 
-void OpenCall::say_over(bool written, const std::string& detail, ChannelOutput& out,
-                        Moment now) const {
+void OpenCall::log_end(bool written, const std::string& detail, ChannelOutput& out,
+                       Moment now) const {
   const std::string took =
       age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
   const std::string uuid = printable(call_.request.uuid);
-  out.say(Level::debug, written
+  out.log(Level::debug, written
                             ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
                                           call_.answer->state, took)
                             : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
 }
 
-void OpenCall::note_unasked(ChannelOutput& out) const {
-  out.note(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery, 0,
-                           fabric::InstanceId{}, call_.awaited});
+void OpenCall::append_unasked(ChannelOutput& out) const {
+  out.append_untracked(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
+                                       call_.delivery, 0, fabric::InstanceId{}, call_.awaited});
 }
 
-void OpenCall::tell(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
-                    Moment now) const {
-  if (!out.hears_events()) {
+void OpenCall::publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
+                             Moment now) const {
+  if (!out.events_wanted()) {
     return;
   }
   fabric::Event event;
@@ -324,7 +324,7 @@ void OpenCall::tell(fabric::EventKind kind, std::string_view detail, ChannelOutp
     event.text = call_.answer->text;
     event.state = call_.answer->state;
   }
-  out.tell(std::move(event), now);
+  out.publish(std::move(event), now);
 }
 
 }  // namespace millrace::gateway::channel

@@ -5,11 +5,11 @@
 //         │                      │                               │
 //      Waiting ◄── verify ── Unverified                          │
 //         │ assign                                               │
-//      Assigned ── recorded ──► Given                            │
+//      Assigned ── recorded ──► Running                            │
 //         │                                                      │
 //         └── suspend ──► Waiting, or Held for an operator       │
 //                                                                ▼
-//      each of these ── take, settle ──► Answered ── recorded ──► Answering ──► close, Released
+//      each of these ── take, settle ──► Answered ── recorded ──► Writing ──► close, Released
 //
 // A phase has what only it needs, numbers of journal entries among them: one whose phase is over
 // is nobody's. Interim answers have a way of their own beside the phases.
@@ -20,7 +20,7 @@
 #include <variant>
 #include <vector>
 
-#include "gateway/call.hpp"
+#include "gateway/call_record.hpp"
 #include "gateway/channel/answer_writer.hpp"
 #include "gateway/channel/channel_output.hpp"
 #include "gateway/policy.hpp"
@@ -29,7 +29,7 @@
 namespace millrace::gateway::channel {
 
 /// An answer that no service gave.
-struct Settlement {
+struct LocalAnswer {
   Response response;
   /// For people: "the gateway", "operator@host".
   std::string by;
@@ -60,7 +60,7 @@ struct Assigned {
   EntryNumber entry = 0;
 };
 /// An instance has it.
-struct Given {
+struct Running {
   Assignment to;
 };
 /// An operator must say what becomes of it.
@@ -77,7 +77,7 @@ struct Answered {
   EntryNumber entry = 0;
 };
 /// The answer is on its way into the channel.
-struct Answering {
+struct Writing {
   AnswerWriter writer;
   /// Of the entry that says that REQUEST_STATE is about to be cleared.
   EntryNumber clearing = 0;
@@ -88,11 +88,11 @@ struct Answering {
 class OpenCall {
  public:
   /// A call for a request that was found just now.
-  static OpenCall accepted(Call call, const Policy& policy, SteadyTime now);
+  static OpenCall accepted(CallRecord call, const Policy& policy, SteadyTime now);
   /// A call of an earlier run, from the journal.
-  static OpenCall resumed(Call call, const Policy& policy);
+  static OpenCall resumed(CallRecord call, const Policy& policy);
 
-  [[nodiscard]] const Call& call() const { return call_; }
+  [[nodiscard]] const CallRecord& call() const { return call_; }
   [[nodiscard]] const fabric::CallId& id() const { return call_.id; }
   /// It has its final answer; nothing else becomes of it.
   [[nodiscard]] bool answered() const { return call_.answer.has_value(); }
@@ -100,7 +100,7 @@ class OpenCall {
   [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] bool verified() const { return !std::holds_alternative<phase::Unverified>(phase_); }
   /// An instance may have it, or have had it.
-  [[nodiscard]] bool may_be_given() const;
+  [[nodiscard]] bool may_be_assigned() const;
   /// What people see of it.
   [[nodiscard]] ChannelView view() const;
 
@@ -121,7 +121,7 @@ class OpenCall {
   void explain(const std::string& reason);
   /// Takes it from wherever it is, to be given out again.
   void retry(const std::string& by, ChannelOutput& out);
-  void on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutput& out, Moment now);
+  void on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out, Moment now);
   /// The last word of the call, whose answer is written or whose program has moved on. Unless
   /// `over` the journal keeps it: until a read shows that its program has gone on, its request may
   /// be read once more.
@@ -133,17 +133,17 @@ class OpenCall {
   /// An instance that was asked says something. False if the call has the answer of another one.
   bool take(const fabric::Reply& reply, ChannelOutput& out, Moment now);
   /// Answers it in the service's place.
-  void settle(const Settlement& settlement, ChannelOutput& out, Moment now);
+  void answer_locally(const LocalAnswer& answer, ChannelOutput& out, Moment now);
   /// Applies the rules whose time has come.
-  void check_patience(ChannelOutput& out, Moment now);
+  void check_deadlines(ChannelOutput& out, Moment now);
 
   /// Lets the next interim answer begin its way, if it is its turn.
   void begin_writing(ChannelOutput& out);
   /// What is on its way into the channel now, or nullptr.
   [[nodiscard]] AnswerWriter* writer();
-  /// The writer's own read, which `standing` judges.
-  AnswerWriter::Step on_read(const Snapshot& snapshot, Standing standing, ChannelOutput& out,
-                             const ReadTime& time);
+  /// The writer's own read, which `status` judges.
+  AnswerWriter::Step on_read(const ServiceSnapshot& snapshot, RequestStatus status,
+                             ChannelOutput& out, const ReadTime& time);
   /// The state of an interim answer was written just now, or may have been: a kernel may still
   /// clear REQUEST_STATE because of it.
   [[nodiscard]] bool interim_is_fresh(Moment now) const {
@@ -154,18 +154,18 @@ class OpenCall {
   /// What a read says of it, REQUEST_STATE among what it holds. It may show the state of the last
   /// interim answer; and once REQUEST_STATE has read 0, which a kernel may write after an interim
   /// answer, another value is the program's next request, also if it is the same word for word.
-  Standing on_snapshot(const Snapshot& snapshot, Moment now);
+  RequestStatus on_snapshot(const ServiceSnapshot& snapshot, Moment now);
   /// The program may still wait although both states read 0: a kernel that clears REQUEST_STATE
   /// when an interim answer is written shows that before the state of that answer.
-  [[nodiscard]] bool may_show_interim(const Snapshot& snapshot, Standing standing) const;
+  [[nodiscard]] bool may_show_interim(const ServiceSnapshot& snapshot, RequestStatus status) const;
   /// Has the journal told that REQUEST_STATE is about to be cleared; false if it is told already.
   bool record_clearing(ChannelOutput& out);
   /// An interim answer stands in the channel.
   void interim_written(ChannelOutput& out, Moment now);
 
  private:
-  using Phase = std::variant<phase::Unverified, phase::Waiting, phase::Assigned, phase::Given,
-                             phase::Held, phase::Answered, phase::Answering>;
+  using Phase = std::variant<phase::Unverified, phase::Waiting, phase::Assigned, phase::Running,
+                             phase::Held, phase::Answered, phase::Writing>;
 
   /// An interim answer of which the journal is told; entry 0 once it has it.
   struct Interim {
@@ -183,7 +183,7 @@ class OpenCall {
 
   static constexpr std::size_t most_refused = 16;
 
-  OpenCall(Call call, const Policy& policy, Phase phase)
+  OpenCall(CallRecord call, const Policy& policy, Phase phase)
       : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
 
   void enter(Phase phase, std::string reason);
@@ -201,13 +201,14 @@ class OpenCall {
                    ChannelOutput& out, Moment now);
   void give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now);
   /// Opens the call in the journal although nobody was asked.
-  void note_unasked(ChannelOutput& out) const;
-  void tell(fabric::EventKind kind, std::string_view detail, ChannelOutput& out, Moment now) const;
-  void say_over(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
+  void append_unasked(ChannelOutput& out) const;
+  void publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
+                     Moment now) const;
+  void log_end(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
   [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
 
   /// What the journal knows of it.
-  Call call_;
+  CallRecord call_;
   /// The one under which it was accepted.
   Policy policy_;
   Phase phase_;

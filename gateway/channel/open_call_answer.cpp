@@ -6,7 +6,7 @@
 
 #include "fabric/reply_kind.hpp"
 #include "gateway/channel/open_call.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -23,7 +23,7 @@ bool over(const std::optional<Rule>& rule, const std::optional<SteadyTime>& sinc
 
 /// A RESPONSE_STATE that stands beside the request, and so does not answer it, although we have not
 /// written it: an interim state of another gateway, or what an earlier call has left.
-bool stands_beside(const Snapshot& snapshot, const Call& call) {
+bool stands_beside(const ServiceSnapshot& snapshot, const CallRecord& call) {
   return snapshot.request_state != 0 && snapshot.response_state != 0 &&
          std::ranges::count(call.shown, snapshot.response_state) == 0;
 }
@@ -54,13 +54,13 @@ bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) 
 
 /// Only the attempt that stands can be declined, and only while it does.
 void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
-  const auto* const given = std::get_if<phase::Given>(&phase_);
-  if (given == nullptr || given->to.attempt != Attempt{reply.instance, reply.attempt}) {
+  const auto* const running = std::get_if<phase::Running>(&phase_);
+  if (running == nullptr || running->to.attempt != Attempt{reply.instance, reply.attempt}) {
     return;
   }
   const std::string why =
-      fmt::format("{} declines it: {}", given->to.to_whom(), printable(reply.text));
-  out.say(Level::debug, fmt::format("{}: {}", name(), why));
+      fmt::format("{} declines it: {}", running->to.to_whom(), printable(reply.text));
+  out.log(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, why);
   out.news().declined = call_.id;
 }
@@ -79,7 +79,7 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
     next_interim_ = *std::move(response);
   } else {
     // A service that reports progress does so often.
-    out.say(std::exchange(interim_refused_, true) ? Level::debug : Level::warn,
+    out.log(std::exchange(interim_refused_, true) ? Level::debug : Level::warn,
             fmt::format("{}: an interim answer {}; it is not written", name(), response.error()));
   }
 }
@@ -113,7 +113,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
   }
   if (reply.code == fabric::ServiceCode::failed) {
     ++out.counters().failed;
-    out.say(Level::warn, fmt::format("{}: the service failed: {}", name(), printable(reply.text)));
+    out.log(Level::warn, fmt::format("{}: the service failed: {}", name(), printable(reply.text)));
   }
   take_answer(attempt, *std::move(response), "", out, now);
 }
@@ -128,11 +128,11 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
   const std::string said =
       hold ? fmt::format("{}; an operator must answer or retry it", what)
            : fmt::format("{}; the program gets state {}", what, instead.state());
-  tell(fabric::EventKind::refused, said, out, now);
-  out.say(Level::error, fmt::format("{}: {}", name(), said));
+  publish_event(fabric::EventKind::refused, said, out, now);
+  out.log(Level::error, fmt::format("{}: {}", name(), said));
   if (hold) {
     enter(phase::Held{unconfirmed_attempt(), {}}, said);
-    out.free(call_.id);
+    out.end(call_.id);
   } else {
     take_answer(of, std::move(instead), said, out, now);
   }
@@ -140,7 +140,7 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
 
 void OpenCall::take_answer(const Attempt& of, Response response, const std::string& detail,
                            ChannelOutput& out, Moment now) {
-  if (out.hears_events()) {
+  if (out.events_wanted()) {
     fabric::Event event;
     event.kind = fabric::EventKind::replied;
     event.call = call_.id;
@@ -150,7 +150,7 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
     event.text = response.text();
     event.state = response.state();
     event.detail = detail;
-    out.tell(std::move(event), now);
+    out.publish(std::move(event), now);
   }
   call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
   next_interim_.reset();
@@ -158,27 +158,27 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
     // One that is half written comes to its end first, or to its next read (begin_writing).
     interim_ = std::monostate{};
   }
-  const EntryNumber entry = out.record(AnsweredEntry{call_.id, *call_.answer});
+  const EntryNumber entry = out.append(AnsweredEntry{call_.id, *call_.answer});
   enter(phase::Answered{std::move(response), entry}, "");
-  out.free(call_.id);
+  out.end(call_.id);
 }
 
-void OpenCall::settle(const Settlement& settlement, ChannelOutput& out, Moment now) {
+void OpenCall::answer_locally(const LocalAnswer& answer, ChannelOutput& out, Moment now) {
   if (answered()) {
     return;
   }
   if (call_.attempts.empty()) {
-    note_unasked(out);
+    append_unasked(out);
   }
-  const Response& response = settlement.response;
-  out.say(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), settlement.by,
+  const Response& response = answer.response;
+  out.log(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), answer.by,
                                    response.state(), printable(response.text())));
   const std::uint32_t attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
-  take_answer({fabric::InstanceId{}, attempt}, response,
-              fmt::format("answered by {}", settlement.by), out, now);
+  take_answer({fabric::InstanceId{}, attempt}, response, fmt::format("answered by {}", answer.by),
+              out, now);
 }
 
-void OpenCall::check_patience(ChannelOutput& out, Moment now) {
+void OpenCall::check_deadlines(ChannelOutput& out, Moment now) {
   if (answered() || !verified()) {
     return;
   }
@@ -195,12 +195,13 @@ void OpenCall::check_patience(ChannelOutput& out, Moment now) {
 
 void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now) {
   if (rule.response_state != 0) {
-    settle({Response::in_words("millrace: " + why, rule.response_state), "the gateway"}, out, now);
+    answer_locally({Response::in_words("millrace: " + why, rule.response_state), "the gateway"},
+                   out, now);
     return;
   }
   reason_ = fmt::format("{}; the program waits on", why);
-  tell(fabric::EventKind::late, reason_, out, now);
-  out.say(Level::warn, fmt::format("{}: {}", name(), reason_));
+  publish_event(fabric::EventKind::late, reason_, out, now);
+  out.log(Level::warn, fmt::format("{}: {}", name(), reason_));
 }
 
 void OpenCall::begin_writing(ChannelOutput& out) {
@@ -215,7 +216,7 @@ void OpenCall::begin_writing(ChannelOutput& out) {
     }
   } else if (next_interim_ && !interim_unseen_ &&
              std::holds_alternative<std::monostate>(interim_)) {
-    const EntryNumber entry = out.record(InterimEntry{call_.id, next_interim_->state()});
+    const EntryNumber entry = out.append(InterimEntry{call_.id, next_interim_->state()});
     interim_ = Interim{*std::exchange(next_interim_, std::nullopt), entry};
   }
 }
@@ -225,21 +226,21 @@ AnswerWriter* OpenCall::writer() {
     return interim;
   }
   // The state of an interim answer that takes effect now could undo what the final one writes.
-  auto* const answering = std::get_if<phase::Answering>(&phase_);
-  return answering != nullptr && !interim_unseen_ ? &answering->writer : nullptr;
+  auto* const writing = std::get_if<phase::Writing>(&phase_);
+  return writing != nullptr && !interim_unseen_ ? &writing->writer : nullptr;
 }
 
-AnswerWriter::Step OpenCall::on_read(const Snapshot& snapshot, Standing standing,
+AnswerWriter::Step OpenCall::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
                                      ChannelOutput& out, const ReadTime& time) {
-  if (standing == Standing::pending && stands_beside(snapshot, call_)) {
+  if (status == RequestStatus::pending && stands_beside(snapshot, call_)) {
     // Once REQUEST_STATE is cleared it must not be taken for somebody's answer.
     call_.shown.push_back(snapshot.response_state);
-    out.note(InterimEntry{call_.id, snapshot.response_state});
+    out.append_untracked(InterimEntry{call_.id, snapshot.response_state});
   }
-  return writer()->on_read(snapshot, standing, call_.request, time);
+  return writer()->on_read(snapshot, status, call_.request, time);
 }
 
-Standing OpenCall::on_snapshot(const Snapshot& snapshot, Moment now) {
+RequestStatus OpenCall::on_snapshot(const ServiceSnapshot& snapshot, Moment now) {
   if (interim_unseen_ && snapshot.has(Variable::response_state)) {
     if (snapshot.response_state == call_.shown.back()) {
       // Those before it are overwritten.
@@ -250,22 +251,22 @@ Standing OpenCall::on_snapshot(const Snapshot& snapshot, Moment now) {
     }
   }
   zero_seen_ = zero_seen_ || snapshot.request_state == 0;
-  return zero_seen_ && snapshot.request_state != 0 ? Standing::replaced
-                                                   : judge(snapshot, call_.request, call_.shown);
+  return zero_seen_ && snapshot.request_state != 0 ? RequestStatus::replaced
+                                                   : compare(snapshot, call_.request, call_.shown);
 }
 
-bool OpenCall::may_show_interim(const Snapshot& snapshot, Standing standing) const {
+bool OpenCall::may_show_interim(const ServiceSnapshot& snapshot, RequestStatus status) const {
   const bool same_texts = !snapshot.has(Variable::uuid) || (snapshot.uuid == call_.request.uuid &&
                                                             snapshot.request == call_.request.text);
-  return interim_unseen_ && standing == Standing::cleared && same_texts;
+  return interim_unseen_ && status == RequestStatus::withdrawn && same_texts;
 }
 
 bool OpenCall::record_clearing(ChannelOutput& out) {
-  auto* const answering = std::get_if<phase::Answering>(&phase_);
-  if (answering == nullptr || answering->clearing != 0) {
+  auto* const writing = std::get_if<phase::Writing>(&phase_);
+  if (writing == nullptr || writing->clearing != 0) {
     return false;
   }
-  answering->clearing = out.record(ClearingEntry{call_.id});
+  writing->clearing = out.append(ClearingEntry{call_.id});
   return true;
 }
 
@@ -277,7 +278,7 @@ void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   event.uuid = call_.request.uuid;
   event.text = writer.text();
   event.state = writer.state();
-  out.tell(std::move(event), now);
+  out.publish(std::move(event), now);
   interim_at_ = now.steady;
   interim_unseen_ = true;
   interim_ = std::monostate{};

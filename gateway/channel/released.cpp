@@ -18,7 +18,7 @@ Released::Released(PendingRequest request, const AnswerWriter& writer)
       sent_(writer.released()),
       whole_(text_last_) {}
 
-Released::Found Released::on_read(const Snapshot& snapshot, const ReadTime& time) {
+Released::Found Released::on_read(const ServiceSnapshot& snapshot, const ReadTime& time) {
   if (!text_last_ && snapshot.response_state == state_) {
     state_seen_ = true;
   }
@@ -35,7 +35,7 @@ Released::Found Released::on_read(const Snapshot& snapshot, const ReadTime& time
   return found;
 }
 
-Released::Found Released::decide(const Snapshot& snapshot, const ReadTime& time) {
+Released::Found Released::decide(const ServiceSnapshot& snapshot, const ReadTime& time) {
   if (snapshot.request_state != 0) {
     return Found::request;
   }
@@ -56,7 +56,7 @@ Released::Found Released::decide(const Snapshot& snapshot, const ReadTime& time)
 }
 
 /// No read has shown REQUEST_STATE 0 yet.
-Released::Found Released::decide_uncleared(const Snapshot& snapshot, const ReadTime& time) {
+Released::Found Released::decide_uncleared(const ServiceSnapshot& snapshot, const ReadTime& time) {
   if (snapshot.request_state == 0) {
     zero_seen_ = true;
     return cleared_ ? decide(snapshot, time) : Found::idle;

@@ -36,7 +36,7 @@ class Released {
     /// The program has its answer and asks again; its texts are to be read.
     request,
   };
-  Found on_read(const Snapshot& snapshot, const ReadTime& time);
+  Found on_read(const ServiceSnapshot& snapshot, const ReadTime& time);
   /// The release was written again, or may have been.
   void on_written(SteadyTime now);
   /// A new connection.
@@ -64,8 +64,8 @@ class Released {
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:
-  Found decide(const Snapshot& snapshot, const ReadTime& time);
-  Found decide_uncleared(const Snapshot& snapshot, const ReadTime& time);
+  Found decide(const ServiceSnapshot& snapshot, const ReadTime& time);
+  Found decide_uncleared(const ServiceSnapshot& snapshot, const ReadTime& time);
   Found release_again(const ReadTime& time);
 
   PendingRequest request_;

@@ -1,7 +1,7 @@
 // The numbers of a gateway's calls. The journal holds them a block ahead, so that none is given
 // twice, even if its newest entries are lost with the power. Pure.
 //
-//   CallNumbers numbers(ledger.numbers());
+//   CallNumbers numbers(state.numbers());
 //   if (const auto entry = numbers.reserve()) append(*entry);      // then numbers.on_recorded()
 //   if (!numbers.used_up()) call.id = numbers.take();
 #pragma once

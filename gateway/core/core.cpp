@@ -14,19 +14,20 @@ constexpr std::chrono::seconds longest_end{2};
 
 }  // namespace
 
-Core::Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledger& ledger)
+Core::Core(Fabric& fabric, Host& host, CoreOptions options,
+           const journal::JournalState& journal_state)
     : fabric_(fabric),
       host_(host),
       options_(std::move(options)),
-      paces_(settings::paces_of(options_.machines)),
-      ledger_(ledger),
+      intervals_(settings::intervals_of(options_.machines)),
+      journal_state_(journal_state),
       now_(host.now()),
       stall_(options_.lease),
-      numbers_(ledger.numbers()),
+      numbers_(journal_state.numbers()),
       queues_(fabric, host),
       machines_(options_.own, fabric, host, *this) {
-  context_.standing.resume(ledger.standing());
-  for (const Call& call : ledger.open_calls()) {
+  context_.blocked.resume(journal_state.blocked());
+  for (const CallRecord& call : journal_state.open_calls()) {
     open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
   }
 }
@@ -35,20 +36,20 @@ void Core::enter() {
   assert(!inside_);
   inside_ = true;
   now_ = host_.now();
-  if (const auto late = stall_.late(now_.steady)) {
-    if (machines_.stood_still(now_) || *late > options_.lease) {
-      host_.say(Level::warn, fmt::format("this gateway stood still for {:.1f} s",
-                                         std::chrono::duration<double>(*late).count()));
+  if (const auto overdue = stall_.take_overdue(now_.steady)) {
+    if (machines_.on_stall(now_) || *overdue > options_.lease) {
+      host_.log(Level::warn, fmt::format("this gateway stood still for {:.1f} s",
+                                         std::chrono::duration<double>(*overdue).count()));
     }
   }
 }
 
 void Core::finish() {
-  remove_left_channels();
+  remove_drained_channels();
   // What a queue's call has asked may end a channel, of which the machines are told, and so on.
   do {
     machines_.finish(now_);
-  } while (tell_of_queues());
+  } while (deliver_queue_events());
   machines_.ask_values(now_);
   if (ends_at_ && !may_end_ && (!answering() || *ends_at_ <= now_.steady)) {
     may_end_ = true;
@@ -73,7 +74,7 @@ std::optional<SteadyTime> Core::next_time() const {
 
 void Core::start() {
   enter();
-  queues_.set(settings::queues_of(options_.machines), ledger_.queues(), now_);
+  queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
   machines_.set(options_.machines, now_);
   finish();
 }
@@ -82,12 +83,12 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   enter();
   options_.machines = std::move(machines);
   options_.policies = std::move(policies);
-  paces_ = settings::paces_of(options_.machines);
-  for (auto& [key, session] : sessions_) {
-    session.set_pace(pace_of(key.machine));
+  intervals_ = settings::intervals_of(options_.machines);
+  for (auto& [key, channel] : channels_) {
+    channel.set_intervals(intervals_of(key.machine));
   }
   offer_again();
-  queues_.set(settings::queues_of(options_.machines), ledger_.queues(), now_);
+  queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
   machines_.set(options_.machines, now_);
   finish();
 }
@@ -101,9 +102,9 @@ void Core::stop() {
 
 void Core::end() {
   enter();
-  for (auto& [key, session] : sessions_) {
-    session.let_go(now_);
-    follow(session);
+  for (auto& [key, channel] : channels_) {
+    channel.shut_down(now_);
+    follow(channel);
   }
   dispose(context_.answered.take_all());
   finish();
@@ -138,22 +139,22 @@ void Core::on_time_of_calls() {
   }
   dispose(context_.answered.due(now_.steady));
   for (const fabric::ChannelKey& key : timers_.take_due(now_.steady)) {
-    channel::ChannelSession& session = *index_.at(key);
-    session.on_wake(now_);
-    follow(session);
+    channel::Channel& channel = *index_.at(key);
+    channel.on_wake(now_);
+    follow(channel);
   }
 }
 
-SteadyTime Core::beat() {
+SteadyTime Core::heartbeat() {
   enter();
   finish();
-  return stall_.beat(now_.steady);
+  return stall_.heartbeat(now_.steady);
 }
 
-void Core::tell_load() {
+void Core::publish_load() {
   enter();
-  machines_.tell_load(now_);
-  queues_.tell_numbers(now_);
+  machines_.publish_load(now_);
+  queues_.publish_numbers(now_);
   finish();
 }
 
@@ -174,7 +175,7 @@ void Core::on_link_down(const std::string& machine, const std::string& reason) {
   finish();
 }
 
-void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+void Core::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
   enter();
   if (machines_.linked(key.machine)) {
     // First, so that it is known when to look next.
@@ -189,7 +190,7 @@ void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reas
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
-    step(key, [&](channel::ChannelSession& session) { session.on_read_failed(reason, now_); });
+    step(key, [&](channel::Channel& channel) { channel.on_read_failed(reason, now_); });
   }
   finish();
 }
@@ -199,22 +200,22 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
-    step(key, [&](channel::ChannelSession& session) { session.on_write(outcome, reason, now_); });
+    step(key, [&](channel::Channel& channel) { channel.on_write(outcome, reason, now_); });
   }
   finish();
 }
 
-void Core::on_watched(const std::string& machine,
-                      const std::vector<machines::WatchOutcome>& outcomes) {
+void Core::on_subscribed(const std::string& machine,
+                         const std::vector<machines::SubscribeOutcome>& outcomes) {
   enter();
-  machines_.on_watched(machine, outcomes, now_);
+  machines_.on_subscribed(machine, outcomes, now_);
   finish();
 }
 
-void Core::on_told(const fabric::ChannelKey& key, Variable variable,
-                   std::optional<std::uint32_t> value) {
+void Core::on_notification(const fabric::ChannelKey& key, Variable variable,
+                           std::optional<std::uint32_t> value) {
   enter();
-  machines_.on_told(key, variable, value, now_);
+  machines_.on_notification(key, variable, value, now_);
   finish();
 }
 
@@ -256,22 +257,22 @@ void Core::on_recorded(const Ticket& ticket) {
       break;
     default:
       step(ticket.key,
-           [&](channel::ChannelSession& session) { session.on_recorded(ticket.number, now_); });
+           [&](channel::Channel& channel) { channel.on_recorded(ticket.number, now_); });
   }
   finish();
 }
 
-void Core::on_journal_trouble(const std::string& trouble) {
+void Core::on_journal_error(const std::string& error) {
   enter();
   if (!ends_at_) {
-    context_.journal_trouble = trouble;
-    for (auto& [key, session] : sessions_) {
-      session.show_again(now_);
-      follow(session);
+    context_.journal_error = error;
+    for (auto& [key, channel] : channels_) {
+      channel.republish_status(now_);
+      follow(channel);
     }
-    stop_accepting(trouble);
+    stop_accepting(error);
   }
-  host_.notice({.kind = "journal"}, trouble,
+  host_.notice({.kind = "journal"}, error,
                "make room on the disk, or give it its folder back; it goes on by itself");
   finish();
 }
@@ -297,17 +298,17 @@ void Core::on_load(const fabric::InstanceLoad& load) {
 
 void Core::on_reply(const fabric::Reply& reply) {
   enter();
-  step(reply.key, [&](channel::ChannelSession& session) { session.on_reply(reply, now_); });
+  step(reply.key, [&](channel::Channel& channel) { channel.on_reply(reply, now_); });
   finish();
 }
 
-void Core::set_interest(const Interest& interest) {
+void Core::set_readers(const Readers& readers) {
   enter();
-  const Interest before = std::exchange(context_.interest, interest);
-  if (interest.statuses && !before.statuses) {
-    for (auto& [key, session] : sessions_) {
-      session.show_again(now_);
-      follow(session);
+  const Readers before = std::exchange(context_.readers, readers);
+  if (readers.statuses && !before.statuses) {
+    for (auto& [key, channel] : channels_) {
+      channel.republish_status(now_);
+      follow(channel);
     }
   }
   finish();

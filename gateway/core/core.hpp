@@ -1,7 +1,7 @@
 // The gateway without its sockets: the Service Interfaces of all channels, machines and message
 // queues, who gets which call, and how all that is wired to the ports. Decides only.
 //
-//   Core core(fabric, host, {own, lease, machines, policies}, ledger);
+//   Core core(fabric, host, {own, lease, machines, policies}, state);
 //   core.start();                                     → host.connect(…)
 //   core.on_link_up("cnc", {1, 2});                   → the link's read(…)
 //   core.on_read({"cnc", 1}, snapshot);
@@ -23,7 +23,7 @@
 #include <tl/expected.hpp>
 
 #include "fabric/channel_key_hash.hpp"
-#include "gateway/channel/session.hpp"
+#include "gateway/channel/channel.hpp"
 #include "gateway/core/call_numbers.hpp"
 #include "gateway/core/machines.hpp"
 #include "gateway/core/message_queues.hpp"
@@ -31,7 +31,7 @@
 #include "gateway/core/predecessor_calls.hpp"
 #include "gateway/core/timers.hpp"
 #include "gateway/dispatch/dispatcher.hpp"
-#include "gateway/journal/ledger.hpp"
+#include "gateway/journal/journal_state.hpp"
 #include "gateway/machines/stall_detector.hpp"
 
 namespace millrace::gateway::core {
@@ -66,10 +66,10 @@ struct CallCounts {
   std::uint64_t withdrawn = 0;
 };
 
-class Core : public machines::LinkEvents, protected MachinesListener, private Outputs {
+class Core : public machines::ControllerEvents, protected MachinesListener, private Outputs {
  public:
-  /// Fabric and Host outlive this, and so does `ledger`, what the journal adds up to.
-  Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledger& ledger);
+  /// Fabric and Host outlive this, and so does `state`, what the journal adds up to.
+  Core(Fabric& fabric, Host& host, CoreOptions options, const journal::JournalState& journal_state);
 
   void start();
   /// The configuration has changed: new policies are for calls that are accepted from now on.
@@ -81,23 +81,23 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
 
   void on_time();
   /// It lives: others are to be told now, and again at the time that is returned.
-  SteadyTime beat();
+  SteadyTime heartbeat();
   /// About once a second: tells how busy links and queues are.
-  void tell_load();
+  void publish_load();
   /// Nothing else than that an event begins: notices that this gateway stood still.
   void on_other_event();
 
   // What the links say.
   void on_link_up(const std::string& machine, const machines::Channels& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
-  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
+  void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override;
   void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                 const std::string& reason) override;
-  void on_watched(const std::string& machine,
-                  const std::vector<machines::WatchOutcome>& outcomes) override;
-  void on_told(const fabric::ChannelKey& key, Variable variable,
-               std::optional<std::uint32_t> value) override;
+  void on_subscribed(const std::string& machine,
+                     const std::vector<machines::SubscribeOutcome>& outcomes) override;
+  void on_notification(const fabric::ChannelKey& key, Variable variable,
+                       std::optional<std::uint32_t> value) override;
   void on_answer(const std::string& machine, const machines::Answer& answer) override;
   void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) override;
   void on_queue_event(const fabric::ChannelKey& queue) override;
@@ -106,7 +106,7 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   void on_recorded(const Ticket& ticket);
   /// It cannot be written, and why; empty = it can again. No call is accepted meanwhile, and those
   /// that wait for it say so.
-  void on_journal_trouble(const std::string& trouble);
+  void on_journal_error(const std::string& error);
 
   // What happens on the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance);
@@ -115,7 +115,7 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   /// A reply for a channel that no machine of ours has belongs to another gateway.
   void on_reply(const fabric::Reply& reply);
   /// Who reads from now on. Who begins to read is shown what is not as it was shown last.
-  void set_interest(const Interest& interest);
+  void set_readers(const Readers& readers);
   /// What other gateways say.
   void on_machine(const fabric::MachineStatus& status);
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway);
@@ -130,7 +130,7 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   CommandResult on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                          const std::string& by);
 
-  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return sessions_.contains(key); }
+  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return channels_.contains(key); }
   [[nodiscard]] CallCounts counts() const;
 
  protected:
@@ -139,16 +139,16 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   void on_serve(const std::string& machine, const machines::Channels& channels) override;
   void on_lost(const std::string& machine, const std::string& reason) override;
   void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const fabric::ChannelKey& key) override;
-  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
-  void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
+  void on_channel_removed(const fabric::ChannelKey& key) override;
+  void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) override;
+  void on_trusted(const fabric::ChannelKey& key, bool trusted) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
   [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
-  virtual void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot);
+  virtual void on_queue_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
   virtual void write_queue(const fabric::ChannelKey& key, const Write& write);
-  [[nodiscard]] Snapshot look_at_queue(const fabric::ChannelKey& key) const {
-    return queues_.look(key, ReadSet::all);
+  [[nodiscard]] ServiceSnapshot queue_snapshot(const fabric::ChannelKey& key) const {
+    return queues_.snapshot(key, ReadSet::all);
   }
 
  private:
@@ -160,39 +160,39 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   void on_time_of_calls();
 
   // Which channels there are; core_channels.cpp.
-  channel::ChannelSession* find(const fabric::ChannelKey& key);
-  channel::ChannelSession& open(const fabric::ChannelKey& key);
-  [[nodiscard]] Pace pace_of(const std::string& machine) const;
+  channel::Channel* find(const fabric::ChannelKey& key);
+  channel::Channel& open(const fabric::ChannelKey& key);
+  [[nodiscard]] ReadIntervals intervals_of(const std::string& machine) const;
   /// These are served, and those that are leaving are brought to their end.
   void link_up(const std::string& machine, const machines::Channels& channels);
   void link_down(const std::string& machine, const std::string& reason);
   template <typename End>
   void lose_link(const std::string& machine, End end);
-  void retire(const fabric::ChannelKey& key);
+  void drain(const fabric::ChannelKey& key);
   void remember(const fabric::ChannelKey& key, PredecessorCall call);
   /// Ends channels that are retired or refused once nothing is left to do there.
-  void remove_left_channels();
+  void remove_drained_channels();
   void dispose(const std::vector<fabric::RequestKey>& requests);
   /// Tells the channels of message queues what the queues have to say; false if nothing.
-  bool tell_of_queues();
+  bool deliver_queue_events();
 
   // What the steps of a channel mean for calls; core_requests.cpp.
-  void read_channel(const fabric::ChannelKey& key, const Snapshot& snapshot);
-  /// Nothing if the channel has no session any more.
+  void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
+  /// Nothing if the channel has no channel any more.
   template <typename Step>
   void step(const fabric::ChannelKey& key, Step step) {
-    if (channel::ChannelSession* session = find(key)) {
-      step(*session);
-      follow(*session);
+    if (channel::Channel* channel = find(key)) {
+      step(*channel);
+      follow(*channel);
     }
-    remove_left_channels();
+    remove_drained_channels();
   }
-  /// Does what the session's last steps ask for.
-  void follow(channel::ChannelSession& session);
+  /// Does what the channel's last steps ask for.
+  void follow(channel::Channel& channel);
   void apply(const dispatch::Decisions& decisions);
-  /// The session has found a request.
-  void admit(channel::ChannelSession& session);
-  bool hold_for_predecessor(channel::ChannelSession& session, const std::string& canonical_uuid,
+  /// The channel has found a request.
+  void admit(channel::Channel& channel);
+  bool hold_for_predecessor(channel::Channel& channel, const std::string& canonical_uuid,
                             const Policy& policy);
   /// Why requests are left alone may be another reason now, or none.
   void offer_again();
@@ -211,49 +211,49 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   CommandResult retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                               const std::string& by);
   /// The error is for the operator.
-  tl::expected<channel::ChannelSession*, std::string> find_pending(const fabric::ChannelKey& key,
-                                                                   const fabric::CallId& call);
+  tl::expected<channel::Channel*, std::string> find_pending(const fabric::ChannelKey& key,
+                                                            const fabric::CallId& call);
 
   // What channels do; core_outputs.cpp.
-  void read(const fabric::ChannelKey& key, ReadSet look) override;
+  void read(const fabric::ChannelKey& key, ReadSet set) override;
   void write(const fabric::ChannelKey& key, const Write& write) override;
-  void record(const JournalEntry& entry, const Ticket& ticket) override;
+  void append(const JournalEntry& entry, const Ticket& ticket) override;
   void publish(const fabric::Request& request) override;
   void publish(const fabric::Event& event) override;
   void publish(const fabric::ChannelStatus& status) override;
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const fabric::ChannelKey& key) override;
-  void say(const fabric::ChannelKey& key, Level level, const std::string& text) override;
-  void tell_write_problem(const fabric::ChannelKey& key, const std::string& text) override;
+  void log(const fabric::ChannelKey& key, Level level, const std::string& text) override;
+  void report_write_problem(const fabric::ChannelKey& key, const std::string& text) override;
 
   Fabric& fabric_;
   Host& host_;
   CoreOptions options_;
-  std::map<std::string, Pace> paces_;
-  const journal::Ledger& ledger_;
+  std::map<std::string, ReadIntervals> intervals_;
+  const journal::JournalState& journal_state_;
   Moment now_;
   /// An input is at work.
   bool inside_ = false;
   machines::StallDetector stall_;
   dispatch::Dispatcher dispatcher_;
-  /// Before the sessions, which refer to it.
+  /// Before the channels, which refer to it.
   channel::ChannelContext context_{*this};
   /// By machine.
   std::map<std::string, std::shared_ptr<WriteEffects>> effects_;
-  std::map<fabric::ChannelKey, channel::ChannelSession> sessions_;
+  std::map<fabric::ChannelKey, channel::Channel> channels_;
   /// The same, to find one quickly.
-  std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;
-  /// Sessions that are retired or refused, until they are over.
-  std::set<fabric::ChannelKey> leaving_;
+  std::unordered_map<fabric::ChannelKey, channel::Channel*, fabric::ChannelKeyHash> index_;
+  /// Channels that are retired or refused, until they are over.
+  std::set<fabric::ChannelKey> draining_;
   /// Of channels that have left.
-  CallCounts left_counts_;
+  CallCounts past_counts_;
   PredecessorCalls predecessors_;
   Timers timers_;
   CallNumbers numbers_;
   /// A request was left because no number was there.
   bool out_of_numbers_ = false;
   /// Why no call is accepted; empty while calls are.
-  std::string obstacle_;
+  std::string not_accepting_;
   MessageQueues queues_;
   Machines machines_;
   /// What was asked of the host last.

@@ -1,4 +1,4 @@
-// Which channels have a session. Those of a controller begin with its link and end when the
+// Which channels have a channel. Those of a controller begin with its link and end when the
 // configuration no longer names them or another gateway serves them. Those of message queues begin
 // and end with their queues.
 #include <utility>
@@ -18,77 +18,77 @@ void add(CallCounts& counts, const fabric::ChannelStatus& status) {
 }  // namespace
 
 CallCounts Core::counts() const {
-  CallCounts counts = left_counts_;
-  for (const auto& [key, session] : sessions_) {
-    add(counts, session.status());
+  CallCounts counts = past_counts_;
+  for (const auto& [key, channel] : channels_) {
+    add(counts, channel.status());
   }
   return counts;
 }
 
-channel::ChannelSession* Core::find(const fabric::ChannelKey& key) {
+channel::Channel* Core::find(const fabric::ChannelKey& key) {
   const auto found = index_.find(key);
   return found == index_.end() ? nullptr : found->second;
 }
 
-channel::ChannelSession& Core::open(const fabric::ChannelKey& key) {
+channel::Channel& Core::open(const fabric::ChannelKey& key) {
   std::shared_ptr<WriteEffects>& effects = effects_[key.machine];
   if (effects == nullptr) {
     effects = std::make_shared<WriteEffects>();
   }
-  channel::ChannelSession& session =
-      sessions_.try_emplace(key, key, context_, pace_of(key.machine), effects).first->second;
-  index_[key] = &session;
-  return session;
+  channel::Channel& channel =
+      channels_.try_emplace(key, key, context_, intervals_of(key.machine), effects).first->second;
+  index_[key] = &channel;
+  return channel;
 }
 
-Pace Core::pace_of(const std::string& machine) const {
-  const auto pace = paces_.find(machine);
-  return pace == paces_.end() ? Pace{} : pace->second;
+ReadIntervals Core::intervals_of(const std::string& machine) const {
+  const auto intervals = intervals_.find(machine);
+  return intervals == intervals_.end() ? ReadIntervals{} : intervals->second;
 }
 
 void Core::link_up(const std::string& machine, const machines::Channels& channels) {
-  for (const std::uint16_t channel : channels) {
+  for (const std::uint16_t number : channels) {
     reserve_numbers();
-    channel::ChannelSession& session = open({machine, channel});
-    if (session.retired()) {
-      leaving_.erase(session.key());
-      session.keep(now_);
-      follow(session);
+    channel::Channel& channel = open({machine, number});
+    if (channel.draining()) {
+      draining_.erase(channel.key());
+      channel.resume_ownership(now_);
+      follow(channel);
     }
-    if (!session.link_up()) {
-      session.on_link_up(now_);
-      follow(session);
-    }
-  }
-  for (const fabric::ChannelKey& key : leaving_) {
-    channel::ChannelSession& session = sessions_.at(key);
-    if (key.machine == machine && !session.link_up()) {
-      session.on_link_up(now_);
-      follow(session);
+    if (!channel.link_up()) {
+      channel.on_link_up(now_);
+      follow(channel);
     }
   }
-  remove_left_channels();
+  for (const fabric::ChannelKey& key : draining_) {
+    channel::Channel& channel = channels_.at(key);
+    if (key.machine == machine && !channel.link_up()) {
+      channel.on_link_up(now_);
+      follow(channel);
+    }
+  }
+  remove_drained_channels();
 }
 
 /// When one of them frees an instance, another one gets it: none may then ask anything of the link.
 template <typename End>
 void Core::lose_link(const std::string& machine, End end) {
-  for (auto& [key, session] : sessions_) {
+  for (auto& [key, channel] : channels_) {
     if (key.machine == machine) {
-      session.lose_link();
+      channel.lose_link();
     }
   }
-  for (auto& [key, session] : sessions_) {
+  for (auto& [key, channel] : channels_) {
     if (key.machine == machine) {
-      end(session);
-      follow(session);
+      end(channel);
+      follow(channel);
     }
   }
-  remove_left_channels();
+  remove_drained_channels();
 }
 
 void Core::link_down(const std::string& machine, const std::string& reason) {
-  lose_link(machine, [&](channel::ChannelSession& session) { session.on_link_down(reason, now_); });
+  lose_link(machine, [&](channel::Channel& channel) { channel.on_link_down(reason, now_); });
 }
 
 void Core::on_serve(const std::string& machine, const machines::Channels& channels) {
@@ -102,63 +102,62 @@ void Core::on_lost(const std::string& machine, const std::string& reason) {
 }
 
 void Core::on_link_dropped(const std::string& machine, const std::string& reason) {
-  lose_link(machine,
-            [&](channel::ChannelSession& session) { session.on_link_dropped(reason, now_); });
+  lose_link(machine, [&](channel::Channel& channel) { channel.on_link_dropped(reason, now_); });
   queues_.on_link_gone(machine, reason);
 }
 
-void Core::on_retired(const fabric::ChannelKey& key) {
-  retire(key);
-  queues_.on_left(key.machine, key.channel, "the configuration names its channel no more");
+void Core::on_channel_removed(const fabric::ChannelKey& key) {
+  drain(key);
+  queues_.on_channel_lost(key.machine, key.channel, "the configuration names its channel no more");
 }
 
-void Core::retire(const fabric::ChannelKey& key) {
-  if (channel::ChannelSession* session = find(key)) {
-    leaving_.insert(key);
-    session->retire(now_);
-    follow(*session);
+void Core::drain(const fabric::ChannelKey& key) {
+  if (channel::Channel* channel = find(key)) {
+    draining_.insert(key);
+    channel->drain(now_);
+    follow(*channel);
   }
-  remove_left_channels();
+  remove_drained_channels();
 }
 
-void Core::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
-  if (channel::ChannelSession* session = find(key)) {
-    leaving_.insert(key);
-    if (session->may_be_given()) {
+void Core::on_not_owner(const fabric::ChannelKey& key, const std::string& reason) {
+  if (channel::Channel* channel = find(key)) {
+    draining_.insert(key);
+    if (channel->may_be_assigned()) {
       // The other may never take it up before we serve the channel again.
-      const Call* call = session->call();
+      const CallRecord* call = channel->call();
       remember(key, {call->request.uuid, "this gateway, which had left the channel to another one",
                      call->id});
     }
-    session->hand_over(reason, now_);
-    follow(*session);
+    channel->hand_over(reason, now_);
+    follow(*channel);
   }
-  remove_left_channels();
-  queues_.on_left(key.machine, key.channel, reason);
+  remove_drained_channels();
+  queues_.on_channel_lost(key.machine, key.channel, reason);
 }
 
-void Core::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
+void Core::on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) {
   remember(status.key, {status.uuid, from, status.call});
 }
 
-void Core::on_pushed(const fabric::ChannelKey& key, bool pushed) {
-  step(key, [&](channel::ChannelSession& session) { session.set_told(pushed, now_); });
+void Core::on_trusted(const fabric::ChannelKey& key, bool trusted) {
+  step(key, [&](channel::Channel& channel) { channel.set_notified(trusted, now_); });
 }
 
 void Core::on_change(const fabric::ChannelKey& key, Variable variable) {
-  step(key, [&](channel::ChannelSession& session) { session.on_change(variable, now_); });
+  step(key, [&](channel::Channel& channel) { channel.on_change(variable, now_); });
 }
 
 void Core::remember(const fabric::ChannelKey& key, PredecessorCall call) {
   if (call.call.epoch != numbers_.epoch()) {
-    context_.predecessors[key] = call.call.epoch;
+    context_.predecessor_epochs[key] = call.call.epoch;
   }
   predecessors_.add(key, std::move(call));
 }
 
 machines::Channels Core::channels_of(const std::string& machine) const {
   machines::Channels channels;
-  for (const auto& [key, session] : sessions_) {
+  for (const auto& [key, channel] : channels_) {
     if (key.machine == machine) {
       channels.push_back(key.channel);
     }
@@ -166,18 +165,18 @@ machines::Channels Core::channels_of(const std::string& machine) const {
   return channels;
 }
 
-void Core::remove_left_channels() {
-  for (auto it = leaving_.begin(); it != leaving_.end();) {
-    if (sessions_.at(*it).is_over()) {
+void Core::remove_drained_channels() {
+  for (auto it = draining_.begin(); it != draining_.end();) {
+    if (channels_.at(*it).is_over()) {
       dispose(context_.answered.take(*it));
-      add(left_counts_, sessions_.at(*it).status());
+      add(past_counts_, channels_.at(*it).status());
       dispose(*it);
-      context_.standing.forget(*it);
+      context_.blocked.forget(*it);
       timers_.remove(*it);
       index_.erase(*it);
-      context_.predecessors.erase(*it);
-      sessions_.erase(*it);
-      it = leaving_.erase(it);
+      context_.predecessor_epochs.erase(*it);
+      channels_.erase(*it);
+      it = draining_.erase(it);
     } else {
       ++it;
     }
@@ -190,7 +189,7 @@ void Core::dispose(const std::vector<fabric::RequestKey>& requests) {
   }
 }
 
-bool Core::tell_of_queues() {
+bool Core::deliver_queue_events() {
   bool some = false;
   while (const auto event = queues_.next_event()) {
     some = true;
@@ -200,32 +199,31 @@ bool Core::tell_of_queues() {
       case opened:
         link_up(key.machine, {key.channel});
         // Whatever changes there, we do.
-        on_pushed(key, true);
+        on_trusted(key, true);
         break;
       case down:
         link_down(key.machine, event->reason);
         break;
-      case retired:
-        retire(key);
+      case draining:
+        drain(key);
         break;
       case read:
         on_queue_read(key, event->shown);
         break;
       case written:
-        step(key, [&](channel::ChannelSession& session) {
-          session.on_write(WriteOutcome::written, "", now_);
-        });
+        step(key,
+             [&](channel::Channel& channel) { channel.on_write(WriteOutcome::written, "", now_); });
         break;
       case changed:
         on_change(key, Variable::request_state);
         break;
     }
-    queues_.on_event_told(*event);
+    queues_.on_event_delivered(*event);
   }
   return some;
 }
 
-void Core::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+void Core::on_queue_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
   read_channel(key, snapshot);
 }
 

@@ -23,7 +23,7 @@ CommandResult Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId
 
 CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                                    const OperatorAnswer& answer) {
-  const channel::ChannelSession* const there = find(key);
+  const channel::Channel* const there = find(key);
   const fabric::Awaited awaited = there != nullptr && there->call() != nullptr
                                       ? there->call()->awaited
                                       : fabric::Awaited::response_state;
@@ -31,12 +31,12 @@ CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::
   if (!response) {
     return {false, "the answer " + response.error() + "; nothing is written"};
   }
-  const auto session = find_pending(key, call);
-  if (!session) {
-    return {false, session.error()};
+  const auto channel = find_pending(key, call);
+  if (!channel) {
+    return {false, channel.error()};
   }
-  (*session)->settle({*std::move(response), answer.by}, now_);
-  follow(**session);
+  (*channel)->answer_locally({*std::move(response), answer.by}, now_);
+  follow(**channel);
   return {true, "the answer is on its way to the program"};
 }
 
@@ -46,35 +46,35 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
   if (!found) {
     return {false, found.error()};
   }
-  channel::ChannelSession& session = **found;
+  channel::Channel& channel = **found;
   // It would run whenever an instance comes, long after somebody has looked at the machine.
-  if (const auto unserved = dispatcher_.why_unserved(session.call()->request.uuid, key)) {
+  if (const auto unserved = dispatcher_.why_unserved(channel.call()->request.uuid, key)) {
     return {false, *unserved + "; start the service, then retry"};
   }
-  context_.standing.forget(key);
-  session.retry(by, now_);
-  follow(session);
-  apply(dispatcher_.add(*session.call()));
-  return {true, session.status().reason};
+  context_.blocked.forget(key);
+  channel.retry(by, now_);
+  follow(channel);
+  apply(dispatcher_.add(*channel.call()));
+  return {true, channel.status().reason};
 }
 
-tl::expected<channel::ChannelSession*, std::string> Core::find_pending(
-    const fabric::ChannelKey& key, const fabric::CallId& call) {
-  channel::ChannelSession* session = find(key);
-  if (session != nullptr && session->status().state == fabric::ChannelState::unserved) {
+tl::expected<channel::Channel*, std::string> Core::find_pending(const fabric::ChannelKey& key,
+                                                                const fabric::CallId& call) {
+  channel::Channel* channel = find(key);
+  if (channel != nullptr && channel->status().state == fabric::ChannelState::unserved) {
     return tl::unexpected("the program's request is left alone, so there is no call to act on: " +
-                          session->status().reason);
+                          channel->status().reason);
   }
-  if (session == nullptr || session->call() == nullptr) {
+  if (channel == nullptr || channel->call() == nullptr) {
     return tl::unexpected(std::string("no call is pending on this channel"));
   }
-  if (session->call()->id != call) {
-    return tl::unexpected("another call is pending by now: " + session->call()->id.to_string());
+  if (channel->call()->id != call) {
+    return tl::unexpected("another call is pending by now: " + channel->call()->id.to_string());
   }
-  if (session->call()->answer) {
+  if (channel->call()->answer) {
     return tl::unexpected(std::string("the call's answer is being written"));
   }
-  return session;
+  return channel;
 }
 
 }  // namespace millrace::gateway::core

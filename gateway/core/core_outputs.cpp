@@ -6,8 +6,8 @@
 
 namespace millrace::gateway::core {
 
-void Core::read(const fabric::ChannelKey& key, ReadSet look) {
-  queues_.has(key) ? queues_.read(key, look) : machines_.read(key, look);
+void Core::read(const fabric::ChannelKey& key, ReadSet set) {
+  queues_.has(key) ? queues_.read(key, set) : machines_.read(key, set);
 }
 
 void Core::write(const fabric::ChannelKey& key, const Write& write) {
@@ -22,7 +22,7 @@ void Core::write_queue(const fabric::ChannelKey& key, const Write& write) {
   queues_.write(key, write, now_);
 }
 
-void Core::record(const JournalEntry& entry, const Ticket& ticket) {
+void Core::append(const JournalEntry& entry, const Ticket& ticket) {
   host_.append(entry, ticket);
 }
 
@@ -47,11 +47,11 @@ void Core::dispose(const fabric::ChannelKey& key) {
   queues_.has(key) ? queues_.on_over(key) : machines_.on_over(key);
 }
 
-void Core::say(const fabric::ChannelKey& key, Level level, const std::string& text) {
-  host_.say(level, fmt::format("{}: {}", key.to_string(), text));
+void Core::log(const fabric::ChannelKey& key, Level level, const std::string& text) {
+  host_.log(level, fmt::format("{}: {}", key.to_string(), text));
 }
 
-void Core::tell_write_problem(const fabric::ChannelKey& key, const std::string& text) {
+void Core::report_write_problem(const fabric::ChannelKey& key, const std::string& text) {
   host_.notice(
       {.kind = "write", .subject = key.to_string()},
       text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),

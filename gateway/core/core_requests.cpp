@@ -11,118 +11,118 @@
 
 namespace millrace::gateway::core {
 
-void Core::read_channel(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+void Core::read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
   if (snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
     predecessors_.on_zero_read(key);
-    context_.standing.forget(key);
+    context_.blocked.forget(key);
   }
-  step(key, [&](channel::ChannelSession& session) { session.on_read(snapshot, now_); });
+  step(key, [&](channel::Channel& channel) { channel.on_read(snapshot, now_); });
 }
 
-void Core::follow(channel::ChannelSession& session) {
-  const channel::ChannelNews news = session.take_news();
+void Core::follow(channel::Channel& channel) {
+  const channel::ChannelNews news = channel.take_news();
   if (news.wake_at) {
-    timers_.set(session.key(), *news.wake_at);
+    timers_.set(channel.key(), *news.wake_at);
   }
   if (news.reads) {
-    predecessors_.on_read_started(session.key());
+    predecessors_.on_read_started(channel.key());
   }
   if (news.published) {
     dispatcher_.on_published(*news.published, now_.steady);
   }
   if (news.resumed) {
-    apply(dispatcher_.resume(*session.call(), now_.steady));
+    apply(dispatcher_.resume(*channel.call(), now_.steady));
   }
   if (news.declined) {
     apply(dispatcher_.decline(*news.declined, now_.steady));
   }
-  if (news.freed) {
-    if (news.freed->written) {
+  if (news.ended) {
+    if (news.ended->written) {
       // Whatever else a predecessor has left here came after this call.
-      predecessors_.on_answered(session.key(), news.freed->call);
+      predecessors_.on_answered(channel.key(), news.ended->call);
     }
-    apply(dispatcher_.remove(news.freed->call));
+    apply(dispatcher_.remove(news.ended->call));
   }
   if (news.found) {
-    admit(session);
+    admit(channel);
   }
-  context_.standing.note(session.status(), obstacle_.empty(), now_);
+  context_.blocked.note(channel.status(), not_accepting_.empty(), now_);
 }
 
 void Core::apply(const dispatch::Decisions& decisions) {
   for (const dispatch::Decision& decision : decisions) {
-    std::visit(fabric::Cases{[&](const dispatch::Give& give) {
-                               channel::ChannelSession& session = *index_.at(give.key);
-                               session.assign(give.assignment, now_);
-                               follow(session);
+    std::visit(fabric::Cases{[&](const dispatch::Assign& assign) {
+                               channel::Channel& channel = *index_.at(assign.key);
+                               channel.assign(assign.assignment, now_);
+                               follow(channel);
                              },
-                             [&](const dispatch::TakeBack& back) {
-                               channel::ChannelSession& session = *index_.at(back.key);
-                               session.suspend(back.reason, back.held, now_);
-                               follow(session);
+                             [&](const dispatch::Unassign& back) {
+                               channel::Channel& channel = *index_.at(back.key);
+                               channel.suspend(back.reason, back.held, now_);
+                               follow(channel);
                              },
                              [&](const dispatch::Explain& explain) {
-                               channel::ChannelSession& session = *index_.at(explain.key);
-                               session.explain(explain.reason, now_);
-                               follow(session);
+                               channel::Channel& channel = *index_.at(explain.key);
+                               channel.explain(explain.reason, now_);
+                               follow(channel);
                              }},
                decision);
   }
 }
 
-void Core::admit(channel::ChannelSession& session) {
-  const std::string uuid = fabric::canonical_uuid(session.found().uuid);
-  const Policy policy = policy_of(session.key(), uuid);
-  if (!obstacle_.empty()) {
-    session.leave(obstacle_, policy, now_);
-    follow(session);
+void Core::admit(channel::Channel& channel) {
+  const std::string uuid = fabric::canonical_uuid(channel.found().uuid);
+  const Policy policy = policy_of(channel.key(), uuid);
+  if (!not_accepting_.empty()) {
+    channel.leave_unserved(not_accepting_, policy, now_);
+    follow(channel);
     return;
   }
-  const auto unserved = dispatcher_.serves(uuid, session.key())
+  const auto unserved = dispatcher_.serves(uuid, channel.key())
                             ? std::nullopt
-                            : dispatcher_.why_unserved(session.found().uuid, session.key());
-  const bool settled_here = unserved && session.out_of_patience() && policy.unserved &&
-                            policy.unserved->response_state != 0;
-  if ((!unserved || settled_here) && numbers_.used_up()) {
+                            : dispatcher_.why_unserved(channel.found().uuid, channel.key());
+  const bool answered_here = unserved && channel.deadline_passed() && policy.unserved &&
+                             policy.unserved->response_state != 0;
+  if ((!unserved || answered_here) && numbers_.used_up()) {
     out_of_numbers_ = true;
-    session.leave("the journal has not confirmed new call numbers yet; the call waits for it",
-                  policy, now_);
-    follow(session);
+    channel.leave_unserved(
+        "the journal has not confirmed new call numbers yet; the call waits for it", policy, now_);
+    follow(channel);
     return;
   }
-  if (!unserved && hold_for_predecessor(session, uuid, policy)) {
+  if (!unserved && hold_for_predecessor(channel, uuid, policy)) {
     return;
   }
   if (!unserved) {
-    session.claim(next_id(), policy, now_);
-    follow(session);
-    apply(dispatcher_.add(*session.call()));
-  } else if (settled_here) {
-    session.claim(next_id(), policy, now_);
-    follow(session);
+    channel.accept(next_id(), policy, now_);
+    follow(channel);
+    apply(dispatcher_.add(*channel.call()));
+  } else if (answered_here) {
+    channel.accept(next_id(), policy, now_);
+    follow(channel);
     const auto answer =
         Response::in_words("millrace: served by nobody", policy.unserved->response_state);
-    session.settle({answer, "the gateway"}, now_);
-    follow(session);
+    channel.answer_locally({answer, "the gateway"}, now_);
+    follow(channel);
   } else {
-    session.leave(*unserved, policy, now_);
-    follow(session);
+    channel.leave_unserved(*unserved, policy, now_);
+    follow(channel);
   }
 }
 
-bool Core::hold_for_predecessor(channel::ChannelSession& session, const std::string& canonical_uuid,
+bool Core::hold_for_predecessor(channel::Channel& channel, const std::string& canonical_uuid,
                                 const Policy& policy) {
-  const auto predecessor = predecessors_.take(session.key(), canonical_uuid);
+  const auto predecessor = predecessors_.take(channel.key(), canonical_uuid);
   if (!predecessor || dispatcher_.delivery_of(canonical_uuid) != fabric::Delivery::at_most_once) {
     return false;
   }
-  session.claim(next_id(), policy, now_);
-  follow(session);
-  session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
+  channel.accept(next_id(), policy, now_);
+  follow(channel);
+  channel.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
                            "twice: an operator must answer or retry it",
                            predecessor->from),
                now_);
-  follow(session);
+  follow(channel);
   return true;
 }
 
@@ -131,15 +131,15 @@ Policy Core::policy_of(const fabric::ChannelKey& key, const std::string& canonic
 }
 
 void Core::offer_again() {
-  for (auto& [key, session] : sessions_) {
-    session.reconsider(now_);
-    follow(session);
+  for (auto& [key, channel] : channels_) {
+    channel.offer_again(now_);
+    follow(channel);
   }
 }
 
 void Core::stop_accepting(const std::string& reason) {
-  obstacle_ = reason;
-  if (obstacle_.empty()) {
+  not_accepting_ = reason;
+  if (not_accepting_.empty()) {
     offer_again();
   }
 }
@@ -157,7 +157,7 @@ void Core::reserve_numbers() {
 }
 
 bool Core::answering() const {
-  return std::ranges::any_of(sessions_, [](const auto& one) {
+  return std::ranges::any_of(channels_, [](const auto& one) {
     return one.second.status().state == fabric::ChannelState::answering;
   });
 }

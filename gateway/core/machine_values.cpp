@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "fabric/cases.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::core {
 
@@ -22,12 +22,16 @@ bool is_of_program(const fabric::DataSample& sample) {
 
 MachineValues::MachineValues(std::string machine, Fabric& fabric, Host& host,
                              const fabric::InstanceId& own)
-    : machine_(std::move(machine)), fabric_(fabric), host_(host), own_(own), desk_(machine_, {}) {}
+    : machine_(std::move(machine)),
+      fabric_(fabric),
+      host_(host),
+      own_(own),
+      variables_(machine_, {}) {}
 
 void MachineValues::set(const settings::MachineSettings& settings, Moment now) {
   const bool same = settings_.data == settings.data && settings_.programs == settings.programs;
   settings_ = settings;
-  desk_.change(settings_.variables);
+  variables_.change(settings_.variables);
   if (!same) {
     begin(now);
   }
@@ -36,7 +40,7 @@ void MachineValues::set(const settings::MachineSettings& settings, Moment now) {
 void MachineValues::begin(Moment now) {
   if (sampler_) {
     sampler_->on_over(0, now);
-    tell(now);
+    publish_output(now);
     sampler_.reset();
     data_turn_ = {};
   }
@@ -62,7 +66,7 @@ void MachineValues::on_up(const machines::Channels& channels, Moment now) {
   if (sampler_) {
     sampler_->on_up(channels, now.steady);
   }
-  desk_.on_up(channels, now);
+  variables_.on_up(channels, now);
   changed_ = true;
 }
 
@@ -81,7 +85,7 @@ void MachineValues::on_down(const std::string& reason, Moment now) {
     // Why, the machine's status says once for all its values.
     sampler_->on_down("the link is down", now);
   }
-  desk_.on_down(reason, now);
+  variables_.on_down(reason, now);
 }
 
 void MachineValues::on_dropped(Moment now) {
@@ -91,7 +95,7 @@ void MachineValues::on_dropped(Moment now) {
   if (sampler_) {
     sampler_->on_over(0, now);
   }
-  desk_.on_over(0, now);
+  variables_.on_over(0, now);
 }
 
 void MachineValues::on_over(std::uint16_t channel, Moment now) {
@@ -99,7 +103,7 @@ void MachineValues::on_over(std::uint16_t channel, Moment now) {
   if (sampler_) {
     sampler_->on_over(channel, now);
   }
-  desk_.on_over(channel, now);
+  variables_.on_over(channel, now);
   changed_ = true;
 }
 
@@ -107,7 +111,7 @@ void MachineValues::on_request(const fabric::VariableRequest& request, Moment no
   // Which channels a controller has that never answered is not known.
   const bool never_up = down_ && channels_.empty();
   if (never_up || channels_.contains(request.key.channel)) {
-    desk_.on_request(request, now);
+    variables_.on_request(request, now);
     changed_ = true;
   }
 }
@@ -120,8 +124,8 @@ void MachineValues::on_answer(const machines::Answer& answer, Moment now) {
   turn.asked = 0;
   changed_ = true;
   if (answer.asker == machines::Asker::data) {
-    std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Known>& known) {
-                               sampler_->on_looked_up(known, answer.requests, now);
+    std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Resolved>& known) {
+                               sampler_->on_resolved(known, answer.requests, now);
                              },
                              [&](const std::vector<data::Sampler::Answer>& values) {
                                sampler_->on_read(values, answer.requests, answer.sums, now);
@@ -130,17 +134,17 @@ void MachineValues::on_answer(const machines::Answer& answer, Moment now) {
                answer.found);
     return;
   }
-  std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Known>& known) {
-                             desk_.on_looked_up(known, answer.requests, now);
+  std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Resolved>& known) {
+                             variables_.on_resolved(known, answer.requests, now);
                            },
                            [&](const std::vector<data::Sampler::Answer>& values) {
-                             desk_.on_read(values, answer.requests, answer.sums, now);
+                             variables_.on_read(values, answer.requests, answer.sums, now);
                            },
                            [&](const cnc::ads::Result<void>& written) {
-                             desk_.on_written(written, answer.requests, now);
+                             variables_.on_written(written, answer.requests, now);
                            },
                            [&](const cnc::ads::Result<variables::Page>& page) {
-                             desk_.on_listed(page, answer.requests, now);
+                             variables_.on_listed(page, answer.requests, now);
                            }},
              answer.found);
 }
@@ -154,49 +158,49 @@ SteadyTime MachineValues::time_for(Turn& turn, const Patience& patience,
   const SteadyTime at = rests_since ? std::min(*rests_since + patience.rest, latest) : latest;
   if (at > now.steady) {
     gives_way_ = true;
-    note(at);
+    wake_at(at);
   }
   return at;
 }
 
-void MachineValues::note(std::optional<SteadyTime> time) {
+void MachineValues::wake_at(std::optional<SteadyTime> time) {
   if (time && (!next_ || *time < *next_)) {
     next_ = time;
   }
 }
 
-void MachineValues::ask(machines::Link& link, Turn& turn, machines::Asker asker,
+void MachineValues::ask(machines::Controller& link, Turn& turn, machines::Asker asker,
                         variables::Step step) {
   turn = {.asked = ++last_question_};
   link.ask({asker, turn.asked, std::move(step)});
 }
 
-void MachineValues::ask_variables(machines::Link& link, std::optional<SteadyTime> rests_since,
+void MachineValues::ask_variables(machines::Controller& link, std::optional<SteadyTime> rests_since,
                                   Moment now) {
   constexpr Patience patience{.rest = 250us, .longest = 25ms};
-  const auto due = desk_.next_time(now.steady);
+  const auto due = variables_.next_time(now.steady);
   if (!due || *due > now.steady || variables_turn_.asked != 0) {
-    note(due);
+    wake_at(due);
     return;
   }
   if (time_for(variables_turn_, patience, rests_since, now) > now.steady) {
     return;
   }
   variables_turn_ = {};
-  if (auto step = desk_.next(now)) {
+  if (auto step = variables_.next(now)) {
     ask(link, variables_turn_, machines::Asker::variables, *std::move(step));
   }
-  if (const auto next = desk_.next_time(now.steady)) {
-    note(std::max(*next, now.steady + patience.rest));
+  if (const auto next = variables_.next_time(now.steady)) {
+    wake_at(std::max(*next, now.steady + patience.rest));
   }
 }
 
-void MachineValues::ask_data(machines::Link& link, std::optional<SteadyTime> rests_since,
+void MachineValues::ask_data(machines::Controller& link, std::optional<SteadyTime> rests_since,
                              Moment now) {
   constexpr Patience patience{.rest = 1ms, .longest = 50ms};
   const auto due = sampler_ ? sampler_->next_time(now.steady) : std::nullopt;
   if (!due || *due > now.steady) {
-    note(due);
+    wake_at(due);
     return;
   }
   if (time_for(data_turn_, patience, rests_since, now) > now.steady) {
@@ -208,49 +212,50 @@ void MachineValues::ask_data(machines::Link& link, std::optional<SteadyTime> res
         std::visit([](auto&& one) -> variables::Step { return std::forward<decltype(one)>(one); },
                    *std::move(step)));
   } else if (const auto next = sampler_->next_time(now.steady)) {
-    note(std::max(*next, now.steady + patience.rest));
+    wake_at(std::max(*next, now.steady + patience.rest));
   }
 }
 
-void MachineValues::go_on(machines::Link* link, std::optional<SteadyTime> rests_since, Moment now) {
+void MachineValues::pump(machines::Controller* link, std::optional<SteadyTime> rests_since,
+                         Moment now) {
   next_.reset();
   gives_way_ = false;
-  desk_.on_time(now);
+  variables_.on_time(now);
   if (up_ && link != nullptr) {
     // Before who asked is told of anything: the controller's answer takes longest.
     ask_variables(*link, rests_since, now);
     ask_data(*link, rests_since, now);
   } else {
-    note(desk_.next_time(now.steady));
+    wake_at(variables_.next_time(now.steady));
   }
-  tell(now);
+  publish_output(now);
 }
 
-void MachineValues::tell(Moment now) {
+void MachineValues::publish_output(Moment now) {
   changed_ = false;
   if (sampler_) {
-    const data::News news = sampler_->take_news();
-    for (const fabric::DataSample& sample : news.samples) {
+    const data::Output output = sampler_->take_output();
+    for (const fabric::DataSample& sample : output.samples) {
       publish(sample);
     }
-    for (const fabric::DataSample& sample : news.left) {
+    for (const fabric::DataSample& sample : output.left) {
       if (!is_of_program(sample)) {
         fabric_.dispose(sample);
       }
     }
-    for (const auto& line : news.lines) {
-      host_.say(line.level, line.text);
+    for (const auto& line : output.lines) {
+      host_.log(line.level, line.text);
     }
   }
-  const variables::News news = desk_.take_news();
-  for (const auto& answer : news.answers) {
+  const variables::Output output = variables_.take_output();
+  for (const auto& answer : output.answers) {
     fabric_.publish(answer.asker, answer.reply);
   }
-  for (const auto& written : news.written) {
+  for (const auto& written : output.written) {
     fabric_.publish(fabric::Outcome{own_, written.token, written.done, written.detail, now.wall});
   }
-  for (const auto& line : news.lines) {
-    host_.say(line.level, line.text);
+  for (const auto& line : output.lines) {
+    host_.log(line.level, line.text);
   }
 }
 
@@ -264,7 +269,7 @@ void MachineValues::publish(const fabric::DataSample& sample) {
     return;
   }
   for (const fabric::ProgramEvent& event : program->second.on_sample(sample)) {
-    host_.say(Level::info,
+    host_.log(Level::info,
               fmt::format("{}: program {}{}{}", event.key.to_string(),
                           printable(event.program) + (event.program.empty() ? "" : " "),
                           fabric::name_of(event.kind),

@@ -6,7 +6,7 @@
 //   values.set(settings, now);                        // again when the configuration changes
 //   values.on_up({1, 2}, now);
 //   values.on_request(request, now);
-//   if (values.is_due(now)) values.go_on(link, rests_since, now);    → link.ask(question)
+//   if (values.is_due(now)) values.pump(link, rests_since, now);    → link.ask(question)
 //   values.on_answer(answer, now);
 #pragma once
 
@@ -19,7 +19,7 @@
 #include "gateway/core/ports.hpp"
 #include "gateway/data/sampler.hpp"
 #include "gateway/programs/program_watch.hpp"
-#include "gateway/variables/desk.hpp"
+#include "gateway/variables/variable_requests.hpp"
 
 namespace millrace::gateway::core {
 
@@ -43,8 +43,8 @@ class MachineValues {
 
   /// Tells what there is to tell and asks what is due, of `link` if there is one. `rests_since`:
   /// since when no request of a call is under way; nothing while one is.
-  void go_on(machines::Link* link, std::optional<SteadyTime> rests_since, Moment now);
-  /// go_on() has something to do.
+  void pump(machines::Controller* link, std::optional<SteadyTime> rests_since, Moment now);
+  /// pump() has something to do.
   [[nodiscard]] bool is_due(Moment now) const {
     return changed_ || gives_way_ || (next_ && *next_ <= now.steady);
   }
@@ -70,11 +70,11 @@ class MachineValues {
   /// When the question may be asked: now, or later.
   SteadyTime time_for(Turn& turn, const Patience& patience, std::optional<SteadyTime> rests_since,
                       Moment now);
-  void ask(machines::Link& link, Turn& turn, machines::Asker asker, variables::Step step);
-  void note(std::optional<SteadyTime> time);
-  void ask_variables(machines::Link& link, std::optional<SteadyTime> rests_since, Moment now);
-  void ask_data(machines::Link& link, std::optional<SteadyTime> rests_since, Moment now);
-  void tell(Moment now);
+  void ask(machines::Controller& link, Turn& turn, machines::Asker asker, variables::Step step);
+  void wake_at(std::optional<SteadyTime> time);
+  void ask_variables(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);
+  void ask_data(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);
+  void publish_output(Moment now);
   void publish(const fabric::DataSample& sample);
 
   std::string machine_;
@@ -85,7 +85,7 @@ class MachineValues {
   /// None where there is nothing to sample.
   std::optional<data::Sampler> sampler_;
   std::map<std::uint16_t, programs::ProgramWatch> programs_;
-  variables::Desk desk_;
+  variables::VariableRequests variables_;
   Turn data_turn_;
   Turn variables_turn_;
   std::uint64_t last_question_ = 0;

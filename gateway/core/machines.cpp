@@ -44,12 +44,12 @@ void Machines::set(const std::vector<settings::MachineSettings>& wanted, Moment 
     }
   }
   for (auto& [name, one] : machines_) {
-    if (!names.contains(name) && !one.leaving) {
-      host_.say(Level::info,
+    if (!names.contains(name) && !one.removed) {
+      host_.log(Level::info,
                 fmt::format("{}: not in the configuration any more", one.settings.to_string()));
-      one.leaving = true;
+      one.removed = true;
       for (const std::uint16_t channel : listener_.channels_of(name)) {
-        retire(one, channel, now);
+        remove(one, channel, now);
       }
       reviews_.insert(name);
     }
@@ -63,15 +63,15 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings, Mome
   status.claimed = machines::plausible(now.wall);
   status.claims = settings.channels;
   status.address = address_of(settings);
-  claims_.expect(settings.name, status.address);
-  status.poll = settings.pace.idle;
+  claims_.set_address(settings.name, status.address);
+  status.poll = settings.intervals.idle;
   status.host = own_.host;
   status.pid = own_.pid;
   status.version = own_.version;
   status.epoch = own_.epoch;
   Machine& one =
       machines_
-          .try_emplace(settings.name, settings, machines::MachineReport(std::move(status)),
+          .try_emplace(settings.name, settings, machines::MachineStatusWriter(std::move(status)),
                        MachineValues(settings.name, fabric_, host_, own_.id))
           .first->second;
   one.values.set(settings, now);
@@ -81,25 +81,25 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings, Mome
 void Machines::change(Machine& one, const settings::MachineSettings& settings, Moment now) {
   one.values.set(settings, now);
   const bool same = same_way(one.settings, settings);
-  const bool more = one.leaving || claims_more(settings.channels, one.settings.channels);
+  const bool more = one.removed || claims_more(settings.channels, one.settings.channels);
   one.settings = settings;
-  one.leaving = false;
-  one.report.set_poll(settings.pace.idle);
-  one.report.set_address(address_of(settings));
-  claims_.expect(settings.name, one.report.status().address);
+  one.removed = false;
+  one.status_writer.set_poll(settings.intervals.idle);
+  one.status_writer.set_address(address_of(settings));
+  claims_.set_address(settings.name, one.status_writer.status().address);
   if (same && !more) {
-    carry_out(one, one.watch.set_mode(settings.watch), now);
+    apply(one, one.subscriptions.set_mode(settings.watch), now);
     publish(one);
     return;
   }
-  one.report.claim(more ? machines::plausible(now.wall) : one.report.status().claimed,
-                   settings.channels);
-  host_.say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
+  one.status_writer.claim(more ? machines::plausible(now.wall) : one.status_writer.status().claimed,
+                          settings.channels);
+  host_.log(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
   drop_link(one, "the configuration has changed", now);
   for (const std::uint16_t channel : listener_.channels_of(settings.name)) {
     if (!settings.channels.empty() &&
         std::ranges::find(settings.channels, channel) == settings.channels.end()) {
-      retire(one, channel, now);
+      remove(one, channel, now);
     }
   }
   if (one.listening() == nullptr) {
@@ -110,7 +110,7 @@ void Machines::change(Machine& one, const settings::MachineSettings& settings, M
 void Machines::connect(Machine& one, Moment now) {
   one.phase = Machine::Connected{host_.connect(one.settings)};
   if (one.refusal.empty()) {
-    one.report.on_down("connecting", now);
+    one.status_writer.on_down("connecting", now);
   }
 }
 
@@ -119,25 +119,26 @@ void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
     return;
   }
   one.phase = Machine::StandingBy{};
-  one.watch.link_down();
+  one.subscriptions.link_down();
   one.values.on_dropped(now);
   listener_.on_link_dropped(one.settings.name, reason);
 }
 
 /// The configuration names the channel no more.
-void Machines::retire(Machine& one, std::uint16_t channel, Moment now) {
+void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
   one.values.on_over(channel, now);
-  listener_.on_retired({one.settings.name, channel});
+  listener_.on_channel_removed({one.settings.name, channel});
 }
 
 /// Another gateway serves it.
-void Machines::refuse(Machine& one, std::uint16_t channel, const std::string& reason, Moment now) {
+void Machines::not_owner(Machine& one, std::uint16_t channel, const std::string& reason,
+                         Moment now) {
   one.values.on_over(channel, now);
-  listener_.on_refused({one.settings.name, channel}, reason);
+  listener_.on_not_owner({one.settings.name, channel}, reason);
 }
 
 void Machines::publish(Machine& one) {
-  if (const auto news = one.report.news()) {
+  if (const auto news = one.status_writer.take_change()) {
     fabric_.publish(*news);
   }
 }
@@ -158,9 +159,9 @@ void Machines::on_link_down(const std::string& machine, const std::string& reaso
   if (Machine* one = find_linked(machine)) {
     one->connected()->found.reset();
     one->connected()->served.clear();
-    one->watch.link_down();
+    one->subscriptions.link_down();
     if (one->refusal.empty()) {
-      one->report.on_down(reason, now);
+      one->status_writer.on_down(reason, now);
     }
     one->values.on_down(reason, now);
     listener_.on_lost(machine, reason);
@@ -169,18 +170,18 @@ void Machines::on_link_down(const std::string& machine, const std::string& reaso
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
-  if (!take(status, now)) {
+  if (!consider(status, now)) {
     // What it had said before may have stood in our way.
     review(status.machine, now);
     return;
   }
   if (const auto found = machines_.find(status.machine); found != machines_.end()) {
     fabric_.watch_channels();
-    machines::MachineReport& ours = found->second.report;
+    machines::MachineStatusWriter& ours = found->second.status_writer;
     if (status.connected && ours.status().connected &&
         !claims_.before(status, ours.status().claimed)) {
       // It may have taken us for gone, although we are there.
-      ours.forget_told();
+      ours.republish();
     }
     review(status.machine, now);
   }
@@ -220,14 +221,14 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   const auto machine = machines_.find(status.key.machine);
   if (machine != machines_.end() && machine->second.serves(status.key.channel)) {
     // Another gateway that did not hear us had it too.
-    inherit(status.key);
+    on_predecessor_call(status.key);
   }
 }
 
-bool Machines::stood_still(Moment now) {
+bool Machines::on_stall(Moment now) {
   bool contested = false;
   for (auto& [name, one] : machines_) {
-    one.report.forget_told();
+    one.status_writer.republish();
     if (claims_.contested(name)) {
       contested = true;
       if (one.connected() != nullptr) {
@@ -240,30 +241,30 @@ bool Machines::stood_still(Moment now) {
   return contested;
 }
 
-void Machines::tell_load(Moment now) {
+void Machines::publish_load(Moment now) {
   for (const std::string& line : complaints_.due(now.steady)) {
-    host_.say(Level::warn, line);
+    host_.log(Level::warn, line);
   }
   for (auto& [name, one] : machines_) {
     const auto* const connected = one.connected();
-    one.report.on_load(connected != nullptr ? connected->link->load() : machines::LinkLoad{},
-                       now.steady);
+    one.status_writer.on_load(connected != nullptr ? connected->link->load() : machines::LinkLoad{},
+                              now.steady);
     publish(one);
   }
 }
 
-void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
+void Machines::read(const fabric::ChannelKey& key, ReadSet set) {
   Machine& one = machines_.at(key.machine);
-  one.watch.looking(key.channel);
+  one.subscriptions.read_started(key.channel);
   Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
   ++connected.calls_under_way;
-  connected.link->read(key.channel, look);
+  connected.link->read(key.channel, set);
 }
 
 void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
   Machine& one = machines_.at(key.machine);
   if (variable == Variable::request_state) {
-    one.watch.on_cleared(key.channel);
+    one.subscriptions.on_cleared(key.channel);
   }
   Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
   ++connected.calls_under_way;
@@ -289,7 +290,7 @@ void Machines::on_request(const fabric::VariableRequest& request, Moment now) {
   }
 }
 
-machines::Link* Machines::link_of(const std::string& machine) const {
+machines::Controller* Machines::link_of(const std::string& machine) const {
   const auto one = machines_.find(machine);
   const auto* const connected = one == machines_.end() ? nullptr : one->second.connected();
   return connected == nullptr ? nullptr : connected->link.get();
@@ -305,11 +306,11 @@ void Machines::ask_values(Moment now) {
   for (auto& [name, one] : machines_) {
     if (one.values.is_due(now)) {
       const auto* const connected = one.connected();
-      one.values.go_on(connected != nullptr ? connected->link.get() : nullptr,
-                       connected == nullptr || connected->calls_under_way > 0
-                           ? std::nullopt
-                           : std::optional(connected->rests_since),
-                       now);
+      one.values.pump(connected != nullptr ? connected->link.get() : nullptr,
+                      connected == nullptr || connected->calls_under_way > 0
+                          ? std::nullopt
+                          : std::optional(connected->rests_since),
+                      now);
     }
   }
 }
@@ -332,13 +333,13 @@ void Machines::on_time(Moment now) {
   for (auto next = machines_.begin(); next != machines_.end();) {
     // It may leave.
     Machine& one = (next++)->second;
-    const auto watch_time = one.watch.next_time();
+    const auto subscriptions_time = one.subscriptions.next_time();
     const Machine::Listening* const listening = one.listening();
     const auto listens_until = listening ? std::optional(listening->until) : std::nullopt;
-    if (watch_time && *watch_time <= now.steady) {
-      carry_out(one, one.watch.on_time(now.steady), now);
+    if (subscriptions_time && *subscriptions_time <= now.steady) {
+      apply(one, one.subscriptions.on_time(now.steady), now);
     } else {
-      wake_at(watch_time);
+      wake_at(subscriptions_time);
     }
     if (listens_until && *listens_until <= now.steady) {
       listened(one, now);

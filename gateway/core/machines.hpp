@@ -25,7 +25,7 @@
 #include "gateway/core/machine_values.hpp"
 #include "gateway/core/ports.hpp"
 #include "gateway/machines/claims.hpp"
-#include "gateway/machines/machine_report.hpp"
+#include "gateway/machines/machine_status_writer.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -54,16 +54,17 @@ class MachinesListener {
   /// The link was taken away: reads and writes under way are not answered any more.
   virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
   /// The configuration names the channel no more.
-  virtual void on_retired(const fabric::ChannelKey& key) = 0;
+  virtual void on_channel_removed(const fabric::ChannelKey& key) = 0;
   /// Another gateway serves the channel.
-  virtual void on_refused(const fabric::ChannelKey& key, const std::string& reason) = 0;
+  virtual void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) = 0;
   /// We serve the channel from now on, in the place of a gateway that is gone and left this status.
-  virtual void on_inherited(const fabric::ChannelStatus& status, const std::string& from) = 0;
+  virtual void on_predecessor_call(const fabric::ChannelStatus& status,
+                                   const std::string& from) = 0;
   /// Whether changes in the channel are told from now on: not so when the link comes up.
-  virtual void on_pushed(const fabric::ChannelKey& key, bool pushed) = 0;
-  /// Something has changed there: it is time to look.
+  virtual void on_trusted(const fabric::ChannelKey& key, bool trusted) = 0;
+  /// Something has changed there: it is time to read.
   virtual void on_change(const fabric::ChannelKey& key, Variable variable) = 0;
-  /// Channels of this machine that have a session.
+  /// Channels of this machine that have a channel.
   [[nodiscard]] virtual Channels channels_of(const std::string& machine) const = 0;
 };
 
@@ -88,11 +89,11 @@ class Machines {
   void on_link_up(const std::string& machine, const Channels& channels, Moment now);
   void on_link_down(const std::string& machine, const std::string& reason, Moment now);
   /// To be told before anything else learns what was read.
-  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now);
-  void on_watched(const std::string& machine, const std::vector<machines::WatchOutcome>& outcomes,
-                  Moment now);
-  void on_told(const fabric::ChannelKey& key, Variable variable, std::optional<std::uint32_t> value,
-               Moment now);
+  void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now);
+  void on_subscribed(const std::string& machine,
+                     const std::vector<machines::SubscribeOutcome>& outcomes, Moment now);
+  void on_notification(const fabric::ChannelKey& key, Variable variable,
+                       std::optional<std::uint32_t> value, Moment now);
   /// What came of a question of its values.
   void on_answer(const std::string& machine, const machines::Answer& answer, Moment now);
   /// False if the link was taken away: what it still says is of no interest.
@@ -100,23 +101,23 @@ class Machines {
     return machines_.at(machine).connected() != nullptr;
   }
 
-  /// A session that was retired or refused is over.
+  /// A channel that was retired or refused is over.
   void on_over(const fabric::ChannelKey& key) { reviews_.insert(key.machine); }
   /// This process stood still for longer than others wait for it: machines that another gateway may
   /// have taken over are let go of, until it is known who serves them. False if there are none. All
   /// are told anew, since who takes this gateway for gone has forgotten what it told.
-  bool stood_still(Moment now);
+  bool on_stall(Moment now);
   /// About once a second: tells how busy the links are.
-  void tell_load(Moment now);
+  void publish_load(Moment now);
 
-  void read(const fabric::ChannelKey& key, ReadSet look);
+  void read(const fabric::ChannelKey& key, ReadSet set);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
   /// The link has answered a read or write of a call.
   void on_call_answered(const std::string& machine, Moment now);
   /// Somebody asks for a variable. Left to other gateways if the channel is not ours.
   void on_request(const fabric::VariableRequest& request, Moment now);
   /// Null if it was taken away, or the machine is not ours.
-  [[nodiscard]] machines::Link* link_of(const std::string& machine) const;
+  [[nodiscard]] machines::Controller* link_of(const std::string& machine) const;
 
   /// Where each event ends: does what the event has left to do.
   void finish(Moment now);
@@ -129,8 +130,12 @@ class Machines {
  private:
   /// One machine of the configuration.
   struct Machine {
-    Machine(const settings::MachineSettings& of, machines::MachineReport told, MachineValues asked)
-        : settings(of), report(std::move(told)), watch(of.watch), values(std::move(asked)) {}
+    Machine(const settings::MachineSettings& of, machines::MachineStatusWriter writer,
+            MachineValues asked)
+        : settings(of),
+          status_writer(std::move(writer)),
+          subscriptions(of.watch),
+          values(std::move(asked)) {}
 
     /// Whether other gateways serve it is found out first.
     struct Listening {
@@ -140,7 +145,7 @@ class Machines {
     /// All its channels are another gateway's, which the controller shall not be troubled for.
     struct StandingBy {};
     struct Connected {
-      std::unique_ptr<machines::Link> link;
+      std::unique_ptr<machines::Controller> link;
       /// Reads and writes of calls that the link has not answered.
       std::size_t calls_under_way = 0;
       /// Since when there are none.
@@ -159,17 +164,17 @@ class Machines {
     }
 
     settings::MachineSettings settings;
-    machines::MachineReport report;
+    machines::MachineStatusWriter status_writer;
     std::variant<StandingBy, Listening, Connected> phase{};
     /// It may have served already; then its claim is not moved behind those of others.
     bool has_served = false;
     /// The configuration names it no more.
-    bool leaving = false;
+    bool removed = false;
     /// Who serves it in our place, as it was logged last.
     std::string refusal{};
     /// What is missing although it is up: channels that others serve.
     std::string note{};
-    machines::Watch watch;
+    machines::Subscriptions subscriptions;
     MachineValues values;
   };
 
@@ -177,22 +182,22 @@ class Machines {
   Machine& add(const settings::MachineSettings& settings, Moment now);
   void change(Machine& one, const settings::MachineSettings& settings, Moment now);
   /// What another gateway says of a machine; false if it does not count for ours.
-  bool take(const fabric::MachineStatus& status, Moment now);
+  bool consider(const fabric::MachineStatus& status, Moment now);
   void complain(const std::string& kind, const std::string& about, const std::string& text,
                 Moment now);
   void listen(Machine& one, Moment now);
   void listened(Machine& one, Moment now);
   void review(const std::string& machine, Moment now);
-  bool refused_by_all(Machine& one, Moment now);
+  bool owned_by_others(Machine& one, Moment now);
   /// Of a machine that is up.
   void serve(Machine& one, Moment now);
   void connect(Machine& one, Moment now);
   void drop_link(Machine& one, const std::string& reason, Moment now);
-  void retire(Machine& one, std::uint16_t channel, Moment now);
-  void refuse(Machine& one, std::uint16_t channel, const std::string& reason, Moment now);
-  void inherit(const fabric::ChannelKey& key);
+  void remove(Machine& one, std::uint16_t channel, Moment now);
+  void not_owner(Machine& one, std::uint16_t channel, const std::string& reason, Moment now);
+  void on_predecessor_call(const fabric::ChannelKey& key);
   void publish(Machine& one);
-  void carry_out(Machine& one, const machines::WatchActions& actions, Moment now);
+  void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);
   static std::string note_of(const Machine& one);
   void wake_at(std::optional<SteadyTime> time);
 

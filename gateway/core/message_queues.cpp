@@ -12,33 +12,33 @@
 namespace millrace::gateway::core {
 
 void MessageQueues::set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
-                        const std::map<fabric::ChannelKey, QueueBook>& known, Moment now) {
+                        const std::map<fabric::ChannelKey, QueueLog>& known, Moment now) {
   for (auto& [key, one] : queues_) {
-    one.leaving = true;
+    one.removed = true;
   }
   for (const auto& [machine, all] : wanted) {
     for (const queues::QueueSettings& settings : all) {
       const fabric::ChannelKey key = settings.key(machine);
       One* one = find(key);
       if (one == nullptr) {
-        const auto book = known.find(key);
+        const auto queue_log = known.find(key);
         one = &queues_
                    .try_emplace(key, machine, settings,
-                                book == known.end() ? QueueBook() : book->second)
+                                queue_log == known.end() ? QueueLog() : queue_log->second)
                    .first->second;
         one->number = ++begun_;
       } else if (one->queue.settings() != settings) {
         one->queue.change(settings);
         go_down(*one, "the configuration has changed");
       }
-      one->leaving = false;
+      one->removed = false;
       // Also one that was leaving when its link came up.
       reach(key, *one, now);
       review(key, *one);
     }
   }
   for (auto& [key, one] : queues_) {
-    if (one.leaving) {
+    if (one.removed) {
       review(key, one);
     }
   }
@@ -52,23 +52,23 @@ MessageQueues::One* MessageQueues::find(const fabric::ChannelKey& key) {
 /// Whose calls are there: those of queues that are ours, and those of messages that the journal
 /// has.
 void MessageQueues::review(const fabric::ChannelKey& key, One& one) {
-  if (!one.leaving && (one.ours || one.has_messages())) {
+  if (!one.removed && (one.ours || one.has_messages())) {
     open(key, one);
-  } else if (!one.retired) {
-    one.retired = true;
-    events_.push_back({.kind = Kind::retired, .key = key, .number = one.number});
+  } else if (!one.draining) {
+    one.draining = true;
+    events_.push_back({.kind = Kind::draining, .key = key, .number = one.number});
   }
 }
 
 void MessageQueues::open(const fabric::ChannelKey& key, One& one) {
-  one.retired = false;
+  one.draining = false;
   events_.push_back({.kind = Kind::opened, .key = key, .number = one.number});
 }
 
 /// Reads the queue if its channel is ours and the link is up.
 void MessageQueues::reach(const fabric::ChannelKey& key, One& one, Moment now) {
   const Reach& way = machines_[one.machine];
-  if (one.leaving || way.link == nullptr || !way.channels.contains(one.queue.settings().channel)) {
+  if (one.removed || way.link == nullptr || !way.channels.contains(one.queue.settings().channel)) {
     return;
   }
   one.ours = true;
@@ -77,14 +77,14 @@ void MessageQueues::reach(const fabric::ChannelKey& key, One& one, Moment now) {
     one.link = way.link;
     one.link->open(key, one.queue.settings());
     one.asking = false;
-    one.watched = false;
+    one.subscribed = false;
     one.queue.on_up(now);
     ask_next(one, now);
   }
 }
 
 void MessageQueues::on_up(const std::string& machine, const machines::Channels& channels,
-                          machines::Link& link, Moment now) {
+                          machines::Controller& link, Moment now) {
   Reach& way = machines_[machine];
   way.channels.insert(channels.begin(), channels.end());
   way.link = &link;
@@ -99,7 +99,7 @@ void MessageQueues::go_down(One& one, const std::string& reason) {
   one.link = nullptr;
   one.asking = false;
   one.queue.on_down(reason);
-  tell(one);
+  take_output(one);
 }
 
 void MessageQueues::on_down(const std::string& machine, const std::string& reason) {
@@ -115,18 +115,19 @@ void MessageQueues::on_down(const std::string& machine, const std::string& reaso
   }
 }
 
-void MessageQueues::leave(const fabric::ChannelKey& key, One& one, const std::string& reason) {
+void MessageQueues::lose_channel(const fabric::ChannelKey& key, One& one,
+                                 const std::string& reason) {
   one.ours = false;
   go_down(one, reason);
   review(key, one);
 }
 
-void MessageQueues::on_left(const std::string& machine, std::uint16_t channel,
-                            const std::string& reason) {
+void MessageQueues::on_channel_lost(const std::string& machine, std::uint16_t channel,
+                                    const std::string& reason) {
   machines_[machine].channels.erase(channel);
   for (auto& [key, one] : queues_) {
     if (one.machine == machine && one.queue.settings().channel == channel) {
-      leave(key, one, reason);
+      lose_channel(key, one, reason);
     }
   }
 }
@@ -135,17 +136,17 @@ void MessageQueues::on_link_gone(const std::string& machine, const std::string& 
   machines_.erase(machine);
   for (auto& [key, one] : queues_) {
     if (one.machine == machine) {
-      leave(key, one, reason);
+      lose_channel(key, one, reason);
     }
   }
 }
 
 void MessageQueues::on_over(const fabric::ChannelKey& key) {
   One* const one = find(key);
-  if (one != nullptr && one->leaving) {
-    if (!one->told.values.empty()) {
-      one->told.values.clear();
-      fabric_.dispose(one->told);
+  if (one != nullptr && one->removed) {
+    if (!one->published.values.empty()) {
+      one->published.values.clear();
+      fabric_.dispose(one->published);
     }
     queues_.erase(key);
   }
@@ -165,14 +166,14 @@ void MessageQueues::on_answer(const fabric::ChannelKey& key, queues::StepAnswer 
   if (one == nullptr || !one->asking) {
     return;
   }
-  queues::Queue& queue = one->queue;
+  queues::MessageQueue& queue = one->queue;
   std::visit(fabric::Cases{[&](queues::Answer<queues::Control>& control) {
                              queue.on_control(control, now);
-                             if (control && queue.settings().events && !one->watched) {
+                             if (control && queue.settings().events && !one->subscribed) {
                                // The queue is looked at all the same, whatever the controller
                                // tells.
-                               one->watched = true;
-                               one->link->watch(key);
+                               one->subscribed = true;
+                               one->link->subscribe(key);
                              }
                            },
                            [&](queues::Answer<std::vector<std::string>>& texts) {
@@ -198,21 +199,21 @@ void MessageQueues::ask_next(One& one, Moment now) {
       one.link->ask(one.queue.key(), *step);
     }
   }
-  tell(one);
+  take_output(one);
 }
 
-void MessageQueues::read(const fabric::ChannelKey& key, ReadSet look) {
+void MessageQueues::read(const fabric::ChannelKey& key, ReadSet set) {
   if (One* const one = find(key)) {
     ++one->asked;
     events_.push_back({.kind = Kind::read, .key = key, .number = one->number});
-    events_.back().shown.look = look;
+    events_.back().shown.set = set;
   }
 }
 
 void MessageQueues::write(const fabric::ChannelKey& key, const Write& write, Moment now) {
   if (One* const one = find(key)) {
     one->queue.write(write, now);
-    tell(*one);
+    take_output(*one);
     ask_next(*one, now);
     ++one->asked;
     events_.push_back({.kind = Kind::written, .key = key, .number = one->number});
@@ -229,7 +230,7 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
     }
     switch (event.kind) {
       case Kind::opened:
-        if (one->retired) {
+        if (one->draining) {
           continue;
         }
         // As with a controller's link: what was asked before it went down is answered before it is
@@ -239,8 +240,8 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
           continue;
         }
         break;
-      case Kind::retired:
-        if (!one->retired) {
+      case Kind::draining:
+        if (!one->draining) {
           continue;
         }
         break;
@@ -249,8 +250,8 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
         break;
       case Kind::read:
         --one->asked;
-        event.shown = one->queue.look(event.shown.look);
-        one->queue.on_read(event.shown.look);
+        event.shown = one->queue.snapshot(event.shown.set);
+        one->queue.on_read(event.shown.set);
         break;
       case Kind::written:
         --one->asked;
@@ -263,61 +264,61 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
   return {};
 }
 
-void MessageQueues::on_event_told(const ChannelEvent& event) {
+void MessageQueues::on_event_delivered(const ChannelEvent& event) {
   One* const one = find(event.key);
   // The end of a call may have ended the queue.
   if (one == nullptr || one->number != event.number) {
     return;
   }
   if (event.kind == Kind::opened) {
-    tell(*one);
+    take_output(*one);
   } else if (event.kind == Kind::written) {
     one->queue.on_acknowledged();
-    tell(*one);
+    take_output(*one);
     if (!one->ours && !one->has_messages()) {
       review(event.key, *one);
     }
   }
-  if (one->opens && !one->retired && one->asked == 0) {
+  if (one->opens && !one->draining && one->asked == 0) {
     one->opens = false;
     events_.push_front({.kind = Kind::opened, .key = event.key, .number = one->number});
   }
 }
 
-void MessageQueues::tell(One& one) {
-  const queues::Queue::News news = one.queue.take_news();
+void MessageQueues::take_output(One& one) {
+  const queues::MessageQueue::Output output = one.queue.take_output();
   const fabric::ChannelKey& key = one.queue.key();
-  for (const JournalEntry& entry : news.entries) {
-    const bool waits = news.wait && &entry == &news.entries.back();
+  for (const JournalEntry& entry : output.entries) {
+    const bool waits = output.wait && &entry == &output.entries.back();
     host_.append(entry, waits ? Ticket{Ticket::Owner::queue, key, one.number} : Ticket{});
   }
-  say(key, news);
-  if (news.shows) {
+  log(key, output);
+  if (output.shows) {
     events_.push_back({.kind = Kind::changed, .key = key, .number = one.number});
   }
 }
 
-void MessageQueues::say(const fabric::ChannelKey& key, const queues::Queue::News& news) {
-  for (const auto& line : news.lines) {
-    host_.say(line.level, fmt::format("{}: {}", key.to_string(), line.text));
+void MessageQueues::log(const fabric::ChannelKey& key, const queues::MessageQueue::Output& output) {
+  for (const auto& line : output.lines) {
+    host_.log(line.level, fmt::format("{}: {}", key.to_string(), line.text));
   }
-  if (news.trouble) {
-    host_.notice({.kind = "queue", .subject = key.to_string()}, *news.trouble,
+  if (output.trouble) {
+    host_.notice({.kind = "queue", .subject = key.to_string()}, *output.trouble,
                  "see the names in gateway.textproto, and whether a program has initialised it");
   }
-  if (news.filling) {
-    host_.notice({.kind = "queue_filling", .subject = key.to_string()}, *news.filling,
+  if (output.filling) {
+    host_.notice({.kind = "queue_filling", .subject = key.to_string()}, *output.filling,
                  "start its service, or see why it does not answer");
   }
 }
 
-void MessageQueues::tell_numbers(Moment now) {
+void MessageQueues::publish_numbers(Moment now) {
   for (auto& [key, one] : queues_) {
-    tell_numbers(one, now);
+    publish_numbers(one, now);
   }
 }
 
-void MessageQueues::tell_numbers(One& one, Moment now) {
+void MessageQueues::publish_numbers(One& one, Moment now) {
   if (!one.ours && !one.has_messages()) {
     return;
   }
@@ -326,9 +327,9 @@ void MessageQueues::tell_numbers(One& one, Moment now) {
   const auto same = [](const fabric::Value& a, const fabric::Value& b) {
     return a.name == b.name && a.elements == b.elements && a.quality == b.quality;
   };
-  if (!std::ranges::equal(sample.values, one.told.values, same)) {
+  if (!std::ranges::equal(sample.values, one.published.values, same)) {
     fabric_.publish(sample);
-    one.told = std::move(sample);
+    one.published = std::move(sample);
   }
 }
 

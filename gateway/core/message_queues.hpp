@@ -3,11 +3,11 @@
 // ask of it is answered by events, which the core takes one after the other. Pure.
 //
 //   MessageQueues queues(fabric, host);
-//   queues.set(settings::queues_of(machines), journal.ledger().queues(), now);
+//   queues.set(settings::queues_of(machines), journal.state().queues(), now);
 //   queues.on_up("press", {1, 2}, link, now);            → link.open(…), link.ask(…)
 //   queues.read(key, ReadSet::request);
 //   while (const auto event = queues.next_event()) …     // ChannelEvent::Kind::read
-//     queues.on_event_told(*event);
+//     queues.on_event_delivered(*event);
 //
 // set() comes again when the configuration changes. A queue's calls go on without its controller,
 // as long as messages of it are in the journal.
@@ -23,8 +23,8 @@
 
 #include "fabric/data.hpp"
 #include "gateway/core/ports.hpp"
-#include "gateway/queue_book.hpp"
-#include "gateway/queues/queue.hpp"
+#include "gateway/queue_log.hpp"
+#include "gateway/queues/message_queue.hpp"
 #include "gateway/queues/step_answer.hpp"
 
 namespace millrace::gateway::core {
@@ -39,15 +39,16 @@ class MessageQueues {
   /// The queues to read from now on, by their machines. `known` is what the journal has of queues;
   /// what it has of others stays there.
   void set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
-           const std::map<fabric::ChannelKey, QueueBook>& known, Moment now);
+           const std::map<fabric::ChannelKey, QueueLog>& known, Moment now);
   [[nodiscard]] bool has(const fabric::ChannelKey& key) const { return queues_.contains(key); }
 
   /// `link` stays until on_link_gone().
-  void on_up(const std::string& machine, const machines::Channels& channels, machines::Link& link,
-             Moment now);
+  void on_up(const std::string& machine, const machines::Channels& channels,
+             machines::Controller& link, Moment now);
   void on_down(const std::string& machine, const std::string& reason);
   /// The channel is another gateway's, or nobody's.
-  void on_left(const std::string& machine, std::uint16_t channel, const std::string& reason);
+  void on_channel_lost(const std::string& machine, std::uint16_t channel,
+                       const std::string& reason);
   /// So are all of them.
   void on_link_gone(const std::string& machine, const std::string& reason);
   /// The calls of a queue that was retired are over.
@@ -59,10 +60,10 @@ class MessageQueues {
   void on_change(const fabric::ChannelKey& key, Moment now);
 
   // What the calls of a queue want of its channel.
-  void read(const fabric::ChannelKey& key, ReadSet look);
+  void read(const fabric::ChannelKey& key, ReadSet set);
   void write(const fabric::ChannelKey& key, const Write& write, Moment now);
-  [[nodiscard]] Snapshot look(const fabric::ChannelKey& key, ReadSet what) const {
-    return queues_.at(key).queue.look(what);
+  [[nodiscard]] ServiceSnapshot snapshot(const fabric::ChannelKey& key, ReadSet what) const {
+    return queues_.at(key).queue.snapshot(what);
   }
 
   /// Of the channel of a queue's calls.
@@ -73,7 +74,7 @@ class MessageQueues {
       /// The controller does not answer, and no message is left.
       down,
       /// They are not ours any more: the one under way is finished first. Answered by on_over().
-      retired,
+      draining,
       /// What read() has asked for.
       read,
       /// What write() has written is acknowledged.
@@ -86,48 +87,48 @@ class MessageQueues {
     /// Why it is down.
     std::string reason{};
     /// What is read.
-    Snapshot shown{};
+    ServiceSnapshot shown{};
     /// Of the queue that was meant: another one of this key may have taken its place.
     std::uint64_t number = 0;
   };
-  /// The next one for the core; then on_event_told().
+  /// The next one for the core; then on_event_delivered().
   std::optional<ChannelEvent> next_event();
-  void on_event_told(const ChannelEvent& event);
+  void on_event_delivered(const ChannelEvent& event);
 
   /// About once a second: tells each queue in numbers.
-  void tell_numbers(Moment now);
+  void publish_numbers(Moment now);
   void on_time(Moment now);
   /// When on_time() has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
   struct One {
-    One(std::string of, const queues::QueueSettings& settings, QueueBook book)
-        : machine(std::move(of)), queue(machine, settings, std::move(book)) {}
+    One(std::string of, const queues::QueueSettings& settings, QueueLog queue_log)
+        : machine(std::move(of)), queue(machine, settings, std::move(queue_log)) {}
 
     std::string machine;
-    queues::Queue queue;
+    queues::MessageQueue queue;
     /// Which one of this key.
     std::uint64_t number = 0;
     /// It is asked over this link, if any.
-    machines::Link* link = nullptr;
+    machines::Controller* link = nullptr;
     /// A question is under way.
     bool asking = false;
     /// The controller was asked to tell of changes.
-    bool watched = false;
+    bool subscribed = false;
     /// Its channel is served by us.
     bool ours = false;
     /// The configuration names it no more.
-    bool leaving = false;
-    bool retired = false;
+    bool removed = false;
+    bool draining = false;
     /// Reads and writes of its calls that are not answered yet.
     std::size_t asked = 0;
     /// To be opened once they are.
     bool opens = false;
     /// Its numbers as they were told last.
-    fabric::DataSample told{};
+    fabric::DataSample published{};
 
-    [[nodiscard]] bool has_messages() const { return queue.book().waiting() > 0; }
+    [[nodiscard]] bool has_messages() const { return queue.queue_log().waiting() > 0; }
     [[nodiscard]] std::optional<SteadyTime> next_time() const {
       return link != nullptr && !asking ? queue.next_time() : std::nullopt;
     }
@@ -135,7 +136,7 @@ class MessageQueues {
   /// The link of a machine while it is up, and the channels of it that are ours.
   struct Reach {
     std::set<std::uint16_t> channels{};
-    machines::Link* link = nullptr;
+    machines::Controller* link = nullptr;
   };
   using Kind = ChannelEvent::Kind;
 
@@ -143,12 +144,12 @@ class MessageQueues {
   void review(const fabric::ChannelKey& key, One& one);
   void reach(const fabric::ChannelKey& key, One& one, Moment now);
   void open(const fabric::ChannelKey& key, One& one);
-  void leave(const fabric::ChannelKey& key, One& one, const std::string& reason);
+  void lose_channel(const fabric::ChannelKey& key, One& one, const std::string& reason);
   void go_down(One& one, const std::string& reason);
   void ask_next(One& one, Moment now);
-  void tell(One& one);
-  void say(const fabric::ChannelKey& key, const queues::Queue::News& news);
-  void tell_numbers(One& one, Moment now);
+  void take_output(One& one);
+  void log(const fabric::ChannelKey& key, const queues::MessageQueue::Output& output);
+  void publish_numbers(One& one, Moment now);
 
   Fabric& fabric_;
   Host& host_;

@@ -1,5 +1,5 @@
 // What a gateway's decisions do to the world: `Fabric` has its DDS writers, `Host` the rest. The
-// shell (gateway/live) implements both with sockets, the simulation with its models. No function
+// shell (gateway/shell) implements both with sockets, the simulation with its models. No function
 // calls back into the core from within.
 #pragma once
 
@@ -12,10 +12,10 @@
 #include "fabric/messages.hpp"
 #include "fabric/notice.hpp"
 #include "fabric/variables.hpp"
-#include "gateway/interest.hpp"
 #include "gateway/journal_entry.hpp"
-#include "gateway/machines/link.hpp"
+#include "gateway/machines/controller.hpp"
 #include "gateway/moment.hpp"
+#include "gateway/readers.hpp"
 #include "gateway/settings/settings.hpp"
 
 namespace millrace::gateway::core {
@@ -52,11 +52,12 @@ class Host {
   /// at all.
   virtual void wake_at(std::optional<SteadyTime> time) = 0;
   /// Begins to connect; what the link says comes to the core.
-  virtual std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) = 0;
+  virtual std::unique_ptr<machines::Controller> connect(
+      const settings::MachineSettings& machine) = 0;
   /// Journal this; Core::on_recorded(ticket) once it is as safe as the journal's policy promises,
   /// if anybody waits.
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
-  virtual void say(Level level, const std::string& text) = 0;
+  virtual void log(Level level, const std::string& text) = 0;
   /// Raises what the gateway has to say of itself, or clears it if `text` is empty.
   virtual void notice(const fabric::NoticeKey& key, const std::string& text,
                       const std::string& advice) = 0;

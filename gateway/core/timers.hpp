@@ -1,4 +1,4 @@
-// When each channel is to be looked at again.
+// When each channel is to be read again.
 //
 //   timers.set(key, at);
 //   for (const auto& key : timers.take_due(now.steady)) …       // once timers.next() has come

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gateway/data/values.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::data {
 
@@ -25,31 +25,31 @@ void Group::start(SteadyTime now) {
   counted_ = 0;
   for (Item& item : items_) {
     item.reading.reset();
-    item.look_up_at = now;
+    item.resolve_at = now;
   }
 }
 
 std::optional<DataSample> Group::stop(const std::string& reason, Moment now) {
   started_ = false;
-  in_beat_ = false;
+  in_cycle_ = false;
   pending_.clear();
   under_way_ = 0;
   period_ = settings_.period;
-  pace_changed_ = false;
+  period_changed_ = false;
   for (Item& item : items_) {
     item.value.quality = Quality::stale;
     item.value.reason = reason;
   }
-  if (told_.empty()) {
+  if (published_.empty()) {
     return std::nullopt;
   }
   DataSample last = sample(now);
-  told_ = last.values;
+  published_ = last.values;
   return last;
 }
 
-void Group::begin_beat() {
-  in_beat_ = true;
+void Group::begin_cycle() {
+  in_cycle_ = true;
   under_way_ = 0;
   pending_.clear();
   for (std::size_t i = 0; i < items_.size(); ++i) {
@@ -64,24 +64,24 @@ void Group::asked(std::size_t item) {
   ++under_way_;
 }
 
-std::optional<DataSample> Group::end_beat(Moment now) {
-  in_beat_ = false;
+std::optional<DataSample> Group::end_cycle(Moment now) {
+  in_cycle_ = false;
   const auto behind = now.steady - due_;
   due_ += (behind / settings_.period + 1) * settings_.period;
   measure(now.steady);
-  bool news = settings_.always || pace_changed_ || told_.empty();
-  for (std::size_t i = 0; i < told_.size() && !news; ++i) {
-    news = is_news(told_[i], items_[i].value, settings_.deadband);
+  bool news = settings_.always || period_changed_ || published_.empty();
+  for (std::size_t i = 0; i < published_.size() && !news; ++i) {
+    news = is_news(published_[i], items_[i].value, settings_.deadband);
   }
   if (!news) {
     return std::nullopt;
   }
   DataSample next = sample(now);
-  told_ = next.values;
+  published_ = next.values;
   return next;
 }
 
-/// Over ten beats, and at least five seconds: one that is late now and then is no news.
+/// Over ten cycles, and at least five seconds: one that is late now and then is no news.
 void Group::measure(SteadyTime now) {
   constexpr std::chrono::seconds at_least{5};
   constexpr std::uint32_t beats = 10;
@@ -95,14 +95,14 @@ void Group::measure(SteadyTime now) {
   const bool was_slow = slow();
   const std::chrono::nanoseconds wanted = settings_.period;
   const bool is_slow = was_slow ? one > wanted + wanted / 10 : one > wanted + wanted / 5;
-  pace_changed_ = pace_changed_ || is_slow != was_slow;
+  period_changed_ = period_changed_ || is_slow != was_slow;
   period_ = is_slow ? one : wanted;
   counting_since_ = now;
   counted_ = 0;
 }
 
-bool Group::take_pace_change() {
-  return std::exchange(pace_changed_, false);
+bool Group::take_period_change() {
+  return std::exchange(period_changed_, false);
 }
 
 DataSample Group::sample(Moment now) const {

@@ -1,9 +1,9 @@
-// One group of values: what of it is known and told, and when its next beat is. Pure.
+// One group of values: what of it is known and published, and when its next cycle is. Pure.
 //
 //   Group group(settings, "press");
 //   group.start(now);                         // the controller answers: due at once
-//   group.begin_beat();  …  group.at(i).value = …  …
-//   if (auto sample = group.end_beat(now)) publish(*sample);
+//   group.begin_cycle();  …  group.at(i).value = …  …
+//   if (auto sample = group.end_cycle(now)) publish(*sample);
 #pragma once
 
 #include <optional>
@@ -21,12 +21,12 @@ namespace millrace::gateway::data {
 /// A variable or object of a group.
 struct Item {
   fabric::Value value{};
-  /// How it is read; nothing until it has been looked up.
+  /// How it is read; nothing until it has been resolved.
   std::optional<cnc::variables::Reading> reading{};
-  /// When it is looked up, while it is not known.
-  SteadyTime look_up_at{};
+  /// When it is resolved, while it is not known.
+  SteadyTime resolve_at{};
   /// What the log has been told of it.
-  std::string said{};
+  std::string logged{};
 };
 
 class Group {
@@ -39,31 +39,31 @@ class Group {
 
   /// The channel is served and its controller answers.
   void start(SteadyTime now);
-  /// It is not, or not any more: what was good is stale. A sample if somebody was told otherwise.
+  /// It is not, or not any more: what was good is stale. A sample if another was published.
   std::optional<fabric::DataSample> stop(const std::string& reason, Moment now);
   [[nodiscard]] bool started() const { return started_; }
   /// Who heard of it has forgotten it.
-  void forget_told() { told_.clear(); }
+  void republish() { published_.clear(); }
 
   [[nodiscard]] SteadyTime due() const { return due_; }
-  [[nodiscard]] bool in_beat() const { return in_beat_; }
+  [[nodiscard]] bool in_cycle() const { return in_cycle_; }
   /// Everything that is known is to be read.
-  void begin_beat();
-  /// Of this beat, and not yet asked for.
+  void begin_cycle();
+  /// Of this cycle, and not yet asked for.
   [[nodiscard]] std::set<std::size_t>& pending() { return pending_; }
   void asked(std::size_t item);
   void answered() { --under_way_; }
   /// Nothing is missing any more.
-  [[nodiscard]] bool complete() const { return in_beat_ && pending_.empty() && under_way_ == 0; }
-  /// A sample if there is news, or each is wanted. The next beat is the first whole period from
+  [[nodiscard]] bool complete() const { return in_cycle_ && pending_.empty() && under_way_ == 0; }
+  /// A sample if there is news, or each is wanted. The next cycle is the first whole period from
   /// now.
-  std::optional<fabric::DataSample> end_beat(Moment now);
+  std::optional<fabric::DataSample> end_cycle(Moment now);
 
-  /// How long a beat takes lately; the wanted period while it is kept.
+  /// How long a cycle takes lately; the wanted period while it is kept.
   [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
   [[nodiscard]] bool slow() const { return period_ > settings_.period; }
   /// True once after it became slow, or no longer is.
-  bool take_pace_change();
+  bool take_period_change();
 
   /// The group as it is now, as a sample.
   [[nodiscard]] fabric::DataSample sample(Moment now) const;
@@ -76,13 +76,13 @@ class Group {
   std::vector<Item> items_;
   bool started_ = false;
   SteadyTime due_{};
-  bool in_beat_ = false;
+  bool in_cycle_ = false;
   std::set<std::size_t> pending_;
   std::size_t under_way_ = 0;
-  /// What was told last; empty = nothing yet.
-  std::vector<fabric::Value> told_;
+  /// What was published last; empty = nothing yet.
+  std::vector<fabric::Value> published_;
   std::chrono::nanoseconds period_;
-  bool pace_changed_ = false;
+  bool period_changed_ = false;
   /// Beats since then, to know how long one takes.
   SteadyTime counting_since_{};
   std::uint32_t counted_ = 0;

@@ -8,7 +8,7 @@
 
 namespace millrace::gateway::data {
 
-/// Values that are read together, and told together.
+/// Values that are read together, and published together.
 struct GroupSettings {
   /// Of its own in its channel; at most 63 characters.
   std::string name;
@@ -16,9 +16,9 @@ struct GroupSettings {
   /// Variables as programs write them, objects as cnc/variables/objects.hpp has them.
   std::vector<std::string> names;
   std::chrono::milliseconds period{1000};
-  /// A number is another one when it differs by more than this from what was told last.
+  /// A number is another one when it differs by more than this from what was published last.
   double deadband = 0;
-  /// Told on each beat; otherwise when a value is another one.
+  /// Published on each cycle; otherwise when a value is another one.
   bool always = false;
   bool operator==(const GroupSettings&) const = default;
 };

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "gateway/data/values.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::data {
 
@@ -15,7 +15,7 @@ using cnc::variables::Reading;
 using fabric::Quality;
 
 Sampler::Sampler(std::string machine, const DataSettings& settings)
-    : machine_(std::move(machine)), budget_(settings.requests_per_second) {
+    : machine_(std::move(machine)), rate_limit_(settings.requests_per_second) {
   for (const GroupSettings& group : settings.groups) {
     groups_.emplace_back(group, machine_);
   }
@@ -38,7 +38,7 @@ void Sampler::on_down(const std::string& reason, Moment now) {
       continue;
     }
     if (auto sample = group.stop(reason, now)) {
-      news_.samples.push_back(std::move(*sample));
+      output_.samples.push_back(std::move(*sample));
     }
   }
 }
@@ -47,8 +47,8 @@ void Sampler::on_over(std::uint16_t channel, Moment now) {
   for (Group& group : groups_) {
     if (channel == 0 || group.settings().channel == channel) {
       static_cast<void>(group.stop("another gateway may tell of it", now));
-      group.forget_told();
-      news_.left.push_back(
+      group.republish();
+      output_.left.push_back(
           {.key = {machine_, group.settings().channel}, .group = group.settings().name});
     }
   }
@@ -65,22 +65,22 @@ std::optional<Step> Sampler::next(Moment now) {
   if (!ready || *ready > now.steady) {
     return std::nullopt;
   }
-  if (auto step = look_up(now.steady)) {
+  if (auto step = resolve(now.steady)) {
     return step;
   }
   return read(now);
 }
 
 /// Those of one channel that are not known yet.
-std::optional<Step> Sampler::look_up(SteadyTime now) {
+std::optional<Step> Sampler::resolve(SteadyTime now) {
   constexpr std::size_t most = 32;
-  LookUp step;
+  Resolve step;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
     const bool fits = step.names.empty() || step.channel == group.settings().channel;
     for (std::size_t i = 0; group.started() && fits && i < group.items().size(); ++i) {
       const Item& one = group.at(i);
-      if (!one.reading && one.look_up_at <= now && step.names.size() < most) {
+      if (!one.reading && one.resolve_at <= now && step.names.size() < most) {
         step.channel = group.settings().channel;
         step.names.push_back(one.value.name);
         under_way_.push_back({g, i});
@@ -94,15 +94,15 @@ std::optional<Step> Sampler::look_up(SteadyTime now) {
 std::optional<Step> Sampler::read(Moment now) {
   std::vector<std::size_t> due;
   for (Group& group : groups_) {
-    if (group.started() && !group.in_beat() && group.due() <= now.steady) {
-      group.begin_beat();
+    if (group.started() && !group.in_cycle() && group.due() <= now.steady) {
+      group.begin_cycle();
     }
   }
   // Of which nothing can be read.
-  end_beats(now);
+  end_cycles(now);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
-    if (group.in_beat() && !group.pending().empty()) {
+    if (group.in_cycle() && !group.pending().empty()) {
       due.push_back(g);
     }
   }
@@ -139,31 +139,31 @@ std::optional<SteadyTime> Sampler::next_time(SteadyTime now) {
     if (!group.started()) {
       continue;
     }
-    note(group.in_beat() ? now : group.due());
+    note(group.in_cycle() ? now : group.due());
     for (const Item& one : group.items()) {
       if (!one.reading) {
-        note(one.look_up_at);
+        note(one.resolve_at);
       }
     }
   }
   if (!first) {
     return std::nullopt;
   }
-  const SteadyTime allowed = budget_.time_of_one(now);
+  const SteadyTime allowed = rate_limit_.time_of_one(now);
   short_of_budget_ = short_of_budget_ || (*first <= now && allowed > now);
   return std::max(*first, allowed);
 }
 
 void Sampler::refuse(Item& item, const std::string& reason, SteadyTime again) {
   item.value.quality = Quality::refused;
-  item.value.reason = fit_reason(reason);
+  item.value.reason = truncate_reason(reason);
   item.reading.reset();
-  item.look_up_at = again;
+  item.resolve_at = again;
 }
 
-void Sampler::on_looked_up(const std::vector<Known>& known, std::uint64_t requests, Moment now) {
+void Sampler::on_resolved(const std::vector<Resolved>& known, std::uint64_t requests, Moment now) {
   const std::vector<Place> places = std::exchange(under_way_, {});
-  budget_.spend(static_cast<double>(requests));
+  rate_limit_.spend(static_cast<double>(requests));
   for (std::size_t i = 0; i < places.size() && i < known.size(); ++i) {
     if (!groups_[places[i].group].started()) {
       continue;
@@ -179,11 +179,11 @@ void Sampler::on_looked_up(const std::vector<Known>& known, std::uint64_t reques
       refuse(one, known[i].error().reason, now.steady + retry_refused);
     } else {
       one.value.quality = Quality::stale;
-      one.value.reason = fit_reason(known[i].error().reason);
-      one.look_up_at = now.steady + retry_silent;
+      one.value.reason = truncate_reason(known[i].error().reason);
+      one.resolve_at = now.steady + retry_silent;
     }
   }
-  say_refused(places);
+  report_refused(places);
 }
 
 void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
@@ -208,10 +208,10 @@ void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
     }
     // What was good may have another handle by now.
     one.reading.reset();
-    one.look_up_at = now.steady;
+    one.resolve_at = now.steady;
   }
   if (is_overload(code)) {
-    budget_.empty();
+    rate_limit_.empty();
   }
   one.value.quality = Quality::stale;
   one.value.reason = cnc::ads::describe(code);
@@ -220,68 +220,68 @@ void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
 void Sampler::on_read(const std::vector<Answer>& answers, std::uint64_t requests, bool sums,
                       Moment now) {
   const std::vector<Place> places = std::exchange(under_way_, {});
-  budget_.spend(static_cast<double>(requests));
+  rate_limit_.spend(static_cast<double>(requests));
   at_once_ = sums ? most_together : 1;
   for (std::size_t i = 0; i < places.size() && i < answers.size(); ++i) {
     Group& group = groups_[places[i].group];
-    if (group.started() && group.in_beat()) {
+    if (group.started() && group.in_cycle()) {
       group.answered();
       take_answer(places[i], answers[i], now);
     }
   }
-  say_refused(places);
-  end_beats(now);
+  report_refused(places);
+  end_cycles(now);
 }
 
-void Sampler::end_beats(Moment now) {
+void Sampler::end_cycles(Moment now) {
   for (Group& group : groups_) {
     if (!group.complete()) {
       continue;
     }
-    auto sample = group.end_beat(now);
-    if (group.take_pace_change()) {
-      say_pace(group);
+    auto sample = group.end_cycle(now);
+    if (group.take_period_change()) {
+      report_period(group);
       short_of_budget_ = false;
     }
     if (sample) {
-      news_.samples.push_back(std::move(*sample));
+      output_.samples.push_back(std::move(*sample));
     }
   }
 }
 
 /// Once for each reason, in one line for all that have it.
-void Sampler::say_refused(const std::vector<Place>& places) {
+void Sampler::report_refused(const std::vector<Place>& places) {
   std::map<std::pair<std::size_t, std::string>, std::string> by_reason;
   for (const Place place : places) {
     Item& one = item(place);
-    if (one.value.quality == Quality::refused && one.said != one.value.reason) {
-      one.said = one.value.reason;
+    if (one.value.quality == Quality::refused && one.logged != one.value.reason) {
+      one.logged = one.value.reason;
       std::string& names = by_reason[{place.group, one.value.reason}];
       names += (names.empty() ? "" : ", ") + one.value.name;
     }
   }
   for (const auto& [key, names] : by_reason) {
-    news_.lines.push_back(
+    output_.lines.push_back(
         {Level::warn,
          fmt::format("{}: {} cannot be read: {}; tried again every {} s", where(groups_[key.first]),
                      names, key.second, retry_refused.count())});
   }
 }
 
-void Sampler::say_pace(const Group& group) {
+void Sampler::report_period(const Group& group) {
   const auto wanted = group.settings().period.count();
   if (!group.slow()) {
-    news_.lines.push_back(
+    output_.lines.push_back(
         {Level::info, fmt::format("{}: sampled every {} ms again", where(group), wanted)});
     return;
   }
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(group.period()).count();
-  news_.lines.push_back(
+  output_.lines.push_back(
       {Level::warn,
        fmt::format("{}: sampled every {} ms, not every {} ms: {}", where(group), ms, wanted,
                    short_of_budget_
                        ? fmt::format("the budget of {} requests a second does not allow for more",
-                                     budget_.per_second())
+                                     rate_limit_.per_second())
                        : "its controller answers too slowly, or calls went first")});
 }
 

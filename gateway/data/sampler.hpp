@@ -1,11 +1,11 @@
-// What is asked of a controller, and when, so that each group of its data is sampled on its beat:
+// What is asked of a controller, and when, so that each group of its data is sampled on its cycle:
 // merged over groups, within a budget, one request at a time. Pure.
 //
 //   Sampler sampler("press", settings);
 //   sampler.on_up({1, 2}, now);
-//   if (auto step = sampler.next(now)) …       // LookUp or Read: nothing more until its answer
+//   if (auto step = sampler.next(now)) …       // Resolve or Read: nothing more until its answer
 //   sampler.on_read(answers, 1, true, now);
-//   publish(sampler.take_news());              // samples, and lines for the log
+//   publish(sampler.take_output());              // samples, and lines for the log
 //   wait_until(sampler.next_time(now.steady));
 //
 // What the budget does not allow for is sampled more slowly, each group in its turn, and that is
@@ -23,14 +23,14 @@
 
 #include "cnc/variables/reading.hpp"
 #include "fabric/data.hpp"
-#include "gateway/data/budget.hpp"
 #include "gateway/data/group.hpp"
-#include "gateway/interest.hpp"
+#include "gateway/data/rate_limit.hpp"
+#include "gateway/readers.hpp"
 
 namespace millrace::gateway::data {
 
 /// What these are, is to be found out.
-struct LookUp {
+struct Resolve {
   std::uint16_t channel = 0;
   std::vector<std::string> names;
 };
@@ -38,10 +38,10 @@ struct LookUp {
 struct Read {
   std::vector<cnc::variables::Reading> readings;
 };
-using Step = std::variant<LookUp, Read>;
+using Step = std::variant<Resolve, Read>;
 
 /// What comes of an event.
-struct News {
+struct Output {
   std::vector<fabric::DataSample> samples;
   /// Groups of which we have nothing more to tell, by their keys.
   std::vector<fabric::DataSample> left;
@@ -69,7 +69,7 @@ class Sampler {
   /// The link is gone: a step under way is not answered any more.
   void on_down(const std::string& reason, Moment now);
   /// The channel is not served any more, or none with 0. Somebody else may tell of its groups now:
-  /// they are in News::left, and nothing more is said of them.
+  /// they are in Output::left, and nothing more is said of them.
   void on_over(std::uint16_t channel, Moment now);
 
   /// What to ask now; nothing while something is under way, or nothing is due.
@@ -77,15 +77,15 @@ class Sampler {
   /// When next() has something, nothing while something is under way.
   std::optional<SteadyTime> next_time(SteadyTime now);
 
-  using Known = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
+  using Resolved = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
   using Answer = cnc::ads::Result<cnc::variables::Bytes>;
   /// What came of the step, in its order, and how many requests that took. `sums`: the controller
   /// reads many values in one request.
-  void on_looked_up(const std::vector<Known>& known, std::uint64_t requests, Moment now);
+  void on_resolved(const std::vector<Resolved>& known, std::uint64_t requests, Moment now);
   void on_read(const std::vector<Answer>& answers, std::uint64_t requests, bool sums, Moment now);
 
   /// What has come of all this since it was last asked for.
-  News take_news() { return std::exchange(news_, {}); }
+  Output take_output() { return std::exchange(output_, {}); }
 
  private:
   struct Place {
@@ -94,24 +94,24 @@ class Sampler {
   };
 
   Item& item(Place place) { return groups_.at(place.group).at(place.item); }
-  std::optional<Step> look_up(SteadyTime now);
+  std::optional<Step> resolve(SteadyTime now);
   std::optional<Step> read(Moment now);
   void take_answer(Place place, const Answer& answer, Moment now);
   static void refuse(Item& item, const std::string& reason, SteadyTime again);
-  void end_beats(Moment now);
-  void say_refused(const std::vector<Place>& places);
-  void say_pace(const Group& group);
+  void end_cycles(Moment now);
+  void report_refused(const std::vector<Place>& places);
+  void report_period(const Group& group);
   [[nodiscard]] std::string where(const Group& group) const;
 
   std::string machine_;
   std::vector<Group> groups_;
-  Budget budget_;
+  RateLimit rate_limit_;
   std::size_t at_once_ = most_together;
   /// Of the step under way; empty = none is.
   std::vector<Place> under_way_;
   /// The budget has kept something waiting since a group was found slow.
   bool short_of_budget_ = false;
-  News news_;
+  Output output_;
 };
 
 }  // namespace millrace::gateway::data

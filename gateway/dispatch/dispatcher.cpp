@@ -8,7 +8,7 @@
 
 #include "fabric/channel_scope.hpp"
 #include "gateway/dispatch/near_miss.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::dispatch {
 
@@ -52,11 +52,11 @@ Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity
   });
   Decisions decisions;
   if (back) {
-    give_again(instance, decisions);
+    assign_again(instance, decisions);
   }
-  give_out(identity.uuid, decisions);
+  assign_waiting(identity.uuid, decisions);
   if (before != identity.uuid) {
-    give_out(before, decisions);
+    assign_waiting(before, decisions);
   }
   return decisions;
 }
@@ -65,7 +65,7 @@ Decisions Dispatcher::on_instance_gone(const fabric::InstanceId& id, SteadyTime 
   Decisions decisions;
   if (Instance* const instance = instances_.find(id)) {
     instances_.change(*instance, [&] { instance->lost_at = now + options_.grace; });
-    give_out(instance->identity.uuid, decisions);
+    assign_waiting(instance->identity.uuid, decisions);
   }
   return decisions;
 }
@@ -78,63 +78,66 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
   }
   std::uint32_t others = 0;
   for (const fabric::CallId& call : load.calls) {
-    const Job* const job = jobs_.find(call);
-    others += job == nullptr || job->at != instance ? 1U : 0U;
+    const PendingCall* const pending = calls_.find(call);
+    others += pending == nullptr || pending->at != instance ? 1U : 0U;
   }
   const std::size_t running =
       load.calls.size() - std::min<std::size_t>(load.calls.size(), load.status.waiting);
   const auto begun = std::span(load.calls).first(running);
-  std::vector<Job*> unheard;
+  std::vector<PendingCall*> unheard;
   Instances::change_load(*instance, [&] {
     instance->others = others;
-    for (Job* const job : instance->jobs) {
-      job->waits = job->waits && std::ranges::count(begun, job->call) == 0;
-      const bool due = job->published_at && now - *job->published_at >= options_.deaf;
-      job->unknown = due && std::ranges::count(load.calls, job->call) == 0 ? job->unknown + 1 : 0;
-      if (job->unknown >= 2) {
-        unheard.push_back(job);
+    for (PendingCall* const pending : instance->calls) {
+      pending->waits = pending->waits && std::ranges::count(begun, pending->call) == 0;
+      const bool due =
+          pending->published_at && now - *pending->published_at >= options_.unresponsive;
+      pending->unknown =
+          due && std::ranges::count(load.calls, pending->call) == 0 ? pending->unknown + 1 : 0;
+      if (pending->unknown >= 2) {
+        unheard.push_back(pending);
       }
     }
-    Jobs::note_waiters(*instance);
+    PendingCalls::note_waiters(*instance);
   });
-  if (instance->full_until && instance->declined < most_declined) {
+  if (instance->busy_until && instance->declined < most_declined) {
     // What it has now is known.
-    instances_.change(*instance, [&] { instance->full_until.reset(); });
+    instances_.change(*instance, [&] { instance->busy_until.reset(); });
   }
   if (!unheard.empty()) {
-    instances_.change(*instance, [&] { instance->deaf_until = now + options_.deaf_pause; });
-    std::ranges::sort(unheard, {}, &Job::number);
-    for (Job* const job : unheard) {
-      lose_call(*job, Loss::deaf, decisions);
+    instances_.change(*instance,
+                      [&] { instance->unresponsive_until = now + options_.unresponsive_pause; });
+    std::ranges::sort(unheard, {}, &PendingCall::number);
+    for (PendingCall* const pending : unheard) {
+      lose_call(*pending, Loss::unresponsive, decisions);
     }
   }
   if (!unheard.empty() || instance->has_place()) {
-    give_out(instance->identity.uuid, decisions);
+    assign_waiting(instance->identity.uuid, decisions);
   }
   return decisions;
 }
 
 void Dispatcher::on_published(const fabric::CallId& call, SteadyTime now) {
-  if (Job* const job = jobs_.find(call)) {
-    job->published_at = now;
-    job->unknown = 0;
+  if (PendingCall* const pending = calls_.find(call)) {
+    pending->published_at = now;
+    pending->unknown = 0;
   }
 }
 
 Decisions Dispatcher::decline(const fabric::CallId& call, SteadyTime now) {
   Decisions decisions;
-  Job* const job = jobs_.find(call);
-  if (job == nullptr || job->at == nullptr) {
+  PendingCall* const pending = calls_.find(call);
+  if (pending == nullptr || pending->at == nullptr) {
     return decisions;
   }
-  Instance& instance = *job->at;
-  jobs_.queue(*job);
+  Instance& instance = *pending->at;
+  calls_.queue(*pending);
   instances_.change(instance, [&] {
     ++instance.declined;
-    instance.full_until =
-        now + (instance.declined < most_declined ? options_.full_pause : options_.deaf_pause);
+    instance.busy_until = now + (instance.declined < most_declined ? options_.busy_pause
+                                                                   : options_.unresponsive_pause);
   });
-  try_to_give(*job, decisions);
+  try_to_assign(*pending, decisions);
   return decisions;
 }
 
@@ -148,7 +151,7 @@ Decisions Dispatcher::on_time(SteadyTime now) {
       continue;
     }
     instances_.change(*instance, [&] {
-      for (auto* const until : {&instance->full_until, &instance->deaf_until}) {
+      for (auto* const until : {&instance->busy_until, &instance->unresponsive_until}) {
         if (*until && **until <= now) {
           until->reset();
         }
@@ -156,7 +159,7 @@ Decisions Dispatcher::on_time(SteadyTime now) {
     });
   }
   for (const std::string& uuid : changed) {
-    give_out(uuid, decisions);
+    assign_waiting(uuid, decisions);
   }
   return decisions;
 }
@@ -199,72 +202,72 @@ fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
                                            : fabric::Delivery::at_least_once;
 }
 
-Decisions Dispatcher::add(const Call& call) {
-  Job* const before = jobs_.find(call.id);
+Decisions Dispatcher::add(const CallRecord& call) {
+  PendingCall* const before = calls_.find(call.id);
   const bool again = before != nullptr;
   if (again) {
-    jobs_.forget(*before);
+    calls_.forget(*before);
   }
-  Job job;
-  job.call = call.id;
-  job.key = call.key;
-  job.uuid = fabric::canonical_uuid(call.request.uuid);
-  job.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
-  Job& entered = jobs_.enter(std::move(job));
+  PendingCall pending;
+  pending.call = call.id;
+  pending.key = call.key;
+  pending.uuid = fabric::canonical_uuid(call.request.uuid);
+  pending.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
+  PendingCall& entered = calls_.enter(std::move(pending));
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
-    jobs_.queue(entered);
-    give_out(entered.uuid, decisions);
+    calls_.queue(entered);
+    assign_waiting(entered.uuid, decisions);
   } else {
     // Nothing that has waited longer can be given now, or it would have been.
-    try_to_give(entered, decisions);
+    try_to_assign(entered, decisions);
   }
   return decisions;
 }
 
-Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
-  if (jobs_.find(call.id) != nullptr) {
+Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
+  if (calls_.find(call.id) != nullptr) {
     // An operator had it given out again before its channel was seen.
     return {};
   }
   const Attempt& last = call.attempts.back();
-  Job job;
-  job.call = call.id;
-  job.key = call.key;
-  job.uuid = fabric::canonical_uuid(call.request.uuid);
-  job.attempts = last.number;
-  job.instance = last.instance;
-  job.delivery = call.delivery;
-  job.awaited = call.awaited;
+  PendingCall pending;
+  pending.call = call.id;
+  pending.key = call.key;
+  pending.uuid = fabric::canonical_uuid(call.request.uuid);
+  pending.attempts = last.number;
+  pending.instance = last.instance;
+  pending.delivery = call.delivery;
+  pending.awaited = call.awaited;
   Decisions decisions;
   Instance* instance = instances_.find(last.instance);
   if (instance == nullptr) {
     instance = &instances_.enter(last.instance);
     instances_.change(*instance, [&] {
-      instance->identity.uuid = job.uuid;
+      instance->identity.uuid = pending.uuid;
       instance->name = std::make_shared<const std::string>(name_of(instance->identity));
       instance->lost_at = now + options_.rejoin;
       instance->seen = false;
     });
   }
-  Job& entered = jobs_.enter(std::move(job));
-  jobs_.hand_over(entered, *instance);
+  PendingCall& entered = calls_.enter(std::move(pending));
+  calls_.assign(entered, *instance);
   if (!instance->lost_at) {
     decisions.emplace_back(assignment(entered, *instance));
   }
-  give_out(entered.uuid, decisions);
+  assign_waiting(entered.uuid, decisions);
   return decisions;
 }
 
 Decisions Dispatcher::remove(const fabric::CallId& call) {
   Decisions decisions;
-  Job* const job = jobs_.find(call);
-  if (job == nullptr) {
+  PendingCall* const pending = calls_.find(call);
+  if (pending == nullptr) {
     return decisions;
   }
-  Instance* const instance = job->at;
-  jobs_.forget(*job);
+  Instance* const instance = pending->at;
+  calls_.forget(*pending);
   if (instance != nullptr) {
     instance->declined = 0;
     fill(*instance, decisions);
@@ -272,43 +275,43 @@ Decisions Dispatcher::remove(const fabric::CallId& call) {
   return decisions;
 }
 
-void Dispatcher::give_out(const std::string& uuid, Decisions& decisions) {
-  const Jobs::Queue* const queue = jobs_.waiting(uuid);
+void Dispatcher::assign_waiting(const std::string& uuid, Decisions& decisions) {
+  const PendingCalls::Queue* const queue = calls_.waiting(uuid);
   if (queue == nullptr) {
     return;
   }
   // The queue goes with its last call, and a call leaves it when it is given.
-  std::vector<Job*> waiting;
+  std::vector<PendingCall*> waiting;
   waiting.reserve(queue->size());
-  for (const auto& [number, job] : *queue) {
-    waiting.push_back(job);
+  for (const auto& [number, pending] : *queue) {
+    waiting.push_back(pending);
   }
-  for (Job* const job : waiting) {
-    try_to_give(*job, decisions);
+  for (PendingCall* const pending : waiting) {
+    try_to_assign(*pending, decisions);
   }
 }
 
-void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
-  if (Instance* const instance = instances_.choose(job.uuid, job.key)) {
-    give(job, *instance, decisions);
-  } else if (Instance* const busy = instances_.choose_to_wait(job.uuid, job.key)) {
-    job.waits = true;
-    give(job, *busy, decisions);
+void Dispatcher::try_to_assign(PendingCall& pending, Decisions& decisions) {
+  if (Instance* const instance = instances_.choose(pending.uuid, pending.key)) {
+    assign(pending, *instance, decisions);
+  } else if (Instance* const busy = instances_.choose_to_wait(pending.uuid, pending.key)) {
+    pending.waits = true;
+    assign(pending, *busy, decisions);
   } else {
-    jobs_.queue(job);
-    if (std::string reason = why_waiting(job); reason != job.reason) {
-      job.reason = std::move(reason);
-      decisions.emplace_back(Explain{job.call, job.key, job.reason});
+    calls_.queue(pending);
+    if (std::string reason = why_waiting(pending); reason != pending.reason) {
+      pending.reason = std::move(reason);
+      decisions.emplace_back(Explain{pending.call, pending.key, pending.reason});
     }
   }
 }
 
 void Dispatcher::fill(Instance& instance, Decisions& decisions) {
-  if (instance.identity.draining || instance.lost_at || instance.deaf_until) {
+  if (instance.identity.draining || instance.lost_at || instance.unresponsive_until) {
     return;
   }
   while (instance.has_room()) {
-    const Jobs::Queue* const queue = jobs_.waiting(instance.identity.uuid);
+    const PendingCalls::Queue* const queue = calls_.waiting(instance.identity.uuid);
     if (queue == nullptr) {
       return;
     }
@@ -318,53 +321,53 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
     if (next == queue->end()) {
       return;
     }
-    give(*next->second, instance, decisions);
+    assign(*next->second, instance, decisions);
   }
 }
 
-Give Dispatcher::assignment(const Job& job, const Instance& instance) {
-  return {job.call, job.key,
-          Assignment{Attempt{job.instance, job.attempts}, job.delivery, instance.name, job.waits,
-                     job.awaited}};
+Assign Dispatcher::assignment(const PendingCall& pending, const Instance& instance) {
+  return {pending.call, pending.key,
+          Assignment{Attempt{pending.instance, pending.attempts}, pending.delivery, instance.name,
+                     pending.waits, pending.awaited}};
 }
 
-void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
-  ++job.attempts;
-  job.instance = instance.identity.id;
-  job.delivery = instance.identity.delivery;
-  job.awaited = instance.identity.awaited;
-  job.reason.clear();
-  const bool waits = job.waits;
-  jobs_.hand_over(job, instance);
+void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& decisions) {
+  ++pending.attempts;
+  pending.instance = instance.identity.id;
+  pending.delivery = instance.identity.delivery;
+  pending.awaited = instance.identity.awaited;
+  pending.reason.clear();
+  const bool waits = pending.waits;
+  calls_.assign(pending, instance);
   Instances::change_load(instance, [&] {
-    job.waits = waits;
-    instance.last_used = ++given_;
-    Jobs::note_waiters(instance);
+    pending.waits = waits;
+    instance.last_used = ++assigned_;
+    PendingCalls::note_waiters(instance);
   });
-  decisions.emplace_back(assignment(job, instance));
+  decisions.emplace_back(assignment(pending, instance));
 }
 
-void Dispatcher::give_again(Instance& instance, Decisions& decisions) {
-  std::vector<Job*> lost_here;
-  for (const auto& [number, job] : jobs_.held()) {
-    if (job->instance == instance.identity.id) {
-      lost_here.push_back(job);
+void Dispatcher::assign_again(Instance& instance, Decisions& decisions) {
+  std::vector<PendingCall*> lost_here;
+  for (const auto& [number, pending] : calls_.held()) {
+    if (pending->instance == instance.identity.id) {
+      lost_here.push_back(pending);
     }
   }
-  for (Job* const job : lost_here) {
-    jobs_.hand_over(*job, instance);
+  for (PendingCall* const pending : lost_here) {
+    calls_.assign(*pending, instance);
   }
-  std::ranges::sort(instance.jobs, {}, &Job::number);
-  for (const Job* const job : instance.jobs) {
-    decisions.emplace_back(assignment(*job, instance));
+  std::ranges::sort(instance.calls, {}, &PendingCall::number);
+  for (const PendingCall* const pending : instance.calls) {
+    decisions.emplace_back(assignment(*pending, instance));
   }
 }
 
 void Dispatcher::lose(Instance& instance, Decisions& decisions) {
-  std::vector<Job*> jobs = instance.jobs;
-  std::ranges::sort(jobs, {}, &Job::number);
-  for (Job* const job : jobs) {
-    lose_call(*job, Loss::gone, decisions);
+  std::vector<PendingCall*> calls = instance.calls;
+  std::ranges::sort(calls, {}, &PendingCall::number);
+  for (PendingCall* const pending : calls) {
+    lose_call(*pending, Loss::gone, decisions);
   }
   // A stranger can announce any number of UUIDs.
   constexpr std::size_t most_remembered = 256;
@@ -375,27 +378,28 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
   instances_.erase(instance);
 }
 
-void Dispatcher::lose_call(Job& job, Loss loss, Decisions& decisions) {
-  const std::string name = *job.at->name;
+void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions) {
+  const std::string name = *pending.at->name;
   const std::string what = loss == Loss::gone ? "is lost" : "does not take what it is given";
-  if (job.delivery == fabric::Delivery::at_most_once) {
-    jobs_.hold(job);
+  if (pending.delivery == fabric::Delivery::at_most_once) {
+    calls_.hold(pending);
   } else {
-    jobs_.queue(job);
+    calls_.queue(pending);
   }
-  job.reason = job.held ? fmt::format(
-                              "{} {} with this call, which must not run twice; an operator must "
-                              "answer or retry it",
-                              name, loss == Loss::gone ? "is lost" : "is deaf")
-                        : fmt::format("{} {}; the call goes to another instance", name, what);
-  decisions.emplace_back(TakeBack{job.call, job.key, job.reason, job.held});
+  pending.reason = pending.held
+                       ? fmt::format(
+                             "{} {} with this call, which must not run twice; an operator must "
+                             "answer or retry it",
+                             name, loss == Loss::gone ? "is lost" : "is deaf")
+                       : fmt::format("{} {}; the call goes to another instance", name, what);
+  decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, pending.held});
 }
 
-std::string Dispatcher::why_waiting(const Job& job) const {
-  const std::size_t busy = instances_.ready(job.uuid, job.key);
+std::string Dispatcher::why_waiting(const PendingCall& pending) const {
+  const std::size_t busy = instances_.ready(pending.uuid, pending.key);
   if (busy == 0) {
-    return fmt::format("no instance of {} is ready for {}", printable(job.uuid),
-                       job.key.to_string());
+    return fmt::format("no instance of {} is ready for {}", printable(pending.uuid),
+                       pending.key.to_string());
   }
   return busy == 1 ? std::string("the only instance is busy")
                    : fmt::format("all {} instances are busy", busy);

@@ -1,11 +1,11 @@
-// Gives each call to exactly one instance. Pure: takes what discovery and the sessions say, returns
+// Gives each call to exactly one instance. Pure: takes what discovery and the channels say, returns
 // decisions.
 //
 //   Dispatcher dispatcher;
 //   dispatcher.on_instance_ready(identity);
-//   auto decisions = dispatcher.add({id, key, uuid});      → Give{id, key, assignment}
+//   auto decisions = dispatcher.add({id, key, uuid});      → Assign{id, key, assignment}
 //   decisions = dispatcher.on_instance_gone(instance, now);
-//   decisions = dispatcher.on_time(now);                   → TakeBack, Give to another
+//   decisions = dispatcher.on_time(now);                   → Unassign, Assign to another
 //
 // "Gone" is a hint: a gateway that was frozen loses everyone for a moment. So a lost instance keeps
 // its calls for a grace period and goes on with them if it comes back within it.
@@ -19,22 +19,22 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
-#include "gateway/call.hpp"
+#include "gateway/call_record.hpp"
 #include "gateway/dispatch/instances.hpp"
-#include "gateway/dispatch/jobs.hpp"
+#include "gateway/dispatch/pending_calls.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::dispatch {
 
 /// Give the call to this instance; the same attempt again repeats it to an instance that came back.
-struct Give {
+struct Assign {
   fabric::CallId call;
   fabric::ChannelKey key;
   Assignment assignment;
 };
 
 /// The call's instance is lost. It waits for another one, or, if `held`, for an operator.
-struct TakeBack {
+struct Unassign {
   fabric::CallId call;
   fabric::ChannelKey key;
   std::string reason;
@@ -48,7 +48,7 @@ struct Explain {
   std::string reason;
 };
 
-using Decision = std::variant<Give, TakeBack, Explain>;
+using Decision = std::variant<Assign, Unassign, Explain>;
 using Decisions = std::vector<Decision>;
 
 struct DispatcherOptions {
@@ -57,14 +57,14 @@ struct DispatcherOptions {
   std::chrono::milliseconds grace{50};
   /// The same for the instances of the journal when the gateway starts and knows nobody yet.
   std::chrono::milliseconds rejoin{1500};
-  /// An instance beats that does not have a call that was sent to it so long ago: it does not hear,
-  /// or is not heard. For the second beat that says so the call goes to another one.
-  std::chrono::milliseconds deaf{700};
-  /// What is deaf is tried again after this time.
-  std::chrono::milliseconds deaf_pause{5000};
-  /// How long one that declines is left alone if no beat says what it has. One that declines again
-  /// and again is left alone for as long as one that is deaf, whatever it says.
-  std::chrono::milliseconds full_pause{1000};
+  /// An instance heartbeats that does not have a call that was sent to it so long ago: it does not
+  /// hear, or is not heard. For the second heartbeat that says so the call goes to another one.
+  std::chrono::milliseconds unresponsive{700};
+  /// What is unresponsive is tried again after this time.
+  std::chrono::milliseconds unresponsive_pause{5000};
+  /// How long one that declines is left alone if no heartbeat says what it has. One that declines
+  /// again and again is left alone for as long as one that is unresponsive, whatever it says.
+  std::chrono::milliseconds busy_pause{1000};
 };
 
 class Dispatcher {
@@ -76,7 +76,7 @@ class Dispatcher {
   /// A new instance, one that came back, or one whose identity changed (draining, channels).
   Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
   Decisions on_instance_gone(const fabric::InstanceId& instance, SteadyTime now);
-  /// What an instance does, by a beat that has just come.
+  /// What an instance does, by a heartbeat that has just come.
   Decisions on_load(const fabric::InstanceLoad& load, SteadyTime now);
   /// The call's request is on its way to the instance that has it.
   void on_published(const fabric::CallId& call, SteadyTime now);
@@ -102,31 +102,31 @@ class Dispatcher {
   /// A call to give out: one that was just claimed, or one that an operator wants given out once
   /// more, as a new attempt and wherever it is; he takes the responsibility if it may run at most
   /// once.
-  Decisions add(const Call& call);
+  Decisions add(const CallRecord& call);
   /// A call of an earlier run, last given to the instance of its last attempt.
-  Decisions resume(const Call& call, SteadyTime now);
+  Decisions resume(const CallRecord& call, SteadyTime now);
   /// The call is answered or over.
   Decisions remove(const fabric::CallId& call);
 
  private:
   /// All that waits for instances of a UUID, after these changed.
-  void give_out(const std::string& uuid, Decisions& decisions);
+  void assign_waiting(const std::string& uuid, Decisions& decisions);
   /// One call that waits: gives it, or says why it waits.
-  void try_to_give(Job& job, Decisions& decisions);
+  void try_to_assign(PendingCall& pending, Decisions& decisions);
   /// What waits for this instance, which has room for it.
   void fill(Instance& instance, Decisions& decisions);
-  void give(Job& job, Instance& instance, Decisions& decisions);
-  void give_again(Instance& instance, Decisions& decisions);
+  void assign(PendingCall& pending, Instance& instance, Decisions& decisions);
+  void assign_again(Instance& instance, Decisions& decisions);
   void lose(Instance& instance, Decisions& decisions);
-  enum class Loss : std::uint8_t { gone, deaf };
-  void lose_call(Job& job, Loss loss, Decisions& decisions);
-  [[nodiscard]] static Give assignment(const Job& job, const Instance& instance);
-  [[nodiscard]] std::string why_waiting(const Job& job) const;
+  enum class Loss : std::uint8_t { gone, unresponsive };
+  void lose_call(PendingCall& pending, Loss loss, Decisions& decisions);
+  [[nodiscard]] static Assign assignment(const PendingCall& pending, const Instance& instance);
+  [[nodiscard]] std::string why_waiting(const PendingCall& pending) const;
 
   DispatcherOptions options_;
   Instances instances_;
-  Jobs jobs_;
-  std::uint64_t given_ = 0;
+  PendingCalls calls_;
+  std::uint64_t assigned_ = 0;
   /// By canonical UUID: who served it last, of services that have nobody any more.
   std::map<std::string, std::string> last_of_;
 };

@@ -23,10 +23,10 @@ std::vector<fabric::ChannelScope> scopes_of(const fabric::InstanceIdentity& iden
 }
 
 bool takes_calls(const Instance& instance) {
-  return !instance.identity.draining && !instance.lost_at && !instance.deaf_until;
+  return !instance.identity.draining && !instance.lost_at && !instance.unresponsive_until;
 }
 
-Bucket::Rank rank_of(const Instance& instance) {
+ScopeGroup::Rank rank_of(const Instance& instance) {
   return {instance.running + instance.others, instance.last_used, instance.identity.id};
 }
 
@@ -34,16 +34,16 @@ Bucket::Rank rank_of(const Instance& instance) {
 
 /// Those that name the channel most closely come first; `visit` returns false to end.
 template <typename Visit>
-void Instances::visit_buckets(const Group& group, const fabric::ChannelKey& key, Visit visit) {
-  const auto only = group.buckets.begin();
-  if (group.buckets.size() == 1 && only->first == any_channel) {
+void Instances::visit_scope_groups(const Group& group, const fabric::ChannelKey& key, Visit visit) {
+  const auto only = group.scope_groups.begin();
+  if (group.scope_groups.size() == 1 && only->first == any_channel) {
     visit(only->second);
     return;
   }
   const auto visit_all = [&](const auto& scopes) {
     for (const fabric::ChannelScope& scope : scopes) {
-      const auto found = group.buckets.find(scope);
-      if (found != group.buckets.end() && !visit(found->second)) {
+      const auto found = group.scope_groups.find(scope);
+      if (found != group.scope_groups.end() && !visit(found->second)) {
         return false;
       }
     }
@@ -92,12 +92,12 @@ void Instances::list(Instance& instance) {
   group.at_most_once += identity.delivery == fabric::Delivery::at_most_once ? 1U : 0U;
   group.repeated += scopes.size() > 1 ? 1U : 0U;
   for (const fabric::ChannelScope& scope : scopes) {
-    Bucket& bucket = group.buckets[scope];
-    instance.buckets.push_back(&bucket);
-    ++bucket.all;
-    bucket.serving += instance.seen && !identity.draining ? 1U : 0U;
-    bucket.draining += instance.seen && identity.draining ? 1U : 0U;
-    bucket.ready += takes_calls(instance) ? 1U : 0U;
+    ScopeGroup& scope_group = group.scope_groups[scope];
+    instance.scope_groups.push_back(&scope_group);
+    ++scope_group.all;
+    scope_group.serving += instance.seen && !identity.draining ? 1U : 0U;
+    scope_group.draining += instance.seen && identity.draining ? 1U : 0U;
+    scope_group.ready += takes_calls(instance) ? 1U : 0U;
   }
   rank(instance);
 }
@@ -112,15 +112,15 @@ void Instances::unlist(Instance& instance) {
   Group& group = entry->second;
   group.members.erase(identity.id);
   group.at_most_once -= identity.delivery == fabric::Delivery::at_most_once ? 1U : 0U;
-  group.repeated -= instance.buckets.size() > 1 ? 1U : 0U;
-  for (Bucket* const bucket : instance.buckets) {
-    bucket->serving -= instance.seen && !identity.draining ? 1U : 0U;
-    bucket->draining -= instance.seen && identity.draining ? 1U : 0U;
-    bucket->ready -= takes_calls(instance) ? 1U : 0U;
-    --bucket->all;
+  group.repeated -= instance.scope_groups.size() > 1 ? 1U : 0U;
+  for (ScopeGroup* const scope_group : instance.scope_groups) {
+    scope_group->serving -= instance.seen && !identity.draining ? 1U : 0U;
+    scope_group->draining -= instance.seen && identity.draining ? 1U : 0U;
+    scope_group->ready -= takes_calls(instance) ? 1U : 0U;
+    --scope_group->all;
   }
-  instance.buckets.clear();
-  std::erase_if(group.buckets, [](const auto& one) { return one.second.all == 0; });
+  instance.scope_groups.clear();
+  std::erase_if(group.scope_groups, [](const auto& one) { return one.second.all == 0; });
   if (group.members.empty()) {
     groups_.erase(entry);
   }
@@ -130,19 +130,19 @@ void Instances::rank(Instance& instance) {
   if (!takes_calls(instance)) {
     return;
   }
-  for (Bucket* const bucket : instance.buckets) {
+  for (ScopeGroup* const scope_group : instance.scope_groups) {
     if (instance.has_room()) {
-      bucket->with_room.emplace(rank_of(instance), &instance);
-    } else if (instance.has_place() && !instance.full_until && !instance.has_waiter) {
-      bucket->shared.emplace(rank_of(instance), &instance);
+      scope_group->with_room.emplace(rank_of(instance), &instance);
+    } else if (instance.has_place() && !instance.busy_until && !instance.has_waiter) {
+      scope_group->shared.emplace(rank_of(instance), &instance);
     }
   }
 }
 
 void Instances::unrank(const Instance& instance) {
-  for (Bucket* const bucket : instance.buckets) {
-    bucket->with_room.erase(rank_of(instance));
-    bucket->shared.erase(rank_of(instance));
+  for (ScopeGroup* const scope_group : instance.scope_groups) {
+    scope_group->with_room.erase(rank_of(instance));
+    scope_group->shared.erase(rank_of(instance));
   }
 }
 
@@ -157,8 +157,8 @@ Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& ke
                            Pick pick) const {
   Instance* best = nullptr;
   if (const Group* const of = group(uuid)) {
-    visit_buckets(*of, key, [&](const Bucket& bucket) {
-      const auto& ranked = pick(bucket);
+    visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
+      const auto& ranked = pick(scope_group);
       best = ranked.empty() ? nullptr : ranked.begin()->second;
       return best == nullptr;
     });
@@ -168,12 +168,12 @@ Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& ke
 
 Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
   return first(
-      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
+      uuid, key, [](const ScopeGroup& scope_group) -> auto& { return scope_group.with_room; });
 }
 
 Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) {
   return first(
-      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
+      uuid, key, [](const ScopeGroup& scope_group) -> auto& { return scope_group.shared; });
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
@@ -197,8 +197,8 @@ std::size_t Instances::ready(const std::string& uuid, const fabric::ChannelKey& 
     }));
   }
   std::size_t count = 0;
-  visit_buckets(*of, key, [&](const Bucket& bucket) {
-    count += bucket.ready;
+  visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
+    count += scope_group.ready;
     return true;
   });
   return count;
@@ -211,9 +211,9 @@ Instances::Service Instances::service(const std::string& uuid,
   if (of == nullptr) {
     return service;
   }
-  visit_buckets(*of, key, [&](const Bucket& bucket) {
-    service.served = service.served || bucket.serving > 0;
-    service.draining = service.draining || bucket.draining > 0;
+  visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
+    service.served = service.served || scope_group.serving > 0;
+    service.draining = service.draining || scope_group.draining > 0;
     return !service.served;
   });
   if (!service.served && !service.draining) {

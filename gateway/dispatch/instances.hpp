@@ -24,8 +24,8 @@
 
 namespace millrace::gateway::dispatch {
 
-struct Job;
-struct Bucket;
+struct PendingCall;
+struct ScopeGroup;
 
 /// What is chosen by is changed through Instances only.
 struct Instance {
@@ -33,10 +33,10 @@ struct Instance {
   /// For people; see Assignment.
   std::shared_ptr<const std::string> name{};
   /// Calls of ours that it has, and those that are held because it was lost with them.
-  std::vector<Job*> jobs;
+  std::vector<PendingCall*> calls;
   /// Those of them that it has.
   std::uint32_t running = 0;
-  /// Those of others, other gateways or earlier calls of ours, by its last beat.
+  /// Those of others, other gateways or earlier calls of ours, by its last heartbeat.
   std::uint32_t others = 0;
   /// One of ours waits there for its turn.
   bool has_waiter = false;
@@ -45,26 +45,26 @@ struct Instance {
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
   /// It has declined a call: until it says that it has room, or until this time.
-  std::optional<SteadyTime> full_until;
+  std::optional<SteadyTime> busy_until;
   /// It is there and does not take what it is given; until this time nothing more is tried.
-  std::optional<SteadyTime> deaf_until;
+  std::optional<SteadyTime> unresponsive_until;
   /// Declined since it last answered.
   unsigned declined = 0;
   /// False for an instance that only the journal has named yet.
   bool seen = true;
   /// Where Instances has it.
-  std::vector<Bucket*> buckets;
+  std::vector<ScopeGroup*> scope_groups;
 
   [[nodiscard]] std::uint32_t most() const {
     return identity.concurrency == 0 ? 1 : identity.concurrency;
   }
   /// For another call of ours, were it not for those of others.
   [[nodiscard]] bool has_place() const { return running < most(); }
-  [[nodiscard]] bool has_room() const { return running + others < most() && !full_until; }
+  [[nodiscard]] bool has_room() const { return running + others < most() && !busy_until; }
   /// The first of its times.
   [[nodiscard]] std::optional<SteadyTime> alarm() const {
     std::optional<SteadyTime> first = lost_at;
-    for (const auto& time : {full_until, deaf_until}) {
+    for (const auto& time : {busy_until, unresponsive_until}) {
       first = time && (!first || *time < *first) ? time : first;
     }
     return first;
@@ -72,7 +72,7 @@ struct Instance {
 };
 
 /// The instances of a UUID that name the same channels.
-struct Bucket {
+struct ScopeGroup {
   /// Least load first, then the one that has waited longest; the id makes the order certain.
   using Rank = std::tuple<std::uint32_t, std::uint64_t, fabric::InstanceId>;
   std::map<Rank, Instance*> with_room;
@@ -143,7 +143,7 @@ class Instances {
 
  private:
   struct Group {
-    std::map<fabric::ChannelScope, Bucket> buckets;
+    std::map<fabric::ChannelScope, ScopeGroup> scope_groups;
     std::map<fabric::InstanceId, const Instance*> members;
     std::size_t at_most_once = 0;
     /// Instances that are in more than one bucket.
@@ -159,7 +159,7 @@ class Instances {
   [[nodiscard]] Instance* first(const std::string& uuid, const fabric::ChannelKey& key,
                                 Pick pick) const;
   template <typename Visit>
-  static void visit_buckets(const Group& group, const fabric::ChannelKey& key, Visit visit);
+  static void visit_scope_groups(const Group& group, const fabric::ChannelKey& key, Visit visit);
 
   std::map<fabric::InstanceId, Instance> instances_;
   std::unordered_map<std::string, Group> groups_;

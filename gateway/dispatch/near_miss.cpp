@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "fabric/messages.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::dispatch {
 

@@ -29,7 +29,7 @@ Fd open_or_fail(const std::filesystem::path& path, int flags, std::string_view w
   return opened;
 }
 
-std::filesystem::path draft_of(const std::filesystem::path& file) {
+std::filesystem::path new_name_of(const std::filesystem::path& file) {
   return file.string() + ".new";
 }
 
@@ -87,16 +87,16 @@ void force(const Fd& file, const std::filesystem::path& name) {
   }
 }
 
-Fd begin_draft(const std::filesystem::path& file, std::string_view bytes) {
-  const std::filesystem::path name = draft_of(file);
-  Fd draft = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
-  write_all(draft, bytes, name);
-  return draft;
+Fd begin_new_file(const std::filesystem::path& file, std::string_view bytes) {
+  const std::filesystem::path name = new_name_of(file);
+  Fd new_file = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
+  write_all(new_file, bytes, name);
+  return new_file;
 }
 
-void exchange(const Fd& draft, const std::filesystem::path& file) {
-  const std::filesystem::path name = draft_of(file);
-  force(draft, name);
+void replace_file(const Fd& new_file, const std::filesystem::path& file) {
+  const std::filesystem::path name = new_name_of(file);
+  force(new_file, name);
   std::filesystem::rename(name, file);
   const std::filesystem::path parent = file.parent_path();
   const Fd folder = open_or_fail(parent, O_RDONLY | O_DIRECTORY, "opened");

@@ -23,10 +23,10 @@ void write_all(const base::posix::Fd& file, std::string_view bytes,
 void force(const base::posix::Fd& file, const std::filesystem::path& name);
 
 /// Begins FILE.new, which is to take the place of `file`, with these bytes; open for appending.
-base::posix::Fd begin_draft(const std::filesystem::path& file, std::string_view bytes);
+base::posix::Fd begin_new_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Forces the draft to the disk and has it take the place of `file`, in one step even if the power
-/// fails meanwhile.
-void exchange(const base::posix::Fd& draft, const std::filesystem::path& file);
+/// Forces the new file to the disk and has it take the place of `file`, in one step even if the
+/// power fails meanwhile.
+void replace_file(const base::posix::Fd& new_file, const std::filesystem::path& file);
 
 }  // namespace millrace::gateway::journal

@@ -10,7 +10,7 @@
 #include "gateway/journal/epoch.hpp"
 #include "gateway/journal/format.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/journal/keeper.hpp"
+#include "gateway/journal/journal_writer.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -33,14 +33,14 @@ std::string failure_of(const tl::expected<void, std::string>& done) {
 }
 
 /// Appends on the executor; what waits for the disk is done on a thread of its own.
-class File final : public Journal, private Storage {
+class File final : public Journal, private JournalFile {
  public:
   File(asio::any_io_executor executor, FileOptions options, base::program::Log log)
       : executor_(std::move(executor)),
         options_(std::move(options)),
         log_(std::move(log)),
         path_(options_.folder / "calls.journal"),
-        keeper_(*this, options_),
+        writer_(*this, options_),
         timer_(executor_) {
     std::filesystem::create_directories(options_.folder);
     lock_ = lock_folder(options_.folder);
@@ -54,23 +54,23 @@ class File final : public Journal, private Storage {
     pool_.join();
   }
 
-  [[nodiscard]] const Ledger& ledger() const override { return keeper_.ledger(); }
+  [[nodiscard]] const JournalState& state() const override { return writer_.state(); }
 
   void append(const JournalEntry& entry, const Ticket& ticket) override {
-    keeper_.append(entry, ticket);
+    writer_.append(entry, ticket);
   }
 
   void on_recorded(std::function<void(const Ticket&)> handler) override {
     on_recorded_ = std::move(handler);
   }
 
-  void on_trouble(std::function<void(const std::string&)> handler) override {
-    on_trouble_ = std::move(handler);
+  void on_write_error(std::function<void(const std::string&)> handler) override {
+    on_write_error_ = std::move(handler);
   }
 
  private:
   void load() {
-    const auto damage = keeper_.load(read_file(path_), draw_epoch());
+    const auto damage = writer_.load(read_file(path_), draw_epoch());
     if (!damage) {
       throw std::runtime_error(fmt::format("{}: {}; move it away or choose another journal folder",
                                            path_.string(), damage.error()));
@@ -78,7 +78,7 @@ class File final : public Journal, private Storage {
     if (!damage->empty()) {
       log_->warn("journal {}: {}", path_.string(), *damage);
     }
-    if (const auto written = keeper_.begin(); !written) {
+    if (const auto written = writer_.begin(); !written) {
       throw std::runtime_error(written.error());
     }
   }
@@ -87,7 +87,7 @@ class File final : public Journal, private Storage {
     timer_.expires_after(options_.period);
     timer_.async_wait([this, alive = std::weak_ptr(alive_)](boost::system::error_code error) {
       if (!error && !alive.expired()) {
-        keeper_.on_tick();
+        writer_.on_tick();
         tick();
       }
     });
@@ -95,8 +95,8 @@ class File final : public Journal, private Storage {
 
   tl::expected<void, std::string> begin(std::string_view bytes) override {
     return attempt([&] {
-      file_ = std::make_shared<base::posix::Fd>(begin_draft(path_, bytes));
-      exchange(*file_, path_);
+      file_ = std::make_shared<base::posix::Fd>(begin_new_file(path_, bytes));
+      replace_file(*file_, path_);
     });
   }
 
@@ -104,35 +104,37 @@ class File final : public Journal, private Storage {
     return attempt([&] { write_all(*file_, bytes, path_); });
   }
 
-  tl::expected<void, std::string> append_to_draft(std::string_view bytes) override {
-    return attempt([&] { write_all(*draft_, bytes, path_); });
+  tl::expected<void, std::string> append_to_new_file(std::string_view bytes) override {
+    return attempt([&] { write_all(*new_file_, bytes, path_); });
   }
 
   void start_force() override {
     on_disk([this, file = file_] { return attempt([&] { force(*file, path_); }); },
-            [this](const auto& done) { keeper_.on_forced(failure_of(done)); });
+            [this](const auto& done) { writer_.on_forced(failure_of(done)); });
   }
 
-  void start_draft(std::vector<JournalEntry> entries) override {
+  void start_new_file(std::vector<JournalEntry> entries) override {
     on_disk(
-        [this, entries = std::move(entries), draft = draft_ = std::make_shared<base::posix::Fd>()] {
+        [this, entries = std::move(entries),
+         new_file = new_file_ = std::make_shared<base::posix::Fd>()] {
           const std::string bytes = encode_file(entries);
-          return attempt([&] { *draft = begin_draft(path_, bytes); }).map([&] {
+          return attempt([&] { *new_file = begin_new_file(path_, bytes); }).map([&] {
             return bytes.size();
           });
         },
-        [this](const auto& length) { keeper_.on_drafted(length); });
+        [this](const auto& length) { writer_.on_new_file(length); });
   }
 
-  void start_exchange() override {
-    on_disk([this, draft = draft_] { return attempt([&] { exchange(*draft, path_); }); },
-            [this](const auto& done) {
-              if (done) {
-                // To close the last descriptor of a file is to delete it, which may take its time.
-                asio::post(pool_, [old = std::exchange(file_, draft_)] {});
-              }
-              keeper_.on_exchanged(failure_of(done));
-            });
+  void start_replace() override {
+    on_disk(
+        [this, new_file = new_file_] { return attempt([&] { replace_file(*new_file, path_); }); },
+        [this](const auto& done) {
+          if (done) {
+            // To close the last descriptor of a file is to delete it, which may take its time.
+            asio::post(pool_, [old = std::exchange(file_, new_file_)] {});
+          }
+          writer_.on_replaced(failure_of(done));
+        });
   }
 
   /// Does `work` on the journal's thread, then calls `then` with what it returned, on the executor.
@@ -159,14 +161,14 @@ class File final : public Journal, private Storage {
     }
   }
 
-  void tell(const std::string& trouble) override {
-    if (trouble.empty()) {
+  void report_error(const std::string& error) override {
+    if (error.empty()) {
       log_->info("journal {} can be written again", path_.string());
     } else {
-      log_->error("{}", trouble);
+      log_->error("{}", error);
     }
-    if (on_trouble_) {
-      asio::post(executor_, [handler = on_trouble_, trouble] { handler(trouble); });
+    if (on_write_error_) {
+      asio::post(executor_, [handler = on_write_error_, error] { handler(error); });
     }
   }
 
@@ -176,11 +178,11 @@ class File final : public Journal, private Storage {
   std::filesystem::path path_;
   base::posix::Fd lock_;
   std::shared_ptr<base::posix::Fd> file_;
-  /// Of the thread until the draft is begun.
-  std::shared_ptr<base::posix::Fd> draft_;
-  Keeper keeper_;
+  /// Of the thread until the new file is begun.
+  std::shared_ptr<base::posix::Fd> new_file_;
+  JournalWriter writer_;
   std::function<void(const Ticket&)> on_recorded_;
-  std::function<void(const std::string&)> on_trouble_;
+  std::function<void(const std::string&)> on_write_error_;
   asio::steady_timer timer_;
   /// Handlers that outlive the journal see it gone.
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);

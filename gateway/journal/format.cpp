@@ -111,7 +111,7 @@ void put(pb::LastGet& out, const LastGetEntry& in) {
   out.set_number(in.number);
 }
 
-void put(pb::Standing& out, const StandingEntry& in) {
+void put(pb::Standing& out, const BlockedEntry& in) {
   put_key(out, in.key);
   if (in.state == fabric::ChannelState::held) {
     out.set_held(true);
@@ -126,7 +126,7 @@ void put(pb::Standing& out, const StandingEntry& in) {
   out.set_reason(in.reason);
 }
 
-StandingEntry get(const pb::Standing& in) {
+BlockedEntry get(const pb::Standing& in) {
   return {.key = key_of(in),
           .state = in.held()       ? fabric::ChannelState::held
                    : in.unserved() ? fabric::ChannelState::unserved
@@ -158,7 +158,7 @@ pb::Record message_of(const JournalEntry& entry) {
                    record.mutable_message_ended()->set_number(in.number);
                  },
                  [&](const LastGetEntry& in) { put(*record.mutable_last_get(), in); },
-                 [&](const StandingEntry& in) { put(*record.mutable_standing(), in); },
+                 [&](const BlockedEntry& in) { put(*record.mutable_standing(), in); },
              },
              entry);
   return record;

@@ -1,7 +1,7 @@
 // Where the gateway remembers its calls: in memory, or in a file that survives it.
 //
 //   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
-//   Core core(fabric, host, options, journal->ledger());
+//   Core core(fabric, host, options, journal->state());
 //   journal->on_recorded([](const Ticket& ticket) { /* its entry is as safe as promised */ });
 //   journal->append(entry, ticket);
 #pragma once
@@ -13,7 +13,7 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
-#include "gateway/journal/ledger.hpp"
+#include "gateway/journal/journal_state.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
 
@@ -24,7 +24,7 @@ class Journal {
  public:
   virtual ~Journal() = default;
   /// All that is remembered, with the entries just appended.
-  [[nodiscard]] virtual const Ledger& ledger() const = 0;
+  [[nodiscard]] virtual const JournalState& state() const = 0;
   /// `ticket` comes back on the executor, never from within append(). While nothing can be written
   /// it waits, and one that has to wait for the disk may come after those of later entries that
   /// need not.
@@ -33,7 +33,7 @@ class Journal {
   virtual void on_recorded(std::function<void(const Ticket&)> handler) = 0;
   /// Told when the journal cannot write any more, with the reason, and with an empty text when it
   /// can again.
-  virtual void on_trouble(std::function<void(const std::string&)> handler) = 0;
+  virtual void on_write_error(std::function<void(const std::string&)> handler) = 0;
 };
 
 /// A journal that ends with the process: a call under way is then dispatched a second time, under a

@@ -13,13 +13,13 @@ namespace {
 class Memory final : public Journal {
  public:
   explicit Memory(boost::asio::any_io_executor executor) : executor_(std::move(executor)) {
-    ledger_.apply(NumbersEntry{draw_epoch(), 0});
+    state_.apply(NumbersEntry{draw_epoch(), 0});
   }
 
-  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  [[nodiscard]] const JournalState& state() const override { return state_; }
 
   void append(const JournalEntry& entry, const Ticket& ticket) override {
-    ledger_.apply(entry);
+    state_.apply(entry);
     if (ticket) {
       boost::asio::post(executor_, [this, ticket, alive = std::weak_ptr(alive_)] {
         if (!alive.expired()) {
@@ -33,11 +33,11 @@ class Memory final : public Journal {
     handler_ = std::move(handler);
   }
 
-  void on_trouble(std::function<void(const std::string&)>) override {}
+  void on_write_error(std::function<void(const std::string&)>) override {}
 
  private:
   boost::asio::any_io_executor executor_;
-  Ledger ledger_;
+  JournalState state_;
   std::function<void(const Ticket&)> handler_;
   /// Handlers that outlive the journal see it gone.
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);

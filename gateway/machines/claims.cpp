@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "gateway/settings/settings.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::machines {
 
@@ -34,18 +34,18 @@ fabric::Time plausible(fabric::Time now) {
   return std::clamp(now, Claims::earliest, Claims::latest);
 }
 
-void Claims::expect(const std::string& machine, const std::string& address) {
+void Claims::set_address(const std::string& machine, const std::string& address) {
   controllers_.insert_or_assign(machine, net_id_of(address));
 }
 
-Claims::Heard Claims::set(const fabric::MachineStatus& status) {
+Claims::Accepted Claims::set(const fabric::MachineStatus& status) {
   if (status.gateway == self_) {
-    return Heard::taken;
+    return Accepted::yes;
   }
   if (!fabric::is_plausible_claim(status.claimed)) {
     // Nor does its older word count any more.
     remove(status.machine, status.gateway);
-    return Heard::implausible;
+    return Accepted::implausible;
   }
   const auto known = machines_.find(status.machine);
   // Ours have room whatever strangers make up.
@@ -53,10 +53,10 @@ Claims::Heard Claims::set(const fabric::MachineStatus& status) {
   if (known == machines_.end()
           ? !ours && machines_.size() >= most_machines
           : known->second.size() >= most_gateways && !known->second.contains(status.gateway)) {
-    return Heard::full;
+    return Accepted::full;
   }
   machines_[status.machine].insert_or_assign(status.gateway, status);
-  return counts(status) ? Heard::taken : Heard::another_controller;
+  return counts(status) ? Accepted::yes : Accepted::another_controller;
 }
 
 bool Claims::counts(const fabric::MachineStatus& gateway) const {
@@ -99,7 +99,8 @@ const fabric::MachineStatus* Claims::of_epoch(const std::string& machine,
   return nullptr;
 }
 
-const fabric::MachineStatus* Claims::ahead(const fabric::ChannelKey& key, fabric::Time ours) const {
+const fabric::MachineStatus* Claims::owner_before(const fabric::ChannelKey& key,
+                                                  fabric::Time ours) const {
   for (const auto& [id, gateway] : of(key.machine)) {
     if (counts(gateway) && before(gateway, ours) && covers(gateway, key.channel)) {
       return &gateway;
@@ -108,9 +109,9 @@ const fabric::MachineStatus* Claims::ahead(const fabric::ChannelKey& key, fabric
   return nullptr;
 }
 
-const fabric::MachineStatus* Claims::ahead_of_all(const std::string& machine,
-                                                  const std::vector<std::uint16_t>& wanted,
-                                                  fabric::Time ours) const {
+const fabric::MachineStatus* Claims::owner_of_all_before(const std::string& machine,
+                                                         const std::vector<std::uint16_t>& wanted,
+                                                         fabric::Time ours) const {
   for (const auto& [id, gateway] : of(machine)) {
     const bool all = gateway.claims.empty() ||
                      (!wanted.empty() && std::ranges::all_of(wanted, [&](std::uint16_t channel) {
@@ -127,7 +128,7 @@ bool Claims::contested(const std::string& machine) const {
   return std::ranges::any_of(of(machine), [&](const auto& one) { return counts(one.second); });
 }
 
-fabric::Time Claims::behind_those_that_serve(const std::string& machine, fabric::Time ours) const {
+fabric::Time Claims::after_owners(const std::string& machine, fabric::Time ours) const {
   for (const auto& [id, gateway] : of(machine)) {
     if (counts(gateway) && gateway.connected && gateway.claimed >= ours) {
       ours = std::min(gateway.claimed + std::chrono::nanoseconds(1), latest);

@@ -3,7 +3,7 @@
 //
 //   Claims claims(our_id);
 //   claims.set(status);                               // another gateway's millrace/machine
-//   if (const auto* other = claims.ahead({"cnc", 1}, our_claim)) …   // theirs, until it is gone
+//   if (const auto* other = claims.owner_before({"cnc", 1}, our_claim)) …   // theirs, until it is gone
 #pragma once
 
 #include <chrono>
@@ -30,10 +30,10 @@ class Claims {
 
   /// Our machine of this name is the controller at this address ("HOST:PORT, NETID"). Who claims a
   /// machine of the name at another AMS NetId means another controller: it takes nothing from us.
-  void expect(const std::string& machine, const std::string& address);
+  void set_address(const std::string& machine, const std::string& address);
 
-  enum class Heard : std::uint8_t {
-    taken,
+  enum class Accepted : std::uint8_t {
+    yes,
     /// It is said to be claimed at a time at which nobody did. Not listened to.
     implausible,
     /// Another controller goes by the name of one of ours. Remembered, and in nobody's way.
@@ -41,7 +41,7 @@ class Claims {
     /// There are too many. Not listened to.
     full
   };
-  Heard set(const fabric::MachineStatus& status);
+  Accepted set(const fabric::MachineStatus& status);
   void remove(const std::string& machine, const fabric::InstanceId& gateway);
 
   /// What another gateway said last of the machine; nullptr if nothing.
@@ -51,13 +51,13 @@ class Claims {
   [[nodiscard]] const fabric::MachineStatus* of_epoch(const std::string& machine,
                                                       std::uint64_t epoch) const;
   /// The gateway whose claim to this channel comes before ours of time `ours`; nullptr if none.
-  [[nodiscard]] const fabric::MachineStatus* ahead(const fabric::ChannelKey& key,
-                                                   fabric::Time ours) const;
+  [[nodiscard]] const fabric::MachineStatus* owner_before(const fabric::ChannelKey& key,
+                                                          fabric::Time ours) const;
   /// The gateway whose claim comes before ours for all channels that we want (none = all that the
   /// controller has), so that we need not even connect; nullptr if none.
-  [[nodiscard]] const fabric::MachineStatus* ahead_of_all(const std::string& machine,
-                                                          const std::vector<std::uint16_t>& wanted,
-                                                          fabric::Time ours) const;
+  [[nodiscard]] const fabric::MachineStatus* owner_of_all_before(
+      const std::string& machine, const std::vector<std::uint16_t>& wanted,
+      fabric::Time ours) const;
   /// Whether the calls of this epoch are of another controller that goes by the machine's name.
   [[nodiscard]] bool is_elsewhere(const std::string& machine, std::uint64_t epoch) const;
   /// Whether any other gateway claims channels of this machine.
@@ -66,8 +66,7 @@ class Claims {
   [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
   /// `ours`, or a moment after the claims of those that serve the machine already: clocks of hosts
   /// differ, and who comes later must not be before them.
-  [[nodiscard]] fabric::Time behind_those_that_serve(const std::string& machine,
-                                                     fabric::Time ours) const;
+  [[nodiscard]] fabric::Time after_owners(const std::string& machine, fabric::Time ours) const;
 
  private:
   using Gateways = std::map<fabric::InstanceId, fabric::MachineStatus>;

@@ -1,8 +1,8 @@
 // Beats as long as the loop turns, and notices that it stood still (a loop that hung, SIGSTOP, a
 // host that sleeps) for so long that others may have taken this process for gone. Pure.
 //
-//   timer.expires_at(stall.beat(now));              // tell the others, then beat() again
-//   if (const auto late = stall.late(now)) …        // before anything else is done
+//   timer.expires_at(stall.heartbeat(now));              // tell the others, then heartbeat() again
+//   if (const auto late = stall.take_overdue(now)) …        // before anything else is done
 #pragma once
 
 #include <chrono>
@@ -14,22 +14,22 @@ namespace millrace::gateway::machines {
 
 class StallDetector {
  public:
-  /// Who has not heard of this process for its `lease` takes it for gone. Several beats may be lost
-  /// on the way. Cyclone renews the lease of a process, which a frozen one loses too, up to 0.8 of
-  /// its time before; who comes half a lease after the last beat is forgiven all the same, for the
-  /// sake of busy hosts.
+  /// Who has not heard of this process for its `lease` takes it for gone. Several heartbeats may be
+  /// lost on the way. Cyclone renews the lease of a process, which a frozen one loses too, up to
+  /// 0.8 of its time before; who comes half a lease after the last heartbeat is forgiven all the
+  /// same, for the sake of busy hosts.
   explicit StallDetector(std::chrono::nanoseconds lease)
       : period_(lease / 8), forgiven_(lease / 2 - period_) {}
 
-  /// It lives; when to beat next.
-  SteadyTime beat(SteadyTime now) {
+  /// It lives; when to heartbeat next.
+  SteadyTime heartbeat(SteadyTime now) {
     due_ = now + period_;
     return *due_;
   }
-  /// It stood still and nobody has asked for how long; never before it has begun to beat.
+  /// It stood still and nobody has asked for how long; never before it has begun to heartbeat.
   [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > forgiven_; }
   /// For how long it stood still, once for each time; nothing if it did not.
-  std::optional<std::chrono::nanoseconds> late(SteadyTime now) {
+  std::optional<std::chrono::nanoseconds> take_overdue(SteadyTime now) {
     if (!overdue(now)) {
       return std::nullopt;
     }

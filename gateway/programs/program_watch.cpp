@@ -134,7 +134,7 @@ void ProgramWatch::step(const Look& before, const Look& now, std::vector<Program
       forget_run();
     }
   } else if (before.state != State::error && now.state == State::error) {
-    // It began and failed between two looks.
+    // It began and failed between two reads.
     program_ = now.name;
     events.push_back(event(ProgramEventKind::aborted, now));
   } else if (before.state == State::error && now.state != State::error) {

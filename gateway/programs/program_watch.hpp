@@ -1,4 +1,4 @@
-// What becomes of the programs of one channel, worked out from looks at its state. Pure.
+// What becomes of the programs of one channel, worked out from reads of its state. Pure.
 //
 //   ProgramWatch watch({"press", 1}, {.name = "mc_program_name_r", .counter = "V.E.PARTS"});
 //   sampled group: watch.group()                     // what has to be read, and how often
@@ -10,7 +10,7 @@
 // from active to ready or selected in the same mode counts as an end, so that an NC reset which
 // leaves the mode as it is looks like one. From hold nothing ends by itself, so there it is a
 // reset, and so it is from error to anything but a program that runs. What begins and ends between
-// two looks is not seen. What runs, or stands in an error, at the first look is told as found.
+// two reads is not seen. What runs, or stands in an error, at the first read is told as found.
 #pragma once
 
 #include <optional>
@@ -58,7 +58,7 @@ class ProgramWatch {
     hold = 5,
     error = 6
   };
-  /// What one look showed.
+  /// What one read showed.
   struct Look {
     State state = State::none;
     std::uint32_t mode = 0;
@@ -70,7 +70,7 @@ class ProgramWatch {
 
   static bool runs(State state) { return state == State::active || state == State::hold; }
   [[nodiscard]] std::optional<Look> look_of(const fabric::DataSample& sample) const;
-  /// The first look.
+  /// The first read.
   void begin(const Look& now, std::vector<fabric::ProgramEvent>& events);
   void step(const Look& before, const Look& now, std::vector<fabric::ProgramEvent>& events);
   void forget_run();

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fabric/queue_group.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::queues {
 
@@ -25,7 +25,7 @@ fabric::DataSample sample_of(const fabric::ChannelKey& key, const QueueSettings&
                              .at = at,
                              .elements = std::vector<std::int64_t>{value}});
     if (how != fabric::Quality::good) {
-      sample.values.back().reason = fit_reason(view.trouble);
+      sample.values.back().reason = truncate_reason(view.trouble);
     }
   };
   const auto text = [&](std::string_view name, const std::string& value) {
@@ -48,7 +48,8 @@ fabric::DataSample sample_of(const fabric::ChannelKey& key, const QueueSettings&
   text("response", view.response);
   text("array", settings.array);
   text("uuid", settings.uuid);
-  text("drain", settings.drain == Drain::journalled ? "JOURNALLED" : "WHEN_ANSWERED");
+  text("drain",
+       settings.acknowledge == Acknowledge::when_journalled ? "JOURNALLED" : "WHEN_ANSWERED");
   return sample;
 }
 

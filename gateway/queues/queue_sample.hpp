@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fabric/data.hpp"
-#include "gateway/queues/queue.hpp"
+#include "gateway/queues/message_queue.hpp"
 
 namespace millrace::gateway::queues {
 

@@ -11,9 +11,9 @@
 namespace millrace::gateway::queues {
 
 /// When LastGet says that a message was read.
-enum class Drain : std::uint8_t {
+enum class Acknowledge : std::uint8_t {
   /// Once it is in the journal: a service that is gone never fills the queue.
-  journalled,
+  when_journalled,
   /// Once it is answered: the queue itself keeps the messages, as far as it has room.
   when_answered,
 };
@@ -30,12 +30,12 @@ struct QueueSettings {
   std::string last_get = "LastGet";
   /// Who gets the messages.
   std::string uuid{};
-  Drain drain = Drain::journalled;
-  /// Between two looks at a queue without messages.
+  Acknowledge acknowledge = Acknowledge::when_journalled;
+  /// Between two reads at a queue without messages.
   std::chrono::milliseconds period{10};
   /// Messages that may wait in the journal; more stay in the queue.
   std::size_t backlog = 10'000;
-  /// Whether the controller is asked to tell of changes besides.
+  /// Whether the controller is asked for notifications besides.
   bool events = false;
   bool operator==(const QueueSettings&) const = default;
 

@@ -7,7 +7,7 @@
 
 #include <tl/expected.hpp>
 
-#include "gateway/queues/reader.hpp"
+#include "gateway/queues/queue_reader.hpp"
 #include "gateway/queues/ring.hpp"
 
 namespace millrace::gateway::queues {

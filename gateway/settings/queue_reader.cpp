@@ -76,8 +76,9 @@ QueueSettings read_queue(const config::Machine& machine, const config::Queue& fr
       fmt::format("the queue {} has no uuid, or one of more than {} characters; expected "
                   "the UUID of the service that gets its messages",
                   from.name(), longest_uuid));
-  to.drain = from.drain() == config::Queue::WHEN_ANSWERED ? queues::Drain::when_answered
-                                                          : queues::Drain::journalled;
+  to.acknowledge = from.drain() == config::Queue::WHEN_ANSWERED
+                       ? queues::Acknowledge::when_answered
+                       : queues::Acknowledge::when_journalled;
   mistakes.expect_range(from.period_ms(), 1U, 60'000U, path / "period_ms");
   to.period = std::chrono::milliseconds(from.period_ms());
   mistakes.expect_range(from.backlog(), 1U, 1'000'000U, path / "backlog");

@@ -52,17 +52,17 @@ class Reader {
           in_range(from.channel(i), last_channel, path / ConfigStep{"channel", i}));
     }
     const config::Poll& poll = from.poll();
-    to.pace.active = poll_time(poll.active_ms(), path / "poll" / "active_ms");
-    to.pace.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
-    to.pace.safety = poll_time(poll.safety_ms(), path / "poll" / "safety_ms");
-    to.pace.kernel_clears_request_state = from.kernel_clears_request_state();
-    to.watch = watch_of(from.watch());
+    to.intervals.after_answer = poll_time(poll.active_ms(), path / "poll" / "active_ms");
+    to.intervals.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
+    to.intervals.subscribed = poll_time(poll.safety_ms(), path / "poll" / "safety_ms");
+    to.intervals.kernel_clears_request_state = from.kernel_clears_request_state();
+    to.watch = subscription_mode_of(from.watch());
     to.symbol = symbol(from.symbol(), path / "symbol");
     to.groups = groups_of(from.groups());
     to.data = DataReader(mistakes_).read(from, path);
     to.programs = DataReader(mistakes_).read_programs(from, path);
     to.variables = DataReader(mistakes_).read_variables(from, path);
-    to.variables.cycle = to.pace.active;
+    to.variables.cycle = to.intervals.after_answer;
     to.queues = read_queues(from, path, mistakes_);
     return to;
   }
@@ -86,16 +86,16 @@ class Reader {
   }
 
  private:
-  static WatchMode watch_of(config::Machine::Watch watch) {
+  static SubscriptionMode subscription_mode_of(config::Machine::Watch watch) {
     switch (watch) {
       case config::Machine::AUTO:
-        return WatchMode::automatic;
+        return SubscriptionMode::automatic;
       case config::Machine::NOTIFY:
-        return WatchMode::notify;
+        return SubscriptionMode::notify;
       case config::Machine::POLL:
-        return WatchMode::poll;
+        return SubscriptionMode::poll;
     }
-    return WatchMode::automatic;
+    return SubscriptionMode::automatic;
   }
 
   static Groups groups_of(config::Machine::Groups groups) {
@@ -338,10 +338,10 @@ std::map<std::string, std::vector<queues::QueueSettings>> queues_of(
   return queues;
 }
 
-std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines) {
-  std::map<std::string, Pace> paces;
+std::map<std::string, ReadIntervals> intervals_of(const std::vector<MachineSettings>& machines) {
+  std::map<std::string, ReadIntervals> paces;
   for (const MachineSettings& machine : machines) {
-    paces[machine.name] = machine.pace;
+    paces[machine.name] = machine.intervals;
   }
   return paces;
 }

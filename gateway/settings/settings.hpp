@@ -16,10 +16,10 @@
 #include "fabric/dds/participant.hpp"
 #include "gateway/data/groups.hpp"
 #include "gateway/journal/options.hpp"
-#include "gateway/pace.hpp"
 #include "gateway/policy.hpp"
 #include "gateway/programs/program_watch.hpp"
 #include "gateway/queues/queue_settings.hpp"
+#include "gateway/read_intervals.hpp"
 #include "gateway/variables/write_rules.hpp"
 
 namespace millrace::gateway::settings {
@@ -43,8 +43,8 @@ struct MachineSettings {
   std::optional<cnc::ads::Security> security{};
   /// Empty = all that the controller has.
   std::vector<std::uint16_t> channels{};
-  Pace pace{};
-  WatchMode watch = WatchMode::automatic;
+  ReadIntervals intervals{};
+  SubscriptionMode watch = SubscriptionMode::automatic;
   /// How the controller calls a channel's variable among its symbols.
   std::string symbol = default_symbol;
   Groups groups = Groups::probe;
@@ -82,7 +82,7 @@ Settings parse_settings(const std::string& text, const std::filesystem::path& fi
 MachineSettings parse_machine(const std::string& text);
 
 /// By machine.
-std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines);
+std::map<std::string, ReadIntervals> intervals_of(const std::vector<MachineSettings>& machines);
 
 /// The message queues of each machine that has some.
 std::map<std::string, std::vector<queues::QueueSettings>> queues_of(

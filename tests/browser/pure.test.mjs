@@ -236,7 +236,7 @@ function sentencesOf(source) {
   return [...text.matchAll(/"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*/g)].filter((found) => {
     const before = text.slice(0, found.index);
     const statement = before.slice(Math.max(before.lastIndexOf(';'), before.lastIndexOf('{\n'), before.lastIndexOf('}\n')));
-    return !/\b(say|complain)\w*\(|log_?->|Level::|#include/.test(statement);
+    return !/\b(say|log|complain)\w*\(|log_?->|Level::|#include/.test(statement);
   }).map((found) => found[0].replace(/"\s*"/g, '').slice(1, -1).replace(/\{[^}]*\}/g, '{}').replace(/\\"/g, '"'))
     .filter((sentence) => /[a-z}] [a-z{]/.test(sentence))
     .map((sentence) => (/^[ ;]/.test(sentence) ? '{}' : '') + sentence + (sentence.endsWith(' ') ? '{}' : ''));
@@ -248,9 +248,9 @@ const partOf = (sentence) => new RegExp(sentence.split('{}').map((part) => part.
 test('each reason of a gateway has a German sentence, with all its values', () => {
   const root = process.env.MILLRACE_SOURCE;
   const rooms = ['channel', 'core', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
-    .filter((file) => file.endsWith('.cpp') && file !== 'watch.cpp').map((file) => `gateway/${room}/${file}`));
-  const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/certificate_notices.cpp', 'gateway/live/machine_link.cpp',
-    'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
+    .filter((file) => file.endsWith('.cpp') && file !== 'subscriptions.cpp').map((file) => `gateway/${room}/${file}`));
+  const files = [...rooms, 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp', 'gateway/shell/certificate_notices.cpp', 'gateway/shell/ads_controller.cpp',
+    'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
     'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
   const known = reasons.map(([sentence]) => sentence);
   const missing = files.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))

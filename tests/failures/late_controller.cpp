@@ -97,7 +97,7 @@ ads::Result<void> LateController::write_control(std::uint16_t /*port*/, ads::Dev
 
 ads::Bytes LateController::value_of(Variable variable) {
   channel_.advance(gateway::SteadyTime::clock::now());
-  const gateway::Snapshot& values = channel_.values();
+  const gateway::ServiceSnapshot& values = channel_.values();
   const auto bytes = [&]() -> ads::Result<ads::Bytes> {
     switch (variable) {
       case Variable::uuid:

@@ -187,8 +187,8 @@ void Plant::build_queues() {
     settings.channel = static_cast<std::uint16_t>(1 + random.below(controller.size()));
     settings.array = "SD.Q";
     settings.uuid = random.pick(random.chance(20) && !text_uuids_.empty() ? text_uuids_ : uuids_);
-    settings.drain = random.chance(50) ? gateway::queues::Drain::journalled
-                                       : gateway::queues::Drain::when_answered;
+    settings.acknowledge = random.chance(50) ? gateway::queues::Acknowledge::when_journalled
+                                             : gateway::queues::Acknowledge::when_answered;
     settings.period = std::chrono::milliseconds(2 + random.below(40));
     settings.backlog = random.chance(50) ? 1 + random.below(10) : 10'000;
     settings.events = random.chance(50);
@@ -204,8 +204,8 @@ void Plant::build_queues() {
     if (limits_.quiet.contains(key.to_string())) {
       plan.messages = 0;
     }
-    history_.add(
-        QueuePlanned{key, settings.drain == gateway::queues::Drain::when_answered, plan.repeats});
+    history_.add(QueuePlanned{
+        key, settings.acknowledge == gateway::queues::Acknowledge::when_answered, plan.repeats});
     controller.add_queue(std::move(plan), random.fork());
   }
 }
@@ -250,13 +250,13 @@ void Plant::let_kernel_clear(cnc::simulator::ServiceRules& rules) const {
 gateway::settings::MachineSettings Plant::settings_of(const Controller& controller) {
   gateway::settings::MachineSettings settings;
   settings.name = controller.name();
-  settings.pace.active = 4ms;
+  settings.intervals.after_answer = 4ms;
   Random random(~random_.state());
-  constexpr std::array modes{gateway::WatchMode::automatic, gateway::WatchMode::notify,
-                             gateway::WatchMode::poll};
+  constexpr std::array modes{gateway::SubscriptionMode::automatic,
+                             gateway::SubscriptionMode::notify, gateway::SubscriptionMode::poll};
   settings.watch = random.pick(modes);
-  settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
-  settings.pace.kernel_clears_request_state = controller.kernel_clears() && random.chance(70);
+  settings.intervals.idle = std::chrono::milliseconds(10 + random_.below(40));
+  settings.intervals.kernel_clears_request_state = controller.kernel_clears() && random.chance(70);
   settings.variables.writable = {{"V.E.*"}};
   if (random.chance(30)) {
     settings.data.groups = {{.name = "clock",

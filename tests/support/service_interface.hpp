@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gateway/moment.hpp"
-#include "gateway/snapshot.hpp"
+#include "gateway/service_snapshot.hpp"
 
 namespace millrace::tests {
 
@@ -75,12 +75,12 @@ class ServiceInterface {
     }
   }
 
-  [[nodiscard]] const gateway::Snapshot& values() const { return values_; }
+  [[nodiscard]] const gateway::ServiceSnapshot& values() const { return values_; }
 
-  [[nodiscard]] gateway::Snapshot read(gateway::ReadSet look) const {
-    gateway::Snapshot picture;
-    picture.look = look;
-    for (const gateway::Variable variable : gateway::variables_of(look)) {
+  [[nodiscard]] gateway::ServiceSnapshot read(gateway::ReadSet set) const {
+    gateway::ServiceSnapshot picture;
+    picture.set = set;
+    for (const gateway::Variable variable : gateway::variables_of(set)) {
       copy(variable, picture);
     }
     return picture;
@@ -144,7 +144,7 @@ class ServiceInterface {
     }
   }
 
-  void copy(gateway::Variable variable, gateway::Snapshot& picture) const {
+  void copy(gateway::Variable variable, gateway::ServiceSnapshot& picture) const {
     switch (variable) {
       case gateway::Variable::uuid:
         picture.uuid = values_.uuid;
@@ -165,7 +165,7 @@ class ServiceInterface {
   }
 
   KernelRules rules_;
-  gateway::Snapshot values_;
+  gateway::ServiceSnapshot values_;
   gateway::SteadyTime now_{};
   std::vector<Late> late_;
   std::optional<gateway::SteadyTime> clears_at_;

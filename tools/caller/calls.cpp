@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "fabric/reply_kind.hpp"
-#include "gateway/call.hpp"
+#include "gateway/call_record.hpp"
 
 namespace millrace::tools::caller {
 
@@ -142,9 +142,9 @@ Actions Calls::take_actions() {
 
 void Calls::carry_out(const gateway::dispatch::Decisions& decisions, Moment now) {
   for (const gateway::dispatch::Decision& decision : decisions) {
-    if (const auto* given = std::get_if<gateway::dispatch::Give>(&decision)) {
+    if (const auto* given = std::get_if<gateway::dispatch::Assign>(&decision)) {
       give(*given, now);
-    } else if (const auto* back = std::get_if<gateway::dispatch::TakeBack>(&decision)) {
+    } else if (const auto* back = std::get_if<gateway::dispatch::Unassign>(&decision)) {
       take_back(*back, now);
     } else if (const auto* explain = std::get_if<gateway::dispatch::Explain>(&decision)) {
       if (const auto open = open_.find(explain->call); open != open_.end()) {
@@ -154,7 +154,7 @@ void Calls::carry_out(const gateway::dispatch::Decisions& decisions, Moment now)
   }
 }
 
-void Calls::give(const gateway::dispatch::Give& give, Moment now) {
+void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
   const gateway::Attempt& attempt = give.assignment.attempt;
   Open& open = open_.at(give.call);
   open.attempt = attempt.number;
@@ -183,7 +183,7 @@ void Calls::give(const gateway::dispatch::Give& give, Moment now) {
        std::string(give.assignment.to_whom()));
 }
 
-void Calls::take_back(const gateway::dispatch::TakeBack& back, Moment now) {
+void Calls::take_back(const gateway::dispatch::Unassign& back, Moment now) {
   Open& open = open_.at(back.call);
   tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason);
   if (back.held) {

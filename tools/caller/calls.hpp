@@ -100,8 +100,8 @@ class Calls {
   };
 
   void carry_out(const gateway::dispatch::Decisions& decisions, Moment now);
-  void give(const gateway::dispatch::Give& give, Moment now);
-  void take_back(const gateway::dispatch::TakeBack& back, Moment now);
+  void give(const gateway::dispatch::Assign& give, Moment now);
+  void take_back(const gateway::dispatch::Unassign& back, Moment now);
   void withdraw(Open& open, const fabric::InstanceId& instance);
   void decline(const fabric::Reply& reply, Moment now);
   void end(const fabric::CallId& call, std::optional<fabric::Reply> reply,

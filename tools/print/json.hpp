@@ -19,7 +19,7 @@ void put_identity(boost::json::object& out, const fabric::InstanceIdentity& iden
 void put_status(boost::json::object& out, const fabric::InstanceStatus& status);
 /// The link to a controller.
 /// The machine's controller tells of every change; false where it is polled, as a whole or for some
-/// of its channels. The type on the wire has it in words only (gateway/machines/watch.cpp).
+/// of its channels. The type on the wire has it in words only (gateway/machines/subscriptions.cpp).
 bool is_pushed(const fabric::MachineStatus& status);
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
 /// The state and counters of a channel, without its key.

@@ -15,7 +15,7 @@
 #include "fabric/ends/call_end.hpp"
 #include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/live/spin_after_publish.hpp"
+#include "gateway/shell/spin_after_publish.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
@@ -35,7 +35,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
   explicit Impl(const MemoryPlant& own_plant)
       : plant(own_plant),
         journal(journal::in_memory(io.get_executor())),
-        core(*this, *this, options_of(plant, *journal), journal->ledger()),
+        core(*this, *this, options_of(plant, *journal), journal->state()),
         places(plant.machines.size() * plant.channels + 1),
         timer(io),
         participant({.domain = plant.domain, .configuration = dds_configuration(plant.interface)}),
@@ -51,11 +51,11 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
 
   static core::CoreOptions options_of(const MemoryPlant& plant, const journal::Journal& journal) {
     core::CoreOptions options{
-        .own = {.id = fabric::InstanceId::random(), .epoch = journal.ledger().numbers().epoch},
+        .own = {.id = fabric::InstanceId::random(), .epoch = journal.state().numbers().epoch},
         .lease = std::chrono::seconds(2)};
     for (const std::string& machine : plant.machines) {
       options.machines.push_back(
-          {.name = machine, .pace = {.idle = plant.idle}, .watch = WatchMode::poll});
+          {.name = machine, .intervals = {.idle = plant.idle}, .watch = SubscriptionMode::poll});
     }
     return options;
   }
@@ -103,7 +103,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
     core.on_reply(reply);
   }
   void on_readers(bool of_channels, bool of_events) override {
-    core.set_interest({of_events, of_channels, Level::warn});
+    core.set_readers({of_events, of_channels, Level::warn});
   }
 
   /// To a controller in this process.
@@ -111,9 +111,9 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
    public:
     MemoryLink(Impl& gateway, std::string machine)
         : gateway_(gateway), machine_(std::move(machine)) {}
-    void read(std::uint16_t channel, ReadSet look) override {
-      asio::post(gateway_.io, [&gateway = gateway_, key = key_of(channel), look] {
-        gateway.core.on_read(key, gateway.places[gateway.index_of(key)].variables.read(look));
+    void read(std::uint16_t channel, ReadSet set) override {
+      asio::post(gateway_.io, [&gateway = gateway_, key = key_of(channel), set] {
+        gateway.core.on_read(key, gateway.places[gateway.index_of(key)].variables.read(set));
       });
     }
     void write(std::uint16_t channel, Variable variable, const Value& value) override {
@@ -142,7 +142,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
     core.on_write(key, WriteOutcome::written, "");
   }
 
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings& machine) override {
     asio::post(io, [this, name = machine.name] {
       std::vector<std::uint16_t> numbers(plant.channels);
       std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
@@ -158,7 +158,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
     }
     journal->append(entry, ticket);
   }
-  void say(Level, const std::string&) override {}
+  void log(Level, const std::string&) override {}
   void notice(const fabric::NoticeKey&, const std::string&, const std::string&) override {}
   void may_end(bool) override {}
   [[nodiscard]] Moment now() const override {
@@ -229,7 +229,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
   std::unique_ptr<journal::Journal> journal;
   core::Core core;
   bool attentive = true;
-  live::SpinAfterPublish spin;
+  shell::SpinAfterPublish spin;
   std::vector<Place> places;
   asio::steady_timer timer;
   std::optional<SteadyTime> armed;

@@ -52,7 +52,7 @@ struct Reader {
   void operator()(const gateway::MessageEndedEntry&) const {}
   void operator()(const gateway::LastGetEntry&) const {}
   // For people.
-  void operator()(const gateway::StandingEntry&) const {}
+  void operator()(const gateway::BlockedEntry&) const {}
 };
 
 /// Where the handler of one call was started.

@@ -35,8 +35,9 @@ GatewayPlan gateway_plan(const SmallPlan& plan) {
   GatewayPlan gateway;
   gateway::settings::MachineSettings machine;
   machine.name = "m0";
-  machine.watch = gateway::WatchMode::poll;
-  machine.pace = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
+  machine.watch = gateway::SubscriptionMode::poll;
+  machine.intervals = {
+      .after_answer = 50ms, .after_answer_for = 0ms, .idle = 50ms, .full = 100ms};
   gateway.file.machines.push_back(machine);
   gateway.watches_itself = false;
   gateway.journal.sync = gateway::journal::Sync::always;

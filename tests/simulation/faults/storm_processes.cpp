@@ -57,7 +57,7 @@ void Storm::reload_gateway() {
       }
     }
     if (random_.chance(30)) {
-      machine.pace.idle = std::chrono::milliseconds(10 + random_.below(80));
+      machine.intervals.idle = std::chrono::milliseconds(10 + random_.below(80));
     }
     // From a source of its own: what else a seed means stays what it was.
     if (Random chance(~random_.state()); chance.chance(30)) {

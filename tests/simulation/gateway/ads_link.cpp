@@ -20,7 +20,7 @@ constexpr Time leftovers = 60ms;
 }  // namespace
 
 AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-                 std::vector<std::uint16_t> channels, gateway::machines::LinkEvents& events,
+                 std::vector<std::uint16_t> channels, gateway::machines::ControllerEvents& events,
                  LinkObserver& observer, History& history, Random random)
     : process_(process),
       gateway_(gateway),
@@ -161,15 +161,15 @@ void AdsLink::refuse_unsent(std::uint16_t channel, bool is_write) {
   });
 }
 
-void AdsLink::read(std::uint16_t channel, gateway::ReadSet look) {
+void AdsLink::read(std::uint16_t channel, gateway::ReadSet set) {
   if (!up_) {
     refuse_unsent(channel, false);
     return;
   }
   auto request = std::make_shared<Request>();
   request->channel = channel;
-  request->snapshot.look = look;
-  const auto variables = gateway::variables_of(look);
+  request->snapshot.set = set;
+  const auto variables = gateway::variables_of(set);
   request->variables.assign(variables.begin(), variables.end());
   send(request);
 }

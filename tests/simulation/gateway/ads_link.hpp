@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/machines/back_off.hpp"
-#include "gateway/machines/link.hpp"
+#include "gateway/machines/controller.hpp"
+#include "gateway/shell/back_off.hpp"
 #include "tests/simulation/machine/controller.hpp"
 #include "tests/simulation/time/process.hpp"
 
@@ -99,14 +99,14 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
  public:
   /// Without `channels` all that the controller has.
   AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-          std::vector<std::uint16_t> channels, gateway::machines::LinkEvents& events,
+          std::vector<std::uint16_t> channels, gateway::machines::ControllerEvents& events,
           LinkObserver& observer, History& history, Random random);
 
   void start();
   /// The gateway is gone: no event comes any more.
   void abandon();
   [[nodiscard]] bool abandoned() const { return abandoned_; }
-  void read(std::uint16_t channel, gateway::ReadSet look);
+  void read(std::uint16_t channel, gateway::ReadSet set);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
   /// What else is asked of the controller than its Service Interfaces.
   struct Work {
@@ -117,8 +117,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
     std::function<void(const std::string& failure)> told;
   };
   void ask(Work work);
-  void watch(const std::vector<std::uint16_t>& channels);
-  void unwatch(const std::vector<std::uint16_t>& channels);
+  void subscribe(const std::vector<std::uint16_t>& channels);
+  void unsubscribe(const std::vector<std::uint16_t>& channels);
   /// The cable or the controller ends the connection.
   void cut(const std::string& reason);
 
@@ -160,11 +160,11 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   Controller& controller_;
   Cable& cable_;
   std::vector<std::uint16_t> channels_;
-  gateway::machines::LinkEvents& events_;
+  gateway::machines::ControllerEvents& events_;
   LinkObserver& observer_;
   History& history_;
   Random random_;
-  gateway::machines::BackOff back_off_;
+  gateway::shell::BackOff back_off_;
   bool up_ = false;
   std::optional<Time> up_since_;
   bool abandoned_ = false;

@@ -16,7 +16,7 @@ namespace {
 /// cnc/ads/client.hpp
 constexpr unsigned most_silent_timeouts = 3;
 
-void put(gateway::Snapshot& snapshot, Variable variable, gateway::Value value) {
+void put(gateway::ServiceSnapshot& snapshot, Variable variable, gateway::Value value) {
   switch (variable) {
     case Variable::uuid:
       snapshot.uuid = std::get<std::string>(std::move(value));
@@ -43,12 +43,12 @@ std::string words_for(const gateway::Value& value) {
 }  // namespace
 
 std::optional<Meaning> AdsLink::meaning(const Request& request, const char* step) const {
-  const gateway::Snapshot& snapshot = request.snapshot;
+  const gateway::ServiceSnapshot& snapshot = request.snapshot;
   return process_.agenda().meaning(
       step, request.channel, request.write ? request.write->call.to_string() : "",
       request.write ? static_cast<int>(request.write->variable) : -1,
       request.write ? words_for(request.write->value) : "", request.variables.size(),
-      static_cast<int>(snapshot.look), snapshot.uuid, snapshot.request, snapshot.request_state,
+      static_cast<int>(snapshot.set), snapshot.uuid, snapshot.request, snapshot.request_state,
       snapshot.response_state, snapshot.response, request.refused, request.dropped,
       request.executed);
 }

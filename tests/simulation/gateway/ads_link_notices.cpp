@@ -22,7 +22,7 @@ bool AdsLink::still(std::uint64_t connection) const {
   return up_ && !abandoned_ && connection_ == connection;
 }
 
-void AdsLink::watch(const std::vector<std::uint16_t>& channels) {
+void AdsLink::subscribe(const std::vector<std::uint16_t>& channels) {
   if (!up_) {
     return;
   }
@@ -37,7 +37,7 @@ void AdsLink::watch(const std::vector<std::uint16_t>& channels) {
     if (!self->still(connection)) {
       return;
     }
-    std::vector<gateway::machines::WatchOutcome> outcomes;
+    std::vector<gateway::machines::SubscribeOutcome> outcomes;
     for (const std::uint16_t channel : channels) {
       outcomes.push_back({channel,
                           lost      ? "no answer"
@@ -45,7 +45,7 @@ void AdsLink::watch(const std::vector<std::uint16_t>& channels) {
                                     : "",
                           lost});
     }
-    self->events_.on_watched(self->controller_.name(), outcomes);
+    self->events_.on_subscribed(self->controller_.name(), outcomes);
   };
   if (lost || refused) {
     process_.timer(lost ? question_timeout : 2 * delay(), answer);
@@ -68,7 +68,7 @@ void AdsLink::watch(const std::vector<std::uint16_t>& channels) {
                           });
 }
 
-void AdsLink::unwatch(const std::vector<std::uint16_t>& channels) {
+void AdsLink::unsubscribe(const std::vector<std::uint16_t>& channels) {
   for (const std::uint16_t channel : channels) {
     ++questions_[channel];
     stop_telling(channel);
@@ -131,12 +131,12 @@ void AdsLink::tell(std::uint16_t channel, Variable variable, std::optional<std::
   }
   const Time now = process_.agenda().now();
   last_telling_ = std::max(last_telling_, now + delay() + cable_.notices.late);
-  process_.after(last_telling_ - now,
-                 [self = shared_from_this(), channel, variable, value, connection = connection_] {
-                   if (self->still(connection)) {
-                     self->events_.on_told({self->controller_.name(), channel}, variable, value);
-                   }
-                 });
+  process_.after(last_telling_ - now, [self = shared_from_this(), channel, variable, value,
+                                       connection = connection_] {
+    if (self->still(connection)) {
+      self->events_.on_notification({self->controller_.name(), channel}, variable, value);
+    }
+  });
 }
 
 void AdsLink::stop_telling(std::uint16_t channel) {

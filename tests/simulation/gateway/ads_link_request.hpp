@@ -14,7 +14,7 @@ struct AdsLink::Request {
   std::uint16_t channel = 0;
   std::optional<Work> work;
   std::optional<AdsWrite> write;
-  gateway::Snapshot snapshot;
+  gateway::ServiceSnapshot snapshot;
   std::vector<gateway::Variable> variables;
   Time first{};
   bool refused = false;

@@ -6,11 +6,11 @@
 
 namespace millrace::tests::simulation {
 
-void Confirmed::on_start(const std::vector<gateway::Call>& calls,
+void Confirmed::on_start(const std::vector<gateway::CallRecord>& calls,
                          const gateway::NumbersEntry& numbers) {
   *this = {};
   numbers_ = numbers;
-  for (const gateway::Call& call : calls) {
+  for (const gateway::CallRecord& call : calls) {
     for (const gateway::Attempt& attempt : call.attempts) {
       attempts_.emplace(call.id, attempt.number, attempt.instance);
     }

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "gateway/call.hpp"
+#include "gateway/call_record.hpp"
 #include "gateway/journal_entry.hpp"
 #include "tests/simulation/history/fact.hpp"
 
@@ -18,7 +18,8 @@ namespace millrace::tests::simulation {
 class Confirmed {
  public:
   /// The gateway starts with what its journal holds.
-  void on_start(const std::vector<gateway::Call>& calls, const gateway::NumbersEntry& numbers);
+  void on_start(const std::vector<gateway::CallRecord>& calls,
+                const gateway::NumbersEntry& numbers);
   void on_append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
   /// With this one all that was appended before.
   void on_recorded(const gateway::Ticket& ticket);

@@ -65,11 +65,11 @@ tl::expected<void, std::string> Disk::append(std::string_view bytes) {
   return append(*file_, bytes);
 }
 
-tl::expected<void, std::string> Disk::append_to_draft(std::string_view bytes) {
+tl::expected<void, std::string> Disk::append_to_new_file(std::string_view bytes) {
   if (bug_ == Bug::draft_not_kept_up) {
     return {};
   }
-  return append(*draft_, bytes);
+  return append(*new_file_, bytes);
 }
 
 std::string Disk::force(File& file, std::size_t upto) {
@@ -79,35 +79,35 @@ std::string Disk::force(File& file, std::size_t upto) {
 
 void Disk::start_force() {
   process_.after(a_while(), [this, file = file_, upto = file_->bytes.size()] {
-    keeper->on_forced(force(*file, upto));
+    writer->on_forced(force(*file, upto));
   });
 }
 
-void Disk::start_draft(std::vector<gateway::JournalEntry> entries) {
+void Disk::start_new_file(std::vector<gateway::JournalEntry> entries) {
   process_.after(a_while(), [this, entries = std::move(entries)] {
-    draft_ = std::make_shared<File>();
+    new_file_ = std::make_shared<File>();
     const std::string bytes = journal::encode_file(entries);
-    keeper->on_drafted(append(*draft_, bytes).map([&] { return bytes.size(); }));
+    writer->on_new_file(append(*new_file_, bytes).map([&] { return bytes.size(); }));
   });
 }
 
-void Disk::start_exchange() {
+void Disk::start_replace() {
   // What comes while it is forced may or may not be covered.
-  process_.after(a_while(), [this, upto = draft_->bytes.size()] {
-    if (const std::string failure = force(*draft_, upto); !failure.empty()) {
-      keeper->on_exchanged(failure);
+  process_.after(a_while(), [this, upto = new_file_->bytes.size()] {
+    if (const std::string failure = force(*new_file_, upto); !failure.empty()) {
+      writer->on_replaced(failure);
       return;
     }
     process_.after(a_while(), [this] {
-      before_ = std::exchange(named_, draft_);
+      before_ = std::exchange(named_, new_file_);
       process_.after(a_while(), [this] {
         if (full && random_.chance(20)) {
-          keeper->on_exchanged(broken);
+          writer->on_replaced(broken);
           return;
         }
         before_.reset();
-        file_ = draft_;
-        keeper->on_exchanged("");
+        file_ = new_file_;
+        writer->on_replaced("");
       });
     });
   });
@@ -120,8 +120,8 @@ void Disk::confirm(std::vector<gateway::Ticket> tickets) {
   }
 }
 
-void Disk::tell(const std::string& trouble) {
-  process_.after(Time{}, [this, trouble] { on_trouble(trouble); });
+void Disk::report_error(const std::string& error) {
+  process_.after(Time{}, [this, error] { on_write_error(error); });
 }
 
 }  // namespace millrace::tests::simulation

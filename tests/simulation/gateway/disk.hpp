@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "gateway/journal/keeper.hpp"
+#include "gateway/journal/journal_writer.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/time/process.hpp"
 #include "tests/simulation/time/random.hpp"
 
 namespace millrace::tests::simulation {
 
-class Disk final : public gateway::journal::Storage {
+class Disk final : public gateway::journal::JournalFile {
  public:
   Disk(Process& process, Random random, Bug bug) : process_(process), random_(random), bug_(bug) {}
 
@@ -32,18 +32,18 @@ class Disk final : public gateway::journal::Storage {
   Time slow_most = 5ms;
 
   /// Where the journal's answers go in this life of the process.
-  gateway::journal::Keeper* keeper = nullptr;
+  gateway::journal::JournalWriter* writer = nullptr;
   std::function<void(const gateway::Ticket&)> on_recorded;
-  std::function<void(const std::string&)> on_trouble;
+  std::function<void(const std::string&)> on_write_error;
 
   tl::expected<void, std::string> begin(std::string_view bytes) override;
   tl::expected<void, std::string> append(std::string_view bytes) override;
-  tl::expected<void, std::string> append_to_draft(std::string_view bytes) override;
+  tl::expected<void, std::string> append_to_new_file(std::string_view bytes) override;
   void start_force() override;
-  void start_draft(std::vector<gateway::JournalEntry> entries) override;
-  void start_exchange() override;
+  void start_new_file(std::vector<gateway::JournalEntry> entries) override;
+  void start_replace() override;
   void confirm(std::vector<gateway::Ticket> tickets) override;
-  void tell(const std::string& trouble) override;
+  void report_error(const std::string& error) override;
 
  private:
   struct File {
@@ -66,7 +66,7 @@ class Disk final : public gateway::journal::Storage {
   Opened before_;
   /// What this life of the process has opened.
   Opened file_;
-  Opened draft_;
+  Opened new_file_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -81,7 +81,7 @@ void GatewayProcess::on_link_down(const std::string& machine, const std::string&
   core_->on_link_down(machine, reason);
 }
 
-void GatewayProcess::on_read(const Key& key, const gateway::Snapshot& snapshot) {
+void GatewayProcess::on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) {
   // A gateway that stood still may take the link away before it looks at what was read.
   core_->on_other_event();
   if (link_to(key.machine)) {
@@ -107,14 +107,14 @@ void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::s
   core_->on_write(key, outcome, reason);
 }
 
-void GatewayProcess::on_watched(const std::string& machine,
-                                const std::vector<gateway::machines::WatchOutcome>& outcomes) {
-  core_->on_watched(machine, outcomes);
+void GatewayProcess::on_subscribed(
+    const std::string& machine, const std::vector<gateway::machines::SubscribeOutcome>& outcomes) {
+  core_->on_subscribed(machine, outcomes);
 }
 
-void GatewayProcess::on_told(const Key& key, gateway::Variable variable,
-                             std::optional<std::uint32_t> value) {
-  core_->on_told(key, variable, value);
+void GatewayProcess::on_notification(const Key& key, gateway::Variable variable,
+                                     std::optional<std::uint32_t> value) {
+  core_->on_notification(key, variable, value);
 }
 
 void GatewayProcess::ask(const fabric::VariableRequest& request) {

@@ -12,7 +12,7 @@ namespace millrace::tests::simulation {
 using gateway::WriteOutcome;
 
 /// A gateway's hold on its link, where it makes its mistakes.
-class GatewayProcess::WatchedLink final : public gateway::machines::Link {
+class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
  public:
   WatchedLink(GatewayProcess& process, std::string machine, std::shared_ptr<AdsLink> link)
       : process_(process), machine_(std::move(machine)), link_(std::move(link)) {}
@@ -20,15 +20,15 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
   WatchedLink(const WatchedLink&) = delete;
   WatchedLink& operator=(const WatchedLink&) = delete;
 
-  void read(std::uint16_t channel, gateway::ReadSet look) override {
+  void read(std::uint16_t channel, gateway::ReadSet set) override {
     const Key key{machine_, channel};
-    if (auto made_up = process_.mistakes_.instead_of(key, look, process_.witness_)) {
+    if (auto made_up = process_.mistakes_.instead_of(key, set, process_.witness_)) {
       process_.process().after(Time{}, [&process = process_, key, snapshot = *std::move(made_up)] {
         process.core_->on_read(key, snapshot);
       });
       return;
     }
-    link_->read(channel, look);
+    link_->read(channel, set);
   }
   void write(std::uint16_t channel, gateway::Variable variable,
              const gateway::Value& value) override {
@@ -41,8 +41,12 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
     process_.witness_.on_write(key, variable, value);
     link_->write(channel, variable, value);
   }
-  void watch(const std::vector<std::uint16_t>& channels) override { link_->watch(channels); }
-  void unwatch(const std::vector<std::uint16_t>& channels) override { link_->unwatch(channels); }
+  void subscribe(const std::vector<std::uint16_t>& channels) override {
+    link_->subscribe(channels);
+  }
+  void unsubscribe(const std::vector<std::uint16_t>& channels) override {
+    link_->unsubscribe(channels);
+  }
   void ask(const gateway::machines::Question& question) override {
     ValueStore& values = process_.plugged_.at(machine_).controller->values();
     struct Made {
@@ -83,7 +87,7 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
     }
     queues_.at(queue).ask(step);
   }
-  void watch(const Key& queue) override { queues_.at(queue).watch(); }
+  void subscribe(const Key& queue) override { queues_.at(queue).watch(); }
   [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
 
  private:
@@ -97,13 +101,13 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
 class GatewayProcess::WatchedCore final : public gateway::core::Core {
  public:
   WatchedCore(GatewayProcess& process, gateway::core::CoreOptions options,
-              const gateway::journal::Ledger& ledger)
-      : Core(process, process, std::move(options), ledger), process_(process) {}
+              const gateway::journal::JournalState& journal_state)
+      : Core(process, process, std::move(options), journal_state), process_(process) {}
 
  private:
-  void on_queue_read(const Key& key, const gateway::Snapshot& snapshot) override {
+  void on_queue_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override {
     Witness& witness = process_.witness_;
-    witness.on_shown(key, look_at_queue(key));
+    witness.on_shown(key, queue_snapshot(key));
     process_.history().add(
         Looked{process_.plan_.number, witness.seen_as(key), snapshot, process_.Member::now()});
     Core::on_queue_read(key, snapshot);
@@ -112,7 +116,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     Witness& witness = process_.witness_;
     witness.on_write(key, write.variable, write.value);
     Core::write_queue(key, write);
-    witness.on_window_written(key, write.variable, write.value, look_at_queue(key));
+    witness.on_window_written(key, write.variable, write.value, queue_snapshot(key));
   }
 
   void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
@@ -133,14 +137,14 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
     Core::on_link_dropped(machine, reason);
   }
-  void on_retired(const Key& key) override {
+  void on_channel_removed(const Key& key) override {
     process_.leaves(key);
-    Core::on_retired(key);
+    Core::on_channel_removed(key);
   }
-  void on_refused(const Key& key, const std::string& reason) override {
+  void on_not_owner(const Key& key, const std::string& reason) override {
     process_.leaves(key);
-    process_.witness_.on_refused(key);
-    Core::on_refused(key, reason);
+    process_.witness_.on_not_owner(key);
+    Core::on_not_owner(key, reason);
   }
 
   GatewayProcess& process_;
@@ -153,7 +157,7 @@ std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
                                                                   .lease = fabric().weather.lease,
                                                                   .machines = plan_.file.machines,
                                                                   .policies = plan_.file.policies},
-                                       keeper_->ledger());
+                                       journal_writer_->state());
 }
 
 void GatewayProcess::publish(const fabric::Request& request) {
@@ -221,7 +225,7 @@ void GatewayProcess::wake_at(std::optional<gateway::SteadyTime> time) {
   }
 }
 
-std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
+std::unique_ptr<gateway::machines::Controller> GatewayProcess::connect(
     const gateway::settings::MachineSettings& machine) {
   const Machine& there = plugged_.at(machine.name);
   auto link = std::make_shared<AdsLink>(process(), plan_.number, *there.controller, *there.cable,
@@ -236,10 +240,10 @@ void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::T
   if (mistakes_.skips(entry)) {
     process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else if (mistakes_.makes(Bug::recorded_before_forced)) {
-    keeper_->append(entry, {});
+    journal_writer_->append(entry, {});
     process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else {
-    keeper_->append(entry, ticket);
+    journal_writer_->append(entry, ticket);
   }
 }
 
@@ -250,7 +254,7 @@ void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
   }
 }
 
-void GatewayProcess::say(gateway::Level, const std::string& text) {
+void GatewayProcess::log(gateway::Level, const std::string& text) {
   // That a call is given out again is said before anything comes of it.
   if (const auto call = std::exchange(retrying_, {}); call != fabric::CallId{}) {
     witness_.on_retried(call);

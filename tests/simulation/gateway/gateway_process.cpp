@@ -15,9 +15,10 @@ namespace {
 constexpr unsigned most_beats_to_end = 64;
 
 /// All that a gateway knows when it starts, but for times.
-std::string words_for(const journal::Ledger& ledger) {
-  std::string words = fmt::format("{} {}", ledger.numbers().epoch, ledger.numbers().reserved);
-  for (const gateway::Call& call : ledger.open_calls()) {
+std::string words_for(const journal::JournalState& journal_state) {
+  std::string words =
+      fmt::format("{} {}", journal_state.numbers().epoch, journal_state.numbers().reserved);
+  for (const gateway::CallRecord& call : journal_state.open_calls()) {
     words += fmt::format(" {} {} {} {} {} {}", call.id.to_string(), call.request.text,
                          call.request.state, static_cast<int>(call.delivery), call.clearing,
                          fmt::join(call.shown, ","));
@@ -43,9 +44,9 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
       witness_(plan_.number, history),
       mistakes_(plan_.bug) {
   disk_.on_recorded = [this](const gateway::Ticket& ticket) { on_recorded(ticket); };
-  disk_.on_trouble = [this](const std::string& trouble) {
-    in_trouble_ = !trouble.empty();
-    core_->on_journal_trouble(trouble);
+  disk_.on_write_error = [this](const std::string& error) {
+    in_trouble_ = !error.empty();
+    core_->on_journal_error(error);
   };
 }
 
@@ -58,29 +59,29 @@ void GatewayProcess::start() {
     return;
   }
   process().start();
-  disk_.keeper = &keeper_.emplace(disk_, plan_.journal);
+  disk_.writer = &journal_writer_.emplace(disk_, plan_.journal);
   const std::uint64_t new_epoch = (random_.next() >> 16U) | 1U;
-  const auto loaded = keeper_->load(disk_.file(), new_epoch);
-  const auto usable = loaded ? keeper_->begin() : tl::unexpected(loaded.error());
+  const auto loaded = journal_writer_->load(disk_.file(), new_epoch);
+  const auto usable = loaded ? journal_writer_->begin() : tl::unexpected(loaded.error());
   if (!usable) {
     note("cannot start: " + usable.error());
-    keeper_.reset();
+    journal_writer_.reset();
     process().end();
     return;
   }
   note("starts; " + *loaded);
   if (const auto remains =
-          process().agenda().meaning(random_.state(), words_for(keeper_->ledger()))) {
+          process().agenda().meaning(random_.state(), words_for(journal_writer_->state()))) {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
-  witness_.on_start(keeper_->ledger().open_calls(), keeper_->ledger().numbers(),
+  witness_.on_start(journal_writer_->state().open_calls(), journal_writer_->state().numbers(),
                     plan_.file.policies);
   gateway::core::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
   }
   own.host = name();
-  own.epoch = keeper_->ledger().numbers().epoch;
+  own.epoch = journal_writer_->state().numbers().epoch;
   core_ = make_core(own);
   joined(fabric().join(process(), *this, *this));
   core_->start();
@@ -93,7 +94,7 @@ void GatewayProcess::start() {
 void GatewayProcess::forget() {
   core_.reset();
   links_.clear();
-  keeper_.reset();
+  journal_writer_.reset();
   witness_.on_end();
   mistakes_.forget();
   ++wakes_;
@@ -163,21 +164,21 @@ void GatewayProcess::cut_links(const std::string& machine, const std::string& re
 }
 
 std::size_t GatewayProcess::open_calls() const {
-  if (!keeper_) {
+  if (!journal_writer_) {
     return 0;
   }
   // One that is answered may stay until its program asks again, where no read shows that it is
   // over.
-  const auto calls = keeper_->ledger().open_calls();
+  const auto calls = journal_writer_->state().open_calls();
   return static_cast<std::size_t>(std::ranges::count_if(
-      calls, [](const gateway::Call& call) { return !call.answer || !call.clearing; }));
+      calls, [](const gateway::CallRecord& call) { return !call.answer || !call.clearing; }));
 }
 
 std::size_t GatewayProcess::waiting_messages() const {
   std::size_t messages = 0;
-  if (keeper_) {
-    for (const auto& [key, book] : keeper_->ledger().queues()) {
-      messages += book.waiting();
+  if (journal_writer_) {
+    for (const auto& [key, queue_log] : journal_writer_->state().queues()) {
+      messages += queue_log.waiting();
     }
   }
   return messages;
@@ -199,7 +200,7 @@ void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
 
 void GatewayProcess::tick() {
   process().timer(plan_.journal.period, [this] {
-    keeper_->on_tick();
+    journal_writer_->on_tick();
     tick();
   });
 }
@@ -208,7 +209,7 @@ void GatewayProcess::beat() {
   if (ending_ && ++beats_to_end_ == most_beats_to_end) {
     history().violated(fmt::format("gateway {} was asked to end and goes on", plan_.number));
   }
-  const auto next = core_->beat();
+  const auto next = core_->heartbeat();
   process().timer(next - now().steady, [this] { beat(); });
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/core/core.hpp"
-#include "gateway/journal/keeper.hpp"
+#include "gateway/journal/journal_writer.hpp"
 #include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
@@ -41,7 +41,7 @@ class GatewayProcess final : public Member,
                              private GatewayWatchListener,
                              private gateway::core::Fabric,
                              private gateway::core::Host,
-                             public gateway::machines::LinkEvents,
+                             public gateway::machines::ControllerEvents,
                              public LinkObserver {
  public:
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
@@ -107,13 +107,13 @@ class GatewayProcess final : public Member,
   // What its links say, on the way to the core.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
-  void on_read(const Key& key, const gateway::Snapshot& snapshot) override;
+  void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override;
   void on_read_failed(const Key& key, const std::string& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
-  void on_watched(const std::string& machine,
-                  const std::vector<gateway::machines::WatchOutcome>& outcomes) override;
-  void on_told(const Key& key, gateway::Variable variable,
-               std::optional<std::uint32_t> value) override;
+  void on_subscribed(const std::string& machine,
+                     const std::vector<gateway::machines::SubscribeOutcome>& outcomes) override;
+  void on_notification(const Key& key, gateway::Variable variable,
+                       std::optional<std::uint32_t> value) override;
   void on_answer(const std::string& machine, const gateway::machines::Answer& answer) override;
   void on_queue_answer(const Key& queue, gateway::queues::StepAnswer answer) override;
   void on_queue_event(const Key& queue) override;
@@ -140,10 +140,10 @@ class GatewayProcess final : public Member,
   void watch_channels() override;
   [[nodiscard]] gateway::Moment now() const override;
   void wake_at(std::optional<gateway::SteadyTime> time) override;
-  std::unique_ptr<gateway::machines::Link> connect(
+  std::unique_ptr<gateway::machines::Controller> connect(
       const gateway::settings::MachineSettings& machine) override;
   void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) override;
-  void say(gateway::Level level, const std::string& text) override;
+  void log(gateway::Level level, const std::string& text) override;
   void notice(const fabric::NoticeKey& key, const std::string& text,
               const std::string& advice) override;
   void may_end(bool half_written) override;
@@ -172,7 +172,7 @@ class GatewayProcess final : public Member,
   std::map<std::string, Machine> plugged_;
 
   // Of this life of the process.
-  std::optional<gateway::journal::Keeper> keeper_;
+  std::optional<gateway::journal::JournalWriter> journal_writer_;
   std::unique_ptr<gateway::core::Core> core_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
   /// Counts what wake_at() has asked for.

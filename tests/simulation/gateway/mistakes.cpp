@@ -7,7 +7,7 @@
 namespace millrace::tests::simulation {
 
 using gateway::ReadSet;
-using gateway::Snapshot;
+using gateway::ServiceSnapshot;
 
 void Mistakes::forget() {
   last_looks_.clear();
@@ -58,38 +58,38 @@ gateway::machines::Answer Mistakes::taken_for(const std::string& machine,
   return answer;
 }
 
-std::optional<Snapshot> Mistakes::instead_of(const Key& key, gateway::ReadSet look,
-                                             const Witness& witness) {
+std::optional<ServiceSnapshot> Mistakes::instead_of(const Key& key, gateway::ReadSet set,
+                                                    const Witness& witness) {
   const auto seen = last_looks_.find(key);
-  if (makes(Bug::answer_without_look) && look == ReadSet::request && witness.answering(key) &&
+  if (makes(Bug::answer_without_look) && set == ReadSet::request && witness.answering(key) &&
       seen != last_looks_.end()) {
     return seen->second;
   }
   const auto texts = texts_read_.extract(key);
-  if (!makes(Bug::no_confirming_look) || texts.empty() || look != ReadSet::request) {
+  if (!makes(Bug::no_confirming_look) || texts.empty() || set != ReadSet::request) {
     return std::nullopt;
   }
-  Snapshot unread = texts.mapped();
-  unread.look = look;
+  ServiceSnapshot unread = texts.mapped();
+  unread.set = set;
   unread.request_state = last_states_.at(key).request_state;
   return unread;
 }
 
-void Mistakes::on_read(const Key& key, const Snapshot& snapshot) {
-  if (snapshot.look == ReadSet::request) {
+void Mistakes::on_read(const Key& key, const ServiceSnapshot& snapshot) {
+  if (snapshot.set == ReadSet::request) {
     last_looks_[key] = snapshot;
-  } else if (snapshot.look == ReadSet::state || snapshot.look == ReadSet::states) {
+  } else if (snapshot.set == ReadSet::state || snapshot.set == ReadSet::states) {
     last_states_[key] = snapshot;
-  } else if (snapshot.look == ReadSet::texts) {
+  } else if (snapshot.set == ReadSet::texts) {
     texts_read_.insert_or_assign(key, snapshot);
   }
 }
 
 /// Once it is released nothing is left of that.
-Snapshot Mistakes::taken_for(const Key& key, Snapshot snapshot) {
+ServiceSnapshot Mistakes::taken_for(const Key& key, ServiceSnapshot snapshot) {
   auto found = acknowledged_.find(key);
   if (!makes(Bug::acknowledged_is_seen) || found == acknowledged_.end() ||
-      (snapshot.look != ReadSet::all && snapshot.look != ReadSet::states)) {
+      (snapshot.set != ReadSet::all && snapshot.set != ReadSet::states)) {
     return snapshot;
   }
   for (const auto& [variable, value] : found->second) {

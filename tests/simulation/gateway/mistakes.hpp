@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "gateway/journal_entry.hpp"
-#include "gateway/machines/link.hpp"
+#include "gateway/machines/controller.hpp"
 #include "gateway/outputs.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/witness.hpp"
@@ -24,11 +24,12 @@ class Mistakes {
   /// Nobody cares for this reply.
   [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
   /// A look that is made up instead of taken.
-  std::optional<gateway::Snapshot> instead_of(const Key& key, gateway::ReadSet look,
-                                              const Witness& witness);
-  void on_read(const Key& key, const gateway::Snapshot& snapshot);
+  std::optional<gateway::ServiceSnapshot> instead_of(const Key& key, gateway::ReadSet set,
+                                                     const Witness& witness);
+  void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot);
   /// What the gateway takes it for.
-  [[nodiscard]] gateway::Snapshot taken_for(const Key& key, gateway::Snapshot snapshot);
+  [[nodiscard]] gateway::ServiceSnapshot taken_for(const Key& key,
+                                                   gateway::ServiceSnapshot snapshot);
   [[nodiscard]] gateway::machines::Answer taken_for(const std::string& machine,
                                                     gateway::machines::Answer answer);
   void on_write(const Key& key, gateway::WriteOutcome outcome);
@@ -42,9 +43,9 @@ class Mistakes {
 
  private:
   Bug bug_;
-  std::map<Key, gateway::Snapshot> last_looks_;
-  std::map<Key, gateway::Snapshot> last_states_;
-  std::map<Key, gateway::Snapshot> texts_read_;
+  std::map<Key, gateway::ServiceSnapshot> last_looks_;
+  std::map<Key, gateway::ServiceSnapshot> last_states_;
+  std::map<Key, gateway::ServiceSnapshot> texts_read_;
   std::map<Key, gateway::Write> last_writes_;
   std::map<std::string, std::vector<gateway::data::Sampler::Answer>> last_values_;
   std::map<Key, std::map<gateway::Variable, gateway::Value>> acknowledged_;

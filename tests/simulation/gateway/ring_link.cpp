@@ -32,7 +32,7 @@ queues::StepAnswer refusal_of(const queues::Step& step, const std::string& reaso
 }  // namespace
 
 RingLink::RingLink(Process& process, GatewayNumber gateway, std::weak_ptr<AdsLink> link,
-                   MessageRing& ring, Key queue, gateway::machines::LinkEvents& events,
+                   MessageRing& ring, Key queue, gateway::machines::ControllerEvents& events,
                    Random random)
     : process_(process),
       gateway_(gateway),

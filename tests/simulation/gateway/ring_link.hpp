@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "gateway/machines/link.hpp"
+#include "gateway/machines/controller.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 
 namespace millrace::tests::simulation {
@@ -12,7 +12,7 @@ class RingLink {
  public:
   /// `events` outlives it.
   RingLink(Process& process, GatewayNumber gateway, std::weak_ptr<AdsLink> link, MessageRing& ring,
-           Key queue, gateway::machines::LinkEvents& events, Random random);
+           Key queue, gateway::machines::ControllerEvents& events, Random random);
   ~RingLink();
   RingLink(const RingLink&) = delete;
   RingLink& operator=(const RingLink&) = delete;
@@ -26,7 +26,7 @@ class RingLink {
   std::weak_ptr<AdsLink> link_;
   MessageRing& ring_;
   Key queue_;
-  gateway::machines::LinkEvents& events_;
+  gateway::machines::ControllerEvents& events_;
   Random random_;
   /// How late the controller tells; some changes it does not tell at all.
   Time late_;

@@ -18,12 +18,12 @@ constexpr unsigned too_often = 20;
 
 }  // namespace
 
-void Witness::on_start(const std::vector<gateway::Call>& open_calls,
+void Witness::on_start(const std::vector<gateway::CallRecord>& open_calls,
                        const gateway::NumbersEntry& numbers, gateway::Policies policies) {
   confirmed_.on_start(open_calls, numbers);
   policies_ = std::move(policies);
   history_.add(Resumed{number_, {}, {}, {}, false});
-  for (const gateway::Call& call : open_calls) {
+  for (const gateway::CallRecord& call : open_calls) {
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
     keys_[call.id] = call.key;
     Current& current = current_[call.key];
@@ -255,7 +255,7 @@ gateway::Policy Witness::policy_of(const Key& key, const std::string& uuid) cons
   return policies_.of(std::string(fabric::machine_of(key.machine)), uuid);
 }
 
-void Witness::on_shown(const Key& key, const gateway::Snapshot& all) {
+void Witness::on_shown(const Key& key, const gateway::ServiceSnapshot& all) {
   const gateway::PendingRequest shown{all.uuid, all.request, all.request_state};
   gateway::PendingRequest& before = shown_[key];
   if (shown.state != 0 && shown != before) {
@@ -265,7 +265,7 @@ void Witness::on_shown(const Key& key, const gateway::Snapshot& all) {
 }
 
 void Witness::on_window_written(const Key& key, gateway::Variable variable,
-                                const gateway::Value& value, const gateway::Snapshot& all) {
+                                const gateway::Value& value, const gateway::ServiceSnapshot& all) {
   const AdsWrite write = describe(key, variable, value);
   // The next message may be there already, before RESPONSE, where that is written last.
   const std::uint32_t request_state =

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/call.hpp"
+#include "gateway/call_record.hpp"
 #include "gateway/outputs.hpp"
 #include "gateway/policy.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
@@ -23,8 +23,8 @@ class Witness {
   Witness(GatewayNumber number, History& history) : number_(number), history_(history) {}
 
   /// It starts and finds these calls in its journal.
-  void on_start(const std::vector<gateway::Call>& open_calls, const gateway::NumbersEntry& numbers,
-                gateway::Policies policies);
+  void on_start(const std::vector<gateway::CallRecord>& open_calls,
+                const gateway::NumbersEntry& numbers, gateway::Policies policies);
   void on_end();
   /// For calls that are claimed from now on.
   void on_policies(gateway::Policies policies) { policies_ = std::move(policies); }
@@ -32,7 +32,7 @@ class Witness {
   void on_ready(const fabric::InstanceIdentity& instance) { ready_[instance.id] = instance; }
   void on_gone(const fabric::InstanceId& instance) { ready_.erase(instance); }
   void on_heard(const fabric::ChannelStatus& status);
-  void on_refused(const Key& key) { history_.add(Refused{number_, key}); }
+  void on_not_owner(const Key& key) { history_.add(Refused{number_, key}); }
 
   void on_tell(const Key& key, const fabric::Event& event, bool in_trouble, bool ending);
   void on_record(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
@@ -48,9 +48,9 @@ class Witness {
 
   // Of a message queue, whose channel the gateway plays itself.
   /// What is shown is looked at.
-  void on_shown(const Key& key, const gateway::Snapshot& all);
+  void on_shown(const Key& key, const gateway::ServiceSnapshot& all);
   void on_window_written(const Key& key, gateway::Variable variable, const gateway::Value& value,
-                         const gateway::Snapshot& all);
+                         const gateway::ServiceSnapshot& all);
   [[nodiscard]] Key seen_as(const Key& key) const { return key_at(key, number_); }
 
   /// What the write is about.

@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "fabric/channel_scope.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -28,7 +28,7 @@ std::string text_of(const fabric::Reply& reply) {
                      gateway::printable(reply.text), reply.state, reply.call.to_string());
 }
 
-std::string text_of(const gateway::Snapshot& snapshot) {
+std::string text_of(const gateway::ServiceSnapshot& snapshot) {
   std::string words;
   const auto add = [&](gateway::Variable variable, const gateway::Value& value) {
     if (snapshot.has(variable)) {

@@ -10,7 +10,7 @@
 #include "fabric/messages.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/policy.hpp"
-#include "gateway/snapshot.hpp"
+#include "gateway/service_snapshot.hpp"
 #include "tests/simulation/time/agenda.hpp"
 
 namespace millrace::tests::simulation {
@@ -58,7 +58,7 @@ struct ProgramReleased {
 struct Looked {
   GatewayNumber gateway = 0;
   Key key;
-  gateway::Snapshot snapshot;
+  gateway::ServiceSnapshot snapshot;
   Time first{};
 };
 /// A gateway sends a write of this call's answer.

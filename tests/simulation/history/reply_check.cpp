@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "gateway/response.hpp"
-#include "gateway/words.hpp"
+#include "gateway/text.hpp"
 #include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {

@@ -59,8 +59,8 @@ Time ValueStore::longest_way_since(Time then) const {
 
 Answer ValueStore::answer(const Question& question) {
   Answer made = answer_to(question);
-  if (const auto* look_up = std::get_if<data::LookUp>(&question.step)) {
-    std::vector<Sampler::Known> all;
+  if (const auto* look_up = std::get_if<data::Resolve>(&question.step)) {
+    std::vector<Sampler::Resolved> all;
     for (const std::string& name : look_up->names) {
       if (!value_of(name)) {
         all.emplace_back(tl::unexpected(cnc::variables::Trouble{
@@ -97,8 +97,8 @@ Answer ValueStore::answer(const Question& question) {
 
 Answer ValueStore::failure(const Question& question, cnc::ads::ErrorCode code) {
   Answer made = answer_to(question);
-  if (const auto* look_up = std::get_if<data::LookUp>(&question.step)) {
-    made.found = std::vector<Sampler::Known>(
+  if (const auto* look_up = std::get_if<data::Resolve>(&question.step)) {
+    made.found = std::vector<Sampler::Resolved>(
         look_up->names.size(), tl::unexpected(cnc::variables::Trouble{code, "no answer"}));
   } else if (const auto* read = std::get_if<data::Read>(&question.step)) {
     made.found =

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "gateway/machines/link.hpp"
+#include "gateway/machines/controller.hpp"
 #include "tests/simulation/time/agenda.hpp"
 
 namespace millrace::tests::simulation {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/unit/gateway/desk.hpp"
+#include "tests/unit/gateway/channel_fixture.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -25,34 +25,34 @@ class InterruptedAnswer : public testing::TestWithParam<std::tuple<bool, bool, b
     return {{auto_clear, ads_clears}, with_interim};
   }
 
-  static std::ptrdiff_t releases(const Desk& desk) {
-    return std::ranges::count(desk.writes, "RESPONSE_STATE=1");
+  static std::ptrdiff_t releases(const ChannelFixture& fixture) {
+    return std::ranges::count(fixture.writes, "RESPONSE_STATE=1");
   }
 
   /// What a service does: answers each call that is given to it, and repeats the answer when asked
   /// again.
-  static void serve(Desk& desk) {
-    if (desk.sut->call() != nullptr && !desk.sut->call()->answer) {
-      desk.sut->on_reply(desk.reply("1.414", 1), desk.now);
-      desk.settle();
+  static void serve(ChannelFixture& fixture) {
+    if (fixture.sut->call() != nullptr && !fixture.sut->call()->answer) {
+      fixture.sut->on_reply(fixture.reply("1.414", 1), fixture.now);
+      fixture.settle();
     }
   }
 
-  static void begin(Desk& desk) {
-    desk.dispatched_call();
+  static void begin(ChannelFixture& fixture) {
+    fixture.dispatched_call();
     if (setting().with_interim) {
-      desk.sut->on_reply(desk.interim("half way", 5), desk.now);
-      desk.settle();
+      fixture.sut->on_reply(fixture.interim("half way", 5), fixture.now);
+      fixture.settle();
     }
   }
 
-  static void expect_answered_once(const Desk& desk) {
-    EXPECT_EQ(desk.channel.values().response_state, 1U);
-    EXPECT_EQ(desk.channel.values().response, "1.414");
-    EXPECT_EQ(desk.channel.values().request_state, 0U);
-    EXPECT_EQ(releases(desk), 1);
-    EXPECT_EQ(desk.writes.back(), "RESPONSE_STATE=1");
-    EXPECT_TRUE(desk.ledger.open_calls().empty());
+  static void expect_answered_once(const ChannelFixture& fixture) {
+    EXPECT_EQ(fixture.channel.values().response_state, 1U);
+    EXPECT_EQ(fixture.channel.values().response, "1.414");
+    EXPECT_EQ(fixture.channel.values().request_state, 0U);
+    EXPECT_EQ(releases(fixture), 1);
+    EXPECT_EQ(fixture.writes.back(), "RESPONSE_STATE=1");
+    EXPECT_TRUE(fixture.journal_state.open_calls().empty());
   }
 };
 
@@ -61,14 +61,14 @@ TEST_P(InterruptedAnswer, IsFinishedAfterAWriteOfUnknownOutcome) {
                           Fate{WriteOutcome::refused, false}}) {
     for (int failing = 0; failing < 6; ++failing) {
       SCOPED_TRACE(fmt::format("write {}, executed {}", failing, fate.executed));
-      Desk desk(setting().kernel);
+      ChannelFixture fixture(setting().kernel);
       int count = 0;
-      desk.fate = [&] { return count++ == failing ? fate : Fate{}; };
-      begin(desk);
-      desk.wait(2s);
-      serve(desk);
-      desk.wait(2s);
-      expect_answered_once(desk);
+      fixture.fate = [&] { return count++ == failing ? fate : Fate{}; };
+      begin(fixture);
+      fixture.wait(2s);
+      serve(fixture);
+      fixture.wait(2s);
+      expect_answered_once(fixture);
     }
   }
 }
@@ -77,31 +77,31 @@ TEST_P(InterruptedAnswer, IsFinishedAfterACrashOfTheGatewayAtAnyPoint) {
   bool finished_undisturbed = false;
   for (int crash = 1; !finished_undisturbed; ++crash) {
     SCOPED_TRACE(fmt::format("crash before action {}", crash));
-    Desk desk(setting().kernel);
-    desk.link_up();
-    desk.call();
+    ChannelFixture fixture(setting().kernel);
+    fixture.link_up();
+    fixture.call();
     int actions = 0;
-    desk.before_action = [&] { desk.stop = desk.stop || ++actions == crash; };
-    desk.wait(20ms);
-    desk.sut->assign(desk.assignment(), desk.now);
-    desk.settle();
+    fixture.before_action = [&] { fixture.stop = fixture.stop || ++actions == crash; };
+    fixture.wait(20ms);
+    fixture.sut->assign(fixture.assignment(), fixture.now);
+    fixture.settle();
     if (setting().with_interim) {
-      desk.sut->on_reply(desk.interim("half way", 5), desk.now);
-      desk.settle();
+      fixture.sut->on_reply(fixture.interim("half way", 5), fixture.now);
+      fixture.settle();
     }
-    serve(desk);
-    finished_undisturbed = !desk.stop;
-    desk.before_action = [] {};
-    desk.restart();
-    desk.link_up();
-    desk.wait(20ms);
-    if (desk.sut->call() != nullptr && !desk.sut->call()->answer) {
-      desk.sut->assign(desk.assignment(), desk.now);
-      desk.settle();
+    serve(fixture);
+    finished_undisturbed = !fixture.stop;
+    fixture.before_action = [] {};
+    fixture.restart();
+    fixture.link_up();
+    fixture.wait(20ms);
+    if (fixture.sut->call() != nullptr && !fixture.sut->call()->answer) {
+      fixture.sut->assign(fixture.assignment(), fixture.now);
+      fixture.settle();
     }
-    serve(desk);
-    desk.wait(2s);
-    expect_answered_once(desk);
+    serve(fixture);
+    fixture.wait(2s);
+    expect_answered_once(fixture);
     ASSERT_LT(crash, 100);
   }
 }
@@ -110,29 +110,29 @@ TEST_P(InterruptedAnswer, NeverWipesTheNextRequest) {
   bool finished_undisturbed = false;
   for (int crash = 1; !finished_undisturbed; ++crash) {
     SCOPED_TRACE(fmt::format("crash before action {}", crash));
-    Desk desk(setting().kernel);
-    begin(desk);
+    ChannelFixture fixture(setting().kernel);
+    begin(fixture);
     int actions = 0;
     bool armed = true;
-    desk.before_action = [&] {
+    fixture.before_action = [&] {
       // A quick program asks again the moment it has its answer.
-      if (desk.channel.values().response_state == 1) {
-        desk.call("next", 2);
+      if (fixture.channel.values().response_state == 1) {
+        fixture.call("next", 2);
       }
-      desk.stop = desk.stop || (armed && ++actions == crash);
+      fixture.stop = fixture.stop || (armed && ++actions == crash);
     };
-    serve(desk);
-    desk.wait(20ms);
-    finished_undisturbed = !desk.stop;
+    serve(fixture);
+    fixture.wait(20ms);
+    finished_undisturbed = !fixture.stop;
     armed = false;
-    desk.restart();
-    desk.link_up();
-    serve(desk);
-    desk.wait(2s);
-    EXPECT_EQ(desk.channel.values().request_state, 2U);
-    ASSERT_NE(desk.sut->call(), nullptr);
-    EXPECT_EQ(desk.sut->call()->request.text, "next");
-    EXPECT_EQ(releases(desk), 1);
+    fixture.restart();
+    fixture.link_up();
+    serve(fixture);
+    fixture.wait(2s);
+    EXPECT_EQ(fixture.channel.values().request_state, 2U);
+    ASSERT_NE(fixture.sut->call(), nullptr);
+    EXPECT_EQ(fixture.sut->call()->request.text, "next");
+    EXPECT_EQ(releases(fixture), 1);
     ASSERT_LT(crash, 100);
   }
 }
@@ -140,19 +140,19 @@ TEST_P(InterruptedAnswer, NeverWipesTheNextRequest) {
 TEST_P(InterruptedAnswer, IsNotFinishedOnAControllerThatStartedAgain) {
   for (int crash = 1; crash < 12; ++crash) {
     SCOPED_TRACE(fmt::format("crash before action {}", crash));
-    Desk desk(setting().kernel);
-    begin(desk);
+    ChannelFixture fixture(setting().kernel);
+    begin(fixture);
     int actions = 0;
-    desk.before_action = [&] { desk.stop = desk.stop || ++actions == crash; };
-    serve(desk);
-    desk.before_action = [] {};
-    desk.restart();
-    desk.channel.reset();
-    const auto writes = desk.writes.size();
-    desk.link_up();
-    desk.wait(2s);
-    EXPECT_EQ(desk.writes.size(), writes);
-    EXPECT_EQ(desk.sut->call(), nullptr);
+    fixture.before_action = [&] { fixture.stop = fixture.stop || ++actions == crash; };
+    serve(fixture);
+    fixture.before_action = [] {};
+    fixture.restart();
+    fixture.channel.reset();
+    const auto writes = fixture.writes.size();
+    fixture.link_up();
+    fixture.wait(2s);
+    EXPECT_EQ(fixture.writes.size(), writes);
+    EXPECT_EQ(fixture.sut->call(), nullptr);
   }
 }
 

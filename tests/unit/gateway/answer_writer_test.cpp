@@ -18,23 +18,24 @@ class AnAnswer : public testing::Test {
   static AnswerWriter resumed(std::uint32_t state, bool clearing, fabric::Awaited awaited) {
     return AnswerWriter::resumed(Response::of("1.4", state, awaited).value(), clearing, awaited);
   }
-  Snapshot all(std::uint32_t request_state, std::uint32_t response_state,
-               const std::string& response, const std::string& text = "2") {
+  ServiceSnapshot all(std::uint32_t request_state, std::uint32_t response_state,
+                      const std::string& response, const std::string& text = "2") {
     return {ReadSet::all, request.uuid, text, request_state, response_state, response};
   }
-  Step read(AnswerWriter& sut, Snapshot snapshot) {
+  Step read(AnswerWriter& sut, ServiceSnapshot snapshot) {
     // As OpenCall::on_snapshot() has it.
     zero_read = zero_read || snapshot.request_state == 0;
-    const Standing standing = zero_read && snapshot.request_state != 0
-                                  ? Standing::replaced
-                                  : judge(snapshot, request, {});
+    const RequestStatus status = zero_read && snapshot.request_state != 0
+                                     ? RequestStatus::replaced
+                                     : compare(snapshot, request, {});
     if (sut.reads() == ReadSet::request) {
-      snapshot.look = ReadSet::request;
+      snapshot.set = ReadSet::request;
       snapshot.response.clear();
     }
-    return sut.on_read(snapshot, standing, request, {now, now});
+    return sut.on_read(snapshot, status, request, {now, now});
   }
-  Step wait_and_read(AnswerWriter& sut, std::chrono::milliseconds time, const Snapshot& snapshot) {
+  Step wait_and_read(AnswerWriter& sut, std::chrono::milliseconds time,
+                     const ServiceSnapshot& snapshot) {
     now += time;
     return read(sut, snapshot);
   }
@@ -42,7 +43,7 @@ class AnAnswer : public testing::Test {
   bool zero_read = false;
   SteadyTime now{1h};
   const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
-  const Snapshot pending = all(1, 0, "");
+  const ServiceSnapshot pending = all(1, 0, "");
 };
 
 /// RESPONSE and REQUEST_STATE = 0 are written and acknowledged.
@@ -62,7 +63,7 @@ class AWrittenAnswer : public AnAnswer {
 
   AnswerWriter sut = writer(1, fabric::Awaited::response_state);
   /// Both writes are visible.
-  const Snapshot shown = all(0, 0, "1.4");
+  const ServiceSnapshot shown = all(0, 0, "1.4");
 };
 
 TEST_F(AWrittenAnswer, ReleasesItsProgramOnceAReadShowsBothWrites) {
@@ -160,23 +161,23 @@ TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenWordForWordIsDone) {
   again.on_written(now);
   again.on_recorded(true);
   again.on_written(now);
-  const Snapshot released = all(0, 1, "1.4");
-  EXPECT_EQ(again.on_read(released, Standing::pending, request, {now, now}), Step::done);
+  const ServiceSnapshot released = all(0, 1, "1.4");
+  EXPECT_EQ(again.on_read(released, RequestStatus::pending, request, {now, now}), Step::done);
 }
 
 TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatWasAskedForBeforeTheWriteWasLost) {
   now += 2s;
-  const Snapshot old = all(1, 0, "");
-  EXPECT_EQ(sut.on_read(old, Standing::pending, request, {now - 1500ms, now}), Step::read)
+  const ServiceSnapshot old = all(1, 0, "");
+  EXPECT_EQ(sut.on_read(old, RequestStatus::pending, request, {now - 1500ms, now}), Step::read)
       << "the gateway has stood still meanwhile";
 }
 
 // This gateway, or its controller, has stood still: the program may have gone on since.
 TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatTookLong) {
-  const Snapshot without_text = all(0, 0, "");
+  const ServiceSnapshot without_text = all(0, 0, "");
   const auto read_that_takes = [&](std::chrono::milliseconds time) {
     const SteadyTime asked = now + 2s;
-    return sut.on_read(without_text, judge(without_text, request, {}), request,
+    return sut.on_read(without_text, compare(without_text, request, {}), request,
                        {asked, asked + time});
   };
   EXPECT_EQ(read_that_takes(251ms), Step::read);
@@ -312,7 +313,7 @@ class TextLast : public AnAnswer {
     return AnAnswer::resumed(state, clearing, fabric::Awaited::response);
   }
   /// REQUEST_STATE is cleared, and the program, which has emptied RESPONSE before it asked, waits.
-  const Snapshot waits = all(0, 0, "");
+  const ServiceSnapshot waits = all(0, 0, "");
 };
 
 TEST_F(TextLast, ShowsTheClearedRequestBeforeTheTextReleasesTheProgram) {
@@ -342,8 +343,8 @@ TEST_F(TextLast, WritesState0OverOneThatStoodThere) {
   read(sut, all(1, 7, ""));
   sut.on_recorded(true);
   sut.on_written(now);
-  const Snapshot cleared = all(0, 7, "");
-  EXPECT_EQ(sut.on_read(cleared, Standing::pending, request, {now, now}), Step::write_state);
+  const ServiceSnapshot cleared = all(0, 7, "");
+  EXPECT_EQ(sut.on_read(cleared, RequestStatus::pending, request, {now, now}), Step::write_state);
 }
 
 TEST_F(TextLast, OfUnknownOutcomeIsWrittenAgainIfTwoReadsASecondLaterFindTheProgramWaiting) {

@@ -25,7 +25,7 @@ class AnsweredRequestsTest : public testing::Test {
 };
 
 TEST_F(AnsweredRequestsTest, TakesARequestBackOnceItHasBeenQuiet) {
-  sut.keep(request(1), now);
+  sut.add(request(1), now);
   ASSERT_EQ(sut.next_time(), now + AnsweredRequests::quiet);
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet - 1ms), IsEmpty());
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
@@ -33,36 +33,36 @@ TEST_F(AnsweredRequestsTest, TakesARequestBackOnceItHasBeenQuiet) {
 }
 
 TEST_F(AnsweredRequestsTest, SaysNothingOfARequestThatTheNextOneReplaces) {
-  sut.keep(request(1), now);
+  sut.add(request(1), now);
   sut.replace(request(1));
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
 }
 
 TEST_F(AnsweredRequestsTest, KeepsWhatAnotherInstanceWasAskedOfTheSameChannel) {
-  sut.keep(request(1, 1), now);
-  sut.keep(request(1, 2), now);
+  sut.add(request(1, 1), now);
+  sut.add(request(1, 2), now);
   sut.replace(request(1, 2));
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1, 1)));
 }
 
 TEST_F(AnsweredRequestsTest, LooksAgainForWhatWasNotQuietForLongEnough) {
-  sut.keep(request(1), now);
-  sut.keep(request(2), now + 500ms);
+  sut.add(request(1), now);
+  sut.add(request(2), now + 500ms);
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
   ASSERT_EQ(sut.next_time(), now + 500ms + AnsweredRequests::quiet);
   EXPECT_THAT(sut.due(*sut.next_time()), ElementsAre(request(2)));
 }
 
 TEST_F(AnsweredRequestsTest, CountsTheQuietFromTheLastAnswer) {
-  sut.keep(request(1), now);
-  sut.keep(request(1), now + 900ms);
+  sut.add(request(1), now);
+  sut.add(request(1), now + 900ms);
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
   EXPECT_THAT(sut.due(now + 900ms + AnsweredRequests::quiet), SizeIs(1));
 }
 
 TEST_F(AnsweredRequestsTest, TakesBackNoMoreAtATimeThanTheFabricCanForget) {
   for (std::uint16_t channel = 1; channel <= AnsweredRequests::at_once + 1; ++channel) {
-    sut.keep(request(channel), now);
+    sut.add(request(channel), now);
   }
   const SteadyTime first = now + AnsweredRequests::quiet;
   EXPECT_THAT(sut.due(first), SizeIs(AnsweredRequests::at_once));
@@ -71,9 +71,9 @@ TEST_F(AnsweredRequestsTest, TakesBackNoMoreAtATimeThanTheFabricCanForget) {
 }
 
 TEST_F(AnsweredRequestsTest, GivesUpAllOfAChannel) {
-  sut.keep(request(1, 1), now);
-  sut.keep(request(1, 2), now);
-  sut.keep(request(2, 1), now);
+  sut.add(request(1, 1), now);
+  sut.add(request(1, 2), now);
+  sut.add(request(2, 1), now);
   EXPECT_THAT(sut.take({"cnc", 1}), ElementsAre(request(1, 1), request(1, 2)));
   EXPECT_THAT(sut.take_all(), ElementsAre(request(2, 1)));
 }

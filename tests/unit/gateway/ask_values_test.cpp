@@ -1,4 +1,4 @@
-#include "gateway/live/ask_values.hpp"
+#include "gateway/shell/ask_values.hpp"
 
 #include <optional>
 
@@ -11,7 +11,7 @@
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/variables/fake_cnc.hpp"
 
-namespace millrace::gateway::live {
+namespace millrace::gateway::shell {
 namespace {
 
 using cnc::variables::FakeCnc;
@@ -40,8 +40,8 @@ class AskingForValues : public testing::Test {
   }
   data::Read reading_of(const std::vector<std::string>& names) {
     data::Read read;
-    const machines::Answer known = ask(data::LookUp{1, names});
-    for (const auto& one : std::get<std::vector<data::Sampler::Known>>(known.found)) {
+    const machines::Answer known = ask(data::Resolve{1, names});
+    for (const auto& one : std::get<std::vector<data::Sampler::Resolved>>(known.found)) {
       EXPECT_TRUE(one);
       read.readings.push_back(one.value());
     }
@@ -58,11 +58,11 @@ class AskingForValues : public testing::Test {
 };
 
 TEST_F(AskingForValues, TellsWhatVariablesAreAndWhatTheyHave) {
-  const auto known = ask(data::LookUp{1, {"V.E.A", "V.E.NONE"}});
+  const auto known = ask(data::Resolve{1, {"V.E.A", "V.E.NONE"}});
   EXPECT_EQ(known.asker, machines::Asker::variables);
   EXPECT_EQ(known.number, 1U);
   EXPECT_GT(known.requests, 0U);
-  const auto& found = std::get<std::vector<data::Sampler::Known>>(known.found);
+  const auto& found = std::get<std::vector<data::Sampler::Resolved>>(known.found);
   ASSERT_THAT(found, SizeIs(2));
   EXPECT_TRUE(found[0]);
   EXPECT_FALSE(found[1]);
@@ -109,4 +109,4 @@ TEST_F(AskingForValues, ListsAFamilyPageByPage) {
 }
 
 }  // namespace
-}  // namespace millrace::gateway::live
+}  // namespace millrace::gateway::shell

@@ -1,4 +1,4 @@
-#include "gateway/live/certificate_notices.hpp"
+#include "gateway/shell/certificate_notices.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,7 +7,7 @@
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
 
-namespace millrace::gateway::live {
+namespace millrace::gateway::shell {
 namespace {
 
 using fabric::NoticeLevel;
@@ -115,4 +115,4 @@ TEST(CertificateNotice, KeepsItsSubject) {
 }
 
 }  // namespace
-}  // namespace millrace::gateway::live
+}  // namespace millrace::gateway::shell

@@ -40,42 +40,42 @@ class ClaimsTest : public testing::Test {
 
 TEST_F(ClaimsTest, LetTheEarlierOneServe) {
   sut.set(claim(1, 10s));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), IsNull());
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(11s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(11s)), NotNull());
 }
 
 TEST_F(ClaimsTest, DecideBetweenTwoOfOneMomentByTheirIds) {
   sut.set(claim(1, 10s));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(10s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(10s)), NotNull());
   sut.remove("cnc", gateway(1));
   sut.set(claim(9, 10s));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(10s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(10s)), IsNull());
 }
 
 TEST_F(ClaimsTest, ConcernTheChannelsTheyNameOrAll) {
   sut.set(claim(1, 1s, {2}));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), IsNull());
-  EXPECT_THAT(sut.ahead({"cnc", 2}, at(9s)), NotNull());
-  EXPECT_THAT(sut.ahead({"press", 2}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 2}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"press", 2}, at(9s)), IsNull());
   sut.set(claim(1, 1s));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
 TEST_F(ClaimsTest, TakeAMachineWholeOnlyIfTheyCoverAllThatIsWanted) {
   sut.set(claim(1, 1s, {1, 2}));
-  EXPECT_THAT(sut.ahead_of_all("cnc", {2}, at(9s)), NotNull());
-  EXPECT_THAT(sut.ahead_of_all("cnc", {2, 3}, at(9s)), IsNull());
-  EXPECT_THAT(sut.ahead_of_all("cnc", {}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {2}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {2, 3}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(9s)), IsNull());
   sut.set(claim(1, 1s));
-  EXPECT_THAT(sut.ahead_of_all("cnc", {}, at(9s)), NotNull());
-  EXPECT_THAT(sut.ahead_of_all("cnc", {}, at(0s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(0s)), IsNull());
 }
 
 TEST_F(ClaimsTest, AreVoidOnceTheirGatewayIsGone) {
   sut.set(claim(1, 1s));
   EXPECT_TRUE(sut.contested("cnc"));
   sut.remove("cnc", gateway(1));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
   EXPECT_FALSE(sut.contested("cnc"));
 }
 
@@ -84,7 +84,7 @@ TEST_F(ClaimsTest, OfOthersStandWhenAGatewayIsGone) {
   sut.set(claim(2, 2s));
   sut.remove("cnc", gateway(1));
   EXPECT_TRUE(sut.contested("cnc"));
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
 TEST_F(ClaimsTest, OfOurOwnAreNotListenedTo) {
@@ -94,26 +94,26 @@ TEST_F(ClaimsTest, OfOurOwnAreNotListenedTo) {
 
 TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
   sut.set(claim(1, 60s));
-  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), at(5s));
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(5s));
   auto serving = claim(2, 50s);
   serving.connected = true;
   sut.set(serving);
-  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), at(50s) + 1ns);
-  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(55s)), at(55s));
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(50s) + 1ns);
+  EXPECT_EQ(sut.after_owners("cnc", at(55s)), at(55s));
 }
 
 // One such sample stopped a machine, and the other made whoever came next wait for ever.
 TEST_F(ClaimsTest, OfTimesWithoutGatewaysAreNotListenedTo) {
-  using Heard = machines::Claims::Heard;
+  using Accepted = machines::Claims::Accepted;
   for (const auto time : {fabric::Time(1ns), fabric::Time::min(), fabric::Time::max()}) {
     auto liar = claim(1, 10s);
-    EXPECT_EQ(sut.set(liar), Heard::taken);
+    EXPECT_EQ(sut.set(liar), Accepted::yes);
     liar.claimed = time;
     liar.connected = true;
-    EXPECT_EQ(sut.set(liar), Heard::implausible);
-    EXPECT_THAT(sut.ahead({"cnc", 1}, at(11s)), IsNull());
-    EXPECT_THAT(sut.ahead_of_all("cnc", {}, at(11s)), IsNull());
-    EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), at(5s));
+    EXPECT_EQ(sut.set(liar), Accepted::implausible);
+    EXPECT_THAT(sut.owner_before({"cnc", 1}, at(11s)), IsNull());
+    EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(11s)), IsNull());
+    EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(5s));
     EXPECT_FALSE(sut.contested("cnc"));
   }
 }
@@ -126,53 +126,53 @@ TEST_F(ClaimsTest, AreMadeAtTimesThatOthersBelieveWhateverOurClockSays) {
   last.claimed = machines::Claims::latest;
   last.connected = true;
   sut.set(last);
-  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), machines::Claims::latest);
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), machines::Claims::latest);
 }
 
 TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameTakeNothing) {
-  using Heard = machines::Claims::Heard;
-  sut.expect("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  using Accepted = machines::Claims::Accepted;
+  sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
   auto namesake = claim(1, 1s);
   namesake.address = "10.0.0.8:48898, 10.0.0.8.1.1";
   namesake.connected = true;
-  EXPECT_EQ(sut.set(namesake), Heard::another_controller);
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), IsNull());
-  EXPECT_THAT(sut.ahead_of_all("cnc", {1}, at(9s)), IsNull());
+  EXPECT_EQ(sut.set(namesake), Accepted::another_controller);
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {1}, at(9s)), IsNull());
   EXPECT_FALSE(sut.contested("cnc"));
-  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(0s)), at(0s));
+  EXPECT_EQ(sut.after_owners("cnc", at(0s)), at(0s));
   EXPECT_TRUE(sut.is_elsewhere("cnc", namesake.epoch));
   namesake.address = "gate:48898, 10.0.0.7.1.1";
-  EXPECT_EQ(sut.set(namesake), Heard::taken) << "another way to the same controller";
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+  EXPECT_EQ(sut.set(namesake), Accepted::yes) << "another way to the same controller";
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
 // By its own host's, and where none is told, it may be the same one.
 TEST_F(ClaimsTest, CountWhereItIsNotKnownWhichControllerIsMeant) {
-  sut.expect("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
   for (const char* address : {"", "nonsense", "127.0.0.1:48898, 127.0.0.1.1.1", "a, b"}) {
     auto other = claim(1, 1s);
     other.address = address;
     sut.set(other);
-    EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull()) << address;
+    EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull()) << address;
   }
 }
 
 TEST_F(ClaimsTest, CountWhereOurOwnControllerIsKnownByItsHostOnly) {
-  sut.expect("cnc", "127.0.0.1:48898, 127.0.0.1.1.1");
+  sut.set_address("cnc", "127.0.0.1:48898, 127.0.0.1.1.1");
   auto other = claim(1, 1s);
   other.address = "10.0.0.8:48898, 10.0.0.8.1.1";
-  EXPECT_EQ(sut.set(other), machines::Claims::Heard::taken);
-  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+  EXPECT_EQ(sut.set(other), machines::Claims::Accepted::yes);
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
 TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
-  using Heard = machines::Claims::Heard;
-  sut.expect("cnc", "");
+  using Accepted = machines::Claims::Accepted;
+  sut.set_address("cnc", "");
   std::size_t taken = 0;
   for (int i = 0; i < 3000; ++i) {
     auto one = claim(1, 1s);
     one.machine = "machine" + std::to_string(i);
-    taken += sut.set(one) == Heard::taken ? 1U : 0U;
+    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
   }
   EXPECT_EQ(taken, machines::Claims::most_machines);
   taken = 0;
@@ -180,7 +180,7 @@ TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
     auto one = claim(1, 1s);
     one.gateway.bytes[0] = static_cast<std::uint8_t>(i);
     one.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
-    taken += sut.set(one) == Heard::taken ? 1U : 0U;
+    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
   }
   EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours have room for others all the same";
   // Room for one more is there when one is gone, and one for ours.
@@ -188,7 +188,7 @@ TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
   sut.remove("machine1", gateway(1));
   auto next = claim(1, 1s);
   next.machine = "next";
-  EXPECT_EQ(sut.set(next), Heard::taken);
+  EXPECT_EQ(sut.set(next), Accepted::yes);
 }
 
 TEST_F(ClaimsTest, NameTheirGateway) {

@@ -53,7 +53,7 @@ TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
   dispatched.key = {"cnc", 1};
   dispatched.request = {uuid, "2", 1};
   dispatched.instance = instance(1).id;
-  ledger.apply(dispatched);
+  journal_state.apply(dispatched);
   start();
   link_up();
   sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 0, ""}, now);
@@ -118,12 +118,12 @@ TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
-  sut->on_journal_trouble("the disk is full", now);
+  sut->on_journal_error("the disk is full", now);
   const auto actions = request(1);
   EXPECT_THAT(all<Record>(actions), IsEmpty());
   ASSERT_THAT(all<Show>(actions), SizeIs(1));
   EXPECT_EQ(all<Show>(actions).front().status.reason, "the disk is full");
-  EXPECT_THAT(all<Read>(sut->on_journal_trouble("", now)), SizeIs(1));
+  EXPECT_THAT(all<Read>(sut->on_journal_error("", now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
@@ -132,11 +132,11 @@ TEST_F(CoreCallsTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   const auto assigned = request(1);
-  const auto shown = all<Show>(sut->on_journal_trouble("the journal cannot be written", now));
+  const auto shown = all<Show>(sut->on_journal_error("the journal cannot be written", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.state, fabric::ChannelState::running);
   EXPECT_EQ(shown.front().status.reason, "the journal cannot be written");
-  const auto well = all<Show>(sut->on_journal_trouble("", now));
+  const auto well = all<Show>(sut->on_journal_error("", now));
   ASSERT_THAT(well, SizeIs(1));
   EXPECT_EQ(well.front().status.reason, "");
   EXPECT_THAT(all<Publish>(confirm(assigned)), SizeIs(1));
@@ -148,7 +148,7 @@ TEST_F(CoreCallsTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull)
   sut->on_instance_ready(instance(1), now);
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
-  EXPECT_THAT(all<Show>(sut->on_journal_trouble("the journal cannot be written", now)), IsEmpty());
+  EXPECT_THAT(all<Show>(sut->on_journal_error("the journal cannot be written", now)), IsEmpty());
   const auto answered = all<Show>(sut->on_reply(answer_to(published.front().request), now));
   ASSERT_FALSE(answered.empty());
   EXPECT_EQ(answered.back().status.reason, "the journal cannot be written");
@@ -335,7 +335,7 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenARequestHasNoService) {
   EXPECT_EQ(all<Show>(request(1)).back().status.since, since);
   // A request that was withdrawn and written anew is another one.
   confirm(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now));
-  EXPECT_THAT(ledger.standing(), IsEmpty());
+  EXPECT_THAT(journal_state.blocked(), IsEmpty());
   EXPECT_EQ(all<Show>(request(1)).back().status.since, now.wall);
 }
 
@@ -370,7 +370,7 @@ TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
-  const auto actions = sut->retire({"cnc", 1}, now);
+  const auto actions = sut->drain({"cnc", 1}, now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
   EXPECT_THAT(all<Hide>(actions), SizeIs(1));
 }

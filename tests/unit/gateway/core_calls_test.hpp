@@ -25,9 +25,9 @@ class CoreCallsTest : public testing::Test {
     return one;
   }
 
-  CoreCallsTest() { ledger.apply(NumbersEntry{7, 1000}); }
+  CoreCallsTest() { journal_state.apply(NumbersEntry{7, 1000}); }
 
-  void start(const Policies& policies = {}) { sut.emplace(policies, ledger, now); }
+  void start(const Policies& policies = {}) { sut.emplace(policies, journal_state, now); }
 
   /// A request as the session finds it: state, texts, state again.
   Actions request(std::uint16_t channel, const std::string& wanted = uuid,
@@ -43,7 +43,7 @@ class CoreCallsTest : public testing::Test {
     Actions all;
     for (const Action& one : actions) {
       if (const auto* record = std::get_if<Record>(&one)) {
-        ledger.apply(record->entry);
+        journal_state.apply(record->entry);
         std::ranges::copy(sut->on_recorded(record->ticket, now), std::back_inserter(all));
       }
     }
@@ -53,13 +53,13 @@ class CoreCallsTest : public testing::Test {
   /// A call from its request to the read after its answer; returns what came of all steps.
   Actions answered_call(std::uint16_t channel) {
     const fabric::ChannelKey key{"cnc", channel};
-    Snapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};
+    ServiceSnapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};
     Actions todo = request(channel);
     for (std::size_t next = 0; next < todo.size(); ++next) {
       const Action action = todo[next];
       Actions more;
       if (const auto* record = std::get_if<Record>(&action)) {
-        ledger.apply(record->entry);
+        journal_state.apply(record->entry);
         more = sut->on_recorded(record->ticket, now);
       } else if (const auto* given = std::get_if<Publish>(&action)) {
         more = sut->on_reply(answer_to(given->request), now);
@@ -73,7 +73,7 @@ class CoreCallsTest : public testing::Test {
         }
         more = sut->on_write(key, WriteOutcome::written, "", now);
       } else if (const auto* read = std::get_if<Read>(&action)) {
-        shown.look = read->look;
+        shown.set = read->set;
         more = sut->on_read(key, shown, now);
       }
       std::ranges::copy(more, std::back_inserter(todo));
@@ -107,7 +107,7 @@ class CoreCallsTest : public testing::Test {
 
   void link_up() { confirm(sut->on_link_up("cnc", {1, 2}, now)); }
 
-  journal::Ledger ledger;
+  journal::JournalState journal_state;
   std::optional<RecordedCore> sut;
   Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
 };

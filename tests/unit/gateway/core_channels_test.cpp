@@ -18,7 +18,7 @@ TEST_F(CoreCallsTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   const auto published = all<Publish>(confirm(request(1)));
-  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 1}, now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->drain({"cnc", 1}, now)), IsEmpty());
   const fabric::Reply reply = answer_to(published.front().request);
   EXPECT_THAT(all<Record>(sut->on_reply(reply, now)), SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
@@ -28,7 +28,7 @@ TEST_F(CoreCallsTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
   start();
   link_up();
   // The read that the link has begun.
-  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 2}, now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->drain({"cnc", 2}, now)), IsEmpty());
   EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
               SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1));
@@ -40,7 +40,7 @@ TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  const auto actions = sut->refuse({"cnc", 1}, "served by another gateway", now);
+  const auto actions = sut->not_owner({"cnc", 1}, "served by another gateway", now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
   EXPECT_THAT(all<Hide>(actions), SizeIs(1));
   EXPECT_THAT(all<Write>(actions), IsEmpty());
@@ -54,7 +54,7 @@ TEST_F(CoreCallsTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  EXPECT_THAT(all<Show>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Show>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
 }
 
 TEST_F(CoreCallsTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
@@ -65,7 +65,7 @@ TEST_F(CoreCallsTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
   sut->on_instance_ready(elsewhere, now);
   confirm(request(2));
   request(1);
-  const auto shown = all<Show>(sut->refuse({"cnc", 1}, "served by another gateway", now));
+  const auto shown = all<Show>(sut->not_owner({"cnc", 1}, "served by another gateway", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.call, fabric::CallId{});
 }
@@ -87,7 +87,7 @@ TEST_F(CoreCallsTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
 TEST_F(CoreCallsTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
   start();
   link_up();
-  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 2}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 2}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Hide>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
 }
 
@@ -96,12 +96,12 @@ TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  ledger.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
-  ledger.apply(ClearingEntry{{7, 1001}});
+  journal_state.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
+  journal_state.apply(ClearingEntry{{7, 1001}});
   start();
-  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
-  const Snapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
+  const ServiceSnapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)), IsEmpty())
       << "it may have been written just now";
   now.steady += std::chrono::seconds(1);
@@ -111,7 +111,7 @@ TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
               ElementsAre(Write{Variable::response_state, 1U}));
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), IsEmpty())
       << "nobody else would write it again if it is lost";
-  const Snapshot released{ReadSet::states, "", "", 0, 1, ""};
+  const ServiceSnapshot released{ReadSet::states, "", "", 0, 1, ""};
   EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 1}, released, now)), SizeIs(1));
 }
 
@@ -122,9 +122,9 @@ TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  ledger.apply(InterimEntry{{7, 1001}, 1000});
+  journal_state.apply(InterimEntry{{7, 1001}, 1000});
   start();
-  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   sut->on_link_up("cnc", {}, now);
   sut->on_instance_ready(instance(1), now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 0, 1000, ""}, now);
@@ -137,9 +137,9 @@ TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  ledger.apply(InterimEntry{{7, 1001}, 1000});
+  journal_state.apply(InterimEntry{{7, 1001}, 1000});
   start();
-  sut->refuse({"cnc", 1}, "served by another gateway", now);
+  sut->not_owner({"cnc", 1}, "served by another gateway", now);
   sut->on_link_up("cnc", {}, now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 1000, ""}, now);
   EXPECT_THAT(all<Hide>(seen), SizeIs(1));
@@ -152,7 +152,7 @@ TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChan
   sut->on_instance_ready(instance(1), now);
   const auto before = all<Record>(request(1));
   ASSERT_THAT(before, SizeIs(1));
-  sut->refuse({"cnc", 1}, "served by another gateway", now);
+  sut->not_owner({"cnc", 1}, "served by another gateway", now);
   sut->on_link_up("cnc", {1}, now);
   const auto next = request(1);
   EXPECT_THAT(all<Publish>(sut->on_recorded(before.front().ticket, now)), IsEmpty());
@@ -162,7 +162,7 @@ TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChan
 TEST_F(CoreCallsTest, TakesAChannelBackThatWasLeaving) {
   start();
   link_up();
-  sut->retire({"cnc", 1}, now);
+  sut->drain({"cnc", 1}, now);
   sut->on_link_up("cnc", {1, 2}, now);
   sut->on_instance_ready(instance(1), now);
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
@@ -174,7 +174,7 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f (pid 1 on host7)");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f (pid 1 on host7)");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
@@ -195,8 +195,8 @@ TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
-  sut->inherit({"cnc", 1}, "00000000-0000-4000-8000-000000000002", "gateway 60");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
+  sut->predecessor_call({"cnc", 1}, "00000000-0000-4000-8000-000000000002", "gateway 60");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
@@ -209,9 +209,9 @@ TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
-  sut->refuse({"cnc", 1}, "served by another gateway", now);
+  sut->not_owner({"cnc", 1}, "served by another gateway", now);
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
@@ -224,7 +224,8 @@ TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesT
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
   answered_call(2);
-  EXPECT_THAT(all<Withdraw>(sut->refuse({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
+  EXPECT_THAT(all<Withdraw>(sut->not_owner({"cnc", 1}, "served by another gateway", now)),
+              SizeIs(1));
   EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
   now.steady += 2 * channel::AnsweredRequests::quiet;
   EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
@@ -239,7 +240,7 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChann
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
   confirm(request(1));
-  sut->refuse({"cnc", 1}, "served by another gateway", now);
+  sut->not_owner({"cnc", 1}, "served by another gateway", now);
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
@@ -253,7 +254,7 @@ TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
   start();
   sut->on_instance_ready(once, now);
@@ -267,7 +268,7 @@ TEST_F(CoreCallsTest, RunsAnInheritedCallThatMayRunTwice) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
@@ -277,8 +278,8 @@ TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
-  const Snapshot idle{ReadSet::state, "", "", 0, 0, ""};
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
+  const ServiceSnapshot idle{ReadSet::state, "", "", 0, 0, ""};
   sut->on_read({"cnc", 1}, idle, now);
   now.steady += 1s;
   ASSERT_THAT(all<Read>(sut->on_time(now)), SizeIs(1));
@@ -295,7 +296,7 @@ TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest)
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());

@@ -35,18 +35,18 @@ class CountedLink final : public SilentLink {
 class CoreTest : public testing::Test, public RecordedPorts {
  protected:
   CoreTest() {
-    ledger.apply(NumbersEntry{own_epoch, 1000});
+    journal_state.apply(NumbersEntry{own_epoch, 1000});
     settings::MachineSettings machine;
     machine.name = "cnc";
     sut = std::make_unique<Core>(*this, *this,
                                  CoreOptions{.own = {gateway_id(5), "host1", 4711, "1", own_epoch},
                                              .lease = lease,
                                              .machines = {machine}},
-                                 ledger);
+                                 journal_state);
     sut->start();
   }
 
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     return std::make_unique<CountedLink>(links, queue_asked);
   }
 
@@ -60,8 +60,8 @@ class CoreTest : public testing::Test, public RecordedPorts {
     sut->on_link_up("cnc", {1, 2});
   }
   void look(std::uint32_t request_state, ReadSet set) {
-    Snapshot snapshot;
-    snapshot.look = set;
+    ServiceSnapshot snapshot;
+    snapshot.set = set;
     snapshot.uuid = service.uuid;
     snapshot.request_state = request_state;
     sut->on_read({"cnc", 1}, snapshot);
@@ -93,7 +93,7 @@ class CoreTest : public testing::Test, public RecordedPorts {
 
   const fabric::InstanceIdentity service{.id = gateway_id(7),
                                          .uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
-  journal::Ledger ledger;
+  journal::JournalState journal_state;
   int links = 0;
   int queue_asked = 0;
   std::unique_ptr<Core> sut;
@@ -165,10 +165,10 @@ TEST_F(CoreTest, MayEndAfterTwoSecondsWhereAnAnswerIsHalfWritten) {
 TEST_F(CoreTest, AcceptsNothingWhileItEndsAlsoWhenTheJournalCanBeWrittenAgain) {
   serve();
   sut->on_instance_ready(service);
-  sut->on_journal_trouble("No space left on device");
+  sut->on_journal_error("No space left on device");
   EXPECT_EQ(notices["journal"], "No space left on device");
   sut->stop();
-  sut->on_journal_trouble("");
+  sut->on_journal_error("");
   EXPECT_EQ(notices["journal"], "");
   program_asks();
   EXPECT_EQ(channel.call, fabric::CallId{});
@@ -186,7 +186,7 @@ class EachInput : public CoreTest, public testing::WithParamInterface<Input> {};
 // be the link's own.
 TEST_P(EachInput, NoticesFirstThatTheGatewayStoodStill) {
   serve();
-  time.steady = sut->beat();
+  time.steady = sut->heartbeat();
   fabric::MachineStatus other;
   other.machine = "cnc";
   other.gateway = gateway_id(9);
@@ -210,8 +210,8 @@ INSTANTIATE_TEST_SUITE_P(
         Input{"stop", [](Core& core) { core.stop(); }},
         Input{"end", [](Core& core) { core.end(); }},
         Input{"on_time", [](Core& core) { core.on_time(); }},
-        Input{"beat", [](Core& core) { core.beat(); }},
-        Input{"tell_load", [](Core& core) { core.tell_load(); }},
+        Input{"beat", [](Core& core) { core.heartbeat(); }},
+        Input{"tell_load", [](Core& core) { core.publish_load(); }},
         Input{"on_other_event", [](Core& core) { core.on_other_event(); }},
         Input{"on_link_up", [](Core& core) { core.on_link_up("cnc", {1}); }},
         Input{"on_link_down", [](Core& core) { core.on_link_down("cnc", "cable"); }},
@@ -220,9 +220,10 @@ INSTANTIATE_TEST_SUITE_P(
         Input{"on_write", [](Core& core) { core.on_write(first, WriteOutcome::written, ""); }},
         Input{"on_watched",
               [](Core& core) {
-                core.on_watched("cnc", {{1, "", false}});
+                core.on_subscribed("cnc", {{1, "", false}});
               }},
-        Input{"on_told", [](Core& core) { core.on_told(first, Variable::request_state, 1); }},
+        Input{"on_told",
+              [](Core& core) { core.on_notification(first, Variable::request_state, 1); }},
         Input{"on_answer_of_the_link", [](Core& core) { core.on_answer("cnc", {}); }},
         Input{"on_variable_request", [](Core& core) { core.on_variable_request({.key = first}); }},
         Input{"on_queue_answer", [](Core& core) { core.on_queue_answer(first, {}); }},
@@ -231,12 +232,12 @@ INSTANTIATE_TEST_SUITE_P(
               [](Core& core) {
                 core.on_recorded({Ticket::Owner::channel, first, 1});
               }},
-        Input{"on_journal_trouble", [](Core& core) { core.on_journal_trouble("full"); }},
+        Input{"on_journal_trouble", [](Core& core) { core.on_journal_error("full"); }},
         Input{"on_instance_ready", [](Core& core) { core.on_instance_ready({.id = instance}); }},
         Input{"on_instance_gone", [](Core& core) { core.on_instance_gone(instance); }},
         Input{"on_load", [](Core& core) { core.on_load(fabric::InstanceLoad{}); }},
         Input{"on_reply", [](Core& core) { core.on_reply({.key = first}); }},
-        Input{"set_interest", [](Core& core) { core.set_interest({}); }},
+        Input{"set_interest", [](Core& core) { core.set_readers({}); }},
         Input{"on_machine", [](Core& core) { core.on_machine({.machine = "other"}); }},
         Input{"on_machine_gone", [](Core& core) { core.on_machine_gone("other", instance); }},
         Input{"on_channel",

@@ -57,9 +57,9 @@ class DataSampler : public testing::Test {
   }
 
   void answer(const Step& step) {
-    if (const auto* look_up = std::get_if<LookUp>(&step)) {
+    if (const auto* look_up = std::get_if<Resolve>(&step)) {
       ++look_ups;
-      std::vector<Sampler::Known> known;
+      std::vector<Sampler::Resolved> known;
       for (const std::string& name : look_up->names) {
         if (refused.contains(name)) {
           known.emplace_back(
@@ -68,7 +68,7 @@ class DataSampler : public testing::Test {
           known.emplace_back(reading_of(name));
         }
       }
-      sut->on_looked_up(known, 2, now);
+      sut->on_resolved(known, 2, now);
       return;
     }
     const auto& read = std::get<Read>(step);
@@ -98,14 +98,14 @@ class DataSampler : public testing::Test {
   }
 
   void keep_news() {
-    News news = sut->take_news();
-    for (auto& sample : news.samples) {
+    Output output = sut->take_output();
+    for (auto& sample : output.samples) {
       samples.push_back(std::move(sample));
     }
-    for (auto& line : news.lines) {
+    for (auto& line : output.lines) {
       lines.push_back(std::move(line.text));
     }
-    for (auto& sample : news.left) {
+    for (auto& sample : output.left) {
       left.push_back(sample.group);
     }
   }

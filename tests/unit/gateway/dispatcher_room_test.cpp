@@ -34,11 +34,11 @@ fabric::CallId of_others(std::uint64_t number) {
 std::vector<std::string> words(const dispatch::Decisions& decisions) {
   std::vector<std::string> out;
   for (const dispatch::Decision& decision : decisions) {
-    if (const auto* give = std::get_if<dispatch::Give>(&decision)) {
-      out.push_back(
-          fmt::format("{}→{}#{}{}", give->call.number, give->assignment.attempt.instance.bytes[0],
-                      give->assignment.attempt.number, give->assignment.waits ? " waits" : ""));
-    } else if (const auto* back = std::get_if<dispatch::TakeBack>(&decision)) {
+    if (const auto* assign = std::get_if<dispatch::Assign>(&decision)) {
+      out.push_back(fmt::format(
+          "{}→{}#{}{}", assign->call.number, assign->assignment.attempt.instance.bytes[0],
+          assign->assignment.attempt.number, assign->assignment.waits ? " waits" : ""));
+    } else if (const auto* back = std::get_if<dispatch::Unassign>(&decision)) {
       out.push_back(fmt::format("{} {}", back->call.number, back->held ? "held" : "lost"));
     } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
       out.push_back(fmt::format("{}: {}", explain->call.number, explain->reason));
@@ -55,7 +55,7 @@ class DispatcherRoom : public testing::Test {
     }
   }
   std::vector<std::string> add(std::uint64_t number) {
-    Call one;
+    CallRecord one;
     one.id = ours(number);
     one.key = {"cnc", static_cast<std::uint16_t>(number)};
     one.request = {uuid, "2", 1};

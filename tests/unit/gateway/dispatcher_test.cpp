@@ -32,17 +32,17 @@ fabric::InstanceIdentity instance(std::uint8_t number) {
   return one;
 }
 
-Call call(std::uint16_t channel, const std::string& wanted = uuid) {
-  Call one;
+CallRecord call(std::uint16_t channel, const std::string& wanted = uuid) {
+  CallRecord one;
   one.id = {1, channel};
   one.key = {"cnc", channel};
   one.request = {wanted, "2", 1};
   return one;
 }
 
-Call dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
-                fabric::Delivery delivery = fabric::Delivery::at_least_once) {
-  Call one = call(channel);
+CallRecord dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
+                      fabric::Delivery delivery = fabric::Delivery::at_least_once) {
+  CallRecord one = call(channel);
   one.attempts.push_back({id(to), attempt});
   one.delivery = delivery;
   return one;
@@ -52,11 +52,11 @@ Call dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
 std::vector<std::string> words(const dispatch::Decisions& decisions) {
   std::vector<std::string> out;
   for (const dispatch::Decision& decision : decisions) {
-    if (const auto* give = std::get_if<dispatch::Give>(&decision)) {
-      out.push_back(fmt::format("{}→{}#{}", give->key.channel,
-                                give->assignment.attempt.instance.bytes[0],
-                                give->assignment.attempt.number));
-    } else if (const auto* back = std::get_if<dispatch::TakeBack>(&decision)) {
+    if (const auto* assign = std::get_if<dispatch::Assign>(&decision)) {
+      out.push_back(fmt::format("{}→{}#{}", assign->key.channel,
+                                assign->assignment.attempt.instance.bytes[0],
+                                assign->assignment.attempt.number));
+    } else if (const auto* back = std::get_if<dispatch::Unassign>(&decision)) {
       out.push_back(fmt::format("{} {}", back->key.channel, back->held ? "held" : "lost"));
     } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
       out.push_back(fmt::format("{}: {}", explain->key.channel, explain->reason));
@@ -239,7 +239,7 @@ TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
   sut.on_instance_gone(id(1), start);
   const dispatch::Decisions decisions = sut.on_time(start + 100ms);
   EXPECT_THAT(words(decisions), ElementsAre("1 held"));
-  EXPECT_THAT(std::get<dispatch::TakeBack>(decisions.front()).reason,
+  EXPECT_THAT(std::get<dispatch::Unassign>(decisions.front()).reason,
               testing::StartsWith("service1 (pid 1 on host) is lost with this call"));
   EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
 }

@@ -67,7 +67,7 @@ class JournalFile : public testing::TestWithParam<Sync> {
                      .compact_at = compact_at},
                     base::program::no_log());
     sut->on_recorded([this](const Ticket&) { ++recorded; });
-    sut->on_trouble([this](const std::string& text) { troubles.push_back(text); });
+    sut->on_write_error([this](const std::string& text) { errors.push_back(text); });
   }
 
   void append(const JournalEntry& entry) { sut->append(entry, {.owner = Ticket::Owner::channel}); }
@@ -80,12 +80,12 @@ class JournalFile : public testing::TestWithParam<Sync> {
   boost::asio::io_context io;
   std::unique_ptr<Journal> sut;
   int recorded = 0;
-  std::vector<std::string> troubles;
+  std::vector<std::string> errors;
 };
 
 TEST_P(JournalFile, RemembersItsCallsWhenItIsOpenedAgain) {
   open();
-  const std::uint64_t epoch = sut->ledger().numbers().epoch;
+  const std::uint64_t epoch = sut->state().numbers().epoch;
   append(NumbersEntry{epoch, 1000});
   append(dispatched(1));
   append(dispatched(2));
@@ -93,19 +93,19 @@ TEST_P(JournalFile, RemembersItsCallsWhenItIsOpenedAgain) {
   EXPECT_EQ(recorded, 0) << "nothing is confirmed from within append()";
   ASSERT_TRUE(run_until(io, [&] { return recorded == 4; }));
   open();
-  ASSERT_EQ(sut->ledger().open_calls().size(), 1U);
-  EXPECT_EQ(sut->ledger().open_calls().front().id.number, 2U);
-  EXPECT_EQ(sut->ledger().numbers(), (NumbersEntry{epoch, 1000}));
+  ASSERT_EQ(sut->state().open_calls().size(), 1U);
+  EXPECT_EQ(sut->state().open_calls().front().id.number, 2U);
+  EXPECT_EQ(sut->state().numbers(), (NumbersEntry{epoch, 1000}));
 }
 
 TEST_P(JournalFile, DrawsAnEpochOfItsOwn) {
   open();
-  const std::uint64_t epoch = sut->ledger().numbers().epoch;
+  const std::uint64_t epoch = sut->state().numbers().epoch;
   EXPECT_NE(epoch, 0U);
   sut.reset();
   std::filesystem::remove(file());
   open();
-  EXPECT_NE(sut->ledger().numbers().epoch, epoch);
+  EXPECT_NE(sut->state().numbers().epoch, epoch);
 }
 
 TEST_P(JournalFile, CutsATornEndOff) {
@@ -115,11 +115,11 @@ TEST_P(JournalFile, CutsATornEndOff) {
   sut.reset();
   std::ofstream(file(), std::ios::app | std::ios::binary) << encode(dispatched(2)).substr(0, 20);
   open();
-  EXPECT_EQ(sut->ledger().open_calls().size(), 1U);
+  EXPECT_EQ(sut->state().open_calls().size(), 1U);
   append(dispatched(3));
   ASSERT_TRUE(run_until(io, [&] { return recorded == 2; }));
   open();
-  EXPECT_EQ(sut->ledger().open_calls().size(), 2U);
+  EXPECT_EQ(sut->state().open_calls().size(), 2U);
 }
 
 TEST_P(JournalFile, RefusesAFolderThatAnotherGatewayUses) {
@@ -142,7 +142,7 @@ TEST_P(JournalFile, StaysThatOfTheGatewayThatHasItWhenAnotherOneIsRefused) {
   append(dispatched(2));
   ASSERT_TRUE(run_until(io, [&] { return recorded == 2; }));
   open();
-  EXPECT_EQ(sut->ledger().open_calls().size(), 2U);
+  EXPECT_EQ(sut->state().open_calls().size(), 2U);
 }
 
 TEST_P(JournalFile, ConfirmsNothingOnceItIsClosed) {
@@ -169,17 +169,17 @@ TEST_P(JournalFile, SaysThatTheDiskIsFullAndConfirmsWhenItIsNot) {
   {
     const FullDisk full;
     append(dispatched(1));
-    ASSERT_TRUE(run_until(io, [&] { return !troubles.empty(); }));
-    EXPECT_THAT(troubles.back(), HasSubstr("calls.journal cannot be written: File too large"));
+    ASSERT_TRUE(run_until(io, [&] { return !errors.empty(); }));
+    EXPECT_THAT(errors.back(), HasSubstr("calls.journal cannot be written: File too large"));
     append(dispatched(2));
     // Several tries pass.
     const auto later = std::chrono::steady_clock::now() + 30ms;
     run_until(io, [&] { return std::chrono::steady_clock::now() > later; });
     EXPECT_EQ(recorded, 0);
   }
-  ASSERT_TRUE(run_until(io, [&] { return recorded == 2 && troubles.back().empty(); }));
+  ASSERT_TRUE(run_until(io, [&] { return recorded == 2 && errors.back().empty(); }));
   open();
-  EXPECT_EQ(sut->ledger().open_calls().size(), 2U);
+  EXPECT_EQ(sut->state().open_calls().size(), 2U);
 }
 
 TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
@@ -192,8 +192,8 @@ TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
   ASSERT_TRUE(
       run_until(io, [&] { return recorded == 2001 && std::filesystem::file_size(file()) < 4096; }));
   open();
-  ASSERT_EQ(sut->ledger().open_calls().size(), 1U);
-  EXPECT_EQ(sut->ledger().open_calls().front().id.number, 60'000U);
+  ASSERT_EQ(sut->state().open_calls().size(), 1U);
+  EXPECT_EQ(sut->state().open_calls().front().id.number, 60'000U);
 }
 
 /// Stands for a disk that stands still: who opens a pipe to write waits for a reader.
@@ -226,7 +226,7 @@ class StuckFile {
 
 TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
   open(1024);
-  StuckFile draft(file().string() + ".new");
+  StuckFile new_file(file().string() + ".new");
   for (std::uint64_t number = 1; number <= 100; ++number) {
     append(dispatched(number));
   }
@@ -242,13 +242,13 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
   } else {
     ASSERT_TRUE(run_until(io, [&] { return recorded == 101; }));
   }
-  EXPECT_THAT(troubles, IsEmpty());
-  draft.let_go(io);
-  ASSERT_TRUE(run_until(io, [&] { return !troubles.empty() && troubles.back().empty(); }));
-  EXPECT_THAT(troubles.front(), HasSubstr("calls.journal.new cannot be forced to the disk"));
+  EXPECT_THAT(errors, IsEmpty());
+  new_file.let_go(io);
+  ASSERT_TRUE(run_until(io, [&] { return !errors.empty() && errors.back().empty(); }));
+  EXPECT_THAT(errors.front(), HasSubstr("calls.journal.new cannot be forced to the disk"));
   ASSERT_TRUE(run_until(io, [&] { return recorded == 101; }));
   open();
-  EXPECT_EQ(sut->ledger().open_calls().size(), 101U);
+  EXPECT_EQ(sut->state().open_calls().size(), 101U);
 }
 
 /// Takes calls without end, each of which is open until the tenth after it is recorded, and reports
@@ -300,7 +300,7 @@ TEST_P(JournalFile, HasWhatItConfirmedWhenTheProcessIsKilledWhileItIsWrittenAnew
     ASSERT_GE(last, least);
     open();
     std::set<std::uint64_t> found;
-    for (const Call& call : sut->ledger().open_calls()) {
+    for (const CallRecord& call : sut->state().open_calls()) {
       found.insert(call.id.number);
     }
     for (std::uint64_t number = last - 9; number <= last; ++number) {
@@ -329,7 +329,7 @@ INSTANTIATE_TEST_SUITE_P(, JournalFile, testing::Values(Sync::never, Sync::inter
 TEST(MemoryJournal, ConfirmsAtOnceAndHasAnEpoch) {
   boost::asio::io_context io;
   const auto sut = in_memory(io.get_executor());
-  EXPECT_NE(sut->ledger().numbers().epoch, 0U);
+  EXPECT_NE(sut->state().numbers().epoch, 0U);
   bool recorded = false;
   sut->on_recorded([&](const Ticket&) { recorded = true; });
   sut->append(dispatched(1), {.owner = Ticket::Owner::channel});

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/journal/format.hpp"
-#include "gateway/journal/ledger.hpp"
+#include "gateway/journal/journal_state.hpp"
 
 namespace millrace::gateway::journal {
 namespace {
@@ -44,13 +44,13 @@ std::vector<JournalEntry> one_of_each() {
                        fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789))},
           MessageEndedEntry{{"press.alarms", 2}, 1'000'000'000'000},
           LastGetEntry{{"press.alarms", 2}, 3, 1'000'000'000'000},
-          StandingEntry{.key = {"cnc", 1},
-                        .state = fabric::ChannelState::held,
-                        .call = first,
-                        .uuid = "560AACBF",
-                        .since = fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
-                        .reason = "sq1 (pid 7 on hall) is lost"},
-          StandingEntry{.key = {"cnc", 2}}};
+          BlockedEntry{.key = {"cnc", 1},
+                       .state = fabric::ChannelState::held,
+                       .call = first,
+                       .uuid = "560AACBF",
+                       .since = fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
+                       .reason = "sq1 (pid 7 on hall) is lost"},
+          BlockedEntry{.key = {"cnc", 2}}};
 }
 
 std::string file_of(const std::vector<JournalEntry>& entries) {
@@ -115,17 +115,17 @@ TEST(JournalFormat, RefusesAFileThatIsNoJournal) {
   EXPECT_EQ(sut.damage, "it does not begin as a journal of this version");
 }
 
-class LedgerTest : public testing::Test {
+class JournalStateTest : public testing::Test {
  protected:
   void apply(std::initializer_list<JournalEntry> entries) {
     for (const JournalEntry& entry : entries) {
       sut.apply(entry);
     }
   }
-  Ledger sut;
+  JournalState sut;
 };
 
-TEST_F(LedgerTest, OpensACallWithItsFirstAttemptAndClosesItAtItsEnd) {
+TEST_F(JournalStateTest, OpensACallWithItsFirstAttemptAndClosesItAtItsEnd) {
   apply({dispatched(first, 1), dispatched(first, 1, 2)});
   ASSERT_EQ(sut.open_calls().size(), 1U);
   EXPECT_EQ(sut.open_calls().front().attempts.size(), 2U);
@@ -133,37 +133,37 @@ TEST_F(LedgerTest, OpensACallWithItsFirstAttemptAndClosesItAtItsEnd) {
   EXPECT_THAT(sut.open_calls(), IsEmpty());
 }
 
-TEST_F(LedgerTest, RemembersHowFarAnAnswerIs) {
+TEST_F(JournalStateTest, RemembersHowFarAnAnswerIs) {
   apply({dispatched(first, 1), InterimEntry{first, 5},
          AnsweredEntry{first, {instance(1), 1, "1.414", 1}}, ClearingEntry{first}});
-  const Call call = sut.open_calls().front();
+  const CallRecord call = sut.open_calls().front();
   EXPECT_THAT(call.shown, ElementsAre(5U));
   EXPECT_EQ(call.answer->text, "1.414");
   EXPECT_TRUE(call.clearing);
 }
 
-TEST_F(LedgerTest, KeepsTheTwoNewestInterimStates) {
+TEST_F(JournalStateTest, KeepsTheTwoNewestInterimStates) {
   apply({dispatched(first, 1), InterimEntry{first, 5}, InterimEntry{first, 6},
          InterimEntry{first, 7}});
   EXPECT_THAT(sut.open_calls().front().shown, ElementsAre(6U, 7U));
 }
 
-TEST_F(LedgerTest, KnowsThatAChannelHasOneCallAtATime) {
+TEST_F(JournalStateTest, KnowsThatAChannelHasOneCallAtATime) {
   apply({dispatched(first, 1), dispatched(second, 1)});
   ASSERT_EQ(sut.open_calls().size(), 1U);
   EXPECT_EQ(sut.open_calls().front().id, second);
 }
 
-TEST_F(LedgerTest, IgnoresWhatBelongsToNoOpenCall) {
+TEST_F(JournalStateTest, IgnoresWhatBelongsToNoOpenCall) {
   apply({ClearingEntry{first}, EndedEntry{first}, InterimEntry{first, 1}});
   EXPECT_THAT(sut.open_calls(), IsEmpty());
 }
 
-TEST_F(LedgerTest, IsTheSameAfterItsSnapshot) {
+TEST_F(JournalStateTest, IsTheSameAfterItsSnapshot) {
   apply({NumbersEntry{first.epoch, 2000}, dispatched(first, 1), dispatched(first, 1, 2),
          InterimEntry{first, 5}, AnsweredEntry{first, {instance(2), 2, "1.414", 1}},
          ClearingEntry{first}, dispatched(second, 2)});
-  Ledger again;
+  JournalState again;
   for (const JournalEntry& entry : sut.snapshot()) {
     again.apply(entry);
   }

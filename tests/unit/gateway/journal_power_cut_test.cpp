@@ -49,13 +49,13 @@ class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
       EXPECT_TRUE(run_until(io, [&] { return recorded; }));
       disk.promise(static_cast<unsigned>(number + 1));
     }
-    epoch = writer->ledger().numbers().epoch;
+    epoch = writer->state().numbers().epoch;
     return disk.power_cuts();
   }
 
   /// The number of the call that the next gateway finds; 0 if none.
   std::uint64_t found(const Journal& sut) {
-    const auto open = sut.ledger().open_calls();
+    const auto open = sut.state().open_calls();
     EXPECT_LE(open.size(), 1U);
     return open.empty() ? 0 : open.front().id.number;
   }
@@ -74,7 +74,7 @@ TEST_P(JournalAfterAPowerCut, CanBeReadAndHasItsEpoch) {
     const auto sut = open(folder.path() / "left");
     EXPECT_LE(found(*sut), calls) << cut.where;
     if (cut.promised > 0) {
-      EXPECT_EQ(sut->ledger().numbers().epoch, epoch) << cut.where;
+      EXPECT_EQ(sut->state().numbers().epoch, epoch) << cut.where;
     }
   }
 }

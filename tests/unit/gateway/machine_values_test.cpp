@@ -36,13 +36,13 @@ class AMachinesValues : public testing::Test {
   void begin() {
     sut.set(settings, ports.time);
     sut.on_up({1}, ports.time);
-    go_on();
+    pump();
   }
-  void go_on() { sut.go_on(&link, rests_since, ports.time); }
+  void pump() { sut.pump(&link, rests_since, ports.time); }
   void pass(std::chrono::nanoseconds time) {
     ports.time.steady += time;
     if (sut.is_due(ports.time)) {
-      go_on();
+      pump();
     }
   }
   /// Nothing is under way for calls, for long.
@@ -60,7 +60,7 @@ class AMachinesValues : public testing::Test {
       one.names = {"V.E"};
     }
     sut.on_request(one, ports.time);
-    go_on();
+    pump();
   }
   /// The oldest question is answered.
   void answer() {
@@ -74,13 +74,13 @@ class AMachinesValues : public testing::Test {
     told.asker = question.asker;
     told.number = question.number;
     told.requests = 1;
-    if (std::holds_alternative<data::LookUp>(question.step)) {
+    if (std::holds_alternative<data::Resolve>(question.step)) {
       cnc::variables::Reading reading;
       reading.length = 4;
       reading.size = 4;
       reading.type = {cnc::variables::Type::sgn32, 4};
       reading.access = cnc::variables::Access::read_write;
-      told.found = std::vector<data::Sampler::Known>{reading};
+      told.found = std::vector<data::Sampler::Resolved>{reading};
     } else if (std::holds_alternative<data::Read>(question.step)) {
       told.found = std::vector<data::Sampler::Answer>{value};
     } else if (std::holds_alternative<variables::WriteOne>(question.step)) {
@@ -90,7 +90,7 @@ class AMachinesValues : public testing::Test {
     }
     sut.on_answer(told, ports.time);
     if (sut.is_due(ports.time)) {
-      go_on();
+      pump();
     }
   }
   std::vector<std::string> reasons() const {
@@ -155,7 +155,7 @@ TEST_F(AMachinesValues, WakeWhenTheLinkHasRestedLongEnough) {
   EXPECT_EQ(sut.next_time(), ports.time.steady + 50ms);
   rests_since = ports.time.steady;
   ASSERT_TRUE(sut.is_due(ports.time)) << "whatever happens, the link may rest since";
-  go_on();
+  pump();
   EXPECT_EQ(sut.next_time(), ports.time.steady + 1ms);
 }
 
@@ -164,11 +164,11 @@ TEST_F(AMachinesValues, AreStaleWithoutTheLinkAndOursNoMoreWhenAnotherHasTheChan
   answer();
   answer();
   sut.on_down("the cable is out", ports.time);
-  go_on();
+  pump();
   EXPECT_EQ(ports.samples.back().values[0].quality, Quality::stale);
   EXPECT_EQ(ports.samples.back().values[0].reason, "the link is down");
   sut.on_over(1, ports.time);
-  go_on();
+  pump();
   EXPECT_THAT(ports.disposed, ElementsAre("all"));
 }
 
@@ -176,7 +176,7 @@ TEST_F(AMachinesValues, AreAskedForAnewOverANewLink) {
   sample();
   const machines::Question before = link.questions.at(0);
   sut.on_down("the cable is out", ports.time);
-  go_on();
+  pump();
   link.questions.clear();
   sut.on_up({1}, ports.time);
   pass(1s);
@@ -194,7 +194,7 @@ TEST_F(AMachinesValues, OfAGroupThatIsNoMoreConfiguredAreTakenBack) {
   answer();
   settings.data.groups[0].name = "other";
   sut.set(settings, ports.time);
-  go_on();
+  pump();
   EXPECT_THAT(ports.disposed, ElementsAre("all"));
   answer();
   answer();
@@ -205,28 +205,28 @@ TEST_F(AMachinesValues, OfAProgramAreToldAsWhatBecameOfIt) {
   settings.programs = {{.channel = 1}};
   begin();
   ASSERT_THAT(link.questions, SizeIs(1));
-  const auto& names = std::get<data::LookUp>(link.questions[0].step).names;
+  const auto& names = std::get<data::Resolve>(link.questions[0].step).names;
   ASSERT_THAT(names, ElementsAre("state", "mode"));
   cnc::variables::Reading reading;
   reading.length = reading.size = 4;
   reading.type = {cnc::variables::Type::uns32, 4};
   const std::uint64_t number = std::exchange(link.questions, {}).front().number;
-  sut.on_answer({.number = number, .found = std::vector<data::Sampler::Known>{reading, reading}},
+  sut.on_answer({.number = number, .found = std::vector<data::Sampler::Resolved>{reading, reading}},
                 ports.time);
-  go_on();
+  pump();
   ASSERT_THAT(link.questions, SizeIs(1));
   constexpr std::uint8_t active = 4;
   const cnc::variables::Bytes state{active, 0, 0, 0};
   sut.on_answer({.number = link.questions[0].number,
                  .found = std::vector<data::Sampler::Answer>{state, value}},
                 ports.time);
-  go_on();
+  pump();
   ASSERT_THAT(ports.programs, SizeIs(1));
   EXPECT_EQ(ports.programs[0].kind, fabric::ProgramEventKind::started);
   EXPECT_THAT(ports.samples, IsEmpty());
   EXPECT_THAT(ports.said, ElementsAre(HasSubstr("press/1: program started")));
   sut.on_over(1, ports.time);
-  go_on();
+  pump();
   EXPECT_THAT(ports.disposed, IsEmpty());
 }
 
@@ -294,7 +294,7 @@ TEST_F(AMachinesValues, AreGivenUpAfterThePatienceOfWhoAsks) {
   fabric::VariableRequest one{
       .token = gateway_id(9), .key = {"press", 1}, .names = {"V.E.A"}, .patience = 10ms};
   sut.on_request(one, ports.time);
-  go_on();
+  pump();
   EXPECT_THAT(reasons(), IsEmpty());
   pass(10ms);
   EXPECT_THAT(reasons(), ElementsAre(HasSubstr("could not be asked within 10 ms")));

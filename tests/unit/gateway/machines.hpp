@@ -21,11 +21,11 @@ using machines::Channels;
 /// Of a link that is up at once and answers nothing.
 class NoLink final : public SilentLink {
  public:
-  using SilentLink::watch;
+  using SilentLink::subscribe;
   NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched)
       : watched_(watched), unwatched_(unwatched) {}
-  void watch(const Channels& channels) override { watched_.push_back(channels); }
-  void unwatch(const Channels& channels) override { unwatched_.push_back(channels); }
+  void subscribe(const Channels& channels) override { watched_.push_back(channels); }
+  void unsubscribe(const Channels& channels) override { unwatched_.push_back(channels); }
 
  private:
   std::vector<Channels>& watched_;
@@ -40,7 +40,7 @@ class MachinePorts final : public core::RecordedPorts {
     told = status;
     ++times_told;
   }
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     linked = true;
     return std::make_unique<NoLink>(watched, unwatched);
   }
@@ -67,13 +67,13 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
   }
   void on_lost(const std::string&, const std::string&) override {}
   void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
-  void on_retired(const fabric::ChannelKey&) override {}
-  void on_refused(const fabric::ChannelKey&, const std::string&) override {}
-  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
-    inherited.emplace_back(status.key.channel, from);
+  void on_channel_removed(const fabric::ChannelKey&) override {}
+  void on_not_owner(const fabric::ChannelKey&, const std::string&) override {}
+  void on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) override {
+    predecessor_calls.emplace_back(status.key.channel, from);
   }
   [[nodiscard]] Channels channels_of(const std::string&) const override { return served; }
-  void on_pushed(const fabric::ChannelKey& key, bool is) override { pushed[key.channel] = is; }
+  void on_trusted(const fabric::ChannelKey& key, bool is) override { trusted[key.channel] = is; }
   void on_change(const fabric::ChannelKey& key, Variable) override {
     changed.push_back(key.channel);
   }
@@ -121,8 +121,8 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
   std::vector<Channels>& unwatched = ports.unwatched;
   std::vector<std::string>& said = ports.said;
   std::vector<std::uint16_t> served;
-  std::vector<std::pair<std::uint16_t, std::string>> inherited;
-  std::map<std::uint16_t, bool> pushed;
+  std::vector<std::pair<std::uint16_t, std::string>> predecessor_calls;
+  std::map<std::uint16_t, bool> trusted;
   std::vector<std::uint16_t> changed;
   core::Machines sut{{gateway_id(5), "host1", 4711, "1", own_epoch}, ports, ports, *this};
 };

@@ -34,17 +34,17 @@ TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
 
 TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
   serve();
-  EXPECT_FALSE(sut.stood_still(time));
+  EXPECT_FALSE(sut.on_stall(time));
   EXPECT_TRUE(linked);
   sut.on_machine(claim(2h), time);
-  EXPECT_TRUE(sut.stood_still(time));
+  EXPECT_TRUE(sut.on_stall(time));
   EXPECT_FALSE(linked);
 }
 
 TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
   serve();
   const int before = times_told;
-  EXPECT_FALSE(sut.stood_still(time));
+  EXPECT_FALSE(sut.on_stall(time));
   EXPECT_EQ(times_told, before + 1);
   EXPECT_TRUE(told.connected);
 }
@@ -75,7 +75,7 @@ TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
 TEST_F(MachinesTest, HearNothingOfALinkThatWasTakenAway) {
   serve();
   sut.on_machine(claim(2h), time);
-  sut.stood_still(time);
+  sut.on_stall(time);
   sut.on_link_up("cnc", {1}, time);
   EXPECT_FALSE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
@@ -95,7 +95,7 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
 // A gateway that had stood still heard of a call before it was given out, and not after, and gave
@@ -106,7 +106,7 @@ TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
 // It was overwritten by what a gateway without a link, or this one itself, said of the channel.
@@ -120,7 +120,7 @@ TEST_F(MachinesTest, InheritsACallOfWhichAnotherGatewayKnowsNothing) {
   sut.on_channel(nothing, time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
 TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
@@ -132,7 +132,7 @@ TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
   sut.on_channel(last, time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, IsEmpty());
+  EXPECT_THAT(predecessor_calls, IsEmpty());
 }
 
 // A gateway that had started again and held a call of its journal was not understood, and the
@@ -143,7 +143,7 @@ TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 0), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
 // Of two that had not heard each other the one that went on serving did not ask what the other had
@@ -153,7 +153,7 @@ TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
   sut.on_machine(claim(2h), time);
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
 // Found by the simulation.
@@ -167,7 +167,7 @@ TEST_F(MachinesTest, InheritsACallThatItHeardOfBeforeItsConfigurationNamedTheMac
   machine.name = "cnc";
   sut.set({machine}, time);
   serve();
-  EXPECT_THAT(inherited, ElementsAre(Pair(1, "")));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, "")));
 }
 
 // Found by the simulation.
@@ -177,7 +177,7 @@ TEST_F(MachinesTest, InheritsNothingFromItself) {
   sut.on_channel(call(own_epoch, fabric::ChannelState::running, 1), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(inherited, IsEmpty());
+  EXPECT_THAT(predecessor_calls, IsEmpty());
 }
 
 TEST_F(MachinesTest, AreNotStoppedByAClaimThatNobodyCanHaveMade) {
@@ -207,7 +207,7 @@ TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   serve();
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  EXPECT_THAT(inherited, IsEmpty());
+  EXPECT_THAT(predecessor_calls, IsEmpty());
   EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
 }
 

@@ -9,7 +9,7 @@
 namespace millrace::gateway::core {
 namespace {
 
-using queues::Queue;
+using queues::MessageQueue;
 using Kind = MessageQueues::ChannelEvent::Kind;
 using Wanted = std::map<std::string, std::vector<queues::QueueSettings>>;
 
@@ -30,7 +30,7 @@ class MessageQueuesTest : public testing::Test {
     key = settings.key("press");
   }
 
-  void set(const Wanted& all, const std::map<fabric::ChannelKey, QueueBook>& known = {}) {
+  void set(const Wanted& all, const std::map<fabric::ChannelKey, QueueLog>& known = {}) {
     sut.set(all, known, ports.time);
   }
   void up(const machines::Channels& channels) { sut.on_up("press", channels, link, ports.time); }
@@ -39,20 +39,20 @@ class MessageQueuesTest : public testing::Test {
     std::vector<Kind> kinds;
     while (const auto event = sut.next_event()) {
       kinds.push_back(event->kind);
-      sut.on_event_told(*event);
+      sut.on_event_delivered(*event);
     }
     return kinds;
   }
 
   /// A journal with one message of the queue.
-  [[nodiscard]] std::map<fabric::ChannelKey, QueueBook> one_waits() const {
+  [[nodiscard]] std::map<fabric::ChannelKey, QueueLog> one_waits() const {
     return {{key, one_waits_covered_by_nothing()}};
   }
-  [[nodiscard]] QueueBook one_waits_covered_by_nothing() const {
-    QueueBook book;
-    book.apply(LastGetEntry{key, 1, 0});
-    book.apply(MessageEntry{key, 1, 2, "drill worn", {}});
-    return book;
+  [[nodiscard]] QueueLog one_waits_covered_by_nothing() const {
+    QueueLog queue_log;
+    queue_log.apply(LastGetEntry{key, 1, 0});
+    queue_log.apply(MessageEntry{key, 1, 2, "drill worn", {}});
+    return queue_log;
   }
 
   RecordedPorts ports;
@@ -94,12 +94,12 @@ TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
 
 TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
   // As where the configuration names a queue again while the disk is full.
-  Queue queue("press", settings, one_waits_covered_by_nothing());
+  MessageQueue queue("press", settings, one_waits_covered_by_nothing());
   // Its call may be under way.
-  EXPECT_EQ(queue.look(ReadSet::request).request_state, 1U);
+  EXPECT_EQ(queue.snapshot(ReadSet::request).request_state, 1U);
   queue.on_up(ports.time);
   EXPECT_FALSE(queue.next(ports.time).has_value());
-  EXPECT_TRUE(queue.take_news().wait);
+  EXPECT_TRUE(queue.take_output().wait);
   queue.on_journalled(ports.time);
   EXPECT_TRUE(queue.next(ports.time).has_value());
 }
@@ -110,7 +110,7 @@ TEST_F(MessageQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCa
   told();
   ASSERT_EQ(link.opened, 1);
   set({});
-  EXPECT_THAT(told(), testing::ElementsAre(Kind::retired));
+  EXPECT_THAT(told(), testing::ElementsAre(Kind::draining));
   // The link is made anew meanwhile, and nobody reads the queue.
   sut.on_link_gone("press", "the configuration has changed");
   up({1});

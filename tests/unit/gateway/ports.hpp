@@ -49,7 +49,7 @@ class RecordedPorts : public Fabric, public Host {
 
   [[nodiscard]] Moment now() const override { return time; }
   void wake_at(std::optional<SteadyTime> at) override { wakes_at = at; }
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     return nullptr;
   }
   void append(const JournalEntry&, const Ticket& ticket) override {
@@ -57,7 +57,7 @@ class RecordedPorts : public Fabric, public Host {
       tickets.push_back(ticket);
     }
   }
-  void say(Level, const std::string& text) override { said.push_back(text); }
+  void log(Level, const std::string& text) override { said.push_back(text); }
   void notice(const fabric::NoticeKey& key, const std::string& text, const std::string&) override {
     notices[key.kind] = text;
   }

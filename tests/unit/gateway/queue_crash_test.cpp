@@ -8,18 +8,21 @@
 namespace millrace::gateway {
 namespace {
 
-using queues::Drain;
+using queues::Acknowledge;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class EachDrain : public testing::TestWithParam<Drain> {};
-INSTANTIATE_TEST_SUITE_P(Of, EachDrain, testing::Values(Drain::journalled, Drain::when_answered),
-                         [](const auto& drain) {
-                           return drain.param == Drain::journalled ? "Journalled" : "WhenAnswered";
+class EachAcknowledge : public testing::TestWithParam<Acknowledge> {};
+INSTANTIATE_TEST_SUITE_P(Of, EachAcknowledge,
+                         testing::Values(Acknowledge::when_journalled, Acknowledge::when_answered),
+                         [](const auto& acknowledge) {
+                           return acknowledge.param == Acknowledge::when_journalled
+                                      ? "Journalled"
+                                      : "WhenAnswered";
                          });
 
-TEST_P(EachDrain, CallsEachMessageInItsOrderFromEveryIndexOn) {
+TEST_P(EachAcknowledge, CallsEachMessageInItsOrderFromEveryIndexOn) {
   for (const std::uint32_t elements : {3U, 4U, 7U}) {
     for (std::uint32_t begin = 1; begin <= elements; ++begin) {
       QueuePlant sut(elements, GetParam());
@@ -41,7 +44,7 @@ TEST_P(EachDrain, CallsEachMessageInItsOrderFromEveryIndexOn) {
   }
 }
 
-TEST_P(EachDrain, TakesTwoMessagesOfOneTextForTwo) {
+TEST_P(EachAcknowledge, TakesTwoMessagesOfOneTextForTwo) {
   QueuePlant sut(4, GetParam());
   sut.serve();
   ASSERT_TRUE(sut.settle());
@@ -53,7 +56,7 @@ TEST_P(EachDrain, TakesTwoMessagesOfOneTextForTwo) {
   EXPECT_NE(sut.executed[0].first, sut.executed[1].first);
 }
 
-TEST_P(EachDrain, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
+TEST_P(EachAcknowledge, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
   for (const std::uint32_t elements : {3U, 5U}) {
     for (int at = 0; at < 160; ++at) {
       QueuePlant sut(elements, GetParam());
@@ -65,7 +68,7 @@ TEST_P(EachDrain, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled
   }
 }
 
-TEST_P(EachDrain, LosesNothingWhereverTheGatewayIsKilledTwice) {
+TEST_P(EachAcknowledge, LosesNothingWhereverTheGatewayIsKilledTwice) {
   for (int at = 0; at < 90; ++at) {
     for (const int later : {1, 2, 5, 9}) {
       QueuePlant sut(3, GetParam());
@@ -82,7 +85,7 @@ TEST_P(EachDrain, LosesNothingWhereverTheGatewayIsKilledTwice) {
   }
 }
 
-TEST_P(EachDrain, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
+TEST_P(EachAcknowledge, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
   for (int at = 0; at < 120; ++at) {
     QueuePlant sut(3, GetParam());
     run_with(sut, at, 6, [&](int) { sut.kill_service(); });
@@ -99,7 +102,7 @@ TEST_P(EachDrain, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
   }
 }
 
-TEST_P(EachDrain, GoesOnWhereverAProgramInitialisesTheQueue) {
+TEST_P(EachAcknowledge, GoesOnWhereverAProgramInitialisesTheQueue) {
   int unseen = 0;
   for (int at = 0; at < 120; ++at) {
     QueuePlant sut(4, GetParam());

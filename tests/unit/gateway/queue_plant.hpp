@@ -55,15 +55,16 @@ class QueuePlant : public core::RecordedPorts {
  public:
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-  explicit QueuePlant(std::uint32_t elements, queues::Drain drain = queues::Drain::journalled)
+  explicit QueuePlant(std::uint32_t elements,
+                      queues::Acknowledge acknowledge = queues::Acknowledge::when_journalled)
       : ring(elements) {
     settings.name = "alarms";
     settings.array = "SD.ALARMS";
     settings.control = "SD.CONTROL";
     settings.uuid = uuid;
-    settings.drain = drain;
+    settings.acknowledge = acknowledge;
     key = settings.key("press");
-    ledger.apply(NumbersEntry{7, 1'000'000});
+    journal_state.apply(NumbersEntry{7, 1'000'000});
     start();
   }
 
@@ -72,14 +73,14 @@ class QueuePlant : public core::RecordedPorts {
     todo.clear();
     settings::MachineSettings machine;
     machine.name = "press";
-    machine.watch = WatchMode::poll;
+    machine.watch = SubscriptionMode::poll;
     machine.queues = {settings};
     core = std::make_unique<core::Core>(
         *this, *this,
         core::CoreOptions{.own = {gateway_id(5), "host1", 4711, "1", 7},
                           .lease = std::chrono::seconds(2),
                           .machines = {machine}},
-        ledger);
+        journal_state);
     linked = false;
     core->start();
     while (!linked) {
@@ -151,12 +152,12 @@ class QueuePlant : public core::RecordedPorts {
   void crash() { start(); }
 
   /// Messages in the journal that are not answered.
-  [[nodiscard]] std::uint64_t waiting() const { return ledger.queues().at(key).waiting(); }
+  [[nodiscard]] std::uint64_t waiting() const { return journal_state.queues().at(key).waiting(); }
 
   RingModel ring;
   queues::QueueSettings settings;
   fabric::ChannelKey key;
-  journal::Ledger ledger;
+  journal::JournalState journal_state;
   std::unique_ptr<core::Core> core;
   std::deque<std::function<void()>> todo;
   /// What the service has run, with the id of each call; one that it knows it answers again.
@@ -191,7 +192,7 @@ class QueuePlant : public core::RecordedPorts {
     QueuePlant& plant_;
   };
 
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     linked = true;
     return std::make_unique<RingLink>(*this);
   }
@@ -219,7 +220,7 @@ class QueuePlant : public core::RecordedPorts {
     todo.emplace_back([this, request] { run(request); });
   }
   void append(const JournalEntry& entry, const Ticket& ticket) override {
-    ledger.apply(entry);
+    journal_state.apply(entry);
     if (ticket) {
       todo.emplace_back([this, ticket] { core->on_recorded(ticket); });
     }

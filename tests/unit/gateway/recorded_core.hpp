@@ -16,7 +16,7 @@
 namespace millrace::gateway {
 
 struct Read {
-  ReadSet look = ReadSet::state;
+  ReadSet set = ReadSet::state;
 };
 struct Record {
   Ticket ticket;
@@ -53,7 +53,7 @@ class ActionRecorder final : public core::RecordedPorts {
   class RecordedLink final : public SilentLink {
    public:
     explicit RecordedLink(ActionRecorder& recorder) : recorder_(recorder) {}
-    void read(std::uint16_t, ReadSet look) override { recorder_.add(Read{look}); }
+    void read(std::uint16_t, ReadSet set) override { recorder_.add(Read{set}); }
     void write(std::uint16_t, Variable variable, const Value& value) override {
       recorder_.add(Write{variable, value});
     }
@@ -64,7 +64,7 @@ class ActionRecorder final : public core::RecordedPorts {
 
   using RecordedPorts::dispose;
   using RecordedPorts::publish;
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     return std::make_unique<RecordedLink>(*this);
   }
   void append(const JournalEntry& entry, const Ticket& ticket) override {
@@ -77,7 +77,7 @@ class ActionRecorder final : public core::RecordedPorts {
     add(Withdraw{request.instance, request.epoch});
   }
   void dispose(const fabric::ChannelKey&) override { add(Hide{}); }
-  void say(Level level, const std::string& text) override { add(Say{level, text}); }
+  void log(Level level, const std::string& text) override { add(Say{level, text}); }
 
   Actions actions_;
 };
@@ -85,13 +85,13 @@ class ActionRecorder final : public core::RecordedPorts {
 class RecordedCore {
  public:
   /// Has listened for other gateways and is connecting.
-  RecordedCore(Policies policies, const journal::Ledger& ledger, Moment now)
+  RecordedCore(Policies policies, const journal::JournalState& journal_state, Moment now)
       : core_(ports_, ports_,
-              {.own = {gateway_id(5), "host1", 4711, "1", ledger.numbers().epoch},
+              {.own = {gateway_id(5), "host1", 4711, "1", journal_state.numbers().epoch},
                .lease = std::chrono::seconds(2),
                .machines = {machine()},
                .policies = std::move(policies)},
-              ledger) {
+              journal_state) {
     done({now.steady - listens, now.wall}, [&] { core_.start(); });
     done(now, [&] { core_.on_time(); });
   }
@@ -105,16 +105,16 @@ class RecordedCore {
   Actions on_link_dropped(const std::string& machine, const std::string& reason, Moment now) {
     return from_within(now, [&] { core_.on_link_dropped(machine, reason); });
   }
-  Actions retire(const fabric::ChannelKey& key, Moment now) {
-    return from_within(now, [&] { core_.on_retired(key); });
+  Actions drain(const fabric::ChannelKey& key, Moment now) {
+    return from_within(now, [&] { core_.on_channel_removed(key); });
   }
-  Actions refuse(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
-    return from_within(now, [&] { core_.on_refused(key, reason); });
+  Actions not_owner(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
+    return from_within(now, [&] { core_.on_not_owner(key, reason); });
   }
   Actions change(const Policies& policies, Moment now) {
     return done(now, [&] { core_.change({machine()}, policies); });
   }
-  Actions on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now) {
+  Actions on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now) {
     return done(now, [&] { core_.on_read(key, snapshot); });
   }
   Actions on_write(const fabric::ChannelKey& key, WriteOutcome outcome, const std::string& reason,
@@ -124,8 +124,8 @@ class RecordedCore {
   Actions on_recorded(const Ticket& ticket, Moment now) {
     return done(now, [&] { core_.on_recorded(ticket); });
   }
-  Actions on_journal_trouble(const std::string& reason, Moment now) {
-    return done(now, [&] { core_.on_journal_trouble(reason); });
+  Actions on_journal_error(const std::string& reason, Moment now) {
+    return done(now, [&] { core_.on_journal_error(reason); });
   }
   Actions on_instance_ready(const fabric::InstanceIdentity& instance, Moment now) {
     return done(now, [&] { core_.on_instance_ready(instance); });
@@ -144,8 +144,8 @@ class RecordedCore {
                    core::CommandResult& result, Moment now) {
     return done(now, [&] { result = core_.on_retry(key, call, by); });
   }
-  Actions set_interest(const Interest& interest, Moment now) {
-    return done(now, [&] { core_.set_interest(interest); });
+  Actions set_readers(const Readers& readers, Moment now) {
+    return done(now, [&] { core_.set_readers(readers); });
   }
   Actions end(Moment now) {
     return done(now, [&] { core_.end(); });
@@ -157,11 +157,12 @@ class RecordedCore {
     });
   }
   /// A gateway that is gone had this call on the channel.
-  void inherit(const fabric::ChannelKey& key, const std::string& uuid, const std::string& from) {
+  void predecessor_call(const fabric::ChannelKey& key, const std::string& uuid,
+                        const std::string& from) {
     fabric::ChannelStatus status;
     status.key = key;
     status.uuid = uuid;
-    core_.on_inherited(status, from);
+    core_.on_predecessor_call(status, from);
   }
   [[nodiscard]] machines::Channels channels_of(const std::string& machine) const {
     return core_.channels_of(machine);
@@ -175,10 +176,10 @@ class RecordedCore {
    public:
     using Core::channels_of;
     using Core::Core;
-    using Core::on_inherited;
+    using Core::on_channel_removed;
     using Core::on_link_dropped;
-    using Core::on_refused;
-    using Core::on_retired;
+    using Core::on_not_owner;
+    using Core::on_predecessor_call;
     /// A channel that was retired or refused stays so until the link comes up again.
     bool may_serve = false;
 
@@ -196,7 +197,7 @@ class RecordedCore {
   static settings::MachineSettings machine() {
     settings::MachineSettings one;
     one.name = "cnc";
-    one.watch = WatchMode::poll;
+    one.watch = SubscriptionMode::poll;
     return one;
   }
   template <typename Step>

@@ -19,7 +19,7 @@ class AReleasedAnswer : public testing::Test {
     written = written || zero_seen;
     AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
     writer.set_clearing({.is_shown = zero_seen, .is_written = written});
-    writer.on_read({ReadSet::request, request.uuid, "2", 1, interim, ""}, Standing::pending,
+    writer.on_read({ReadSet::request, request.uuid, "2", 1, interim, ""}, RequestStatus::pending,
                    request, {now, now});
     writer.on_written(now);
     writer.on_recorded(true);
@@ -27,14 +27,16 @@ class AReleasedAnswer : public testing::Test {
       writer.on_written(now);
     }
     const std::vector interims{interim};
-    const Snapshot shown{ReadSet::all, request.uuid, "2", zero_seen ? 0U : 1U, interim, "1.4"};
-    writer.on_read(shown, judge(shown, request, interims), request, {now, now});
+    const ServiceSnapshot shown{ReadSet::all,        request.uuid, "2",
+                                zero_seen ? 0U : 1U, interim,      "1.4"};
+    writer.on_read(shown, compare(shown, request, interims), request, {now, now});
     EXPECT_EQ(writer.on_written(now), AnswerWriter::Step::done);
     return {request, writer};
   }
   Found read(Released& sut, std::uint32_t request_state, std::uint32_t response_state,
              const std::string& text = "2", const std::string& response = "1.4") {
-    Snapshot snapshot{sut.reads(), request.uuid, text, request_state, response_state, response};
+    ServiceSnapshot snapshot{sut.reads(),   request.uuid,   text,
+                             request_state, response_state, response};
     return sut.on_read(snapshot, {now, now});
   }
 

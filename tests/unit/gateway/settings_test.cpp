@@ -69,10 +69,10 @@ TEST(GatewaySettings, SayWhichMessageQueuesAreRead) {
   ASSERT_EQ(press.size(), 3U);
   EXPECT_EQ(press[0].array, "SD.ALARMS");
   EXPECT_EQ(press[0].key("press").to_string(), "press.ALARMS/1");
-  EXPECT_EQ(press[0].drain, queues::Drain::journalled);
+  EXPECT_EQ(press[0].acknowledge, queues::Acknowledge::when_journalled);
   EXPECT_EQ(press[1].array, "SD.LINE.PARTS");
   EXPECT_EQ(press[1].last_get, "Out");
-  EXPECT_EQ(press[1].drain, queues::Drain::when_answered);
+  EXPECT_EQ(press[1].acknowledge, queues::Acknowledge::when_answered);
   EXPECT_EQ(press[1].period, std::chrono::milliseconds(100));
   EXPECT_EQ(press[1].backlog, 50U);
   EXPECT_TRUE(press[1].events);
@@ -102,16 +102,16 @@ TEST(GatewaySettings, HoldEverythingAFileSays) {
   EXPECT_EQ(press.to_string(), "press_1 (press1.hall3:48899, 10.0.0.5.1.1)");
   EXPECT_EQ(press.source.to_string(), "10.0.0.9.1.1");
   EXPECT_THAT(press.channels, ElementsAre(1, 2));
-  EXPECT_EQ(press.pace.active, std::chrono::milliseconds(1));
-  EXPECT_EQ(press.pace.idle, std::chrono::milliseconds(20));
-  EXPECT_EQ(press.pace.safety, std::chrono::milliseconds(250));
-  EXPECT_TRUE(press.pace.kernel_clears_request_state);
-  EXPECT_EQ(press.watch, WatchMode::notify);
+  EXPECT_EQ(press.intervals.after_answer, std::chrono::milliseconds(1));
+  EXPECT_EQ(press.intervals.idle, std::chrono::milliseconds(20));
+  EXPECT_EQ(press.intervals.subscribed, std::chrono::milliseconds(250));
+  EXPECT_TRUE(press.intervals.kernel_clears_request_state);
+  EXPECT_EQ(press.watch, SubscriptionMode::notify);
   EXPECT_EQ(press.symbol, "Channel{channel}.{variable}");
   EXPECT_EQ(press.groups, settings::Groups::old);
   EXPECT_THAT(sut.machines.back().channels, IsEmpty());
-  EXPECT_EQ(sut.machines.back().pace, Pace{});
-  EXPECT_EQ(sut.machines.back().watch, WatchMode::automatic);
+  EXPECT_EQ(sut.machines.back().intervals, ReadIntervals{});
+  EXPECT_EQ(sut.machines.back().watch, SubscriptionMode::automatic);
   EXPECT_EQ(sut.machines.back().groups, settings::Groups::probe);
 }
 

@@ -70,7 +70,7 @@ export const reasons = [
   // Das Journal
   ['the journal {}; no new call is taken until it can be written', 'Das Journal ({}): Kein neuer Aufruf wird angenommen, bis es geschrieben werden kann.'],
 
-  // Die Maschine und ihre Verbindung: gateway/machines/, gateway/live/machine_link.cpp, cnc/ads/
+  // Die Maschine und ihre Verbindung: gateway/machines/, gateway/shell/ads_controller.cpp, cnc/ads/
   ['the configuration has changed', 'Die Konfiguration hat sich geändert.'],
   ['the configuration names its channel no more', 'Die Konfiguration nennt seinen Kanal nicht mehr.'],
   ['this gateway stood still', 'Dieses Gateway stand still.'],
@@ -145,7 +145,7 @@ export const reasons = [
   ['{} answers, but does not know NetId {}: is the NetId of the controller right?', '{} antwortet, kennt aber NetId {} nicht. Stimmt die NetId der Steuerung?'],
   ['{} does not tell its state: {}', '{} nennt ihren Zustand nicht: {}.'],
 
-  // Meldungsschlangen: gateway/queues/, gateway/live/symbol_queue.cpp
+  // Meldungsschlangen: gateway/queues/, gateway/shell/ads_message_queue.cpp
   ['{} of {} messages that {} has room for are not answered yet by {}, and stay there (drain: WHEN_ANSWERED); {}',
     '{} von {} Meldungen, für die {} Platz hat, sind von {} noch nicht beantwortet und bleiben dort (drain: WHEN_ANSWERED); {}.'],
   ['{} of {} messages that may wait in the journal (backlog) wait for {}, and {} of {} that {} has room for stand there; {}',
@@ -181,7 +181,7 @@ export const reasons = [
   ['start its service, or see why it does not answer', 'Starten Sie den Dienst, oder prüfen Sie, warum er nicht antwortet.'],
   ['the link is down', 'die Verbindung ist unterbrochen'],
 
-  // Was in anderen Sätzen ein Wert ist: gateway/live/certificate_notices.cpp
+  // Was in anderen Sätzen ein Wert ist: gateway/shell/certificate_notices.cpp
   ['{} and {} more', '{} und {} weitere'],
 ];
 

@@ -1,0 +1,61 @@
+// A call the gateway has claimed, with all that must survive a restart of the gateway.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/service_snapshot.hpp"
+
+namespace millrace::gateway {
+
+/// One attempt: the instance it was given to.
+struct Attempt {
+  fabric::InstanceId instance;
+  std::uint32_t number = 1;
+  bool operator==(const Attempt&) const = default;
+};
+
+/// What the dispatcher decided for the call.
+struct Assignment {
+  Attempt attempt;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// For people: "square_root on host7". Shared, since each call that is given out has it.
+  std::shared_ptr<const std::string> name;
+  /// Its instance has no room, nor has any other: it waits there for its turn.
+  bool waits = false;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
+
+  [[nodiscard]] std::string_view to_whom() const { return name ? *name : std::string_view(); }
+};
+
+struct CallRecord {
+  fabric::CallId id{};
+  fabric::ChannelKey key{};
+  PendingRequest request{};
+  fabric::Time seen{};
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// What its program waits for, as the instance says that it was given to last.
+  fabric::Awaited awaited = fabric::Awaited::response_state;
+  /// In their order; the answer of any of them is an answer to the call.
+  std::vector<Attempt> attempts{};
+  /// Interim states that the channel may show.
+  std::vector<std::uint32_t> shown{};
+  std::optional<Answer> answer{};
+  /// The journal says that REQUEST_STATE is being cleared.
+  bool clearing = false;
+  bool operator==(const CallRecord&) const = default;
+
+  [[nodiscard]] bool asked(const fabric::InstanceId& instance) const {
+    return std::ranges::any_of(attempts,
+                               [&](const Attempt& one) { return one.instance == instance; });
+  }
+};
+
+}  // namespace millrace::gateway

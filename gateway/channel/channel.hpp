@@ -1,0 +1,255 @@
+// One channel's conversation with its controller and the fabric: looks at it, finds requests,
+// brings the answers back. Pure: takes events and times; what is to be done outside goes out
+// through the context's Outputs, and what the gateway has to do comes from take_news(). What
+// becomes of an accepted call is said in gateway/channel/open_call.hpp.
+//
+//   Channel channel({"cnc", 1}, context);
+//   channel.on_link_up(now);                  → read(ReadSet::state)
+//   channel.on_read(snapshot, now);           → … → take_news().found
+//   channel.accept(id, policy, now);           → publish(seen), publish(waiting)
+//   channel.assign(attempt, now);             → append(Dispatched), then publish(request)
+//   channel.on_reply(reply, now);             → append(Answered), read, write, write, read, write
+//
+// A REQUEST_STATE is a new request only if a read has shown that the one before it is over
+// (gateway/channel/released.hpp), and a write counts only when a read has shown it
+// (gateway/channel/answer_writer.hpp): a controller may apply writes any time after it has
+// acknowledged them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/channel/channel_output.hpp"
+#include "gateway/channel/open_call.hpp"
+#include "gateway/channel/released.hpp"
+#include "gateway/channel/request_reader.hpp"
+#include "gateway/policy.hpp"
+#include "gateway/read_intervals.hpp"
+
+namespace millrace::gateway::channel {
+
+class Channel {
+ public:
+  /// `context` outlives the channel. `effects` is what all channels of this controller share.
+  Channel(fabric::ChannelKey key, ChannelContext& context, ReadIntervals intervals = {},
+          std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
+
+  /// A call of an earlier run, from the journal; before the link comes up.
+  void resume(CallRecord call, const Policy& policy);
+
+  void on_link_up(Moment now);
+  /// Asks nothing of the controller any more; on_link_down() or on_link_dropped() follows.
+  void lose_link() { link_up_ = notified_ = false; }
+  void on_link_down(const std::string& reason, Moment now);
+  /// The link was taken away: what was asked of it is not answered any more.
+  void on_link_dropped(const std::string& reason, Moment now);
+  void on_wake(Moment now);
+  /// From now on changes are told, so looks are for safety only; or they are not. Not so on a new
+  /// link.
+  void set_notified(bool notified, Moment now);
+  /// The controller tells that this variable has changed: it is time to read. What has changed is
+  /// for the read to find.
+  void on_change(Variable variable, Moment now);
+  void on_read(const ServiceSnapshot& snapshot, Moment now);
+  /// `reason` in words, with the code.
+  void on_read_failed(const std::string& reason, Moment now);
+  void on_write(WriteOutcome outcome, const std::string& reason, Moment now);
+  void on_recorded(EntryNumber entry, Moment now);
+
+  /// What the steps since have to say to the gateway.
+  ChannelNews take_news() { return out_.take_news(); }
+
+  /// The request of ChannelNews::found.
+  [[nodiscard]] const PendingRequest& found() const { return *found_; }
+  /// It was left before, and its policy's patience with unserved requests is over.
+  [[nodiscard]] bool deadline_passed() const { return unserved_.deadline_passed; }
+  /// Takes it under this id.
+  void accept(fabric::CallId id, const Policy& policy, Moment now);
+  /// Leaves it alone; `reason` says why.
+  void leave_unserved(const std::string& reason, const Policy& policy, Moment now);
+  /// Finds a request again that was left: somebody new is there.
+  void offer_again(Moment now);
+
+  /// Somebody looks who has not looked before.
+  void republish_status(Moment now) { publish_status(now); }
+
+  // What becomes of the call, as OpenCall has it; nothing if there is none, or it is answered.
+  void assign(const Assignment& assignment, Moment now);
+  void suspend(const std::string& reason, bool held, Moment now);
+  void hold(const std::string& reason, Moment now);
+  void explain(const std::string& reason, Moment now);
+  void answer_locally(const LocalAnswer& answer, Moment now);
+  void retry(const std::string& by, Moment now);
+  /// An instance has said this, to this call or to one before it.
+  void on_reply(const fabric::Reply& reply, Moment now);
+
+  /// The configuration or another gateway takes the channel away. Finishes the call under way, or
+  /// ends it at once, and takes no new one; then is_over().
+  void drain(Moment now);
+  void hand_over(const std::string& reason, Moment now);
+  /// It is ours again, or still.
+  void resume_ownership(Moment now);
+  /// The gateway ends: another one may give the call under way out if this one has not.
+  void shut_down(Moment now);
+  /// A call is under way, and an instance may have it, or have had it.
+  [[nodiscard]] bool may_be_assigned() const { return call_ && call_->may_be_assigned(); }
+  /// Nothing is left to do here, and nothing is on its way to the controller.
+  [[nodiscard]] bool is_over() const { return draining_ && !has_work() && io_ == Io::none; }
+  [[nodiscard]] bool draining() const { return draining_; }
+  [[nodiscard]] bool link_up() const { return link_up_; }
+
+  void set_intervals(const ReadIntervals& intervals) { intervals_ = intervals; }
+
+  [[nodiscard]] const fabric::ChannelKey& key() const { return out_.key(); }
+  /// The claimed call, or nullptr.
+  [[nodiscard]] const CallRecord* call() const { return call_ ? &call_->call() : nullptr; }
+  [[nodiscard]] const fabric::ChannelStatus& status() const { return out_.status(); }
+
+ private:
+  enum class Io { none, poll, answer, release };
+
+  /// The request that is left to others; RequestReader has it.
+  struct Unserved {
+    std::string reason;
+    SteadyTime at{};
+    Policy policy;
+    /// It has waited for as long as its policy says.
+    bool deadline_passed = false;
+  };
+
+  struct LateReplies {
+    fabric::CallId call;
+    std::vector<fabric::InstanceId> reported;
+  };
+
+  // channel.cpp: the channel and the reads at it
+  void finish(Moment now);
+  void advance(Moment now);
+  void poll(const ServiceSnapshot& snapshot, Moment now);
+  void poll_call(const ServiceSnapshot& snapshot, Moment now);
+  /// The next read may show what another gateway has left.
+  void expect_anything(Moment now);
+  /// Whether what stands in the channel may be the beginning of a request.
+  [[nodiscard]] bool may_be_request(const ServiceSnapshot& snapshot, Moment now);
+  /// The NC program may have withdrawn its request while RESPONSE_STATE was on its way, and have
+  /// asked again. The late RESPONSE_STATE then released it from this call, and another response
+  /// would answer its next request.
+  [[nodiscard]] bool released_late(const ServiceSnapshot& snapshot, Moment now) const;
+  void check_deadlines(Moment now);
+  void read(ReadSet set, Io io, Moment now);
+  void write(Variable variable, Value value, bool releases = false);
+  [[nodiscard]] ReadSet poll_set(Moment now) const;
+  [[nodiscard]] SteadyTime next_read(Moment now) const;
+  [[nodiscard]] SteadyTime next_read_of_call(Moment now) const;
+  void hold_off(const std::string& reason, Moment now);
+  /// Which write has no effect; empty while none is missed.
+  [[nodiscard]] std::string_view write_problem();
+  void publish_status(Moment now);
+
+  /// Has the call do something that may answer it.
+  template <typename Act>
+  void ask_call(Moment now, Act act) {
+    const bool before = call_->answered();
+    act(*call_);
+    if (!before && call_->answered()) {
+      // The answer's own read comes next; poll only if the journal keeps it waiting.
+      due_ = now.steady + intervals_.idle;
+    }
+  }
+
+  // channel_call.cpp: its call, and the one before it
+  template <typename Act>
+  void with_call(Moment now, Act act);
+  void publish_seen(const CallRecord& call, Moment now);
+  void late_reply(const fabric::Reply& reply, Moment now);
+  void log_unassigned_reply(const fabric::Reply& reply, std::string_view what, Moment now);
+  bool drive_writer(Moment now);
+  void answer_read(const ServiceSnapshot& snapshot, Moment now);
+  void report_writer();
+  void writer_finished(Moment now);
+  void release_written(WriteOutcome outcome, Moment now);
+  /// True if the answer that was written last is in, and the channel idle or asked again.
+  bool release_is_over(const ServiceSnapshot& snapshot, Moment now);
+  void end(bool written, const std::string& detail, Moment now);
+  /// There is a call, or one whose end the journal does not know; or, for some seconds, one whose
+  /// last write no read has shown: if it is lost, nobody else writes it again.
+  [[nodiscard]] bool has_work() const {
+    return call_ || (released_call_ && (released_call_->open ||
+                                        (link_up_ && released_call_->answer.problem().empty())));
+  }
+  /// The channel is another gateway's, which finds the request there.
+  [[nodiscard]] bool other_can_see(const ServiceSnapshot& snapshot, Moment now) const;
+  void leave_to_the_other(Moment now);
+
+  ReadIntervals intervals_;
+  ChannelOutput out_;
+  std::shared_ptr<WriteEffects> effects_;
+
+  bool link_up_ = false;
+  /// Since the link is up a read has shown the channel without a request, or a call of ours has
+  /// ended.
+  bool zero_seen_ = false;
+  /// Until when RESPONSE_STATE beside a request may be an answer whose REQUEST_STATE = 0 is not
+  /// visible yet; nothing once that is known. And what stood there first.
+  std::optional<SteadyTime> unknown_until_;
+  std::optional<ServiceSnapshot> unknown_;
+  /// RESPONSE_STATE of the last response, until a read shows it or it is lost. Where a read shows
+  /// it together with a request, the request is not a new one.
+  struct UnseenRelease {
+    std::uint32_t state = 0;
+    SteadyTime until{};
+  };
+  std::optional<UnseenRelease> unseen_release_;
+  bool draining_ = false;
+  /// The controller sends notifications.
+  bool notified_ = false;
+  /// Something changed while a read was under way, which may have come too early for it.
+  bool read_again_ = false;
+  /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
+  std::string handed_over_;
+  /// What is shown of the channel stays the call that was left to the other gateway, which must not
+  /// give it out again.
+  bool final_status_ = false;
+  /// As told last.
+  std::string write_problem_;
+  std::string link_reason_ = "not connected yet";
+  /// What the controller refused last; empty while it answers.
+  std::string controller_error_;
+  Io io_ = Io::none;
+  SteadyTime due_{};
+  /// The read that confirms a request comes no sooner after the one before it.
+  SteadyTime confirm_at_{};
+  SteadyTime not_before_{};
+  SteadyTime active_until_{};
+  SteadyTime whole_due_{};
+  /// When the last read was asked for, and when its answer came.
+  ReadTime read_time_{};
+  /// When the last read of an answer's own came: others do not take in its request.
+  SteadyTime answer_read_at_{};
+
+  RequestReader reader_;
+  std::optional<PendingRequest> found_;
+  Unserved unserved_;
+  std::optional<OpenCall> call_;
+  /// The call that was answered last, until it is known that its program has gone on.
+  struct ReleasedCall {
+    Released answer;
+    fabric::CallId call;
+    /// The journal does not know yet that it is over.
+    bool open = false;
+    /// Its release is to be written once more.
+    bool write_again = false;
+  };
+  std::optional<ReleasedCall> released_call_;
+  std::optional<EndedCall> past_;
+  /// To whom that one was given.
+  std::vector<fabric::InstanceId> past_asked_;
+  /// Of the call that was answered late last: whose replies were told.
+  LateReplies late_replies_;
+  /// When it was said last that somebody answers who was not asked.
+  std::optional<SteadyTime> unassigned_logged_;
+};
+
+}  // namespace millrace::gateway::channel

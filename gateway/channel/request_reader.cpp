@@ -1,0 +1,73 @@
+#include "gateway/channel/request_reader.hpp"
+
+#include <utility>
+
+namespace millrace::gateway::channel {
+
+ReadSet RequestReader::reads() const {
+  switch (step_) {
+    case Step::state:
+      return ReadSet::state;
+    case Step::texts:
+      return ReadSet::texts;
+    case Step::whole:
+    case Step::confirm:
+      return ReadSet::request;
+  }
+  return ReadSet::state;
+}
+
+std::optional<PendingRequest> RequestReader::on_read(const ServiceSnapshot& snapshot,
+                                                     bool with_texts) {
+  switch (step_) {
+    case Step::whole:
+      if (snapshot.has(Variable::request)) {
+        start(snapshot, true);
+        return {};
+      }
+      // Asked before somebody expected more of it.
+      [[fallthrough]];
+    case Step::state:
+      start(snapshot, with_texts);
+      return {};
+    case Step::texts:
+      found_.uuid = snapshot.uuid;
+      found_.text = snapshot.request;
+      step_ = Step::confirm;
+      return {};
+    case Step::confirm:
+      if (snapshot.request_state != found_.state || snapshot.uuid != found_.uuid ||
+          snapshot.request != found_.text) {
+        start(snapshot, with_texts);
+        return {};
+      }
+      step_ = Step::state;
+      return found_ == unserved_ && !again_ ? std::nullopt : std::optional(found_);
+  }
+  return {};
+}
+
+void RequestReader::read_whole() {
+  if (step_ == Step::state) {
+    step_ = Step::whole;
+  }
+}
+
+void RequestReader::leave_unserved(PendingRequest request) {
+  unserved_ = std::move(request);
+  again_ = false;
+}
+
+void RequestReader::start(const ServiceSnapshot& snapshot, bool with_texts) {
+  step_ = Step::state;
+  if (snapshot.request_state == 0) {
+    unserved_.reset();
+    return;
+  }
+  if (with_texts || again_ || !unserved_ || unserved_->state != snapshot.request_state) {
+    found_ = {snapshot.uuid, snapshot.request, snapshot.request_state};
+    step_ = snapshot.has(Variable::request) ? Step::confirm : Step::texts;
+  }
+}
+
+}  // namespace millrace::gateway::channel

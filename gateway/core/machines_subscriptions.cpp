@@ -1,0 +1,61 @@
+// How the changes in a machine's channels are found out: carries out what its watch decides.
+#include <fmt/format.h>
+
+#include "gateway/core/machines.hpp"
+
+namespace millrace::gateway::core {
+
+void Machines::apply(Machine& one, const machines::SubscriptionActions& actions, Moment now) {
+  const auto* const connected = one.connected();
+  if (connected != nullptr && !actions.unsubscribe.empty()) {
+    connected->link->unsubscribe(actions.unsubscribe);
+  }
+  if (connected != nullptr && !actions.subscribe.empty()) {
+    connected->link->subscribe(actions.subscribe);
+  }
+  for (const auto& [level, words] : actions.log) {
+    host_.log(level, fmt::format("{}: {}", one.settings.to_string(), words));
+  }
+  if (actions.status && connected != nullptr && connected->found && one.refusal.empty()) {
+    one.status_writer.on_up(connected->served.size(), note_of(one), now);
+    publish(one);
+  }
+  wake_at(one.subscriptions.next_time());
+  const std::string& name = one.settings.name;
+  for (const auto& [channel, trusted] : actions.trusted) {
+    listener_.on_trusted({name, channel}, trusted);
+  }
+  for (const auto& [channel, variable] : actions.changed) {
+    listener_.on_change({name, channel}, variable);
+  }
+}
+
+void Machines::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now) {
+  if (Machine* one = find_linked(key.machine)) {
+    apply(*one, one->subscriptions.on_read(key.channel, snapshot, now.steady), now);
+  }
+}
+
+void Machines::on_subscribed(const std::string& machine,
+                             const std::vector<machines::SubscribeOutcome>& outcomes, Moment now) {
+  if (Machine* one = find_linked(machine)) {
+    apply(*one, one->subscriptions.on_subscribed(outcomes, now.steady), now);
+  }
+}
+
+void Machines::on_notification(const fabric::ChannelKey& key, Variable variable,
+                               std::optional<std::uint32_t> value, Moment now) {
+  if (Machine* one = find_linked(key.machine)) {
+    apply(*one, one->subscriptions.on_notification(key.channel, variable, value, now.steady), now);
+  }
+}
+
+std::string Machines::note_of(const Machine& one) {
+  const std::string notifications = one.subscriptions.status_text();
+  if (one.note.empty() || notifications.empty()) {
+    return one.note + notifications;
+  }
+  return fmt::format("{}; {}", one.note, notifications);
+}
+
+}  // namespace millrace::gateway::core

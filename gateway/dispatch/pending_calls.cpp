@@ -1,0 +1,81 @@
+#include "gateway/dispatch/pending_calls.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace millrace::gateway::dispatch {
+
+PendingCall& PendingCalls::enter(PendingCall pending) {
+  pending.number = ++entered_;
+  const fabric::CallId call = pending.call;
+  return calls_.insert_or_assign(call, std::move(pending)).first->second;
+}
+
+PendingCall* PendingCalls::find(const fabric::CallId& call) {
+  const auto found = calls_.find(call);
+  return found == calls_.end() ? nullptr : &found->second;
+}
+
+void PendingCalls::forget(PendingCall& pending) {
+  detach(pending);
+  calls_.erase(fabric::CallId(pending.call));
+}
+
+void PendingCalls::assign(PendingCall& pending, Instance& instance) {
+  detach(pending);
+  pending.at = &instance;
+  Instances::change_load(instance, [&] {
+    instance.calls.push_back(&pending);
+    ++instance.running;
+  });
+}
+
+void PendingCalls::queue(PendingCall& pending) {
+  if (!pending.queued) {
+    detach(pending);
+    pending.queued = true;
+    waiting_[pending.uuid].emplace(pending.number, &pending);
+  }
+}
+
+void PendingCalls::hold(PendingCall& pending) {
+  detach(pending);
+  pending.held = true;
+  held_.emplace(pending.number, &pending);
+}
+
+const PendingCalls::Queue* PendingCalls::waiting(const std::string& uuid) const {
+  const auto queue = waiting_.find(uuid);
+  return queue == waiting_.end() ? nullptr : &queue->second;
+}
+
+void PendingCalls::note_waiters(Instance& instance) {
+  instance.has_waiter = std::ranges::any_of(instance.calls, &PendingCall::waits);
+}
+
+/// From whoever has it, and from where it waits.
+void PendingCalls::detach(PendingCall& pending) {
+  if (Instance* const from = std::exchange(pending.at, nullptr)) {
+    Instances::change_load(*from, [&] {
+      std::erase(from->calls, &pending);
+      --from->running;
+      note_waiters(*from);
+    });
+  }
+  pending.published_at.reset();
+  pending.unknown = 0;
+  pending.waits = false;
+  if (std::exchange(pending.held, false)) {
+    held_.erase(pending.number);
+  }
+  if (std::exchange(pending.queued, false)) {
+    const auto queue = waiting_.find(pending.uuid);
+    queue->second.erase(pending.number);
+    if (queue->second.empty()) {
+      waiting_.erase(queue);
+    }
+  }
+}
+
+}  // namespace millrace::gateway::dispatch

@@ -1,0 +1,91 @@
+// The calls that a dispatcher has, found by id, by who has them, and by what they wait for. Pure.
+//
+//   PendingCall& call = calls.enter({.call = id, .key = key, .uuid = "560aacbf-…"});
+//   calls.assign(call, instance);            // it has the call now
+//   calls.queue(call);                          // nobody has it, it waits for an instance
+//   calls.hold(call);                           // … for an operator
+//   if (const PendingCalls::Queue* queue = calls.waiting("560aacbf-…")) …
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "fabric/messages.hpp"
+#include "gateway/dispatch/instances.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::dispatch {
+
+/// A call that the dispatcher has, waiting or given.
+struct PendingCall {
+  /// Counted from 1, in the order of their arrival.
+  std::uint64_t number = 0;
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  std::string uuid;
+  std::uint32_t attempts = 0;
+  /// Who has the call now, or null.
+  Instance* at = nullptr;
+  /// The instance of the last attempt.
+  fabric::InstanceId instance;
+  /// PendingCalls has it among those that are held, or among those that wait for an instance.
+  bool held = false;
+  bool queued = false;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
+  std::string reason;
+  /// When its request was last sent, and how many heartbeats since have not known it that should
+  /// have.
+  std::optional<SteadyTime> published_at;
+  unsigned unknown = 0;
+  /// It waits at its instance for its turn.
+  bool waits = false;
+};
+
+class PendingCalls {
+ public:
+  /// By the order of their arrival.
+  using Queue = std::map<std::uint64_t, PendingCall*>;
+
+  PendingCalls() = default;
+  PendingCalls(const PendingCalls&) = delete;
+  PendingCalls& operator=(const PendingCalls&) = delete;
+
+  /// A call that nobody has; its address stays until it is forgotten.
+  PendingCall& enter(PendingCall pending);
+  /// Null if there is none.
+  [[nodiscard]] PendingCall* find(const fabric::CallId& call);
+  void forget(PendingCall& pending);
+
+  /// Each takes it from whoever has it, and from where it waits.
+  void assign(PendingCall& pending, Instance& instance);
+  void queue(PendingCall& pending);
+  void hold(PendingCall& pending);
+
+  /// Those of a canonical UUID that wait for an instance; null if there is none.
+  [[nodiscard]] const Queue* waiting(const std::string& uuid) const;
+  /// Those that an operator must decide about.
+  [[nodiscard]] const Queue& held() const { return held_; }
+
+  /// Whoever changes `waits` of a call of this instance says so here, within
+  /// Instances::change_load.
+  static void note_waiters(Instance& instance);
+
+ private:
+  struct IdHash {
+    std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
+  };
+
+  void detach(PendingCall& pending);
+
+  /// Of a thousand channels each reads here several times in a call.
+  std::unordered_map<fabric::CallId, PendingCall, IdHash> calls_;
+  std::unordered_map<std::string, Queue> waiting_;
+  Queue held_;
+  std::uint64_t entered_ = 0;
+};
+
+}  // namespace millrace::gateway::dispatch

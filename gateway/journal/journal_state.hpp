@@ -1,0 +1,47 @@
+// What a journal adds up to: the calls that are still open, and which call numbers are used.
+//
+//   JournalState state;
+//   for (const Entry& entry : contents.entries) state.apply(entry);
+//   for (const CallRecord& call : state.open_calls()) …      // resume them
+//   for (const Entry& entry : state.snapshot()) …      // a journal as short as it can be
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "gateway/call_record.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/queue_log.hpp"
+
+namespace millrace::gateway::journal {
+
+class JournalState {
+ public:
+  /// An entry of a call that no Dispatched entry has opened is ignored: its call ended before the
+  /// journal was last shortened.
+  void apply(const JournalEntry& entry);
+
+  /// Zero in a new journal.
+  [[nodiscard]] const NumbersEntry& numbers() const { return numbers_; }
+  /// In the order they were claimed; at most one for each channel.
+  [[nodiscard]] std::vector<CallRecord> open_calls() const;
+  /// What is known of message queues, by the key of each.
+  [[nodiscard]] const std::map<fabric::ChannelKey, QueueLog>& queues() const { return queues_; }
+  /// The channels that stand.
+  [[nodiscard]] const std::map<fabric::ChannelKey, BlockedEntry>& blocked() const {
+    return blocked_;
+  }
+  /// Entries that lead to the same state.
+  [[nodiscard]] std::vector<JournalEntry> snapshot() const;
+
+ private:
+  void open(const DispatchedEntry& entry);
+  void end(const MessageEndedEntry& entry);
+
+  NumbersEntry numbers_;
+  std::map<fabric::CallId, CallRecord> calls_;
+  std::map<fabric::ChannelKey, QueueLog> queues_;
+  std::map<fabric::ChannelKey, BlockedEntry> blocked_;
+};
+
+}  // namespace millrace::gateway::journal

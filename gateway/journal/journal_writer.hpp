@@ -1,0 +1,125 @@
+// Decides what the journal's file holds and when a step is safe. No disk, thread or clock of its
+// own: the disk is a JournalFile, time comes as ticks.
+//
+//   JournalWriter writer(file, options);
+//   if (auto loaded = writer.load(bytes, epoch); !loaded) …    // the file is none of ours
+//   if (auto written = writer.begin(); !written) …             // the folder cannot be used
+//   writer.append(entry, ticket);              → file.confirm({ticket}), at once or once forced
+//   writer.on_tick();                                          // once a period
+//
+// The file grows until it is several times as long as the open calls need; then a new file is
+// written beside it, with those only, and takes its place. Until it has done so the file holds
+// everything, and from the moment it may have done so the new file does: what is appended meanwhile
+// goes into both. So calls go on, and whoever kills the process or cuts the power finds one or the
+// other, whole.
+//
+// When anything fails, a new file is written once a period until that works: what a disk kept of a
+// failed write is not known.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "gateway/journal/journal_state.hpp"
+#include "gateway/journal/options.hpp"
+#include "gateway/journal_entry.hpp"
+
+namespace millrace::gateway::journal {
+
+/// One file on a disk, and the new file of the next one. Errors are words that go after "the
+/// journal
+/// ". What waits for the disk is only started here, one thing at a time, and answered by the
+/// writer's function of that name, never from within.
+class JournalFile {
+ public:
+  virtual ~JournalFile() = default;
+  /// Writes the file anew and forces it to the disk. At the start only: it waits.
+  virtual tl::expected<void, std::string> begin(std::string_view bytes) = 0;
+  /// To the end of the file, as the operating system has it: a crash of the process loses nothing.
+  virtual tl::expected<void, std::string> append(std::string_view bytes) = 0;
+  /// The same to the end of the new file.
+  virtual tl::expected<void, std::string> append_to_new_file(std::string_view bytes) = 0;
+  /// Forces what was appended to the disk: JournalWriter::on_forced.
+  virtual void start_force() = 0;
+  /// Begins a new file with these entries, in the place of an earlier one:
+  /// JournalWriter::on_new_file.
+  virtual void start_new_file(std::vector<JournalEntry> entries) = 0;
+  /// Forces the new file to the disk and has it take the file's place, in one step even if the
+  /// power fails meanwhile; from then on it is the file: JournalWriter::on_replaced.
+  virtual void start_replace() = 0;
+  /// Hands these back a little later, in their order: their entries are as safe as promised.
+  virtual void confirm(std::vector<Ticket> tickets) = 0;
+  /// The journal cannot write any more, with the reason; or, with an empty text, can again.
+  virtual void report_error(const std::string& error) = 0;
+};
+
+class JournalWriter {
+ public:
+  /// `file` must outlive the writer.
+  JournalWriter(JournalFile& file, FileOptions options);
+
+  /// What the file holds when the gateway starts, and an epoch for a new journal. The damage that
+  /// was cut off in words, empty if there was none; an error if the file is no journal of ours.
+  tl::expected<std::string, std::string> load(std::string_view bytes, std::uint64_t new_epoch);
+  /// Has the file begin anew, as short as it can be; before anything is appended.
+  tl::expected<void, std::string> begin();
+
+  /// What has to wait for the disk may be confirmed after later entries that need not.
+  void append(const JournalEntry& entry, const Ticket& ticket);
+  /// Once a period: forces, shortens, or tries again after trouble.
+  void on_tick();
+
+  /// The answers to what was started; `failure` is empty if it worked.
+  void on_forced(const std::string& failure);
+  /// The length of the new file.
+  void on_new_file(const tl::expected<std::size_t, std::string>& length);
+  void on_replaced(const std::string& failure);
+
+  [[nodiscard]] const JournalState& state() const { return state_; }
+
+ private:
+  /// What the disk is doing for us.
+  enum class Job : std::uint8_t { none, force, new_file, replace };
+
+  void write(const std::string& bytes);
+  void write_to_new_file(const std::string& bytes);
+  void proceed();
+  void start_force();
+  void start_new_file();
+  void start_replace();
+  void begin_batch();
+  void return_batch();
+  void set_limit(std::size_t needed);
+  void fail(const std::string& reason);
+
+  JournalFile& file_;
+  FileOptions options_;
+  JournalState state_;
+  Job job_ = Job::none;
+  /// Of the file; a longer one than the limit is written anew.
+  std::size_t size_ = 0;
+  std::size_t limit_ = 0;
+  /// Something was appended that no force or replacement has covered.
+  bool dirty_ = false;
+  /// To be started when the disk has nothing else to do.
+  bool force_due_ = false;
+  bool new_file_due_ = false;
+  /// Covered by the force or replacement under way, and by the next one.
+  std::vector<Ticket> batch_;
+  std::vector<Ticket> waiting_;
+  /// What the new file was begun with needs so much; with all that came since it is so long.
+  std::size_t new_file_needs_ = 0;
+  std::size_t new_file_size_ = 0;
+  /// What came while the new file was begun, and is not in it yet.
+  std::string tail_;
+  /// Something could not be appended to the new file.
+  bool spoiled_ = false;
+  std::string error_;
+};
+
+}  // namespace millrace::gateway::journal

@@ -1,0 +1,100 @@
+// The way to one controller, as the rest of the gateway sees it: carries reads and writes, and
+// comes back after each failure by itself. AdsController is the one with a socket.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/machines/machine_status_writer.hpp"
+#include "gateway/machines/subscriptions.hpp"
+#include "gateway/outputs.hpp"
+#include "gateway/queues/queue_settings.hpp"
+#include "gateway/queues/step_answer.hpp"
+#include "gateway/variables/variable_requests.hpp"
+
+namespace millrace::gateway::machines {
+
+using Channels = std::vector<std::uint16_t>;
+
+/// Who asks for values of a controller, beside calls.
+enum class Asker : std::uint8_t { data, variables };
+
+struct Question {
+  Asker asker = Asker::data;
+  /// The answer has it too.
+  std::uint64_t number = 0;
+  variables::Step step;
+};
+
+/// What came of a question: what variables are, their values, that one is written, or a list.
+struct Answer {
+  Asker asker = Asker::data;
+  std::uint64_t number = 0;
+  std::variant<std::vector<data::Sampler::Resolved>, std::vector<data::Sampler::Answer>,
+               cnc::ads::Result<void>, cnc::ads::Result<variables::Page>>
+      found;
+  /// That it took at the controller.
+  std::uint64_t requests = 0;
+  /// The controller reads many values in one request.
+  bool sums = true;
+};
+
+/// Never called from within a function of the link. The link may be gone when a call returns, so
+/// what is handed in must not be a part of it.
+class ControllerEvents {
+ public:
+  virtual ~ControllerEvents() = default;
+  /// The controller answers and has a Service Interface in these channels.
+  virtual void on_link_up(const std::string& machine,
+                          const std::vector<std::uint16_t>& channels) = 0;
+  /// Every read and write is answered before the link comes up again.
+  virtual void on_link_down(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) = 0;
+  /// `reason` is empty if the link is gone, which on_link_down explains.
+  virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
+  virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                        const std::string& reason) = 0;
+  /// What became of subscribe(), of each channel once; nothing if the link is gone.
+  virtual void on_subscribed(const std::string& machine,
+                             const std::vector<SubscribeOutcome>& outcomes) = 0;
+  /// The controller tells the value of a state that is watched, the first time and whenever it has
+  /// changed; without value that it tells no more. May come before on_subscribed().
+  virtual void on_notification(const fabric::ChannelKey& key, Variable variable,
+                               std::optional<std::uint32_t> value) = 0;
+  /// What came of ask(); nothing if the link is gone.
+  virtual void on_answer(const std::string& machine, const Answer& answer) = 0;
+  /// What came of ask() for a queue, unless it was opened anew; nothing if the link is gone.
+  virtual void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) = 0;
+  /// The controller notifies a change in the queue.
+  virtual void on_queue_event(const fabric::ChannelKey& queue) = 0;
+};
+
+/// Its end closes the connection, and leaves nothing at the controller that it was asked to tell;
+/// no event comes after it.
+class Controller {
+ public:
+  virtual ~Controller() = default;
+  virtual void read(std::uint16_t channel, ReadSet set) = 0;
+  virtual void write(std::uint16_t channel, Variable variable, const Value& value) = 0;
+  /// Asks the controller for notifications of both states of these channels; answered by
+  /// on_subscribed(). unsubscribe() takes that back, whatever the answer was or will be, and is not
+  /// answered.
+  virtual void subscribe(const std::vector<std::uint16_t>& channels) = 0;
+  virtual void unsubscribe(const std::vector<std::uint16_t>& channels) = 0;
+  /// One question of each asker at a time.
+  virtual void ask(const Question& question) = 0;
+  /// A message queue of this controller is to be read: what was asked for it before is not answered
+  /// any more.
+  virtual void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) = 0;
+  /// Of a queue that is open, one question at a time.
+  virtual void ask(const fabric::ChannelKey& queue, const queues::Step& step) = 0;
+  /// Asks the controller for notifications in it: late, for nothing, or never.
+  virtual void subscribe(const fabric::ChannelKey& queue) = 0;
+  [[nodiscard]] virtual LinkLoad load() const = 0;
+};
+
+}  // namespace millrace::gateway::machines

@@ -1,0 +1,352 @@
+#include "gateway/machines/subscriptions.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace millrace::gateway::machines {
+
+SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
+  SubscriptionActions actions;
+  for (auto it = channels_.begin(); it != channels_.end();) {
+    auto& [channel, one] = *it;
+    if (std::ranges::find(channels, channel) != channels.end()) {
+      ++it;
+      continue;
+    }
+    reset(channel, one, Step::idle, actions);
+    it = channels_.erase(it);
+  }
+  for (const std::uint16_t channel : channels) {
+    channels_.try_emplace(channel);
+  }
+  ask(actions);
+  describe(actions);
+  return actions;
+}
+
+void Subscriptions::link_down() {
+  channels_.clear();
+  given_up_.clear();
+  times_late_ = 0;
+  missed_.clear();
+  again_.reset();
+  pause_ = shortest_pause;
+}
+
+SubscriptionActions Subscriptions::set_mode(SubscriptionMode mode) {
+  SubscriptionActions actions;
+  if (mode == mode_) {
+    return actions;
+  }
+  mode_ = mode;
+  given_up_.clear();
+  times_late_ = 0;
+  missed_.clear();
+  again_.reset();
+  pause_ = shortest_pause;
+  for (auto& [channel, one] : channels_) {
+    if (mode == SubscriptionMode::poll || one.step == Step::refused) {
+      reset(channel, one, Step::idle, actions);
+    }
+  }
+  ask(actions);
+  describe(actions);
+  return actions;
+}
+
+/// For all that nobody has asked for.
+void Subscriptions::ask(SubscriptionActions& actions) {
+  if (mode_ == SubscriptionMode::poll || !given_up_.empty()) {
+    return;
+  }
+  for (auto& [channel, one] : channels_) {
+    if (one.step == Step::idle) {
+      one.step = Step::asked;
+      actions.subscribe.push_back(channel);
+    }
+  }
+}
+
+SubscriptionActions Subscriptions::on_subscribed(const std::vector<SubscribeOutcome>& outcomes,
+                                                 SteadyTime now) {
+  SubscriptionActions actions;
+  for (const SubscribeOutcome& outcome : outcomes) {
+    const auto found = channels_.find(outcome.channel);
+    if (found == channels_.end() || found->second.step != Step::asked) {
+      continue;  // what came of an earlier question is of no interest any more
+    }
+    ChannelSubscription& one = found->second;
+    if (outcome.refusal.empty()) {
+      one.step = Step::granted;
+      one.refusal.clear();
+      // The first value may have come before this answer.
+      trust(outcome.channel, one, actions);
+    } else {
+      one.step = outcome.undecided ? Step::idle : Step::refused;
+      one.refusal = outcome.refusal;
+      if (outcome.undecided || mode_ == SubscriptionMode::notify) {
+        try_again(now);
+      }
+    }
+  }
+  describe(actions);
+  return actions;
+}
+
+SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variable variable,
+                                                   std::optional<std::uint32_t> value,
+                                                   SteadyTime now) {
+  SubscriptionActions actions;
+  const auto found = channels_.find(channel);
+  if (found == channels_.end() ||
+      (found->second.step != Step::granted && found->second.step != Step::asked)) {
+    return actions;
+  }
+  ChannelSubscription& one = found->second;
+  if (!value) {
+    // A restart or an online change of the controller: what its handles stood for is gone.
+    reset(channel, one, Step::idle, actions);
+    one.refusal = "the controller has dropped its handle";
+    actions.changed.emplace_back(channel, Variable::request_state);
+    try_again(now);
+    describe(actions);
+    return actions;
+  }
+  if (variable == Variable::response_state) {
+    if (one.seen_response != value) {
+      actions.changed.emplace_back(channel, variable);
+    }
+    return actions;
+  }
+  // The same once more: something between was not told.
+  if (one.notified == value && one.other_seen && missed(channel, actions, now)) {
+    return actions;
+  }
+  if (one.zero_shown_at && value == 0U) {
+    times_late_ = now - *one.zero_shown_at > late ? times_late_ + 1 : 0;
+    one.zero_shown_at.reset();
+  } else if (one.seen == value) {
+    // The program was faster than the controller's cycle: what we wrote will never be told.
+    one.zero_shown_at.reset();
+  }
+  one.notified = value;
+  one.notified_since_read = true;
+  one.other_seen = false;
+  one.found_by_read = false;
+  one.unnotified_since.reset();
+  one.unnotified_reads = 0;
+  if (times_late_ >= most_late) {
+    give_up(fmt::format("it tells of changes more than {} ms late", late.count()), actions, now);
+    return actions;
+  }
+  if (one.seen != one.notified) {
+    actions.changed.emplace_back(channel, variable);
+  }
+  trust(channel, one, actions);
+  return actions;
+}
+
+void Subscriptions::read_started(std::uint16_t channel) {
+  if (const auto found = channels_.find(channel); found != channels_.end()) {
+    found->second.notified_since_read = false;
+  }
+}
+
+SubscriptionActions Subscriptions::on_read(std::uint16_t channel, const ServiceSnapshot& snapshot,
+                                           SteadyTime now) {
+  SubscriptionActions actions;
+  const auto found = channels_.find(channel);
+  if (found == channels_.end()) {
+    return actions;
+  }
+  if (snapshot.has(Variable::response_state)) {
+    found->second.seen_response = snapshot.response_state;
+  }
+  if (snapshot.has(Variable::request_state)) {
+    see(channel, snapshot.request_state, actions, now);
+  }
+  return actions;
+}
+
+void Subscriptions::on_cleared(std::uint16_t channel) {
+  if (const auto found = channels_.find(channel); found != channels_.end()) {
+    found->second.cleared = true;
+  }
+}
+
+void Subscriptions::see(std::uint16_t channel, std::uint32_t state, SubscriptionActions& actions,
+                        SteadyTime now) {
+  ChannelSubscription& one = channels_.at(channel);
+  const bool same = std::exchange(one.seen, state) == state;
+  const bool by_us = state == 0 && std::exchange(one.cleared, false);
+  if (one.step != Step::granted) {
+    return;
+  }
+  if (by_us && one.notified != state && !one.zero_shown_at) {
+    one.zero_shown_at = now;
+  }
+  if (one.notified == state) {
+    one.unnotified_since.reset();
+    one.unnotified_reads = 0;
+    if (one.found_by_read) {
+      one.other_seen = false;
+      one.found_by_read = false;
+      if (missed(channel, actions, now)) {
+        return;
+      }
+    }
+  } else if (by_us || !one.notified_since_read) {
+    one.found_by_read = one.found_by_read || (!one.other_seen && one.notified && !by_us);
+    one.other_seen = true;
+    if (!one.unnotified_since || (!same && one.notified)) {
+      one.unnotified_since = now;
+      one.unnotified_reads = 0;
+    }
+    ++one.unnotified_reads;
+    if (now - *one.unnotified_since > lost && one.unnotified_reads >= lost_reads) {
+      give_up(one.notified ? fmt::format("it did not tell of a change of {} in channel {}",
+                                         cnc::variables::name_of(Variable::request_state), channel)
+                           : fmt::format("it grants notifications and tells nothing, not even the "
+                                         "first value of channel {}",
+                                         channel),
+              actions, now);
+      return;
+    }
+  }
+  trust(channel, one, actions);
+}
+
+bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now) {
+  missed_.push_back(now);
+  while (now - missed_.front() > missed_within) {
+    missed_.pop_front();
+  }
+  if (missed_.size() < most_missed) {
+    return false;
+  }
+  give_up(fmt::format("it does not tell of all changes of {} in channel {}",
+                      cnc::variables::name_of(Variable::request_state), channel),
+          actions, now);
+  return true;
+}
+
+void Subscriptions::trust(std::uint16_t channel, ChannelSubscription& one,
+                          SubscriptionActions& actions) {
+  const bool trusted = one.step == Step::granted && one.notified && one.notified == one.seen;
+  if (one.trusted != trusted) {
+    one.trusted = trusted;
+    actions.trusted.emplace_back(channel, trusted);
+  }
+}
+
+void Subscriptions::reset(std::uint16_t channel, ChannelSubscription& one, Step step,
+                          SubscriptionActions& actions) {
+  if (one.step == Step::granted || one.step == Step::asked) {
+    actions.unsubscribe.push_back(channel);
+  }
+  const auto seen = one.seen;
+  const auto seen_response = one.seen_response;
+  const bool trusted = one.trusted;
+  one = {};
+  one.step = step;
+  one.seen = seen;
+  one.seen_response = seen_response;
+  one.trusted = trusted;
+  trust(channel, one, actions);
+}
+
+void Subscriptions::give_up(const std::string& reason, SubscriptionActions& actions,
+                            SteadyTime now) {
+  given_up_ = reason;
+  again_.reset();
+  missed_.clear();
+  times_late_ = 0;
+  for (auto& [channel, one] : channels_) {
+    reset(channel, one, Step::idle, actions);
+  }
+  if (mode_ == SubscriptionMode::notify) {
+    try_again(now);
+  }
+  describe(actions);
+}
+
+/// Again sooner at first, once a minute in the end.
+void Subscriptions::try_again(SteadyTime now) {
+  if (!again_) {
+    again_ = now + pause_;
+    pause_ = std::min(2 * pause_, longest_pause);
+  }
+}
+
+SubscriptionActions Subscriptions::on_time(SteadyTime now) {
+  SubscriptionActions actions;
+  if (!again_ || now < *again_) {
+    return actions;
+  }
+  again_.reset();
+  if (mode_ == SubscriptionMode::notify) {
+    given_up_.clear();
+  }
+  for (auto& [channel, one] : channels_) {
+    if (one.step == Step::refused && mode_ == SubscriptionMode::notify) {
+      reset(channel, one, Step::idle, actions);
+    }
+  }
+  ask(actions);
+  describe(actions);
+  return actions;
+}
+
+std::string Subscriptions::status_text() const {
+  if (channels_.empty()) {
+    return {};
+  }
+  if (mode_ == SubscriptionMode::poll) {
+    return "polled, as configured";
+  }
+  if (!given_up_.empty()) {
+    return "polled: " + given_up_;
+  }
+  std::string refusal;
+  std::string which;
+  std::size_t refused = 0;
+  bool granted = false;
+  for (const auto& [channel, one] : channels_) {
+    granted = granted || one.step == Step::granted;
+    if (!one.refusal.empty() && one.step != Step::granted) {
+      which += fmt::format("{}{}", refused == 0 ? "" : ", ", channel);
+      refusal = refused == 0 ? one.refusal : refusal;
+      ++refused;
+    }
+  }
+  if (refused == channels_.size()) {
+    return "polled: " + refusal;
+  }
+  if (refused > 0) {
+    return fmt::format("pushed, but for channel{} {}: {}", refused == 1 ? "" : "s", which, refusal);
+  }
+  return granted ? "pushed" : "polled";
+}
+
+/// Not for each read: it goes through all channels.
+void Subscriptions::describe(SubscriptionActions& actions) {
+  actions.status = true;
+  const std::string now = status_text();
+  if (now == logged_status_ || now.empty() || now == "polled") {
+    return;
+  }
+  const bool news = !logged_status_.empty() || now != "polled, as configured";
+  logged_status_ = now;
+  if (!news) {
+    return;
+  }
+  const bool pushed = now == "pushed";
+  actions.log.emplace_back(pushed || mode_ != SubscriptionMode::notify ? Level::info : Level::warn,
+                           pushed
+                               ? std::string("pushed: the controller tells of changes; looks are "
+                                             "for safety")
+                               : now);
+}
+
+}  // namespace millrace::gateway::machines

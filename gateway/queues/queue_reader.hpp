@@ -1,0 +1,151 @@
+// Reads a message queue: what is asked of the controller next, and what its answers say. Pure.
+//
+// One round: the control structure; if it names messages, the whole array; the control structure
+// again, so that a queue that was initialised meanwhile is noticed; the messages are journalled;
+// the control structure; LastGet is written; the control structure, which begins the next round.
+// Each arrow is one question, answered by the function of its name.
+//
+//   QueueReader reader(settings.period);
+//   reader.on_up(now);
+//   reader.next(queue_log, writable, now)      // ReadControl → on_control(), ReadQueue → on_array()
+//
+// What LastGet should be is known: as this gateway has seen or written it last
+// (QueueLog::last_get). Where it is not, a program has initialised the queue or somebody else
+// reads it: that is adopted, and said. What nobody can see is not closed: a queue that is
+// initialised between the last read and the write of LastGet, and one that is initialised and
+// filled again up to where it was between two reads.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "gateway/moment.hpp"
+#include "gateway/queue_log.hpp"
+#include "gateway/queues/ring.hpp"
+
+namespace millrace::gateway::queues {
+
+/// Read the control structure.
+struct ReadControl {
+  bool operator==(const ReadControl&) const = default;
+};
+/// Read the whole array.
+struct ReadQueue {
+  bool operator==(const ReadQueue&) const = default;
+};
+struct WriteLastGet {
+  std::uint32_t element = 0;
+  bool operator==(const WriteLastGet&) const = default;
+};
+using Step = std::variant<ReadControl, ReadQueue, WriteLastGet>;
+
+class QueueReader {
+ public:
+  /// After what the controller refused, or what cannot be.
+  static constexpr std::chrono::milliseconds retry{500};
+
+  explicit QueueReader(std::chrono::milliseconds period) : period_(period) {}
+
+  void set_period(std::chrono::milliseconds period) { period_ = period; }
+
+  /// What an answer has shown.
+  struct ReadResult {
+    /// Messages that were not known: their elements and texts.
+    struct Found {
+      std::uint32_t element = 0;
+      std::string text;
+    };
+    std::vector<Found> messages{};
+    /// LastGet is this element, and covers messages up to this number.
+    struct Covers {
+      std::uint32_t element = 0;
+      std::uint64_t number = 0;
+      bool operator==(const Covers&) const = default;
+    };
+    std::optional<Covers> covers{};
+    /// LastGet is another than this gateway had left; why in words.
+    std::string resynchronised{};
+    /// What cannot be, or what the controller refused: nothing is written.
+    std::string wrong{};
+    /// The queue answers, and what it says can be.
+    bool fine = false;
+  };
+
+  /// What the controller answers comes from a link that has just come up.
+  void on_up(Moment now);
+  /// Nothing is asked any more, and what was asked is not answered.
+  void on_down();
+  /// The controller tells that something has changed; late or for nothing does no harm.
+  void on_event(Moment now);
+  /// The messages that were found are journalled.
+  void on_journalled(Moment now);
+  /// LastGet may be written now that could not before.
+  void read_again(Moment now);
+
+  /// What to ask now. `writable`: the number of the last message that LastGet may cover.
+  std::optional<Step> next(const QueueLog& queue_log, std::uint64_t writable, Moment now);
+  /// When next() has something, if nothing else happens.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
+  /// `room`: how many messages may be taken.
+  ReadResult on_control(const tl::expected<Control, std::string>& answer, const QueueLog& queue_log,
+                        std::size_t room, Moment now);
+  ReadResult on_array(tl::expected<std::vector<std::string>, std::string> answer,
+                      const QueueLog& queue_log, Moment now);
+  /// Written, refused or unknown: the next read tells. A refusal's words.
+  ReadResult on_written(const tl::expected<void, std::string>& answer, Moment now);
+
+  /// Of the last read that was right, and LastGet as it was written since.
+  [[nodiscard]] const std::optional<Control>& control() const { return control_; }
+
+ private:
+  enum class Phase : std::uint8_t {
+    /// No link.
+    down,
+    /// The control structure is to be read when it is time.
+    waiting,
+    reading_control,
+    /// It names messages.
+    wants_array,
+    reading,
+    /// The array is read; is the control structure still the one it was?
+    wants_check,
+    checking,
+    /// The journal writes them.
+    journalling,
+    writing,
+  };
+
+  ReadResult inspect(const Control& control, const QueueLog& queue_log, std::size_t room,
+                     Moment now);
+  ReadResult check(const Control& control, const QueueLog& queue_log, std::size_t room, Moment now);
+  [[nodiscard]] std::string compare(const QueueLog& queue_log) const;
+  void wait(std::chrono::nanoseconds time, Moment now);
+  ReadResult fail(std::string why, Moment now);
+
+  std::chrono::milliseconds period_;
+  Phase phase_ = Phase::down;
+  SteadyTime due_{};
+  std::optional<Control> control_;
+  std::vector<std::string> texts_;
+  /// Messages may be taken up to here: LastFilled of the read before the array was read.
+  Control before_;
+  std::size_t room_ = 0;
+  /// Messages of the log that LastGet does not cover are compared with the array: the controller
+  /// may have been anything since they were read.
+  bool compare_ = false;
+  /// The last read has shown LastGet as the log has it: it may be written.
+  bool fresh_ = false;
+  /// The controller has told of a change while something else was asked.
+  bool notified_ = false;
+  /// What was written last, until a read shows it.
+  std::optional<std::uint32_t> tried_;
+};
+
+}  // namespace millrace::gateway::queues

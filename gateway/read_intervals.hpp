@@ -1,0 +1,66 @@
+// How the gateway learns that something has changed in a channel (it polls, or the controller sends
+// notifications), and what is known of how a controller treats what is written there.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+
+namespace millrace::gateway {
+
+/// Whether a controller is asked to tell of changes (ADS device notifications).
+enum class SubscriptionMode : std::uint8_t {
+  /// Asked; read as if it had not been where it refuses, or does not keep its word.
+  automatic,
+  /// The same, but asked again and again, once a minute in the end, and said as a warning.
+  notify,
+  /// Never asked.
+  poll,
+};
+
+/// How often a channel is read. The defaults cost a controller 100 short reads a second for
+/// each idle channel, and 100 requests a second for all of them if it knows sums.
+struct ReadIntervals {
+  /// Within `after_answer_for` of an answer, when a program's next request is likely.
+  std::chrono::milliseconds after_answer{2};
+  std::chrono::milliseconds after_answer_for{1000};
+  std::chrono::milliseconds idle{10};
+  /// While the controller sends notifications: ADS promises no delivery.
+  std::chrono::milliseconds subscribed{500};
+  /// How often a pending request is read whole, to see texts change under the same state.
+  std::chrono::milliseconds full{500};
+  /// After the controller refused something or did not answer in time.
+  std::chrono::milliseconds retry{500};
+  /// How old a read may be when REQUEST_STATE is cleared.
+  std::chrono::milliseconds max_age{10};
+  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and takes
+  /// no 0 from outside: none is written.
+  bool kernel_clears_request_state = false;
+  bool operator==(const ReadIntervals&) const = default;
+};
+
+/// What reads have shown of how one controller treats ADS writes. Its channels share it: what one
+/// answer had to find out, the next one of any channel knows.
+struct WriteEffects {
+  /// A read shows REQUEST_STATE = 0 after it was written; false where the kernel clears it itself
+  /// once RESPONSE_STATE is written, and no read shows 0 before that.
+  bool clearing_is_shown = true;
+  /// Answers whose 0 a read has shown, since one had to do without.
+  unsigned clearings_shown = 0;
+  /// The longest time lately from a write's acknowledgement to the read that showed it; 0 where the
+  /// first read does.
+  std::chrono::nanoseconds lag{0};
+
+  /// Of an answer that is brought into a channel. A program that takes its request back shows 0,
+  /// too, so one answer is no proof; three are (our choice).
+  void note_clearing(bool was_shown) {
+    clearings_shown = clearing_is_shown ? clearings_shown + (was_shown ? 1U : 0U) : 0U;
+  }
+  [[nodiscard]] bool clearing_was_shown() const { return clearings_shown >= 3; }
+
+  /// A write was shown after this time. One that was slow for once is forgotten after some thirty
+  /// others (our choice).
+  void note_shown_after(std::chrono::nanoseconds time) { lag = std::max(time, lag - lag / 8); }
+};
+
+}  // namespace millrace::gateway

@@ -1,0 +1,44 @@
+// The way to one controller: connects, finds its channels, carries reads and writes, and comes back
+// after each failure by itself.
+//
+//   AdsController link(executor, settings, events, log);
+//   link.start();                                 → events.on_link_up("cnc", {1, 2})
+//   link.read(1, ReadSet::state);                    → events.on_read({"cnc", 1}, snapshot)
+#pragma once
+
+#include <memory>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "base/program/log.hpp"
+#include "gateway/machines/controller.hpp"
+#include "gateway/settings/settings.hpp"
+
+namespace millrace::gateway::shell {
+
+/// Calls `events` on the executor.
+class AdsController final : public machines::Controller {
+ public:
+  AdsController(boost::asio::any_io_executor executor, settings::MachineSettings settings,
+                machines::ControllerEvents& events, base::program::Log log);
+  ~AdsController() override;
+  AdsController(const AdsController&) = delete;
+  AdsController& operator=(const AdsController&) = delete;
+
+  void start();
+  void read(std::uint16_t channel, ReadSet set) override;
+  void write(std::uint16_t channel, Variable variable, const Value& value) override;
+  void subscribe(const std::vector<std::uint16_t>& channels) override;
+  void unsubscribe(const std::vector<std::uint16_t>& channels) override;
+  void ask(const machines::Question& question) override;
+  void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) override;
+  void ask(const fabric::ChannelKey& queue, const queues::Step& step) override;
+  void subscribe(const fabric::ChannelKey& queue) override;
+  [[nodiscard]] machines::LinkLoad load() const override;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::gateway::shell

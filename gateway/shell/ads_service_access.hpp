@@ -1,0 +1,65 @@
+// Reads and writes the Service Interfaces of a controller's channels over its link, and tells what
+// came of it.
+//
+//   interfaces.read(link, 1, ReadSet::state);    → events.on_read({"cnc", 1}, snapshot)
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/variables/request_states.hpp"
+#include "cnc/variables/service_interface.hpp"
+#include "gateway/machines/controller.hpp"
+
+namespace millrace::gateway::shell {
+
+/// Part of a link: who asks hands over a share of the link, which keeps all of it until the answer
+/// is there.
+class AdsServiceAccess {
+ public:
+  AdsServiceAccess(boost::asio::any_io_executor executor, std::string machine,
+                   cnc::ads::Client& client, machines::ControllerEvents& events);
+
+  /// Before the channels of a new connection are told; nothing of an earlier one holds.
+  void begin(const cnc::variables::Location& location, const std::vector<std::uint16_t>& channels);
+  /// Nobody is told anything from here on.
+  void stop() { stopped_ = true; }
+
+  /// Looks at REQUEST_STATE alone that are due in one turn of the loop share a request: channels of
+  /// one period are due together.
+  void read(const std::shared_ptr<void>& link, std::uint16_t channel, ReadSet set);
+  void write(const std::shared_ptr<void>& link, std::uint16_t channel, Variable variable,
+             const Value& value);
+
+ private:
+  using Channels = std::vector<std::uint16_t>;
+  using Link = std::shared_ptr<void>;
+
+  cnc::variables::ServiceInterface& of(std::uint16_t channel);
+  void read_together(const Link& link);
+  boost::asio::awaitable<void> read_one(Link link, std::uint16_t channel, ReadSet set);
+  boost::asio::awaitable<void> read_states(Link link, Channels channels);
+  boost::asio::awaitable<void> write_one(Link link, std::uint16_t channel, Variable variable,
+                                         Value value);
+  void read_failed(std::uint16_t channel, cnc::ads::ErrorCode code);
+
+  boost::asio::any_io_executor executor_;
+  std::string machine_;
+  cnc::ads::Client& client_;
+  machines::ControllerEvents& events_;
+  cnc::variables::Location location_;
+  std::map<std::uint16_t, cnc::variables::ServiceInterface> interfaces_;
+  cnc::variables::RequestStates states_;
+  /// Whose REQUEST_STATE is read when this turn of the loop is over.
+  Channels due_;
+  bool stopped_ = false;
+};
+
+}  // namespace millrace::gateway::shell

@@ -1,0 +1,28 @@
+// Asks a controller for values, as the core wants them.
+#pragma once
+
+#include <memory>
+
+#include <boost/asio/awaitable.hpp>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/variables/readings.hpp"
+#include "gateway/machines/controller.hpp"
+
+namespace millrace::gateway::shell {
+
+/// A connection that is up, as one of those sees it who ask: what is found out of the controller is
+/// remembered for the next question.
+struct ValueSource {
+  ValueSource(cnc::ads::Client& the_client, cnc::variables::Location the_location)
+      : client(the_client), location(the_location), readings(client, location) {}
+  cnc::ads::Client& client;
+  cnc::variables::Location location;
+  cnc::variables::Readings readings;
+};
+
+/// One question of a source at a time; its client outlives it.
+boost::asio::awaitable<machines::Answer> ask_values(std::shared_ptr<ValueSource> source,
+                                                    machines::Question question);
+
+}  // namespace millrace::gateway::shell

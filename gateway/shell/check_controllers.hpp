@@ -1,0 +1,22 @@
+// Asks each controller for what the configuration wants of its data, before a gateway does.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/settings/settings.hpp"
+
+namespace millrace::gateway::shell {
+
+struct ControllerCheck {
+  /// What a controller does not have, or cannot be read there: a line each.
+  std::vector<std::string> mistakes;
+  /// Controllers that could not be asked, and why: a line each.
+  std::vector<std::string> silent;
+};
+
+/// Connects to each machine that has data, one after the other, and leaves again. A TwinCAT router
+/// keeps one connection for each host: the link of a gateway on this host breaks for a moment.
+ControllerCheck check_controllers(const std::vector<settings::MachineSettings>& machines);
+
+}  // namespace millrace::gateway::shell

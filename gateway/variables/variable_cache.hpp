@@ -1,0 +1,65 @@
+// What is known of the variables that somebody has asked for: how each is read, and what it was
+// when it was read last. Pure.
+//
+//   VariableCacheEntry& one = cache.of(1, "V.E.LIMIT");
+//   cache.on_resolved(one, found, now);
+//   cache.on_read(one, bytes, now);            // one.result.value is good, one.at is now
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <tl/expected.hpp>
+
+#include "cnc/ads/device.hpp"
+#include "cnc/variables/reading.hpp"
+#include "fabric/variables.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::variables {
+
+using Found = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
+using Answered = cnc::ads::Result<cnc::variables::Bytes>;
+
+struct VariableCacheEntry {
+  /// Nothing until it has been resolved.
+  std::optional<cnc::variables::Reading> reading{};
+  /// It was resolved and not read since: what the controller refuses now, it refuses.
+  bool is_new = false;
+  fabric::VariableResult result{};
+  /// When that was answered.
+  SteadyTime at = SteadyTime::min();
+  /// Who needs it; not forgotten meanwhile.
+  std::uint32_t users = 0;
+  /// The number of the step that takes it along.
+  std::uint64_t step = 0;
+};
+
+class VariableCache {
+ public:
+  /// More are remembered only while somebody waits for them.
+  static constexpr std::size_t most = 4'096;
+
+  /// Stays where it is while it has users.
+  VariableCacheEntry& of(std::uint16_t channel, const std::string& name);
+
+  static void on_resolved(VariableCacheEntry& one, const Found& found, Moment now);
+  /// A refusal of what was read before is no answer: its handle may be another by now, and it is
+  /// resolved again.
+  static void on_read(VariableCacheEntry& one, const Answered& answer, Moment now);
+
+  /// Values may be others now.
+  void forget_values();
+  /// So may all else, on a new link.
+  void forget();
+  [[nodiscard]] std::size_t size() const { return all_.size(); }
+
+ private:
+  std::map<std::pair<std::uint16_t, std::string>, VariableCacheEntry> all_;
+};
+
+}  // namespace millrace::gateway::variables

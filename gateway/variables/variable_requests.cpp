@@ -1,0 +1,288 @@
+#include "gateway/variables/variable_requests.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "gateway/text.hpp"
+
+namespace millrace::gateway::variables {
+
+namespace {
+
+using fabric::VariableAction;
+using fabric::VariableReply;
+using fabric::VariableRequest;
+
+std::int64_t ms(std::chrono::nanoseconds time) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+}
+
+std::chrono::nanoseconds patience_of(const VariableRequest& request) {
+  if (request.patience <= std::chrono::nanoseconds(0)) {
+    return VariableRequests::usual_patience;
+  }
+  return std::clamp<std::chrono::nanoseconds>(request.patience, VariableRequests::least_patience,
+                                              VariableRequests::most_patience);
+}
+
+}  // namespace
+
+VariableRequests::VariableRequests(std::string machine, VariableSettings settings)
+    : machine_(std::move(machine)),
+      settings_(std::move(settings)),
+      rate_limit_(settings_.requests_per_second),
+      refusals_(refusals_reported) {}
+
+void VariableRequests::change(const VariableSettings& settings) {
+  if (settings.requests_per_second != settings_.requests_per_second) {
+    rate_limit_ = data::RateLimit(settings.requests_per_second);
+  }
+  settings_ = settings;
+}
+
+void VariableRequests::on_up(const std::vector<std::uint16_t>& channels, Moment now) {
+  up_ = true;
+  for (const std::uint16_t channel : channels) {
+    served_.try_emplace(channel, now.steady);
+  }
+}
+
+void VariableRequests::on_down(const std::string& reason, Moment now) {
+  up_ = false;
+  down_reason_ = reason;
+  for (auto& [number, open] : requests_) {
+    if (open.phase == Phase::writing && request_under_way_ == number) {
+      const std::string unknown =
+          fmt::format("nobody knows whether {} was written, so read it: the link to {} is down: {}",
+                      printable(open.request.names[open.written]), machine_, reason);
+      report_write(open.request, false, unknown, now);
+      refuse(open.request, unknown, now);
+    } else {
+      refuse(open.request, fmt::format("the link to {} is down: {}", machine_, reason), now);
+    }
+  }
+  while (!requests_.empty()) {
+    remove(requests_.begin());
+  }
+  clear_step();
+  at_once_ = data::Sampler::most_together;
+  cache_.forget();
+}
+
+void VariableRequests::on_over(std::uint16_t channel, Moment now) {
+  for (auto open = requests_.begin(); open != requests_.end();) {
+    if (channel != 0 && open->second.request.key.channel != channel) {
+      ++open;
+      continue;
+    }
+    // Who asks only to read asks again, and hears from who serves the channel now. So does who
+    // writes, if nothing of it was begun.
+    if (open->second.phase == Phase::writing || open->second.phase == Phase::after) {
+      refuse(open->second.request,
+             fmt::format("this gateway serves {} no more: nobody knows how much was written, so "
+                         "read it",
+                         open->second.request.key.to_string()),
+             now);
+    }
+    open = remove(open);
+  }
+  served_.erase(channel);
+  if (channel == 0) {
+    served_.clear();
+    up_ = false;
+    down_reason_ = "another gateway serves it";
+    clear_step();
+    cache_.forget();
+  }
+}
+
+void VariableRequests::clear_step() {
+  busy_ = false;
+  request_under_way_ = 0;
+  for (VariableCacheEntry* one : std::exchange(under_way_, {})) {
+    --one->users;
+  }
+}
+
+bool VariableRequests::answered_before(const VariableRequest& request) {
+  if (std::ranges::any_of(requests_, [&](const auto& open) {
+        return open.second.request.token == request.token;
+      })) {
+    return true;
+  }
+  const auto done = std::ranges::find(done_writes_, request.token,
+                                      [](const Output::Answer& one) { return one.reply.token; });
+  if (done != done_writes_.end() && done->asker == request.asker) {
+    output_.answers.push_back(*done);
+  }
+  return done != done_writes_.end();
+}
+
+void VariableRequests::on_request(const VariableRequest& request, Moment now) {
+  if (answered_before(request)) {
+    return;
+  }
+  std::string reason = wrong(request);
+  if (reason.empty() && request.action == VariableAction::write) {
+    reason = unwritable(request, now);
+  }
+  if (reason.empty()) {
+    reason =
+        up_ ? too_much(request) : fmt::format("the link to {} is down: {}", machine_, down_reason_);
+  }
+  if (!reason.empty()) {
+    if (request.action == VariableAction::write) {
+      report_write(request, false, reason, now);
+    }
+    refuse(request, reason, now);
+    return;
+  }
+  add(request, now);
+  complete(now);
+}
+
+std::string VariableRequests::too_much(const VariableRequest& request) const {
+  const auto of_one = std::ranges::count_if(
+      requests_, [&](const auto& open) { return open.second.request.asker == request.asker; });
+  if (static_cast<std::size_t>(of_one) >= most_of_one) {
+    return fmt::format("{} requests of this program wait already; at most {} do", of_one,
+                       most_of_one);
+  }
+  if (requests_.size() >= most_requests) {
+    return fmt::format("{} requests wait already for {}; ask again later", requests_.size(),
+                       machine_);
+  }
+  if (names_ + request.names.size() > most_names) {
+    return fmt::format("{} variables of {} are being asked for already; ask again later", names_,
+                       machine_);
+  }
+  return {};
+}
+
+void VariableRequests::add(const VariableRequest& request, Moment now) {
+  OpenRequest& open = requests_[++last_number_];
+  open.request = request;
+  open.deadline = now.steady + patience_of(request);
+  // A write wants to know what was there when it was asked for.
+  open.since = now.steady;
+  switch (request.action) {
+    case VariableAction::list:
+      open.phase = Phase::listing;
+      return;
+    case VariableAction::write:
+      open.phase = Phase::before;
+      break;
+    case VariableAction::read:
+      open.since = now.steady - settings_.cycle;
+      break;
+  }
+  for (const std::string& name : request.names) {
+    VariableCacheEntry& one = cache_.of(request.key.channel, name);
+    ++one.users;
+    open.variables.push_back(&one);
+  }
+  names_ += open.variables.size();
+}
+
+VariableRequests::OpenRequests::iterator VariableRequests::remove(OpenRequests::iterator open) {
+  names_ -= open->second.variables.size();
+  for (VariableCacheEntry* one : open->second.variables) {
+    --one->users;
+  }
+  return requests_.erase(open);
+}
+
+std::optional<SteadyTime> VariableRequests::next_time(SteadyTime now) {
+  if (requests_.empty()) {
+    return std::nullopt;
+  }
+  std::optional<SteadyTime> first;
+  for (const auto& [number, open] : requests_) {
+    if (open.phase != Phase::writing) {
+      first = first ? std::min(*first, open.deadline) : open.deadline;
+    }
+  }
+  if (!busy_ && up_) {
+    const SteadyTime allowed = rate_limit_.time_of_one(now);
+    first = first ? std::min(*first, allowed) : allowed;
+  }
+  return first;
+}
+
+void VariableRequests::complete(Moment now) {
+  for (auto open = requests_.begin(); open != requests_.end();) {
+    open = complete(open->second, now) ? remove(open) : std::next(open);
+  }
+}
+
+bool VariableRequests::complete(OpenRequest& open, Moment now) {
+  const bool reads =
+      open.phase == Phase::reading || open.phase == Phase::before || open.phase == Phase::after;
+  if (!reads || !std::ranges::all_of(open.variables, [&](const VariableCacheEntry* one) {
+        return one->at >= open.since;
+      })) {
+    return false;
+  }
+  if (open.phase == Phase::reading) {
+    finish_read(open, now);
+    return true;
+  }
+  if (open.phase == Phase::after) {
+    VariableReply reply{.done = true, .results = results_of(open), .before = open.before};
+    answer(open.request, std::move(reply), now);
+    return true;
+  }
+  if (const std::string reason = prepare(open); !reason.empty()) {
+    report_write(open.request, false, reason, now);
+    refuse(open.request, reason, now, results_of(open));
+    return true;
+  }
+  open.phase = Phase::writing;
+  return false;
+}
+
+void VariableRequests::finish_read(const OpenRequest& open, Moment now) {
+  std::size_t bytes = 0;
+  for (const VariableCacheEntry* one : open.variables) {
+    bytes += one->reading ? one->reading->length : 0;
+  }
+  if (bytes > fabric::most_variable_bytes) {
+    refuse(open.request,
+           fmt::format("they have {} bytes together; at most {} go into one answer, so ask for "
+                       "fewer at once",
+                       bytes, fabric::most_variable_bytes),
+           now);
+    return;
+  }
+  answer(open.request, {.done = true, .results = results_of(open)}, now);
+}
+
+void VariableRequests::on_time(Moment now) {
+  for (auto open = requests_.begin(); open != requests_.end();) {
+    // What is being written ends when the controller has said what became of it.
+    if (open->second.deadline > now.steady || open->second.phase == Phase::writing) {
+      ++open;
+      continue;
+    }
+    expire(open->second, now);
+    open = remove(open);
+  }
+}
+
+void VariableRequests::expire(OpenRequest& open, Moment now) {
+  const auto waited = ms(patience_of(open.request));
+  if (open.phase == Phase::after) {
+    refuse(open.request, fmt::format("written, but not read back within {} ms", waited), now);
+    return;
+  }
+  refuse(open.request,
+         busy_
+             ? fmt::format("{} has not answered within {} ms", machine_, waited)
+             : fmt::format("{} could not be asked within {} ms: calls go first, {} requests wait, "
+                           "and {} requests a second are allowed",
+                           machine_, waited, requests_.size(), settings_.requests_per_second),
+         now);
+}
+
+}  // namespace millrace::gateway::variables

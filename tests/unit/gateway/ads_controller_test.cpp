@@ -1,0 +1,361 @@
+#include "gateway/shell/ads_controller.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cnc/ads/dial.hpp"
+#include "cnc/ads/server.hpp"
+#include "cnc/ads/sum_commands.hpp"
+#include "cnc/variables/addresses.hpp"
+#include "cnc/variables/layout.hpp"
+#include "gateway/shell/back_off.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using cnc::ads::Bytes;
+using cnc::ads::BytesView;
+using cnc::ads::ErrorCode;
+using cnc::ads::Index;
+template <typename T>
+using Result = cnc::ads::Result<T>;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+using tests::run_until;
+using namespace std::chrono_literals;
+
+/// A controller with two channels, whose REQUEST_STATE is the channel's number.
+class TwoChannels final : public cnc::ads::Device {
+ public:
+  [[nodiscard]] bool has_port(std::uint16_t port) const override { return port == 552; }
+  Result<cnc::ads::DeviceInfo> info(std::uint16_t) override { return cnc::ads::DeviceInfo{}; }
+  Result<cnc::ads::DeviceState> state(std::uint16_t) override {
+    return cnc::ads::DeviceState{5, 0};
+  }
+  Result<void> write_control(std::uint16_t, cnc::ads::DeviceState, BytesView) override {
+    return tl::unexpected(ErrorCode::service_not_supported);
+  }
+  Result<Bytes> read(std::uint16_t, Index, std::uint32_t) override {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
+  Result<void> write(std::uint16_t, Index index, BytesView) override {
+    written = index;
+    return write_result;
+  }
+  Result<Bytes> read_write(std::uint16_t, Index index, std::uint32_t, BytesView data) override {
+    const auto channel = index.group - cnc::variables::decoder_group;
+    if (channel < 1 || channel > channels) {
+      return tl::unexpected(ErrorCode::invalid_group);
+    }
+    const auto stream = cnc::variables::decode_name(data);
+    if (!stream || !stream->name.ends_with("STATE")) {
+      return Bytes{'x', 0};
+    }
+    return Bytes{static_cast<std::uint8_t>(channel), 0, 0, 0};
+  }
+
+  std::uint32_t channels = 2;
+  Index written{};
+  Result<void> write_result{};
+};
+
+class AdsControllerTest : public testing::Test, public machines::ControllerEvents {
+ protected:
+  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
+    EXPECT_EQ(machine, "cnc");
+    up.push_back(channels);
+  }
+  void on_link_down(const std::string& machine, const std::string& reason) override {
+    EXPECT_EQ(machine, "cnc");
+    down.push_back(reason);
+  }
+  void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override {
+    EXPECT_EQ(key.channel, snapshot.request_state);
+    snapshots.push_back(snapshot);
+  }
+  void on_read_failed(const fabric::ChannelKey&, const std::string& reason) override {
+    failures.push_back(reason);
+  }
+  void on_write(const fabric::ChannelKey&, WriteOutcome outcome,
+                const std::string& reason) override {
+    outcomes.push_back(outcome);
+    failures.push_back(reason);
+  }
+  void on_subscribed(const std::string& machine,
+                     const std::vector<machines::SubscribeOutcome>& channels) override {
+    EXPECT_EQ(machine, "cnc");
+    watched.insert(watched.end(), channels.begin(), channels.end());
+  }
+  void on_notification(const fabric::ChannelKey& key, Variable variable,
+                       std::optional<std::uint32_t> value) override {
+    told.emplace_back(key.channel, variable, value);
+  }
+  void on_answer(const std::string&, const machines::Answer& answer) override {
+    answers.push_back(answer);
+  }
+  void on_queue_answer(const fabric::ChannelKey&, queues::StepAnswer answer) override {
+    queue_answers.push_back(std::move(answer));
+  }
+  void on_queue_event(const fabric::ChannelKey&) override {}
+
+  void serve() {
+    server.reset();
+    cnc::ads::ServerOptions options;
+    options.tcp_port = port;
+    options.security = server_security;
+    options.secure_faults = secure_faults;
+    server = std::make_unique<cnc::ads::Server>(
+        io.get_executor(), with_sums ? static_cast<cnc::ads::Device&>(sums) : device, options,
+        base::program::no_log());
+    port = server->tcp_port();
+  }
+
+  void connect() {
+    settings::MachineSettings settings;
+    settings.tcp_port = port;
+    settings.channels = named_channels;
+    settings.security = security;
+    sut = std::make_unique<shell::AdsController>(io.get_executor(), settings, *this,
+                                                 base::program::no_log());
+    sut->start();
+  }
+
+  bool run(const std::function<bool()>& done) { return run_until(io, done); }
+
+  boost::asio::io_context io;
+  TwoChannels device;
+  cnc::ads::SumCommands sums{device};
+  bool with_sums = true;
+  std::optional<cnc::ads::ServerSecurity> server_security;
+  cnc::ads::SecureFaults secure_faults;
+  std::optional<cnc::ads::Security> security;
+  std::uint16_t port = 0;
+  std::vector<std::uint16_t> named_channels;
+  std::unique_ptr<cnc::ads::Server> server;
+  std::unique_ptr<shell::AdsController> sut;
+  std::vector<std::vector<std::uint16_t>> up;
+  std::vector<std::string> down;
+  std::vector<ServiceSnapshot> snapshots;
+  std::vector<std::string> failures;
+  std::vector<WriteOutcome> outcomes;
+  std::vector<machines::SubscribeOutcome> watched;
+  std::vector<machines::Answer> answers;
+  std::vector<queues::StepAnswer> queue_answers;
+  std::vector<std::tuple<std::uint16_t, Variable, std::optional<std::uint32_t>>> told;
+};
+
+TEST_F(AdsControllerTest, FindsTheChannelsOfItsController) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  EXPECT_THAT(up, ElementsAre(ElementsAre(1, 2)));
+}
+
+TEST_F(AdsControllerTest, TakesTheChannelsItWasTold) {
+  serve();
+  named_channels = {2};
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  EXPECT_THAT(up, ElementsAre(ElementsAre(2)));
+}
+
+TEST_F(AdsControllerTest, ReadsWhatALookTakesIn) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->read(2, ReadSet::all);
+  ASSERT_TRUE(run([&] { return !snapshots.empty(); }));
+  EXPECT_EQ(snapshots.front(), (ServiceSnapshot{ReadSet::all, "x", "x", 2, 2, "x"}));
+}
+
+TEST_F(AdsControllerTest, LooksAtAllChannelsThatAreDueInOneRequest) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  const auto before = sut->load().requests;
+  sut->read(1, ReadSet::state);
+  sut->read(2, ReadSet::state);
+  ASSERT_TRUE(run([&] { return snapshots.size() == 2; }));
+  EXPECT_EQ(sut->load().requests, before + 1);
+}
+
+TEST_F(AdsControllerTest, LooksAtEachChannelByItselfWhereTheControllerKnowsNoSums) {
+  with_sums = false;
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  for (int times = 0; times < 2; ++times) {
+    sut->read(1, ReadSet::state);
+    sut->read(2, ReadSet::state);
+    ASSERT_TRUE(run([&] { return snapshots.size() == 2; }));
+    snapshots.clear();
+  }
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST_F(AdsControllerTest, SaysOfWhichChannelALookFailedAndGoesOnWithTheOthers) {
+  serve();
+  named_channels = {1, 2, 3};
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  for (const std::uint16_t channel : named_channels) {
+    sut->read(channel, ReadSet::state);
+  }
+  ASSERT_TRUE(run([&] { return snapshots.size() == 2 && failures.size() == 1; }));
+  EXPECT_THAT(failures.front(), HasSubstr("Interface of channel 3: "));
+}
+
+TEST_F(AdsControllerTest, TellsAWriteThatWasMadeFromOneThatWasRefused) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->write(1, Variable::response_state, Value(1U));
+  ASSERT_TRUE(run([&] { return outcomes.size() == 1; }));
+  device.write_result = tl::unexpected(ErrorCode::invalid_data);
+  sut->write(1, Variable::response, Value(std::string("x")));
+  ASSERT_TRUE(run([&] { return outcomes.size() == 2; }));
+  EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::written, WriteOutcome::refused));
+  EXPECT_THAT(failures.back(), StartsWith("V.G.SERVICE.RESPONSE of channel 1 cannot be written: "));
+}
+
+TEST_F(AdsControllerTest, KeepsTryingUntilTheControllerIsThere) {
+  serve();
+  server.reset();
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("refused"));
+  serve();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+}
+
+TEST_F(AdsControllerTest, WaitsLongerEachTimeForAControllerThatRefusesRapidConnections) {
+  const cnc::ads::Psk psk{"millrace", "secret"};
+  server_security = cnc::ads::ServerSecurity{.psk = psk};
+  security = psk;
+  secure_faults.least_pause = 500ms;
+  serve();
+  const auto another = tests::wait_for(io, cnc::ads::dial("127.0.0.1", port, 10s));
+  ASSERT_TRUE(another);
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("were there many connections in a short time?"));
+  ASSERT_TRUE(run([&] { return !up.empty(); })) << "who asks every 100 ms never gets in";
+}
+
+TEST_F(AdsControllerTest, ComesBackAfterEachEndOfTheConnection) {
+  serve();
+  connect();
+  for (std::size_t times = 1; times <= 3; ++times) {
+    ASSERT_TRUE(run([&] { return up.size() == times; }));
+    serve();
+    ASSERT_TRUE(run([&] { return down.size() >= times; }));
+  }
+}
+
+TEST_F(AdsControllerTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->write(1, Variable::response_state, Value(1U));
+  server.reset();
+  ASSERT_TRUE(run([&] { return !outcomes.empty(); }));
+  EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::unknown));
+}
+
+// A read that the gateway asked for when a write had failed was answered in the midst of what it
+// did about that write.
+TEST_F(AdsControllerTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  server.reset();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  bool within = false;
+  boost::asio::post(io, [&] {
+    sut->read(1, ReadSet::all);
+    sut->write(1, Variable::response_state, Value(1U));
+    within = !failures.empty();
+  });
+  ASSERT_TRUE(run([&] { return failures.size() == 2; }));
+  EXPECT_FALSE(within);
+}
+
+TEST_F(AdsControllerTest, TellsWhatCameOfAQuestionForValues) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->ask({machines::Asker::variables, 7, data::Resolve{1, {"V.E.A"}}});
+  EXPECT_TRUE(answers.empty()) << "not from within";
+  ASSERT_TRUE(run([&] { return !answers.empty(); }));
+  EXPECT_EQ(answers[0].asker, machines::Asker::variables);
+  EXPECT_EQ(answers[0].number, 7U);
+}
+
+TEST_F(AdsControllerTest, TellsNothingOfAMessageQueueThatWasOpenedAnewSinceItWasAsked) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  const queues::QueueSettings settings{.name = "Q", .array = "SD.Q", .control = "SD.C"};
+  const fabric::ChannelKey queue = settings.key("cnc");
+  sut->open(queue, settings);
+  sut->ask(queue, queues::ReadControl{});
+  sut->open(queue, settings);
+  sut->ask(queue, queues::ReadControl{});
+  ASSERT_TRUE(run([&] { return !queue_answers.empty(); }));
+  // Whatever is asked after it is answered after it.
+  sut->read(1, ReadSet::state);
+  ASSERT_TRUE(run([&] { return !snapshots.empty(); }));
+  EXPECT_EQ(queue_answers.size(), 1U);
+}
+
+TEST_F(AdsControllerTest, SaysThatAControllerHasNoServiceInterface) {
+  device.channels = 0;
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("no channel found"));
+  device.channels = 1;
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+}
+
+TEST_F(AdsControllerTest, IsSilentOnceItIsGone) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->read(1, ReadSet::state);
+  sut.reset();
+  run_until(
+      io, [] { return false; }, std::chrono::milliseconds(50));
+  EXPECT_TRUE(snapshots.empty());
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST(BackOff, DoublesUpToALimitAndBeginsAnewAfterALinkThatHeld) {
+  using shell::BackOff;
+  BackOff sut(1);
+  const auto first = sut.next(0s);
+  EXPECT_GE(first, BackOff::shortest * 3 / 4);
+  EXPECT_LE(first, BackOff::shortest * 5 / 4);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_LE(sut.next(0s), BackOff::longest * 5 / 4);
+  }
+  EXPECT_GE(sut.next(0s), BackOff::longest * 3 / 4);
+  EXPECT_LE(sut.next(BackOff::longest), BackOff::shortest * 5 / 4);
+}
+
+TEST(BackOff, GrowsWhereEachLinkDropsSoon) {
+  using shell::BackOff;
+  BackOff sut(1);
+  for (int i = 0; i < 5; ++i) {
+    static_cast<void>(sut.next(10ms));
+  }
+  EXPECT_GE(sut.next(10ms), BackOff::longest * 3 / 4);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

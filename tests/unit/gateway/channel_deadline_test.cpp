@@ -1,0 +1,191 @@
+// What a program gets when no service answers it: the configured rules, and the operator.
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/channel_fixture.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using enum fabric::EventKind;
+using namespace std::chrono_literals;
+
+class ChannelDeadline : public testing::Test {
+ protected:
+  channel::Channel& sut() { return *fixture.sut; }
+  void expect_answer(const std::string& text, std::uint32_t state) {
+    EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=" + text, "REQUEST_STATE=0",
+                                            fmt::format("RESPONSE_STATE={}", state)));
+    EXPECT_EQ(sut().call(), nullptr);
+    EXPECT_THAT(fixture.journal_state.open_calls(), IsEmpty());
+  }
+  ChannelFixture fixture;
+};
+
+TEST_F(ChannelDeadline, IsEndlessByDefault) {
+  fixture.dispatched_call();
+  fixture.wait(1h);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+  EXPECT_NE(sut().call(), nullptr);
+}
+
+TEST_F(ChannelDeadline, WithAnUnservedRequestEndsWithAnOfferThatSaysSo) {
+  fixture.policy.unserved = Rule{5s, 901};
+  fixture.served = false;
+  fixture.link_up();
+  fixture.call();
+  fixture.wait(4s);
+  EXPECT_EQ(fixture.offers, 1U);
+  fixture.wait(2s);
+  EXPECT_EQ(fixture.offers, 2U);
+  EXPECT_TRUE(fixture.deadline_passed);
+  fixture.wait(1min);
+  EXPECT_EQ(fixture.offers, 2U) << "it is offered once more, not again and again";
+}
+
+TEST_F(ChannelDeadline, WithAnUnservedRequestBeginsAnewWithTheNextOne) {
+  fixture.policy.unserved = Rule{5s, 901};
+  fixture.served = false;
+  fixture.link_up();
+  fixture.call("first");
+  fixture.wait(4s);
+  fixture.call("second", 2);
+  fixture.wait(4s);
+  EXPECT_FALSE(fixture.deadline_passed);
+}
+
+TEST_F(ChannelDeadline, EndsAtTheDeadlineWithTheConfiguredState) {
+  fixture.policy.deadline = Rule{30s, 902};
+  fixture.dispatched_call();
+  EXPECT_EQ(fixture.published.front().deadline, fixture.published.front().seen + 30s);
+  fixture.wait(29s);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+  fixture.wait(2s);
+  expect_answer("millrace: no answer within 30 s", 902);
+  EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
+  EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, replied, written));
+  EXPECT_EQ(fixture.events[2].detail, "answered by the gateway");
+}
+
+TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
+  fixture.policy.deadline = Rule{1500ms, 0};
+  fixture.dispatched_call();
+  fixture.wait(10s);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+  EXPECT_EQ(sut().status().reason, "no answer within 1.5 s; the program waits on");
+  EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
+}
+
+TEST_F(ChannelDeadline, WithACallNobodyWasAskedIsJournaledToo) {
+  fixture.policy.deadline = Rule{1s, 902};
+  fixture.link_up();
+  fixture.call();
+  fixture.wait(900ms);
+  fixture.before_action = [&] { fixture.stop = fixture.stop || fixture.writes.size() == 2; };
+  fixture.wait(1s);
+  fixture.before_action = [] {};
+  fixture.restart();
+  fixture.link_up();
+  fixture.wait(2s);
+  EXPECT_EQ(fixture.writes.back(), "RESPONSE_STATE=902");
+  EXPECT_THAT(fixture.journal_state.open_calls(), IsEmpty());
+}
+
+TEST_F(ChannelDeadline, IsMeasuredFromTheRequestAlsoAfterARestart) {
+  fixture.policy.deadline = Rule{10s, 902};
+  fixture.dispatched_call();
+  fixture.wait(8s);
+  fixture.restart();
+  fixture.link_up();
+  fixture.wait(3s);
+  expect_answer("millrace: no answer within 10 s", 902);
+}
+
+TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
+  fixture.policy.lost = Rule{2s, 903};
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend("lost", true, fixture.now);
+  fixture.settle();
+  fixture.wait(1s);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+  fixture.wait(2s);
+  expect_answer("millrace: its instance is lost, and it must not run twice", 903);
+}
+
+// It was said at each look. Found by the simulation.
+TEST_F(ChannelDeadline, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
+  fixture.policy.lost = Rule{2s, 0};
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend("lost", true, fixture.now);
+  fixture.settle();
+  fixture.wait(1min);
+  EXPECT_EQ(std::ranges::count(fixture.events, late, &fabric::Event::kind), 1);
+}
+
+TEST_F(ChannelDeadline, WithALostCallIsForgottenWhenItsInstanceComesBack) {
+  fixture.policy.lost = Rule{2s, 903};
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend("lost", true, fixture.now);
+  fixture.settle();
+  sut().assign(fixture.assignment(), fixture.now);
+  fixture.settle();
+  fixture.wait(1min);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+}
+
+TEST_F(ChannelDeadline, IsNotNeededByAnOperatorWhoAnswers) {
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend("lost", true, fixture.now);
+  fixture.settle();
+  sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
+  fixture.settle();
+  expect_answer("go on", 7);
+  sut().on_reply(fixture.reply("1.414", 1), fixture.now);
+  fixture.settle();
+  EXPECT_EQ(sut().status().late, 1U);
+}
+
+TEST_F(ChannelDeadline, LetsTheFirstOfTwoAnswersWin) {
+  fixture.dispatched_call();
+  fixture.journal_works = false;
+  sut().on_reply(fixture.reply("1.414", 1), fixture.now);
+  fixture.settle();
+  sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
+  fixture.settle();
+  EXPECT_EQ(sut().call()->answer->text, "1.414");
+}
+
+TEST_F(ChannelDeadline, IsGivenAnotherChanceByAnOperatorWhoRetries) {
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend("lost", true, fixture.now);
+  fixture.settle();
+  sut().retry("ann@hmi", fixture.now);
+  fixture.settle();
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
+  EXPECT_EQ(sut().status().reason, "given out again by ann@hmi");
+  sut().assign(fixture.assignment(2, 2), fixture.now);
+  fixture.settle();
+  EXPECT_EQ(fixture.published.back().attempt, 2U);
+}
+
+TEST(Policies, LetTheClosestSayMost) {
+  Policies sut;
+  sut.everywhere = {.unserved = Rule{1s, 1}, .deadline = Rule{1s, 2}};
+  sut.by_machine["press"] = {.deadline = Rule{2s, 3}};
+  sut.by_uuid["uuid"] = {.deadline = Rule{3s, 4}};
+  EXPECT_EQ(sut.of("press", "uuid"), (Policy{.unserved = Rule{1s, 1}, .deadline = Rule{3s, 4}}));
+  EXPECT_EQ(sut.of("press", "other"), (Policy{.unserved = Rule{1s, 1}, .deadline = Rule{2s, 3}}));
+  EXPECT_EQ(sut.of("cnc", "other"), sut.everywhere);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,160 @@
+// How a channel session looks while its controller tells of changes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/channel_fixture.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+class NotifiedChannel : public testing::Test {
+ protected:
+  void be_told() {
+    fixture.link_up();
+    fixture.wait(1s);
+    sut().set_notified(true, fixture.now);
+    fixture.settle();
+    // What was due before.
+    fixture.wait(500ms);
+    fixture.reads = 0;
+  }
+  void change(Variable variable = Variable::request_state) {
+    sut().on_change(variable, fixture.now);
+    fixture.settle();
+  }
+  channel::Channel& sut() { return *fixture.sut; }
+  ChannelFixture fixture;
+};
+
+TEST_F(NotifiedChannel, IsLookedAtTwiceASecond) {
+  be_told();
+  fixture.wait(10s);
+  EXPECT_EQ(fixture.reads, 20U);
+}
+
+TEST_F(NotifiedChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
+  be_told();
+  fixture.call();
+  change();
+  EXPECT_EQ(fixture.offers, 1U);
+  EXPECT_EQ(fixture.reads, 2U) << "the request, and the same once more";
+}
+
+TEST_F(NotifiedChannel, IsAcceptedByTheSameRulesAsEver) {
+  be_told();
+  fixture.call("old", 1);
+  int actions = 0;
+  fixture.before_action = [&] {
+    if (++actions == 2) {
+      fixture.call("new", 2);
+    }
+  };
+  change();
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "new");
+  EXPECT_EQ(fixture.reads, 3U) << "what read differently is read once more";
+}
+
+TEST_F(NotifiedChannel, IsNotAcceptedWhileItsTextsAreWritten) {
+  be_told();
+  fixture.call("old", 1);
+  int actions = 0;
+  fixture.before_action = [&] {
+    if (++actions == 2) {
+      fixture.call("half", 1);
+    } else if (actions == 3) {
+      fixture.call("whole", 1);
+    }
+  };
+  change();
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "whole");
+}
+
+TEST_F(NotifiedChannel, IsFoundWithoutAWordAtTheNextLookForSafety) {
+  be_told();
+  fixture.call();
+  fixture.wait(500ms);
+  EXPECT_EQ(fixture.offers, 1U);
+}
+
+TEST_F(NotifiedChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
+  be_told();
+  bool first = true;
+  fixture.before_action = [&] {
+    if (std::exchange(first, false)) {
+      // The look has been sent; the program writes behind it.
+      static_cast<void>(sut().on_change(Variable::request_state, fixture.now));
+    }
+  };
+  change();
+  EXPECT_EQ(fixture.reads, 2U);
+}
+
+TEST_F(NotifiedChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
+  be_told();
+  sut().set_notified(false, fixture.now);
+  fixture.settle();
+  fixture.call();
+  fixture.wait(11ms);
+  EXPECT_EQ(fixture.offers, 1U);
+}
+
+TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
+  be_told();
+  sut().on_link_down("cable", fixture.now);
+  fixture.settle();
+  fixture.link_up();
+  fixture.wait(1s);
+  EXPECT_GE(fixture.reads, 100U);
+}
+
+TEST_F(NotifiedChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
+  be_told();
+  fixture.call();
+  change();
+  sut().assign(fixture.assignment(), fixture.now);
+  fixture.settle();
+  fixture.reads = 0;
+  fixture.wait(400ms);
+  EXPECT_LE(fixture.reads, 1U) << "a call that runs is not polled";
+  fixture.channel.set_request_state(0);
+  change();
+  EXPECT_EQ(sut().call(), nullptr);
+  EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
+}
+
+TEST_F(NotifiedChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
+  be_told();
+  change(Variable::response_state);
+  EXPECT_EQ(fixture.reads, 0U);
+  fixture.call();
+  change();
+  sut().assign(fixture.assignment(), fixture.now);
+  fixture.settle();
+  fixture.reads = 0;
+  change(Variable::response_state);
+  EXPECT_EQ(fixture.reads, 0U);
+  sut().on_reply(fixture.interim("half", 5), fixture.now);
+  fixture.settle();
+  fixture.reads = 0;
+  change(Variable::response_state);
+  EXPECT_EQ(fixture.reads, 1U);
+}
+
+TEST_F(NotifiedChannel, IsAnsweredAsEver) {
+  be_told();
+  fixture.call();
+  change();
+  sut().assign(fixture.assignment(), fixture.now);
+  fixture.settle();
+  sut().on_reply(fixture.reply("4", 3), fixture.now);
+  fixture.settle();
+  EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=4", "REQUEST_STATE=0", "RESPONSE_STATE=3"));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

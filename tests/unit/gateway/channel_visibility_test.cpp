@@ -1,0 +1,405 @@
+// Controllers that acknowledge writes and apply them later, in any order, and kernels that clear
+// REQUEST_STATE themselves: each request gets one answer, its own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/channel_fixture.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+/// A program that asks again in the cycle in which it finds its answer, and a service that repeats
+/// the request in its answer.
+class QuickProgram {
+ public:
+  QuickProgram(ChannelFixture& fixture, bool changing_states)
+      : fixture_(fixture), changing_states_(changing_states) {
+    ask();
+  }
+  void run(std::chrono::milliseconds time) {
+    const SteadyTime end = fixture_.now.steady + time;
+    while (fixture_.now.steady < end) {
+      if (fixture_.sut->call() != nullptr && !fixture_.sut->call()->answer) {
+        serve();
+      }
+      fixture_.wait(1ms);
+      if (fixture_.channel.values().response_state != 0) {
+        answers.push_back(fixture_.channel.values().response);
+        ask();
+      }
+    }
+  }
+  void expect_each_answered_once() const {
+    EXPECT_GT(answers.size(), 1U);
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      EXPECT_EQ(answers[i], std::to_string(i + 1));
+    }
+    EXPECT_LE(fixture_.calls, answers.size() + 1);
+  }
+  std::vector<std::string> answers;
+
+ private:
+  void ask() {
+    ++asked_;
+    fixture_.call(std::to_string(asked_), changing_states_ ? 1 + asked_ % 3 : 1);
+  }
+  void serve() {
+    if (fixture_.sut->call()->attempts.empty()) {
+      fixture_.sut->assign(fixture_.assignment(), fixture_.now);
+      fixture_.settle();
+    }
+    fixture_.sut->on_reply(fixture_.reply(fixture_.sut->call()->request.text, 1), fixture_.now);
+    fixture_.settle();
+  }
+
+  ChannelFixture& fixture_;
+  bool changing_states_;
+  std::uint32_t asked_ = 0;
+};
+
+class LateController : public testing::TestWithParam<std::tuple<int, int, int, bool>> {};
+
+TEST_P(LateController, GetsEachRequestAnsweredOnceWithItsOwnAnswer) {
+  const auto [response, request_state, response_state, changing] = GetParam();
+  ChannelFixture fixture({.response_after = std::chrono::milliseconds(response),
+                          .request_state_after = std::chrono::milliseconds(request_state),
+                          .response_state_after = std::chrono::milliseconds(response_state)});
+  fixture.link_up();
+  QuickProgram program(fixture, changing);
+  program.run(5s);
+  program.expect_each_answered_once();
+}
+
+INSTANTIATE_TEST_SUITE_P(Delays, LateController,
+                         testing::Combine(testing::Values(0, 2, 50), testing::Values(0, 5, 50),
+                                          testing::Values(0, 10, 50), testing::Bool()));
+
+class ClearingKernel : public testing::TestWithParam<std::tuple<int, int, bool, bool>> {};
+
+TEST_P(ClearingKernel, GetsEachRequestAnsweredOnceWithItsOwnAnswer) {
+  const auto [late, clears_after, changing, configured] = GetParam();
+  const std::chrono::milliseconds delay(late);
+  ChannelFixture fixture({.response_after = delay,
+                          .request_state_after = delay,
+                          .response_state_after = delay,
+                          .kernel_clears_after = std::chrono::milliseconds(clears_after)});
+  fixture.sut->set_intervals({.kernel_clears_request_state = configured});
+  fixture.link_up();
+  QuickProgram program(fixture, changing);
+  program.run(10s);
+  program.expect_each_answered_once();
+  if (configured) {
+    EXPECT_THAT(fixture.writes, testing::Not(testing::Contains("REQUEST_STATE=0")));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Delays, ClearingKernel,
+                         testing::Combine(testing::Values(0, 10), testing::Values(0, 2, 50),
+                                          testing::Bool(), testing::Bool()));
+
+class Visibility : public testing::Test {
+ protected:
+  channel::Channel& sut() { return *fixture->sut; }
+  void reply(const fabric::Reply& reply) {
+    sut().on_reply(reply, fixture->now);
+    fixture->settle();
+  }
+  std::optional<ChannelFixture> fixture{std::in_place};
+};
+
+TEST_F(Visibility, AnAnswerIsJournalledAsOpenUntilARequestThatTheKernelClearsIsOver) {
+  fixture.emplace(tests::KernelRules{.kernel_clears_after = 1h});
+  sut().set_intervals({.kernel_clears_request_state = true});
+  fixture->dispatched_call();
+  reply(fixture->reply("1.414", 1));
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  EXPECT_EQ(sut().call(), nullptr) << "its instance is free";
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::answering) << "another gateway must wait";
+  EXPECT_EQ(fixture->journal_state.open_calls().size(), 1U);
+  fixture->restart();
+  fixture->link_up();
+  fixture->wait(2s);
+  EXPECT_EQ(fixture->offers, 1U);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  fixture->call("3", 2);
+  fixture->wait(20ms);
+  EXPECT_EQ(fixture->offers, 2U);
+  EXPECT_EQ(fixture->journal_state.open_calls().size(), 0U)
+      << "the first is over, the second not given out";
+}
+
+/// The kernel clears REQUEST_STATE 30 ms after RESPONSE_STATE has taken effect, which it does 10 ms
+/// late. The program gives up in between and asks the same again.
+class ALateRelease : public Visibility {
+ protected:
+  ALateRelease() {
+    fixture.emplace(tests::KernelRules{.response_state_after = 10ms, .kernel_clears_after = 30ms});
+    sut().set_intervals({.kernel_clears_request_state = true});
+    fixture->dispatched_call();
+    reply(fixture->reply("1.414", 1));
+    fixture->channel.set_request_state(0);
+    fixture->wait(2ms);
+    EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+  }
+  /// The program goes on with the answer to its first request, and asks something else.
+  void go_on() {
+    EXPECT_EQ(fixture->channel.values().response_state, 1U);
+    EXPECT_EQ(fixture->channel.values().request_state, 1U);
+    fixture->call("3", 2);
+    fixture->wait(20ms);
+  }
+};
+
+TEST_F(ALateRelease, IsNoStateBesideANewRequest) {
+  fixture->wait(6ms);
+  fixture->call();
+  fixture->wait(25ms);
+  EXPECT_EQ(fixture->offers, 1U);
+  go_on();
+  EXPECT_EQ(fixture->offers, 2U);
+  EXPECT_EQ(sut().call()->request.text, "3");
+}
+
+TEST_F(ALateRelease, OfACallThatIsAskedAgainIsNotFollowedByItsSecondAnswer) {
+  fixture->call();
+  fixture->wait(7ms);
+  ASSERT_EQ(fixture->offers, 2U);
+  sut().assign(fixture->assignment(), fixture->now);
+  fixture->settle();
+  fixture->wait(5ms);
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(10ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  go_on();
+  EXPECT_EQ(fixture->channel.values().response_state, 0U) << "nobody has answered \"3\"";
+  EXPECT_EQ(fixture->offers, 3U);
+}
+
+TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
+  fixture.emplace(tests::KernelRules{.kernel_clears_after = 500ms});
+  sut().set_intervals({.kernel_clears_request_state = true});
+  fixture->dispatched_call();
+  reply(fixture->reply("1.414", 1));
+  sut().drain(fixture->now);
+  fixture->settle();
+  EXPECT_FALSE(sut().is_over());
+  fixture->wait(600ms);
+  EXPECT_TRUE(sut().is_over());
+}
+
+// Whoever takes the channel over would run it once more.
+TEST_F(Visibility, AnAnswerOfAGatewayThatIsGoneIsNotTakenForARequestWhoseClearingIsLate) {
+  fixture->call();
+  fixture->channel.write(Variable::response_state, std::uint32_t{1});
+  fixture->link_up();
+  fixture->wait(900ms);
+  EXPECT_EQ(fixture->offers, 0U);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down) << "not idle, that is";
+  EXPECT_THAT(sut().status().reason, HasSubstr("beside a request"));
+  fixture->channel.write(Variable::request_state, std::uint32_t{0});
+  fixture->wait(200ms);
+  EXPECT_EQ(fixture->offers, 0U);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+}
+
+TEST_F(Visibility, ARequestBesideAnInterimStateOfAGatewayThatIsGoneIsFoundAfterASecond) {
+  fixture->call();
+  fixture->channel.write(Variable::response_state, std::uint32_t{50});
+  fixture->link_up();
+  fixture->wait(1100ms);
+  EXPECT_EQ(fixture->offers, 1U);
+}
+
+TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIsNotCalledOver) {
+  fixture.emplace(tests::KernelRules{.response_state_after = 100ms});
+  fixture->dispatched_call();
+  reply(fixture->interim("half way", 50));
+  ASSERT_THAT(fixture->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50"));
+  fixture->channel.write(Variable::request_state, std::uint32_t{0});  // as such a kernel does
+  fixture->wait(20ms);
+  EXPECT_NE(sut().call(), nullptr);
+  fixture->wait(100ms);
+  ASSERT_NE(sut().call(), nullptr);
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(200ms);
+  EXPECT_EQ(fixture->channel.values().response_state, 1U);
+}
+
+// The other gateway then finds no request, and the program waited for ever. Found by the
+// simulation.
+TEST_F(Visibility, AChannelIsNotHandedOverWhileTheKernelMayStillClearTheRequestOfAnInterimAnswer) {
+  fixture->dispatched_call();
+  reply(fixture->interim("half way", 50));
+  fixture->wait(20ms);
+  sut().hand_over("served by another gateway", fixture->now);
+  fixture->settle();
+  fixture->wait(20ms);
+  fixture->channel.write(Variable::request_state, std::uint32_t{0});  // as such a kernel does
+  fixture->wait(20ms);
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(200ms);
+  EXPECT_EQ(fixture->channel.values().response_state, 1U);
+}
+
+TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
+  fixture->dispatched_call();
+  reply(fixture->interim("half way", 50));
+  sut().hand_over("served by another gateway", fixture->now);
+  fixture->settle();
+  fixture->wait(2s);
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_THAT(fixture->withdrawn, testing::SizeIs(1));
+}
+
+// The text of the answer before is that of this one, and looks as if it were written. Found by the
+// simulation.
+TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnection) {
+  fixture.emplace(tests::KernelRules{.response_after = 50ms, .response_state_after = 40ms});
+  fixture->dispatched_call();
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(500ms);
+  fixture->call();
+  fixture->wait(200ms);
+  ASSERT_NE(sut().call(), nullptr);
+  sut().assign(fixture->assignment(), fixture->now);
+  fixture->settle();
+  reply(fixture->interim("half way", 50));
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(30ms);
+  sut().on_link_dropped("the configuration has changed", fixture->now);
+  fixture->settle();
+  fixture->link_up();
+  for (int i = 0; i < 2000 && fixture->channel.values().response_state == 0; ++i) {
+    fixture->wait(1ms);
+  }
+  EXPECT_EQ(fixture->channel.values().response_state, 1U);
+  EXPECT_EQ(fixture->channel.values().response, "1.414");
+}
+
+TEST_F(Visibility, AnInterimAnswerWaitsUntilTheOneBeforeIsVisible) {
+  fixture.emplace(tests::KernelRules{.response_state_after = 100ms});
+  fixture->dispatched_call();
+  reply(fixture->interim("half way", 50));
+  reply(fixture->interim("nearly there", 90));
+  fixture->wait(50ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50"));
+  fixture->wait(200ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50",
+                                           "RESPONSE=nearly there", "RESPONSE_STATE=90"));
+}
+
+TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
+  fixture.emplace(tests::KernelRules{.response_after = 50ms});
+  fixture->dispatched_call();
+  reply(fixture->interim("half way", 50));
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(200ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=half way", "RESPONSE=1.414", "REQUEST_STATE=0",
+                                           "RESPONSE_STATE=1"));
+}
+
+// Such a controller may show the variables of a request one after another as well.
+TEST_F(Visibility, ARequestIsReadTwiceAsFarApartAsTheControllerShowsWritesLate) {
+  fixture.emplace(tests::KernelRules{.request_state_after = 20ms});
+  fixture->dispatched_call();
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(100ms);
+  fixture->call("UUID and REQUEST of before", 2);
+  fixture->wait(15ms);
+  fixture->call("3", 2);
+  fixture->wait(100ms);
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "3");
+  EXPECT_EQ(fixture->offers, 2U);
+}
+
+TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain) {
+  const tests::KernelRules rules{.kernel_clears_after = 1ms};
+  const auto effects = std::make_shared<WriteEffects>();
+  fixture.emplace(rules);
+  for (const bool first : {true, false}) {
+    fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture->context, ReadIntervals{}, effects);
+    fixture->dispatched_call();
+    reply(fixture->reply("1.414", 1));
+    fixture->wait(first ? 5s : 100ms);
+    EXPECT_THAT(fixture->writes, testing::Contains("RESPONSE_STATE=1"));
+    fixture->writes.clear();
+  }
+}
+
+// Without the wait the 0 might come after the answer, and wipe it or the next request.
+TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsLostThreeTimes) {
+  fixture->link_up();
+  for (std::uint32_t state = 1; state <= 4; ++state) {
+    fixture->call("3", state);
+    fixture->wait(20ms);
+    sut().assign(fixture->assignment(), fixture->now);
+    fixture->settle();
+    if (state < 4) {
+      reply(fixture->reply("1.732", 1));
+      fixture->wait(100ms);
+    }
+  }
+  fixture->writes.clear();
+  unsigned writes = 0;
+  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes == 1 || writes > 4}; };
+  reply(fixture->reply("1.732", 1));
+  fixture->wait(6s);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.732"));
+  fixture->wait(10s);
+  EXPECT_THAT(fixture->writes,
+              ElementsAre("RESPONSE=1.732", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+}
+
+TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
+  fixture->dispatched_call();
+  unsigned writes = 0;
+  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes > 3}; };
+  reply(fixture->reply("1.414", 1));
+  EXPECT_THAT(fixture->writes, IsEmpty());
+  fixture->wait(1100ms);
+  EXPECT_THAT(fixture->said, testing::Contains(HasSubstr("RESPONSE and does not show it")));
+  EXPECT_THAT(sut().status().reason, HasSubstr("does not show it"));
+  EXPECT_THAT(fixture->write_problems, ElementsAre(HasSubstr("written 2 times")));
+  fixture->wait(8s);
+  EXPECT_THAT(fixture->write_problems, testing::Contains("").Times(1)) << "it is over once";
+  EXPECT_EQ(fixture->write_problems.back(), "");
+  EXPECT_THAT(fixture->writes,
+              ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  EXPECT_EQ(fixture->offers, 1U);
+}
+
+// The other gateway sees no request. Found by the simulation.
+TEST_F(Visibility, AChannelThatIsGivenUpIsLeftOnceAReadShowsItsLastAnswer) {
+  fixture->dispatched_call();
+  unsigned writes = 0;
+  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes != 3}; };
+  sut().drain(fixture->now);
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(100ms);
+  EXPECT_FALSE(sut().is_over());
+  fixture->wait(1100ms);
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_EQ(fixture->channel.values().response_state, 1U);
+}
+
+TEST_F(Visibility, AChannelThatIsGivenUpTakesItsProblemWithIt) {
+  fixture->dispatched_call();
+  unsigned writes = 0;
+  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes < 3}; };
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(4s);
+  ASSERT_THAT(fixture->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE")));
+  sut().drain(fixture->now);
+  fixture->settle();
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_THAT(fixture->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE"), ""));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,409 @@
+// A message queue from the controller's ring to the service and back to LastGet.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/queue_plant.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using queues::Acknowledge;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
+  QueuePlant sut(4);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  ASSERT_TRUE(sut.settle());
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway has left it")));
+}
+
+TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
+  QueuePlant sut(5);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.write("1");
+  sut.ring.write("2");
+  sut.ring.last_get = 3;  // somebody else has read both
+  sut.ring.write("3");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("3"));
+  EXPECT_THAT(sut.said, Contains(HasSubstr("somebody else reads it too")));
+  EXPECT_EQ(sut.ring.last_get, 4);
+}
+
+TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
+  // The other one reads what stands there whenever it wants, and sets LastGet; each message is read
+  // by one of both at least.
+  for (int at = 0; at < 60; ++at) {
+    QueuePlant sut(4);
+    std::vector<std::string> others;
+    run_with(sut, at, 9, [&](int) {
+      const auto control = sut.ring.control();
+      for (const auto element : queues::elements_behind(control, sut.ring.last_get)) {
+        others.push_back(sut.ring.texts[element - 1]);
+      }
+      sut.ring.last_get = sut.ring.last_filled;
+    });
+    const auto ours = texts_of(sut);
+    for (const std::string& number : numbers(1, 9)) {
+      ASSERT_TRUE(std::ranges::count(ours, number) + std::ranges::count(others, number) >= 1)
+          << number << " with the other reader in step " << at;
+      ASSERT_LE(std::ranges::count(ours, number), 1) << number;
+    }
+  }
+}
+
+TEST(MessageQueueReader, WritesNothingWhereTheControlStructureCannotBe) {
+  QueuePlant sut(3);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.last_filled = 0;
+  sut.ring.last_get = 9;
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.ring.last_get, 9);
+  EXPECT_THAT(sut.troubles,
+              ElementsAre(HasSubstr("press.alarms/1: SD.ALARMS has LastFilled 0 and LastGet 9")));
+  sut.ring.initialise();
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+  EXPECT_EQ(sut.troubles.back(), "");
+}
+
+TEST(MessageQueueReader, TriesAgainWhatTheControllerRefuses) {
+  QueuePlant sut(3);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.refuses = true;
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), IsEmpty());
+  EXPECT_THAT(sut.troubles, SizeIs(1));
+  sut.refuses = false;
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+  EXPECT_EQ(sut.ring.last_get, 2);
+}
+
+TEST(MessageQueueReader, ReadsAQueueThatNobodyServesIntoTheJournal) {
+  QueuePlant sut(3);
+  ASSERT_TRUE(sut.settle());
+  for (int i = 1; i <= 20; ++i) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(i))) << "full at " << i;
+    ASSERT_TRUE(sut.settle());
+  }
+  EXPECT_EQ(sut.waiting(), 20);
+  sut.crash();
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 20));
+}
+
+TEST(MessageQueueReader, LeavesThemInTheQueueUntilTheyAreAnsweredAndWarnsBeforeItIsFull) {
+  QueuePlant sut(5, Acknowledge::when_answered);
+  ASSERT_TRUE(sut.settle());
+  for (int i = 1; i <= 3; ++i) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(i)));
+  }
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.ring.last_get, 1);
+  EXPECT_FALSE(sut.ring.full());
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages")));
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 3));
+  EXPECT_EQ(sut.ring.last_get, 4);
+  EXPECT_EQ(sut.filling.back(), "");
+}
+
+TEST(MessageQueueReader, WarnsBeforeTheSmallestQueueIsFull) {
+  QueuePlant sut(3, Acknowledge::when_answered);
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  ASSERT_TRUE(sut.settle());
+  EXPECT_FALSE(sut.ring.full());
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("1 of 2 messages")));
+}
+
+TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
+  QueuePlant sut(5);
+  sut.settings.backlog = 8;
+  sut.start();
+  ASSERT_TRUE(sut.settle());
+  int written = 0;
+  while (sut.ring.write(std::to_string(written + 1))) {
+    ++written;
+    ASSERT_TRUE(sut.settle());
+    if (written == 6) {
+      EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("6 of 8 messages that may wait")));
+    }
+  }
+  EXPECT_EQ(written, 8 + 4);
+  EXPECT_EQ(sut.waiting(), 8);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, written));
+}
+
+TEST(MessageQueueReader, ReadsNoMoreAtOnceThanMayWait) {
+  QueuePlant sut(12);
+  sut.settings.backlog = 4;
+  sut.start();
+  for (int number = 1; number <= 10; ++number) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(number)));
+  }
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.waiting(), 4);
+}
+
+TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
+  QueuePlant sut(5);
+  sut.settings.backlog = 4;
+  sut.start();
+  for (int number = 1; number <= 3; ++number) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(number)));
+  }
+  ASSERT_TRUE(sut.settle());
+  ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that may wait")));
+  sut.switch_controller_off();
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 3));
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4"), ""));
+}
+
+TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
+  QueuePlant sut(4);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  sut.tell();
+  for (int i = 0; i < 200 && sut.step(); ++i) {
+    sut.tell();
+  }
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+}
+
+TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
+  const Moment now{SteadyTime(std::chrono::hours(1)), {}};
+  queues::QueueReader sut(std::chrono::minutes(1));
+  QueueLog queue_log;
+  queue_log.apply(LastGetEntry{{"press.alarms", 1}, 1, 0});
+  sut.on_up(now);
+  ASSERT_EQ(sut.next(queue_log, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  // The controller has answered before the message was there.
+  sut.on_event(now);
+  sut.on_control(queues::Control{1, 1, 3}, queue_log, 10, now);
+  EXPECT_EQ(sut.next(queue_log, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  sut.on_control(queues::Control{1, 1, 3}, queue_log, 10, now);
+  EXPECT_EQ(sut.next(queue_log, 0, now), std::nullopt);
+}
+
+TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
+  QueuePlant sut(3);
+  EXPECT_EQ(sut.key.to_string(), "press.alarms/1");
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  // The ledger holds the queue and no call.
+  EXPECT_THAT(sut.journal_state.open_calls(), IsEmpty());
+  EXPECT_EQ(sut.journal_state.queues().at(sut.key).waiting(), 0);
+}
+
+/// A queue whose journal confirms when it is told to.
+class AQueueWithASlowJournal : public testing::Test {
+ protected:
+  AQueueWithASlowJournal() { sut.on_up(now); }
+
+  static queues::QueueSettings settings() {
+    queues::QueueSettings one;
+    one.name = "alarms";
+    one.array = "SD.ALARMS";
+    one.control = "SD.CONTROL";
+    one.uuid = QueuePlant::uuid;
+    return one;
+  }
+  /// The controller answers whatever is asked for two seconds.
+  void work() {
+    for (const SteadyTime end = now.steady + std::chrono::seconds(2); now.steady < end;) {
+      const auto step = sut.next(now);
+      if (!step) {
+        now.steady += std::chrono::milliseconds(100);
+      } else if (std::holds_alternative<queues::ReadControl>(*step)) {
+        sut.on_control(ring.control(), now);
+      } else if (std::holds_alternative<queues::ReadQueue>(*step)) {
+        sut.on_array(ring.texts, now);
+      } else {
+        ring.last_get = std::get<queues::WriteLastGet>(*step).element;
+        sut.on_written({}, now);
+      }
+      sut.take_output();  // the journal has it from now on, and is slow
+    }
+  }
+  [[nodiscard]] std::string shown() const { return sut.snapshot(ReadSet::request).request; }
+
+  RingModel ring{5};
+  Moment now{SteadyTime(std::chrono::hours(1)), {}};
+  queues::MessageQueue sut{"press", settings(), {}};
+};
+
+TEST_F(AQueueWithASlowJournal, LeavesAMessageInTheControllerUntilItIsJournalledAlsoOnANewLink) {
+  ring.write("first");
+  work();
+  sut.on_down("cable");
+  sut.on_up(now);
+  work();
+  EXPECT_EQ(ring.last_get, 1U);
+  EXPECT_EQ(shown(), "");
+  sut.on_journalled(now);
+  EXPECT_EQ(shown(), "first");
+  work();
+  EXPECT_EQ(ring.last_get, 2U);
+}
+
+TEST_F(AQueueWithASlowJournal, TakesNoMessageForJournalledThatWasReadOverANewLinkMeanwhile) {
+  ring.write("first");
+  work();
+  sut.on_down("cable");
+  sut.on_up(now);
+  ring.write("second");
+  work();
+  sut.on_journalled(now);
+  work();
+  EXPECT_EQ(ring.last_get, 2U);
+  sut.on_journalled(now);
+  work();
+  EXPECT_EQ(ring.last_get, 3U);
+}
+
+TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
+  ring.write("first");
+  work();
+  sut.on_journalled(now);
+  ring.write("second");
+  work();
+  sut.write({Variable::response, std::string("done")}, now);
+  sut.write({Variable::request_state, std::uint32_t{0}}, now);
+  sut.write({Variable::response_state, std::uint32_t{1}, true}, now);
+  sut.on_acknowledged();
+  EXPECT_EQ(shown(), "");
+  sut.on_journalled(now);
+  EXPECT_EQ(shown(), "second");
+}
+
+TEST_F(AQueueWithASlowJournal, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationChanges) {
+  ring.write("one");
+  work();
+  sut.on_journalled(now);
+  sut.write({Variable::response, "ok"}, now);
+  sut.write({Variable::request_state, 0U}, now);
+  auto changed = settings();
+  changed.backlog = 5;
+  changed.uuid = "another";
+  sut.change(changed);
+  EXPECT_EQ(sut.snapshot(ReadSet::all).uuid, QueuePlant::uuid);
+  EXPECT_EQ(sut.snapshot(ReadSet::all).response, "ok");
+  sut.write({Variable::response_state, 1U, true}, now);
+  EXPECT_EQ(sut.view().answered, 1U);
+}
+
+TEST_F(AQueueWithASlowJournal, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
+  ring.write("one");
+  work();
+  sut.on_journalled(now);
+  auto changed = settings();
+  changed.uuid = "another";
+  sut.change(changed);
+  EXPECT_TRUE(sut.take_output().shows);
+  EXPECT_EQ(sut.snapshot(ReadSet::request).uuid, "another");
+}
+
+// What stands beside the request of a message is taken for an answer to it.
+TEST(AQueueServiceInterface, ShowsNothingOfTheResponseBeforeBesideTheNextMessage) {
+  queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  sut.write({Variable::response, std::string("done")});
+  sut.write({Variable::request_state, std::uint32_t{0}});
+  ASSERT_TRUE(sut.write({Variable::response_state, std::uint32_t{1}, true}));
+  sut.show({.number = 2, .element = 3, .text = "second"});
+  const ServiceSnapshot next = sut.snapshot(ReadSet::all);
+  EXPECT_EQ(next.request, "second");
+  EXPECT_EQ(next.response, "");
+  EXPECT_EQ(next.response_state, 0U);
+}
+
+// A service whose programs wait for RESPONSE alone is answered in another order.
+TEST(AQueueServiceInterface, HasItsAnswerWithTheWriteThatReleasesAProgramWhicheverThatIs) {
+  queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_FALSE(sut.write({Variable::response_state, 99U}));
+  EXPECT_TRUE(sut.write({Variable::response, "done", true}));
+  EXPECT_EQ(sut.response(), "done");
+  EXPECT_EQ(sut.response_state(), 99U);
+}
+
+TEST(AQueueServiceInterface, TakesNoWriteThatWasOnItsWayWhenItsMessageGotAnotherUuid) {
+  queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  sut.set_uuid("another");
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_EQ(sut.snapshot(ReadSet::all).request_state, 1U);
+  sut.on_read(ReadSet::state);
+  EXPECT_FALSE(sut.write({Variable::response_state, 1U, true}));
+  sut.on_read(ReadSet::all);
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_EQ(sut.snapshot(ReadSet::all).request_state, 0U);
+}
+
+TEST(QueueLog, IsTheSameAfterItsSnapshot) {
+  const fabric::ChannelKey key{"press.alarms", 1};
+  QueueLog queue_log;
+  queue_log.apply(LastGetEntry{key, 1, 0});
+  queue_log.apply(MessageEntry{key, 1, 2, "a"});
+  queue_log.apply(MessageEntry{key, 2, 3, "b"});
+  queue_log.apply(MessageEndedEntry{key, 1});
+  journal::JournalState sut;
+  for (const JournalEntry& entry : queue_log.snapshot(key)) {
+    sut.apply(entry);
+  }
+  EXPECT_EQ(sut.queues().at(key), queue_log);
+  EXPECT_EQ(queue_log.read_up_to(), 3);
+  EXPECT_EQ(queue_log.next()->text, "b");
+}
+
+TEST(QueueLog, EndsTheCallOfAMessageWithTheMessage) {
+  const fabric::ChannelKey key{"press.alarms", 1};
+  journal::JournalState sut;
+  sut.apply(MessageEntry{key, 5, 2, "a"});
+  DispatchedEntry call;
+  call.call = {1, 2};
+  call.key = key;
+  call.request = {"u", "a", request_state_of(5)};
+  sut.apply(call);
+  ASSERT_THAT(sut.open_calls(), SizeIs(1));
+  sut.apply(MessageEndedEntry{key, 5});
+  EXPECT_THAT(sut.open_calls(), IsEmpty());
+}
+
+TEST(Ring, NamesTheElementsBehindLastGetOverTheEnd) {
+  using queues::elements_behind;
+  EXPECT_THAT(elements_behind({3, 1, 3}, 1), ElementsAre(2, 3));
+  EXPECT_THAT(elements_behind({1, 2, 3}, 2), ElementsAre(3, 1));
+  EXPECT_THAT(elements_behind({2, 2, 3}, 2), IsEmpty());
+  EXPECT_TRUE(queues::holds({1, 2, 3}, 1));
+  EXPECT_FALSE(queues::holds({3, 2, 3}, 1));
+  EXPECT_THAT(queues::wrong_with({1, 1, 2}), HasSubstr("2 elements"));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

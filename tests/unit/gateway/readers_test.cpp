@@ -1,0 +1,75 @@
+// What nobody hears is not put into words, and changes nothing else.
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/core_calls_test.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+constexpr Readers nobody{.events = false, .statuses = false, .min_level = Level::error};
+
+class ReadersTest : public CoreCallsTest {
+ protected:
+  void start_before(const Readers& readers) {
+    start();
+    sut->set_readers(readers, now);
+    link_up();
+    sut->on_instance_ready(instance(1), now);
+  }
+};
+
+TEST_F(ReadersTest, BringsTheEventsStatesAndLinesOfACall) {
+  start_before({});
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<Tell>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<Show>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<Say>(actions), Not(IsEmpty()));
+}
+
+TEST_F(ReadersTest, OfNobodyBringsNothingAndTheCallIsAnsweredAllTheSame) {
+  start_before(nobody);
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<Tell>(actions), IsEmpty());
+  EXPECT_THAT(all<Show>(actions), IsEmpty());
+  EXPECT_THAT(all<Say>(actions), IsEmpty());
+  EXPECT_THAT(all<Write>(actions), SizeIs(3)) << "RESPONSE, REQUEST_STATE, RESPONSE_STATE";
+}
+
+TEST_F(ReadersTest, OfTheLogAloneBringsLinesOfItsLevel) {
+  start_before({.events = false, .statuses = false, .min_level = Level::info});
+  EXPECT_THAT(all<Say>(answered_call(1)), IsEmpty()) << "calls are debug";
+  sut->set_readers({.events = false, .statuses = false, .min_level = Level::debug}, now);
+  EXPECT_THAT(all<Say>(answered_call(2)), Not(IsEmpty()));
+}
+
+TEST_F(ReadersTest, ThatBeginsBringsEveryChannelAsItIs) {
+  start_before(nobody);
+  confirm(request(1));
+  const auto shown = all<Show>(sut->set_readers({}, now));
+  ASSERT_THAT(shown, SizeIs(2));
+  EXPECT_EQ(shown[0].status.state, fabric::ChannelState::running);
+  EXPECT_EQ(shown[0].status.uuid, uuid);
+  EXPECT_EQ(shown[0].status.instance, instance(1).id);
+  EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not looked at yet";
+}
+
+TEST_F(ReadersTest, ThatBeginsAgainBringsWhatHasChangedMeanwhileAndSinceWhen) {
+  start_before({});
+  confirm(request(1));
+  sut->set_readers(nobody, now);
+  const fabric::Time given = now.wall;
+  now.steady += std::chrono::seconds(5);
+  now.wall += std::chrono::seconds(5);
+  sut->on_time(now);
+  const auto shown = all<Show>(sut->set_readers({}, now));
+  ASSERT_THAT(shown, SizeIs(1)) << "of the other channel DDS has what was shown last";
+  EXPECT_EQ(shown[0].status.since, given);
+  EXPECT_EQ(shown[0].status.calls, 1U);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

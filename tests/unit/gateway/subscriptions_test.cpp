@@ -1,0 +1,415 @@
+#include "gateway/machines/subscriptions.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
+using testing::SizeIs;
+using enum Variable;
+
+class SubscriptionsTest : public testing::Test {
+ protected:
+  explicit SubscriptionsTest(SubscriptionMode mode = SubscriptionMode::automatic) : sut(mode) {}
+
+  void take(const machines::SubscriptionActions& actions) {
+    for (const auto channel : actions.unsubscribe) {
+      unsubscribed.push_back(channel);
+    }
+    for (const auto channel : actions.subscribe) {
+      subscribed.push_back(channel);
+    }
+    for (const auto& [channel, is] : actions.trusted) {
+      trusted[channel] = is;
+    }
+    for (const auto& look : actions.changed) {
+      looks.push_back(look);
+    }
+    for (const auto& [level, words] : actions.log) {
+      said.emplace_back(level, words);
+    }
+  }
+  void serve(const std::vector<std::uint16_t>& channels = {1}) { take(sut.serve(channels)); }
+  void grant(const std::vector<std::uint16_t>& channels = {1}) {
+    std::vector<machines::SubscribeOutcome> outcomes;
+    for (const auto channel : channels) {
+      outcomes.push_back({channel, "", false});
+    }
+    take(sut.on_subscribed(outcomes, now));
+  }
+  void refuse(std::uint16_t channel = 1) {
+    take(sut.on_subscribed({{channel, "the controller refuses it: 0x701", false}}, now));
+  }
+  void told(std::optional<std::uint32_t> value, std::uint16_t channel = 1) {
+    take(sut.on_notification(channel, request_state, value, now));
+  }
+  void look(std::uint32_t value, std::uint16_t channel = 1) {
+    sut.read_started(channel);
+    looked(value, channel);
+  }
+  void looked(std::uint32_t value, std::uint16_t channel = 1) {
+    ServiceSnapshot snapshot;
+    snapshot.set = ReadSet::state;
+    snapshot.request_state = value;
+    take(sut.on_read(channel, snapshot, now));
+  }
+  /// REQUEST_STATE is cleared, and the next read shows it.
+  void clear(std::uint16_t channel = 1) {
+    sut.on_cleared(channel);
+    look(0, channel);
+  }
+  void wait(std::chrono::milliseconds time) {
+    now += time;
+    take(sut.on_time(now));
+  }
+  /// Granted, told and seen: pushed.
+  void be_trusted() {
+    serve();
+    grant();
+    told(0);
+    look(0);
+    ASSERT_TRUE(trusted[1]);
+    looks.clear();
+    said.clear();
+    subscribed.clear();
+  }
+
+  SteadyTime now{1h};
+  machines::Subscriptions sut;
+  std::vector<std::uint16_t> subscribed;
+  std::vector<std::uint16_t> unsubscribed;
+  std::map<std::uint16_t, bool> trusted;
+  std::vector<std::pair<std::uint16_t, Variable>> looks;
+  std::vector<std::pair<Level, std::string>> said;
+};
+
+TEST_F(SubscriptionsTest, AsksForEachChannelOnce) {
+  serve({1, 2});
+  EXPECT_THAT(subscribed, ElementsAre(1, 2));
+  serve({1, 2, 3});
+  EXPECT_THAT(subscribed, ElementsAre(1, 2, 3));
+}
+
+TEST_F(SubscriptionsTest, BelievesSilenceOnceWhatIsToldIsWhatIsSeen) {
+  serve();
+  grant();
+  look(0);
+  EXPECT_FALSE(trusted[1]);
+  told(0);
+  EXPECT_TRUE(trusted[1]);
+  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_THAT(said, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
+}
+
+TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheAnswerToTheQuestion) {
+  serve();
+  look(0);
+  told(0);
+  EXPECT_FALSE(trusted[1]);
+  grant();
+  EXPECT_TRUE(trusted[1]);
+}
+
+TEST_F(SubscriptionsTest, AChangeThatIsToldIsTimeToLook) {
+  be_trusted();
+  told(7);
+  EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
+}
+
+TEST_F(SubscriptionsTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
+  be_trusted();
+  told(7);
+  look(7);
+  looks.clear();
+  clear();
+  told(0);
+  EXPECT_THAT(looks, IsEmpty());
+}
+
+// The program may have written the same request again before the controller took its next sample:
+// then nothing is told, ever.
+TEST_F(SubscriptionsTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
+  be_trusted();
+  told(7);
+  look(7);
+  EXPECT_TRUE(trusted[1]);
+  clear();
+  EXPECT_FALSE(trusted[1]);
+  told(0);
+  EXPECT_TRUE(trusted[1]);
+}
+
+TEST_F(SubscriptionsTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
+  be_trusted();
+  told(7);
+  look(7);
+  clear();
+  look(7);
+  EXPECT_TRUE(trusted[1]);
+  for (int times = 0; times < 10; ++times) {
+    clear();
+    look(7);
+  }
+  EXPECT_EQ(sut.status_text(), "pushed")
+      << "no sample was taken in between: nothing was kept from us";
+}
+
+TEST_F(SubscriptionsTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlready) {
+  be_trusted();
+  take(sut.on_read(1, {ReadSet::states, "", "", 0, 5, ""}, now));
+  take(sut.on_notification(1, response_state, 5, now));
+  EXPECT_THAT(looks, IsEmpty());
+  take(sut.on_notification(1, response_state, 0, now));
+  EXPECT_THAT(looks, ElementsAre(Pair(1, response_state)));
+}
+
+TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndSaysSoOnce) {
+  serve();
+  refuse();
+  EXPECT_EQ(sut.status_text(), "polled: the controller refuses it: 0x701");
+  ASSERT_THAT(said, SizeIs(1));
+  wait(10min);
+  EXPECT_THAT(subscribed, SizeIs(1));
+  EXPECT_THAT(said, SizeIs(1));
+}
+
+TEST_F(SubscriptionsTest, TriesAgainOnANewLinkAndSaysNothingThatWasSaid) {
+  serve();
+  refuse();
+  sut.link_down();
+  serve();
+  EXPECT_THAT(subscribed, ElementsAre(1, 1));
+  refuse();
+  EXPECT_THAT(said, SizeIs(1));
+  sut.link_down();
+  serve();
+  grant();
+  EXPECT_THAT(said, SizeIs(2));
+}
+
+TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
+  serve({1, 2});
+  take(sut.on_subscribed({{1, "", false}, {2, "no more handles", false}}, now));
+  EXPECT_EQ(sut.status_text(), "pushed, but for channel 2: no more handles");
+}
+
+TEST_F(SubscriptionsTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
+  serve();
+  take(sut.on_subscribed({{1, "no answer", true}}, now));
+  wait(999ms);
+  EXPECT_THAT(subscribed, SizeIs(1));
+  wait(1ms);
+  EXPECT_THAT(subscribed, SizeIs(2));
+  take(sut.on_subscribed({{1, "no answer", true}}, now));
+  wait(1s);
+  EXPECT_THAT(subscribed, SizeIs(2)) << "less and less often";
+  wait(1s);
+  EXPECT_THAT(subscribed, SizeIs(3));
+}
+
+TEST_F(SubscriptionsTest, GivesUpAControllerThatGrantsAndTellsNothing) {
+  serve();
+  grant();
+  for (int times = 0; times < 200; ++times) {
+    look(0);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("tells nothing, not even the first value"));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_FALSE(trusted[1]);
+}
+
+TEST_F(SubscriptionsTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
+  serve();
+  grant();
+  for (std::uint32_t times = 0; times < 200; ++times) {
+    look(times % 2);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("tells nothing, not even the first value"));
+}
+
+TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) {
+  be_trusted();
+  for (int times = 0; times < 200; ++times) {
+    look(7);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("did not tell of a change"));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+}
+
+TEST_F(SubscriptionsTest, OneWhoStoodStillDrawsNoConclusion) {
+  be_trusted();
+  look(7);
+  now += 10s;
+  look(7);
+  told(7);
+  EXPECT_TRUE(trusted[1]);
+}
+
+TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
+  be_trusted();
+  for (int times = 0; times < 3; ++times) {
+    EXPECT_EQ(sut.status_text(), "pushed");
+    now += 1s;
+    look(7);
+    clear();
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("does not tell of all changes"));
+}
+
+// It was answered before the change, and is heard of after it.
+TEST_F(SubscriptionsTest, ALookThatWasOvertakenByATellingProvesNothing) {
+  be_trusted();
+  for (std::uint32_t request = 1; request <= 20; ++request) {
+    sut.read_started(1);
+    told(request);
+    looked(request - 1);
+    EXPECT_FALSE(trusted[1]);
+    look(request);
+    EXPECT_TRUE(trusted[1]);
+  }
+  EXPECT_EQ(sut.status_text(), "pushed");
+}
+
+TEST_F(SubscriptionsTest, ForgivesWhatHappensOnceInTenMinutes) {
+  be_trusted();
+  for (int times = 0; times < 10; ++times) {
+    now += 6min;
+    look(7);
+    clear();
+  }
+  EXPECT_EQ(sut.status_text(), "pushed");
+}
+
+TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
+  be_trusted();
+  for (int times = 0; times < 3; ++times) {
+    told(7);
+    look(7);
+    clear();  // which is not told
+  }
+  told(7);
+  EXPECT_THAT(sut.status_text(), HasSubstr("does not tell of all changes"));
+}
+
+TEST_F(SubscriptionsTest, GivesUpAControllerThatTellsTooLate) {
+  be_trusted();
+  for (int times = 0; times < 3; ++times) {
+    told(7);
+    look(7);
+    clear();
+    now += 200ms;
+    told(0);
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("100 ms late"));
+}
+
+TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
+  be_trusted();
+  for (int times = 0; times < 20; ++times) {
+    told(7);
+    look(7);
+    clear();
+    now += times % 3 == 0 ? 200ms : 1ms;
+    told(0);
+  }
+  EXPECT_EQ(sut.status_text(), "pushed");
+}
+
+TEST_F(SubscriptionsTest, AsksAnewForAHandleThatTheControllerHasDropped) {
+  be_trusted();
+  told(std::nullopt);
+  EXPECT_FALSE(trusted[1]);
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
+  wait(1s);
+  EXPECT_THAT(subscribed, ElementsAre(1));
+  grant();
+  told(0);
+  EXPECT_TRUE(trusted[1]);
+  EXPECT_EQ(sut.status_text(), "pushed");
+}
+
+TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItServesNoMore) {
+  serve({1, 2});
+  grant({1, 2});
+  told(0, 2);
+  look(0, 2);
+  looks.clear();
+  serve({1});
+  EXPECT_THAT(unsubscribed, ElementsAre(2));
+  EXPECT_FALSE(trusted[2]);
+  told(7, 2);
+  EXPECT_THAT(looks, IsEmpty());
+}
+
+TEST_F(SubscriptionsTest, DoesAsItIsToldWhileItRuns) {
+  be_trusted();
+  take(sut.set_mode(SubscriptionMode::poll));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_FALSE(trusted[1]);
+  EXPECT_EQ(sut.status_text(), "polled, as configured");
+  take(sut.set_mode(SubscriptionMode::automatic));
+  EXPECT_THAT(subscribed, ElementsAre(1));
+}
+
+class PollingSubscriptions : public SubscriptionsTest {
+ protected:
+  PollingSubscriptions() : SubscriptionsTest(SubscriptionMode::poll) {}
+};
+
+TEST_F(PollingSubscriptions, AsksForNothingAndSaysNothing) {
+  serve();
+  EXPECT_THAT(subscribed, IsEmpty());
+  EXPECT_THAT(said, IsEmpty());
+  EXPECT_EQ(sut.status_text(), "polled, as configured");
+}
+
+class InsistingSubscriptions : public SubscriptionsTest {
+ protected:
+  InsistingSubscriptions() : SubscriptionsTest(SubscriptionMode::notify) {}
+};
+
+TEST_F(InsistingSubscriptions, WarnsAndAsksAgainInTheEndOnceAMinute) {
+  serve();
+  refuse();
+  EXPECT_THAT(said, ElementsAre(Pair(Level::warn, HasSubstr("0x701"))));
+  for (int minutes = 0; minutes < 10; ++minutes) {
+    wait(1min);
+    refuse();
+  }
+  const auto before = subscribed.size();
+  EXPECT_GT(before, 9U);
+  wait(59s);
+  EXPECT_EQ(subscribed.size(), before);
+  wait(1s);
+  EXPECT_EQ(subscribed.size(), before + 1);
+  EXPECT_THAT(said, SizeIs(1));
+}
+
+TEST_F(InsistingSubscriptions, TrustsAnewAfterAWhile) {
+  serve();
+  grant();
+  for (int times = 0; times < 200; ++times) {
+    look(0);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.status_text(), HasSubstr("polled: "));
+  wait(1s);
+  EXPECT_THAT(subscribed, ElementsAre(1, 1));
+  grant();
+  told(0);
+  EXPECT_TRUE(trusted[1]);
+  EXPECT_EQ(sut.status_text(), "pushed");
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,295 @@
+#include "tests/unit/gateway/variable_requests_fixture.hpp"
+
+namespace millrace::gateway::variables {
+namespace {
+
+using namespace std::chrono_literals;
+using cnc::ads::ErrorCode;
+using fabric::Quality;
+using fabric::VariableAction;
+using fabric::VariableReply;
+using fabric::VariableRequest;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+TEST_F(VariableRequestsTest, ReadsManyNamesInOneRequest) {
+  const VariableRequest asked = request({"V.E.A", "V.E.B", "V.E.C"});
+  ask(asked);
+  settle();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].asker, asked.asker);
+  const VariableReply& reply = answers[0].reply;
+  EXPECT_TRUE(reply.done);
+  EXPECT_EQ(reply.token, asked.token);
+  ASSERT_THAT(reply.results, SizeIs(3));
+  EXPECT_EQ(reply.results[1].value.name, "V.E.B");
+  EXPECT_EQ(reply.results[1].value.type, fabric::ValueType::sgn32);
+  EXPECT_EQ(reply.results[1].value.at, now.wall);
+  EXPECT_EQ(number_in(reply.results[1]), 2);
+  EXPECT_TRUE(reply.results[1].writable);
+  EXPECT_FALSE(reply.results[2].writable);
+  EXPECT_THAT(look_ups, SizeIs(1));
+  EXPECT_THAT(reads, ElementsAre(SizeIs(3)));
+}
+
+TEST_F(VariableRequestsTest, LooksANameUpOnceAndThenReadsIt) {
+  for (int i = 1; i <= 5; ++i) {
+    pass(10ms);
+    numbers["V.E.A"] = i;
+    ask(request({"V.E.A"}));
+    settle();
+    ASSERT_THAT(answers, SizeIs(i));
+    EXPECT_EQ(number_in(answers.back().reply.results[0]), i);
+  }
+  EXPECT_THAT(look_ups, SizeIs(1));
+  EXPECT_THAT(reads, SizeIs(5));
+}
+
+TEST_F(VariableRequestsTest, AsksTheSameQuestionOnceInACycle) {
+  ask(request({"V.E.A"}, 1));
+  // Two more while it is being asked.
+  auto look_up = sut->next(now);
+  ASSERT_TRUE(look_up);
+  ask(request({"V.E.A", "V.E.B"}, 2));
+  do_it(*look_up);
+  ask(request({"V.E.A"}, 3));
+  settle();
+  EXPECT_THAT(answers, SizeIs(3));
+  const std::size_t asked = reads.size();
+  // And within 2 ms of the answer.
+  ask(request({"V.E.A"}, 4));
+  pass(1ms);
+  ask(request({"V.E.A"}, 5));
+  EXPECT_THAT(answers, SizeIs(5));
+  EXPECT_FALSE(step());
+  EXPECT_THAT(reads, SizeIs(asked));
+  pass(2ms);
+  ask(request({"V.E.A"}, 6));
+  settle();
+  EXPECT_THAT(answers, SizeIs(6));
+  EXPECT_THAT(reads, SizeIs(asked + 1));
+}
+
+TEST_F(VariableRequestsTest, SaysWhichOfTheNamesTheControllerRefusesAndWithWhichError) {
+  ask(request({"V.E.A", "V.E.NONE"}));
+  settle();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_TRUE(answers[0].reply.done);
+  const auto& none = answers[0].reply.results[1];
+  EXPECT_EQ(none.value.quality, Quality::refused);
+  EXPECT_EQ(none.value.reason, "0x710 symbol not found");
+  EXPECT_EQ(none.error, 0x710U);
+  EXPECT_EQ(number_in(answers[0].reply.results[0]), 1);
+}
+
+TEST_F(VariableRequestsTest, LooksUpAnewWhatTheControllerDoesNotKnowAnyMore) {
+  ask(request({"V.E.A"}));
+  settle();
+  pass(10ms);
+  failure = ErrorCode::invalid_handle;
+  ask(request({"V.E.A"}));
+  ASSERT_TRUE(step());
+  EXPECT_THAT(answers, SizeIs(1));
+  failure = ErrorCode::none;
+  settle();
+  ASSERT_THAT(answers, SizeIs(2));
+  EXPECT_EQ(number_in(answers[1].reply.results[0]), 1);
+  EXPECT_THAT(look_ups, SizeIs(2));
+
+  // What it refuses although it was looked up just now, it refuses.
+  pass(10ms);
+  failure = ErrorCode::access_denied_index;
+  ask(request({"V.E.A"}));
+  settle();
+  ASSERT_THAT(answers, SizeIs(3));
+  EXPECT_EQ(answers[2].reply.results[0].error, 0x704U);
+}
+
+TEST_F(VariableRequestsTest, SaysThatTheControllerDoesNotAnswer) {
+  ask(request({"V.E.A"}));
+  ASSERT_TRUE(step());
+  failure = ErrorCode::timeout;
+  settle();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.results[0].value.quality, Quality::stale);
+  EXPECT_THAT(answers[0].reply.results[0].value.reason, HasSubstr("0x745"));
+}
+
+TEST_F(VariableRequestsTest, AsksNothingWhileTheLinkIsDown) {
+  ask(request({"V.E.A"}));
+  sut->on_down("Connection refused", now);
+  keep_news();
+  ask(request({"V.E.A"}));
+  ASSERT_THAT(answers, SizeIs(2));
+  for (const auto& answer : answers) {
+    EXPECT_FALSE(answer.reply.done);
+    EXPECT_EQ(answer.reply.reason, "the link to press is down: Connection refused");
+  }
+  EXPECT_FALSE(sut->next(now));
+  EXPECT_EQ(sut->next_time(now.steady), std::nullopt);
+  sut->on_up({1}, now);
+  ask(request({"V.E.A"}));
+  settle();
+  EXPECT_TRUE(answers[2].reply.done);
+}
+
+TEST_F(VariableRequestsTest, TellsWhoHasWaitedLongEnough) {
+  begin({.writable = {}, .requests_per_second = 1});
+  ask(request({"V.E.A"}));
+  ASSERT_TRUE(step());
+  VariableRequest hasty = request({"V.E.B"});
+  hasty.patience = 20ms;
+  ask(hasty);
+  const auto next = sut->next_time(now.steady);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(*next - now.steady, 20ms);
+  pass(20ms);
+  sut->on_time(now);
+  keep_news();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.token, hasty.token);
+  EXPECT_THAT(answers[0].reply.reason, AllOf(HasSubstr("press could not be asked within 20 ms"),
+                                             HasSubstr("1 requests a second are allowed")));
+}
+
+TEST_F(VariableRequestsTest, KeepsToItsBudget) {
+  begin({.writable = {}, .requests_per_second = 100});
+  const SteadyTime begun = now.steady;
+  std::size_t requests = 0;
+  for (int i = 0; i < 200; ++i) {
+    pass(3ms);
+    ask(request({"V.E.A"}));
+    while (auto wanted = sut->next(now)) {
+      requests += std::holds_alternative<data::Resolve>(*wanted) ? 2U : 1U;
+      do_it(*wanted);
+      keep_news();
+    }
+  }
+  const double seconds = std::chrono::duration<double>(now.steady - begun).count();
+  EXPECT_LE(static_cast<double>(requests), 100 * seconds + 12);
+  EXPECT_THAT(answers, SizeIs(testing::Ge(190U)));
+}
+
+TEST_F(VariableRequestsTest, ListsAPage) {
+  VariableRequest list = request({"V.E"});
+  list.action = VariableAction::list;
+  list.first = 64;
+  ask(list);
+  settle();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.total, 2U);
+  ASSERT_THAT(answers[0].reply.results, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.results[0].value.name, "V.E.A");
+  EXPECT_THAT(pages, ElementsAre(64U));
+  list = request({"V.CYC"});
+  list.action = VariableAction::list;
+  ask(list);
+  EXPECT_THAT(answers[1].reply.reason, HasSubstr("V.CYC cannot be listed; one of V.G, V.E"));
+}
+
+TEST_F(VariableRequestsTest, RefusesWhatIsNoRequest) {
+  VariableRequest excess = request({});
+  excess.excess = "1000 names; at most 256 are answered in one request";
+  VariableRequest valued = request({"V.E.A"});
+  valued.values = {{"1"}};
+  VariableRequest kind = request({"V.E.A"});
+  kind.action = static_cast<VariableAction>(9);
+  for (const auto& [sent, reason] : std::vector<std::pair<VariableRequest, std::string>>{
+           {excess, "the request has 1000 names"},
+           {request({}), "names no variable"},
+           {request({"V.E.A", ""}), "name 1 is empty"},
+           {request({std::string(256, 'V')}), "name 0 has 256 bytes"},
+           {request({std::string("V.E\0A", 5)}), "name 0 has a NUL at byte 3"},
+           {request({"V.E.\nA"}), "name 0 has a control character at byte 4"},
+           {valued, "a request to read has values"},
+           {kind, "of a kind that this gateway does not know"}}) {
+    ask(sent);
+    EXPECT_FALSE(answers.back().reply.done);
+    EXPECT_EQ(answers.back().reply.token, sent.token);
+    EXPECT_THAT(answers.back().reply.reason, HasSubstr(reason));
+  }
+  EXPECT_FALSE(sut->next(now));
+}
+
+TEST_F(VariableRequestsTest, HasRoomForSoManyRequestsOfOneAndOfAll) {
+  for (std::size_t i = 0; i < VariableRequests::most_of_one; ++i) {
+    ask(request({"V.E.A"}, 1));
+  }
+  EXPECT_THAT(answers, IsEmpty());
+  ask(request({"V.E.A"}, 1));
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_THAT(answers[0].reply.reason, HasSubstr("at most 16 do"));
+  for (std::size_t i = VariableRequests::most_of_one; i < VariableRequests::most_requests; ++i) {
+    ask(request({"V.E.A"}, static_cast<std::uint8_t>(2 + i / VariableRequests::most_of_one)));
+  }
+  EXPECT_THAT(answers, SizeIs(1));
+  ask(request({"V.E.A"}, 200));
+  ASSERT_THAT(answers, SizeIs(2));
+  EXPECT_THAT(answers[1].reply.reason, HasSubstr("256 requests wait already for press"));
+  settle();
+  EXPECT_THAT(answers, SizeIs(2 + VariableRequests::most_requests));
+}
+
+TEST_F(VariableRequestsTest, HasRoomForSoManyNames) {
+  std::uint32_t number = 0;
+  for (std::size_t asked = 0; asked < VariableRequests::most_names;
+       asked += fabric::most_variables) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < fabric::most_variables; ++i) {
+      names.push_back("V.E.N" + std::to_string(++number));
+    }
+    ask(request(names, static_cast<std::uint8_t>(1 + number / 1024)));
+  }
+  EXPECT_THAT(answers, IsEmpty());
+  ask(request({"V.E.A"}, 99));
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_THAT(answers[0].reply.reason, HasSubstr("8192 variables of press are being asked for"));
+}
+
+TEST_F(VariableRequestsTest, HasRoomAgainForNamesThatItHasAnswered) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < fabric::most_variables; ++i) {
+    names.push_back("V.E.N" + std::to_string(i));
+  }
+  for (std::size_t asked = 0; asked <= VariableRequests::most_names; asked += names.size()) {
+    ask(request(names));
+    settle();
+    pass(1s);
+  }
+  EXPECT_THAT(answers.back().reply.reason, Not(HasSubstr("are being asked for")));
+}
+
+TEST_F(VariableRequestsTest, LeavesWhoWaitsToTheGatewayThatServesTheChannelNow) {
+  ask(request({"V.E.A"}));
+  auto wanted = sut->next(now);
+  ASSERT_TRUE(wanted);
+  sut->on_over(1, now);
+  do_it(*wanted);
+  keep_news();
+  EXPECT_THAT(answers, IsEmpty());
+  EXPECT_FALSE(sut->next(now));
+}
+
+TEST_F(VariableRequestsTest, DoesNotLetWhoAsksForWhatIsNotThereKeepOthersWaiting) {
+  ask(request({"V.E.A"}));
+  settle();
+  pass(10ms);
+  int number = 0;
+  ask(request({"V.E.A"}, 2));
+  for (int i = 0; i < 3 && answers.size() < 2; ++i) {
+    std::vector<std::string> names;
+    for (int n = 0; n < 64; ++n) {
+      names.push_back("V.E.NONE" + std::to_string(++number));
+    }
+    ask(request(names, 3));
+    step();
+  }
+  EXPECT_THAT(answers, SizeIs(testing::Ge(2U)));
+}
+
+}  // namespace
+}  // namespace millrace::gateway::variables
