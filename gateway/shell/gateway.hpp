@@ -1,4 +1,5 @@
-// The running gateway: carries out what the core decides, on one io_context.
+// The running gateway: carries out what the core decides, on one io_context. Hands the core what
+// comes from machines, fabric and operators, and is its ports.
 //
 //   SpinAfterPublish spin;
 //   Gateway gateway(io.get_executor(), spin, settings, log);   // joins the fabric
@@ -7,22 +8,48 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
 
 #include "base/program/log.hpp"
+#include "fabric/complaints.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/ends/call_end.hpp"
+#include "fabric/ends/command_end.hpp"
+#include "fabric/ends/data_end.hpp"
+#include "fabric/ends/gateway_watch.hpp"
+#include "fabric/ends/notice_end.hpp"
+#include "fabric/ends/variable_end.hpp"
+#include "gateway/core/core.hpp"
+#include "gateway/core/lost_services.hpp"
+#include "gateway/journal/journal.hpp"
 #include "gateway/settings/settings.hpp"
+#include "gateway/shell/command_history.hpp"
 #include "gateway/shell/spin_after_publish.hpp"
+#include "gateway/shell/wake_timer.hpp"
 
 namespace millrace::gateway::shell {
 
-class Gateway {
+/// As the log has it.
+spdlog::level::level_enum level_of(Level level);
+/// The least of them that this log writes.
+Level min_level_of(const base::program::Log& log);
+
+class Gateway final : fabric::ends::CallEndListener,
+                      fabric::ends::CommandListener,
+                      fabric::ends::GatewayWatchListener,
+                      core::Fabric,
+                      core::Host {
  public:
   /// Throws std::runtime_error if the fabric cannot be joined or the journal not be used.
   Gateway(const boost::asio::any_io_executor& executor, SpinAfterPublish& spin,
           const settings::Settings& settings, base::program::Log log);
-  ~Gateway();
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
 
@@ -35,8 +62,93 @@ class Gateway {
   void finish(std::function<void()> finished);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void heartbeat();
+  void publish_load();
+  /// How often what was said once has happened since.
+  void log_left_out();
+  void log_calls();
+  /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
+  void publish_certificates();
+  void notice_service(const fabric::InstanceIdentity& there);
+  void notice_lost(const core::LostService& lost);
+  void warn_of_queues();
+
+  // Fabric; gateway_ports.cpp.
+  void publish(const fabric::Request& request) override;
+  void publish(const fabric::Event& event) override;
+  void publish(const fabric::ChannelStatus& status) override;
+  void publish(const fabric::MachineStatus& status) override;
+  void publish(const fabric::DataSample& sample) override;
+  void publish(const fabric::ProgramEvent& event) override;
+  void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) override;
+  void publish(const fabric::Outcome& outcome) override;
+  void dispose(const fabric::RequestKey& request) override;
+  void dispose(const fabric::ChannelKey& status) override;
+  void dispose(const fabric::MachineStatus& status) override;
+  void dispose(const fabric::DataSample& sample) override;
+  void watch_channels() override;
+
+  // Host; gateway_ports.cpp.
+  /// The only place of the gateway that reads a clock.
+  [[nodiscard]] Moment now() const override;
+  void wake_at(std::optional<SteadyTime> time) override;
+  std::unique_ptr<machines::Controller> connect(const settings::MachineSettings& machine) override;
+  void append(const JournalEntry& entry, const Ticket& ticket) override;
+  void log(Level level, const std::string& text) override;
+  void notice(const fabric::NoticeKey& key, const std::string& text,
+              const std::string& advice) override;
+  void may_end(bool half_written) override;
+
+  // What other gateways say.
+  void on_machine(const fabric::MachineStatus& status) override;
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
+  void on_channel(const fabric::ChannelStatus& status) override;
+
+  // What happens on the fabric.
+  void on_instance_ready(const fabric::InstanceIdentity& instance) override;
+  void on_instance_changed(const fabric::InstanceIdentity& instance) override;
+  void on_instance_gone(const fabric::InstanceId& instance) override;
+  void on_load(const fabric::InstanceLoad& load) override;
+  void on_reply(const fabric::Reply& reply) override;
+  void on_readers(bool of_channels, bool of_events) override;
+  void on_ignored(const std::string& reason) override;
+
+  // What an operator wants. Commands for channels of others are theirs.
+  void on_command(const fabric::Command& command) override;
+  core::CommandResult execute(const fabric::Command& command);
+  fabric::ends::DataEnd& data_end();
+
+  boost::asio::any_io_executor executor_;
+  SpinAfterPublish& spin_;
+  base::program::Log log_;
+  settings::Settings settings_;
+  std::unique_ptr<journal::Journal> journal_;
+  core::LostServices lost_services_;
+  WakeTimer timer_;
+  std::function<void()> finished_;
+  boost::asio::steady_timer heartbeat_timer_;
+  boost::asio::steady_timer load_timer_;
+  boost::asio::steady_timer certificate_timer_;
+  /// What was said of each last, by its subject.
+  std::map<std::string, fabric::Notice> certificates_published_;
+  /// What the log has of calls, once a minute.
+  core::CallCounts calls_logged_;
+  SteadyTime calls_logged_at_ = std::chrono::steady_clock::now();
+  core::GatewayIdentity own_;
+  fabric::dds::Participant participant_;
+  fabric::ends::CallEnd call_end_;
+  fabric::ends::CommandEnd command_end_;
+  fabric::ends::NoticeEnd notices_;
+  CommandHistory command_history_;
+  /// What strangers may do ten thousand times a second is not told each time.
+  fabric::Complaints complaints_;
+  fabric::Throttle instance_lines_{1000, std::chrono::seconds(10)};
+  fabric::ends::GatewayWatch watch_;
+  /// Once there is something to tell: until then nobody on the fabric hears of these writers.
+  std::optional<fabric::ends::DataEnd> data_;
+  core::Core core_;
+  /// The last, so that nobody asks a core that is half made or half gone.
+  fabric::ends::VariableAnswerEnd variables_;
 };
 
 }  // namespace millrace::gateway::shell

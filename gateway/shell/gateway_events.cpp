@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "gateway/shell/gateway_impl.hpp"
+#include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::shell {
@@ -26,16 +26,16 @@ std::string_view word_for(fabric::CommandKind kind) {
 
 }  // namespace
 
-void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
-  core.on_machine(status);
+void Gateway::on_machine(const fabric::MachineStatus& status) {
+  core_.on_machine(status);
 }
 
-void Gateway::Impl::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  core.on_machine_gone(machine, gateway);
+void Gateway::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
+  core_.on_machine_gone(machine, gateway);
 }
 
-void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
-  core.on_channel(status);
+void Gateway::on_channel(const fabric::ChannelStatus& status) {
+  core_.on_channel(status);
 }
 
 namespace {
@@ -47,35 +47,35 @@ std::string name_of(const fabric::InstanceIdentity& instance) {
 
 }  // namespace
 
-void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
-  if (instance_lines.admit(now().steady)) {
-    logger->info("instance {} of {} is ready: {}{}", instance.id.to_string(), instance.uuid,
-                 name_of(instance),
-                 instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
+void Gateway::on_instance_ready(const fabric::InstanceIdentity& instance) {
+  if (instance_lines_.admit(now().steady)) {
+    log_->info("instance {} of {} is ready: {}{}", instance.id.to_string(), instance.uuid,
+               name_of(instance),
+               instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
   notice_service(instance);
-  core.on_instance_ready(instance);
+  core_.on_instance_ready(instance);
 }
 
-void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
-  if (instance_lines.admit(now().steady)) {
-    logger->info("instance {} of {} changed: {}{}", instance.id.to_string(), instance.uuid,
-                 name_of(instance), instance.draining ? ": it is draining" : "");
+void Gateway::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  if (instance_lines_.admit(now().steady)) {
+    log_->info("instance {} of {} changed: {}{}", instance.id.to_string(), instance.uuid,
+               name_of(instance), instance.draining ? ": it is draining" : "");
   }
   notice_service(instance);
-  core.on_instance_ready(instance);
+  core_.on_instance_ready(instance);
 }
 
 /// Nothing but the log is told if that fails: it is no trouble of the gateway.
-void Gateway::Impl::notice_service(const fabric::InstanceIdentity& there) {
-  if (lost_services.on_ready(there)) {
-    static_cast<void>(notices.clear("service", there.uuid));
+void Gateway::notice_service(const fabric::InstanceIdentity& there) {
+  if (lost_services_.on_ready(there)) {
+    static_cast<void>(notices_.clear("service", there.uuid));
   }
 }
 
-void Gateway::Impl::notice_lost(const core::LostService& lost) {
+void Gateway::notice_lost(const core::LostService& lost) {
   const fabric::InstanceIdentity& last = lost.last;
-  static_cast<void>(notices.raise(
+  static_cast<void>(notices_.raise(
       {.key = {.kind = "service", .subject = lost.uuid},
        .level = fabric::NoticeLevel::warning,
        .text = fmt::format("{} ({}) has no instance: the last one, pid {} on {}, is gone without a "
@@ -84,41 +84,41 @@ void Gateway::Impl::notice_lost(const core::LostService& lost) {
        .advice = fmt::format("restart {} on {}", last.name, last.host)}));
 }
 
-void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
-  if (instance_lines.admit(now().steady)) {
-    const fabric::InstanceIdentity* const known = lost_services.find(instance);
-    logger->info("instance {} is gone{}", instance.to_string(),
-                 known == nullptr ? "" : ": " + name_of(*known));
+void Gateway::on_instance_gone(const fabric::InstanceId& instance) {
+  if (instance_lines_.admit(now().steady)) {
+    const fabric::InstanceIdentity* const known = lost_services_.find(instance);
+    log_->info("instance {} is gone{}", instance.to_string(),
+               known == nullptr ? "" : ": " + name_of(*known));
   }
-  if (const auto lost = lost_services.on_gone(instance, now())) {
+  if (const auto lost = lost_services_.on_gone(instance, now())) {
     notice_lost(*lost);
   }
-  core.on_instance_gone(instance);
+  core_.on_instance_gone(instance);
 }
 
-void Gateway::Impl::on_load(const fabric::InstanceLoad& load) {
-  core.on_load(load);
+void Gateway::on_load(const fabric::InstanceLoad& load) {
+  core_.on_load(load);
 }
 
-void Gateway::Impl::on_reply(const fabric::Reply& reply) {
-  core.on_reply(reply);
+void Gateway::on_reply(const fabric::Reply& reply) {
+  core_.on_reply(reply);
 }
 
-void Gateway::Impl::on_readers(bool of_channels, bool of_events) {
-  core.set_readers({of_events, of_channels, min_level_of(logger)});
+void Gateway::on_readers(bool of_channels, bool of_events) {
+  core_.set_readers({of_events, of_channels, min_level_of(log_)});
 }
 
-void Gateway::Impl::on_ignored(const std::string& reason) {
-  logger->warn("{}", reason);
+void Gateway::on_ignored(const std::string& reason) {
+  log_->warn("{}", reason);
 }
 
-void Gateway::Impl::on_command(const fabric::Command& command) {
-  const bool of_ours = command.kind != fabric::CommandKind::drain && core.serves(command.key);
-  const bool to_us = command.kind == fabric::CommandKind::ping && command.instance == own.id;
+void Gateway::on_command(const fabric::Command& command) {
+  const bool of_ours = command.kind != fabric::CommandKind::drain && core_.serves(command.key);
+  const bool to_us = command.kind == fabric::CommandKind::ping && command.instance == own_.id;
   if (!of_ours && !to_us) {
     return;
   }
-  if (const fabric::Outcome* done = command_history.find(command.id)) {
+  if (const fabric::Outcome* done = command_history_.find(command.id)) {
     // Said again, because the outcome was not heard.
     publish(*done);
     return;
@@ -128,32 +128,32 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
       fmt::format("{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
                   word_for(command.kind), command.issuer, result.detail);
   if (command.kind == fabric::CommandKind::ping) {
-    logger->debug("{}", line);
+    log_->debug("{}", line);
   } else if (result.done) {
-    logger->info("{}", line);
-  } else if (const auto first = complaints.note("command", command.issuer, line, now().steady)) {
-    logger->info("{}", *first);
+    log_->info("{}", line);
+  } else if (const auto first = complaints_.note("command", command.issuer, line, now().steady)) {
+    log_->info("{}", *first);
   }
-  const fabric::Outcome outcome{own.id, command.id, result.done, truncate_reason(result.detail),
+  const fabric::Outcome outcome{own_.id, command.id, result.done, truncate_reason(result.detail),
                                 now().wall};
   if (command.kind != fabric::CommandKind::ping) {
-    command_history.add(outcome, now().steady);
+    command_history_.add(outcome, now().steady);
   }
   publish(outcome);
 }
 
-core::CommandResult Gateway::Impl::execute(const fabric::Command& command) {
+core::CommandResult Gateway::execute(const fabric::Command& command) {
   switch (command.kind) {
     case fabric::CommandKind::retry:
-      return core.on_retry(command.key, command.call, command.issuer);
+      return core_.on_retry(command.key, command.call, command.issuer);
     case fabric::CommandKind::answer:
-      return core.on_answer(command.key, command.call,
-                            {command.text, command.state, command.issuer});
+      return core_.on_answer(command.key, command.call,
+                             {command.text, command.state, command.issuer});
     case fabric::CommandKind::ping:
     case fabric::CommandKind::drain:
       break;
   }
-  return {true, core.serves(command.key) ? "serves it" : "is there"};
+  return {true, core_.serves(command.key) ? "serves it" : "is there"};
 }
 
 }  // namespace millrace::gateway::shell

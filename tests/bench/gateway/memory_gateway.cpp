@@ -16,6 +16,7 @@
 #include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/shell/spin_after_publish.hpp"
+#include "gateway/shell/wake_timer.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
@@ -37,7 +38,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
         journal(journal::in_memory(io.get_executor())),
         core(*this, *this, options_of(plant, *journal), journal->state()),
         places(plant.machines.size() * plant.channels + 1),
-        timer(io),
+        timer(io.get_executor(), [this] { core.on_time(); }),
         participant({.domain = plant.domain, .configuration = dds_configuration(plant.interface)}),
         end(participant, io.get_executor(), *this) {
     for (std::size_t i = 0; i < plant.machines.size(); ++i) {
@@ -165,19 +166,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
     return {Clock::now(), std::chrono::time_point_cast<std::chrono::nanoseconds>(
                               std::chrono::system_clock::now())};
   }
-  void wake_at(std::optional<SteadyTime> time) override {
-    if (!time || (armed && *armed <= *time)) {
-      return;
-    }
-    armed = time;
-    timer.expires_at(*time);
-    timer.async_wait([this](boost::system::error_code error) {
-      if (!error) {
-        armed.reset();
-        core.on_time();
-      }
-    });
-  }
+  void wake_at(std::optional<SteadyTime> time) override { timer.set(time); }
 
   void publish(const fabric::Request& request) override {
     given_at = Clock::now();
@@ -231,8 +220,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
   bool attentive = true;
   shell::SpinAfterPublish spin;
   std::vector<Place> places;
-  asio::steady_timer timer;
-  std::optional<SteadyTime> armed;
+  shell::WakeTimer timer;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
   Result result;
   /// Links that are up.
