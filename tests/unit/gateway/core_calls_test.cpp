@@ -17,9 +17,7 @@ TEST_F(CoreCallsTest, LooksAtEachChannelOfALinkThatCameUp) {
 }
 
 TEST_F(CoreCallsTest, GivesARequestToTheInstanceThatServesIt) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
   EXPECT_EQ(published.front().request.assigned, instance(1).id);
@@ -63,9 +61,7 @@ TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
 }
 
 TEST_F(CoreCallsTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   std::vector<NumbersEntry> reserved;
   for (std::uint32_t call = 1; call <= 600; ++call) {
     const auto actions = request(1, uuid, call);
@@ -91,9 +87,7 @@ TEST_F(CoreCallsTest, TakesUpALeftRequestWhenAnInstanceAppears) {
 }
 
 TEST_F(CoreCallsTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto first = all<Publish>(confirm(request(1)));
   EXPECT_THAT(all<Publish>(confirm(request(2))), IsEmpty());
   const fabric::Reply reply = answer_to(first.front().request);
@@ -101,9 +95,7 @@ TEST_F(CoreCallsTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
 }
 
 TEST_F(CoreCallsTest, GivesTheCallsOfALostInstanceToAnother) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   sut->on_instance_ready(instance(2), now);
   sut->on_instance_gone(instance(1).id, now);
@@ -115,9 +107,7 @@ TEST_F(CoreCallsTest, GivesTheCallsOfALostInstanceToAnother) {
 }
 
 TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   sut->on_journal_error("the disk is full", now);
   const auto actions = request(1);
   EXPECT_THAT(all<Record>(actions), IsEmpty());
@@ -128,9 +118,7 @@ TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
 }
 
 TEST_F(CoreCallsTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto assigned = request(1);
   const auto shown = all<Show>(sut->on_journal_error("the journal cannot be written", now));
   ASSERT_THAT(shown, SizeIs(1));
@@ -143,9 +131,7 @@ TEST_F(CoreCallsTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
 }
 
 TEST_F(CoreCallsTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
   EXPECT_THAT(all<Show>(sut->on_journal_error("the journal cannot be written", now)), IsEmpty());
@@ -155,9 +141,7 @@ TEST_F(CoreCallsTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull)
 }
 
 TEST_F(CoreCallsTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   start();
   sut->on_instance_ready(instance(1), now);
@@ -243,11 +227,8 @@ TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
 }
 
 TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  const auto once = at_most_once(1);
+  start_with(once);
   confirm(request(1));
   sut->on_instance_ready(instance(2), now);
   sut->on_instance_gone(once.id, now);
@@ -263,11 +244,8 @@ TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
 }
 
 TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  const auto once = at_most_once(1);
+  start_with(once);
   confirm(request(1));
   sut->on_instance_gone(once.id, now);
   now.steady += 2s;
@@ -342,9 +320,7 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenARequestHasNoService) {
 // Above a thousand calls a second Cyclone could not free what each withdrawal left behind, and the
 // gateway's memory grew without limit. Found by the long run.
 TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());
   now.steady += 900ms;
   EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());
@@ -357,18 +333,14 @@ TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
 }
 
 TEST_F(CoreCallsTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   answered_call(1);
   EXPECT_THAT(all<Withdraw>(sut->end(now)), SizeIs(1));
   EXPECT_THAT(sut->end(now), IsEmpty());
 }
 
 TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   answered_call(1);
   const auto actions = sut->drain({"cnc", 1}, now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));

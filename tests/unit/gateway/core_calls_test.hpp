@@ -1,4 +1,4 @@
-// A core with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
+// A core with the channels 1 and 2 of the machine "cnc", what its journal adds up to, and its time.
 #pragma once
 
 #include <algorithm>
@@ -24,12 +24,24 @@ class CoreCallsTest : public testing::Test {
     one.uuid = uuid;
     return one;
   }
+  static fabric::InstanceIdentity at_most_once(std::uint8_t number) {
+    fabric::InstanceIdentity one = instance(number);
+    one.delivery = fabric::Delivery::at_most_once;
+    return one;
+  }
 
   CoreCallsTest() { journal_state.apply(NumbersEntry{7, 1000}); }
 
   void start(const Policies& policies = {}) { sut.emplace(policies, journal_state, now); }
 
-  /// A request as the session finds it: state, texts, state again.
+  /// Started, with a link and this instance.
+  void start_with(const fabric::InstanceIdentity& instance) {
+    start();
+    link_up();
+    sut->on_instance_ready(instance, now);
+  }
+
+  /// A request as the channel finds it: state, texts, state again.
   Actions request(std::uint16_t channel, const std::string& wanted = uuid,
                   std::uint32_t state = 1) {
     const fabric::ChannelKey key{"cnc", channel};

@@ -14,9 +14,7 @@ using testing::SizeIs;
 using namespace std::chrono_literals;
 
 TEST_F(CoreCallsTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
   EXPECT_THAT(all<Hide>(sut->drain({"cnc", 1}, now)), IsEmpty());
   const fabric::Reply reply = answer_to(published.front().request);
@@ -36,9 +34,7 @@ TEST_F(CoreCallsTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
 }
 
 TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   const auto actions = sut->not_owner({"cnc", 1}, "served by another gateway", now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
@@ -50,9 +46,7 @@ TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
 // The other gateway, which had stood still, saw an idle channel and gave the call out again. Found
 // by the simulation.
 TEST_F(CoreCallsTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   EXPECT_THAT(all<Show>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
 }
@@ -92,9 +86,7 @@ TEST_F(CoreCallsTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
 }
 
 TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   journal_state.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
   journal_state.apply(ClearingEntry{{7, 1001}});
@@ -118,9 +110,7 @@ TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
 // The kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw no request
 // and the program waited for ever. Found by the simulation.
 TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   journal_state.apply(InterimEntry{{7, 1001}, 1000});
   start();
@@ -133,9 +123,7 @@ TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
 }
 
 TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   confirm(request(1));
   journal_state.apply(InterimEntry{{7, 1001}, 1000});
   start();
@@ -147,9 +135,7 @@ TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
 
 // Found by the simulation: the call was given out before its entry was on a slow disk.
 TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChannelComesLate) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   const auto before = all<Record>(request(1));
   ASSERT_THAT(before, SizeIs(1));
   sut->not_owner({"cnc", 1}, "served by another gateway", now);
@@ -169,11 +155,7 @@ TEST_F(CoreCallsTest, TakesAChannelBackThatWasLeaving) {
 }
 
 TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f (pid 1 on host7)");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
@@ -190,11 +172,7 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
 // With two gateways that lost each other, what the first had given out was forgotten when the
 // second left a call of its own. Found by the simulation.
 TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   sut->predecessor_call({"cnc", 1}, "00000000-0000-4000-8000-000000000002", "gateway 60");
   const auto actions = request(1);
@@ -204,11 +182,7 @@ TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
 
 // Found by the simulation.
 TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
   sut->not_owner({"cnc", 1}, "served by another gateway", now);
@@ -219,9 +193,7 @@ TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
 }
 
 TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   answered_call(1);
   answered_call(2);
   EXPECT_THAT(all<Withdraw>(sut->not_owner({"cnc", 1}, "served by another gateway", now)),
@@ -234,11 +206,7 @@ TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesT
 // A gateway that had left a channel to another one, which died before it took it, gave its own
 // at-most-once call out again. Found by the simulation.
 TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   confirm(request(1));
   sut->not_owner({"cnc", 1}, "served by another gateway", now);
   link_up();
@@ -249,11 +217,8 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChann
 }
 
 TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  const auto once = at_most_once(1);
+  start_with(once);
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
   start();
@@ -265,19 +230,13 @@ TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
 }
 
 TEST_F(CoreCallsTest, RunsAnInheritedCallThatMayRunTwice) {
-  start();
-  link_up();
-  sut->on_instance_ready(instance(1), now);
+  start_with(instance(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
 TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   const ServiceSnapshot idle{ReadSet::state, "", "", 0, 0, ""};
   sut->on_read({"cnc", 1}, idle, now);
@@ -291,11 +250,7 @@ TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
 // and that look is from before the request. Found by the simulation (seed 25671): the call ran
 // twice.
 TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
-  start();
-  link_up();
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
+  start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
   const auto actions = request(1);
