@@ -3,9 +3,9 @@
 //
 //   QueueLog queue_log;
 //   queue_log.apply(MessageEntry{key, 1, 2, "drill worn"});
-//   queue_log.next()                                    // the message to be called, number 1
-//   queue_log.apply(MessageEndedEntry{key, 1});          // answered
-//   queue_log.apply(LastGetEntry{key, 2, 1});            // LastGet is 2: number 1 is not read again
+//   queue_log.next()                               // the message to be called, number 1
+//   queue_log.apply(MessageEndedEntry{key, 1});    // answered
+//   queue_log.apply(LastGetEntry{key, 2, 1});      // LastGet is 2: number 1 is not read again
 #pragma once
 
 #include <cstddef>
@@ -56,7 +56,7 @@ class QueueLog {
   [[nodiscard]] std::uint64_t last_number() const { return last_; }
   [[nodiscard]] std::uint64_t ended() const { return ended_; }
   [[nodiscard]] std::uint64_t covered() const { return covered_; }
-  /// Entries that lead to the same queue_log.
+  /// Entries that lead to the same log.
   [[nodiscard]] std::vector<JournalEntry> snapshot(const fabric::ChannelKey& key) const;
 
   bool operator==(const QueueLog&) const = default;

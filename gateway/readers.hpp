@@ -1,6 +1,5 @@
-// What somebody wants to hear of what channels say beside their work. What nobody hears is not put
-// into words: to make a call's events, states and log lines, and to throw them away, costs a fifth
-// of the call.
+// Who reads what channels publish and log. What nobody reads is not made: to make the events, states
+// and log lines of a call, and to throw them away, costs a fifth of the call.
 #pragma once
 
 #include <cstdint>

@@ -12,8 +12,8 @@ namespace millrace::gateway::channel {
 
 namespace {
 
-/// The next multiple of the period: channels that are read equally often are read
-/// together, so that their requests share a segment on the wire and a turn of the gateway's loop.
+/// The next multiple of the period: channels that are read equally often are read together, so that
+/// their requests share a segment on the wire and a turn of the gateway's loop.
 SteadyTime next_multiple(SteadyTime now, std::chrono::milliseconds period) {
   return SteadyTime((now.time_since_epoch() / period + 1) * period);
 }

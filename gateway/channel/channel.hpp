@@ -6,7 +6,7 @@
 //   Channel channel({"cnc", 1}, context);
 //   channel.on_link_up(now);                  → read(ReadSet::state)
 //   channel.on_read(snapshot, now);           → … → take_news().found
-//   channel.accept(id, policy, now);           → publish(seen), publish(waiting)
+//   channel.accept(id, policy, now);          → publish(seen), publish(waiting)
 //   channel.assign(attempt, now);             → append(Dispatched), then publish(request)
 //   channel.on_reply(reply, now);             → append(Answered), read, write, write, read, write
 //
@@ -124,7 +124,7 @@ class Channel {
     std::vector<fabric::InstanceId> reported;
   };
 
-  // channel.cpp: the channel and the reads at it
+  // channel.cpp: the channel and its reads
   void finish(Moment now);
   void advance(Moment now);
   void poll(const ServiceSnapshot& snapshot, Moment now);

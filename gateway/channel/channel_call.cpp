@@ -1,4 +1,4 @@
-// The call of a channel, as its channel sees it: claimed, answered into the channel, over.
+// The call of a channel, as the channel sees it: accepted, answered, over.
 #include <algorithm>
 #include <cassert>
 #include <utility>

@@ -5,11 +5,11 @@
 //         │                      │                               │
 //      Waiting ◄── verify ── Unverified                          │
 //         │ assign                                               │
-//      Assigned ── recorded ──► Running                            │
+//      Assigned ── recorded ──► Running                          │
 //         │                                                      │
 //         └── suspend ──► Waiting, or Held for an operator       │
 //                                                                ▼
-//      each of these ── take, settle ──► Answered ── recorded ──► Writing ──► close, Released
+//      each of these ── take, answer_locally ──► Answered ── recorded ──► Writing ──► close
 //
 // A phase has what only it needs, numbers of journal entries among them: one whose phase is over
 // is nobody's. Interim answers have a way of their own beside the phases.

@@ -63,13 +63,8 @@ void Core::finish() {
 }
 
 std::optional<SteadyTime> Core::next_time() const {
-  std::optional<SteadyTime> first = may_end_ ? std::nullopt : ends_at_;
-  for (const auto& one : {next_time_of_calls(), machines_.next_time(), queues_.next_time()}) {
-    if (one && (!first || *one < *first)) {
-      first = one;
-    }
-  }
-  return first;
+  return earliest({may_end_ ? std::nullopt : ends_at_, next_time_of_calls(), machines_.next_time(),
+                   queues_.next_time()});
 }
 
 void Core::start() {
@@ -122,13 +117,7 @@ void Core::on_time() {
 }
 
 std::optional<SteadyTime> Core::next_time_of_calls() const {
-  std::optional<SteadyTime> first;
-  for (const auto& one : {dispatcher_.next_time(), context_.answered.next_time(), timers_.next()}) {
-    if (one && (!first || *one < *first)) {
-      first = one;
-    }
-  }
-  return first;
+  return earliest({dispatcher_.next_time(), context_.answered.next_time(), timers_.next()});
 }
 
 void Core::on_time_of_calls() {
@@ -270,7 +259,7 @@ void Core::on_journal_error(const std::string& error) {
       channel.republish_status(now_);
       follow(channel);
     }
-    stop_accepting(error);
+    error.empty() ? accept_again() : stop_accepting(error);
   }
   host_.notice({.kind = "journal"}, error,
                "make room on the disk, or give it its folder back; it goes on by itself");

@@ -1,7 +1,7 @@
 // The gateway without its sockets: the Service Interfaces of all channels, machines and message
 // queues, who gets which call, and how all that is wired to the ports. Decides only.
 //
-//   Core core(fabric, host, {own, lease, machines, policies}, state);
+//   Core core(fabric, host, {own, lease, machines, policies}, journal_state);
 //   core.start();                                     → host.connect(…)
 //   core.on_link_up("cnc", {1, 2});                   → the link's read(…)
 //   core.on_read({"cnc", 1}, snapshot);
@@ -68,7 +68,7 @@ struct CallCounts {
 
 class Core : public machines::ControllerEvents, protected MachinesListener, private Outputs {
  public:
-  /// Fabric and Host outlive this, and so does `state`, what the journal adds up to.
+  /// Fabric and Host outlive this, and so does `journal_state`, what the journal adds up to.
   Core(Fabric& fabric, Host& host, CoreOptions options, const journal::JournalState& journal_state);
 
   void start();
@@ -170,7 +170,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void lose_link(const std::string& machine, End end);
   void drain(const fabric::ChannelKey& key);
   void remember(const fabric::ChannelKey& key, PredecessorCall call);
-  /// Ends channels that are retired or refused once nothing is left to do there.
+  /// Ends channels that are drained or handed over once nothing is left to do there.
   void remove_drained_channels();
   void dispose(const std::vector<fabric::RequestKey>& requests);
   /// Tells the channels of message queues what the queues have to say; false if nothing.
@@ -178,7 +178,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
 
   // What the steps of a channel mean for calls; core_requests.cpp.
   void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
-  /// Nothing if the channel has no channel any more.
+  /// Nothing if the core has no such channel any more.
   template <typename Step>
   void step(const fabric::ChannelKey& key, Step step) {
     if (channel::Channel* channel = find(key)) {
@@ -196,8 +196,9 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
                             const Policy& policy);
   /// Why requests are left alone may be another reason now, or none.
   void offer_again();
-  /// No call is accepted, and why; empty = they are again.
-  void stop_accepting(const std::string& reason);
+  /// No call is accepted, and why; until accept_again().
+  void stop_accepting(const std::string& reason) { not_accepting_ = reason; }
+  void accept_again();
   [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
                                  const std::string& canonical_uuid) const;
   fabric::CallId next_id();
@@ -243,7 +244,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   std::map<fabric::ChannelKey, channel::Channel> channels_;
   /// The same, to find one quickly.
   std::unordered_map<fabric::ChannelKey, channel::Channel*, fabric::ChannelKeyHash> index_;
-  /// Channels that are retired or refused, until they are over.
+  /// Channels that are drained or handed over, until they are over.
   std::set<fabric::ChannelKey> draining_;
   /// Of channels that have left.
   CallCounts past_counts_;

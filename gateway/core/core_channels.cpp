@@ -1,4 +1,4 @@
-// Which channels have a channel. Those of a controller begin with its link and end when the
+// Which channels there are. Those of a controller begin with its link and end when the
 // configuration no longer names them or another gateway serves them. Those of message queues begin
 // and end with their queues.
 #include <utility>

@@ -137,11 +137,9 @@ void Core::offer_again() {
   }
 }
 
-void Core::stop_accepting(const std::string& reason) {
-  not_accepting_ = reason;
-  if (not_accepting_.empty()) {
-    offer_again();
-  }
+void Core::accept_again() {
+  not_accepting_.clear();
+  offer_again();
 }
 
 fabric::CallId Core::next_id() {

@@ -164,9 +164,7 @@ SteadyTime MachineValues::time_for(Turn& turn, const Patience& patience,
 }
 
 void MachineValues::wake_at(std::optional<SteadyTime> time) {
-  if (time && (!next_ || *time < *next_)) {
-    next_ = time;
-  }
+  next_ = earliest({next_, time});
 }
 
 void MachineValues::ask(machines::Controller& link, Turn& turn, machines::Asker asker,

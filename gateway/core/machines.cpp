@@ -318,9 +318,7 @@ void Machines::ask_values(Moment now) {
 std::optional<SteadyTime> Machines::next_time() const {
   std::optional<SteadyTime> first = next_;
   for (const auto& [name, one] : machines_) {
-    if (const auto time = one.values.next_time(); time && (!first || *time < *first)) {
-      first = time;
-    }
+    first = earliest({first, one.values.next_time()});
   }
   return first;
 }
@@ -350,9 +348,7 @@ void Machines::on_time(Moment now) {
 }
 
 void Machines::wake_at(std::optional<SteadyTime> time) {
-  if (time && (!next_ || *time < *next_)) {
-    next_ = time;
-  }
+  next_ = earliest({next_, time});
 }
 
 }  // namespace millrace::gateway::core

@@ -101,7 +101,7 @@ class Machines {
     return machines_.at(machine).connected() != nullptr;
   }
 
-  /// A channel that was retired or refused is over.
+  /// A channel that was removed, or is another gateway's, is over.
   void on_over(const fabric::ChannelKey& key) { reviews_.insert(key.machine); }
   /// This process stood still for longer than others wait for it: machines that another gateway may
   /// have taken over are let go of, until it is known who serves them. False if there are none. All

@@ -344,10 +344,7 @@ void MessageQueues::on_time(Moment now) {
 std::optional<SteadyTime> MessageQueues::next_time() const {
   std::optional<SteadyTime> first;
   for (const auto& [key, one] : queues_) {
-    const auto time = one.next_time();
-    if (time && (!first || *time < *first)) {
-      first = time;
-    }
+    first = earliest({first, one.next_time()});
   }
   return first;
 }

@@ -51,7 +51,7 @@ class MessageQueues {
                        const std::string& reason);
   /// So are all of them.
   void on_link_gone(const std::string& machine, const std::string& reason);
-  /// The calls of a queue that was retired are over.
+  /// The calls of a queue that is drained are over.
   void on_over(const fabric::ChannelKey& key);
   /// Of a queue.
   void on_recorded(const Ticket& ticket, Moment now);

@@ -134,7 +134,7 @@ std::optional<SteadyTime> Sampler::next_time(SteadyTime now) {
     return std::nullopt;
   }
   std::optional<SteadyTime> first;
-  const auto note = [&](SteadyTime time) { first = first ? std::min(*first, time) : time; };
+  const auto note = [&](SteadyTime time) { first = earliest({first, time}); };
   for (Group& group : groups_) {
     if (!group.started()) {
       continue;

@@ -26,7 +26,8 @@
 
 namespace millrace::gateway::dispatch {
 
-/// Give the call to this instance; the same attempt again repeats it to an instance that came back.
+/// Give the call to this instance; the same attempt again repeats it to an instance that came
+/// back.
 struct Assign {
   fabric::CallId call;
   fabric::ChannelKey key;
@@ -57,8 +58,8 @@ struct DispatcherOptions {
   std::chrono::milliseconds grace{50};
   /// The same for the instances of the journal when the gateway starts and knows nobody yet.
   std::chrono::milliseconds rejoin{1500};
-  /// An instance heartbeats that does not have a call that was sent to it so long ago: it does not
-  /// hear, or is not heard. For the second heartbeat that says so the call goes to another one.
+  /// An instance sends heartbeats, and does not have a call that was sent to it so long ago: it
+  /// does not hear, or is not heard. After the second such heartbeat the call goes to another one.
   std::chrono::milliseconds unresponsive{700};
   /// What is unresponsive is tried again after this time.
   std::chrono::milliseconds unresponsive_pause{5000};
@@ -76,7 +77,7 @@ class Dispatcher {
   /// A new instance, one that came back, or one whose identity changed (draining, channels).
   Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
   Decisions on_instance_gone(const fabric::InstanceId& instance, SteadyTime now);
-  /// What an instance does, by a heartbeat that has just come.
+  /// What an instance does, by a heartbeat that has just arrived.
   Decisions on_load(const fabric::InstanceLoad& load, SteadyTime now);
   /// The call's request is on its way to the instance that has it.
   void on_published(const fabric::CallId& call, SteadyTime now);

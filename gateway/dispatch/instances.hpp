@@ -63,11 +63,7 @@ struct Instance {
   [[nodiscard]] bool has_room() const { return running + others < most() && !busy_until; }
   /// The first of its times.
   [[nodiscard]] std::optional<SteadyTime> alarm() const {
-    std::optional<SteadyTime> first = lost_at;
-    for (const auto& time : {busy_until, unresponsive_until}) {
-      first = time && (!first || *time < *first) ? time : first;
-    }
-    return first;
+    return earliest({lost_at, busy_until, unresponsive_until});
   }
 };
 

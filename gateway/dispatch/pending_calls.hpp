@@ -37,8 +37,8 @@ struct PendingCall {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::Awaited awaited = fabric::Awaited::response_state;
   std::string reason;
-  /// When its request was last sent, and how many heartbeats since have not known it that should
-  /// have.
+  /// When its request was last sent, and how many heartbeats since then should have named it and
+  /// did not.
   std::optional<SteadyTime> published_at;
   unsigned unknown = 0;
   /// It waits at its instance for its turn.
@@ -81,7 +81,7 @@ class PendingCalls {
 
   void detach(PendingCall& pending);
 
-  /// Of a thousand channels each reads here several times in a call.
+  /// Each of a thousand channels looks here several times in a call.
   std::unordered_map<fabric::CallId, PendingCall, IdHash> calls_;
   std::unordered_map<std::string, Queue> waiting_;
   Queue held_;

@@ -31,10 +31,9 @@
 
 namespace millrace::gateway::journal {
 
-/// One file on a disk, and the new file of the next one. Errors are words that go after "the
-/// journal
-/// ". What waits for the disk is only started here, one thing at a time, and answered by the
-/// writer's function of that name, never from within.
+/// The journal's file on a disk, and the new one that is to take its place. Errors are words that
+/// go after "the journal ". What waits for the disk is only started here, one thing at a time, and
+/// answered by the writer's function of that name, never from within.
 class JournalFile {
  public:
   virtual ~JournalFile() = default;

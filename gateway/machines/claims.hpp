@@ -3,7 +3,7 @@
 //
 //   Claims claims(our_id);
 //   claims.set(status);                               // another gateway's millrace/machine
-//   if (const auto* other = claims.owner_before({"cnc", 1}, our_claim)) …   // theirs, until it is gone
+//   if (const auto* other = claims.owner_before({"cnc", 1}, our_claim)) …      // until it is gone
 #pragma once
 
 #include <chrono>

@@ -92,7 +92,7 @@ class Controller {
   virtual void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) = 0;
   /// Of a queue that is open, one question at a time.
   virtual void ask(const fabric::ChannelKey& queue, const queues::Step& step) = 0;
-  /// Asks the controller for notifications in it: late, for nothing, or never.
+  /// Asks the controller for notifications of its changes: late, for nothing, or never.
   virtual void subscribe(const fabric::ChannelKey& queue) = 0;
   [[nodiscard]] virtual LinkLoad load() const = 0;
 };

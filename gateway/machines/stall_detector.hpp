@@ -1,8 +1,8 @@
-// Beats as long as the loop turns, and notices that it stood still (a loop that hung, SIGSTOP, a
-// host that sleeps) for so long that others may have taken this process for gone. Pure.
+// Sends heartbeats as long as the loop turns, and notices that it stood still (a loop that hung,
+// SIGSTOP, a host that sleeps) for so long that others may have taken this process for gone. Pure.
 //
-//   timer.expires_at(stall.heartbeat(now));              // tell the others, then heartbeat() again
-//   if (const auto late = stall.take_overdue(now)) …        // before anything else is done
+//   timer.expires_at(stall.heartbeat(now));         // publish, then heartbeat() again
+//   if (const auto overdue = stall.take_overdue(now)) …  // before anything else is done
 #pragma once
 
 #include <chrono>
@@ -21,12 +21,12 @@ class StallDetector {
   explicit StallDetector(std::chrono::nanoseconds lease)
       : period_(lease / 8), forgiven_(lease / 2 - period_) {}
 
-  /// It lives; when to heartbeat next.
+  /// It lives; when the next heartbeat is due.
   SteadyTime heartbeat(SteadyTime now) {
     due_ = now + period_;
     return *due_;
   }
-  /// It stood still and nobody has asked for how long; never before it has begun to heartbeat.
+  /// It stood still and nobody has asked for how long; never before its first heartbeat.
   [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > forgiven_; }
   /// For how long it stood still, once for each time; nothing if it did not.
   std::optional<std::chrono::nanoseconds> take_overdue(SteadyTime now) {

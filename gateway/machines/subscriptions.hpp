@@ -1,19 +1,20 @@
-// How the changes in a machine's channels are found out: told by the controller, or by looking.
-// Decides when telling is asked for, when it is believed, and when it is given up. Pure.
+// How the changes in a machine's channels are found out: by notifications of the controller, or by
+// reading. Decides when notifications are asked for, when they are trusted, and when they are given
+// up. Pure.
 //
 //   Subscriptions subscriptions(SubscriptionMode::automatic);
-//   subscriptions.serve({1, 2});                             → subscribe {1, 2}
+//   subscriptions.serve({1, 2});                               → subscribe {1, 2}
 //   subscriptions.on_subscribed({{1, ""}, {2, ""}}, now);
-//   subscriptions.on_notification(1, request_state, 0, now);         → look {1, request_state}
-//   subscriptions.on_read(1, snapshot, now);               → told {1, true}: looks are for safety only
-//   subscriptions.on_notification(1, request_state, 7, now);         → look {1, request_state}
+//   subscriptions.on_notification(1, request_state, 0, now);   → changed {1, request_state}
+//   subscriptions.on_read(1, snapshot, now);                   → trusted {1, true}: polled rarely
+//   subscriptions.on_notification(1, request_state, 7, now);   → changed {1, request_state}
 //
-// ADS promises no delivery, a value that changes and changes back between two samples is not told
-// at all, and whether the variables of a CNC can be watched is not documented. So the silence of a
-// controller is believed only while what it told last is what a read has shown last: how late a
-// write of ours takes effect is not documented, so it counts when a read has shown it. Otherwise
-// the channel is looked at as if nothing were told, until both agree; and if they do not come to
-// agree, the controller is not believed any more.
+// ADS promises no delivery, a value that changes and changes back between two samples gives no
+// notification at all, and whether the variables of a CNC can be subscribed to is not documented.
+// So the silence of a controller is trusted only while its last notification has the value that the
+// last read has shown: how late a write of ours takes effect is not documented, so it counts when a
+// read has shown it. Otherwise the channel is read as if there were no notifications, until both
+// agree; and if they do not come to agree, the controller is not trusted any more.
 #pragma once
 
 #include <chrono>
@@ -32,7 +33,7 @@
 
 namespace millrace::gateway::machines {
 
-/// What became of asking a controller to tell of the changes in a channel.
+/// What became of asking a controller for notifications of the changes in a channel.
 struct SubscribeOutcome {
   std::uint16_t channel = 0;
   /// Empty: it will. Otherwise why not, in words with the code.
@@ -41,11 +42,11 @@ struct SubscribeOutcome {
   bool undecided = false;
 };
 
-/// What a watch wants done, in this order.
+/// What the subscriptions want done, in this order.
 struct SubscriptionActions {
   std::vector<std::uint16_t> unsubscribe{};
   std::vector<std::uint16_t> subscribe{};
-  /// Whether changes in a channel are told from now on.
+  /// Whether the notifications of a channel are trusted from now on.
   std::vector<std::pair<std::uint16_t, bool>> trusted{};
   /// Something has changed.
   std::vector<std::pair<std::uint16_t, Variable>> changed{};
@@ -59,7 +60,7 @@ class Subscriptions {
  public:
   explicit Subscriptions(SubscriptionMode mode) : mode_(mode) {}
 
-  /// The channels to watch from now on; link_down() first if the link is new.
+  /// The channels to subscribe to from now on; link_down() first if the link is new.
   SubscriptionActions serve(const std::vector<std::uint16_t>& channels);
   /// Nothing is told any more, and the controller has forgotten what it was asked. A new link
   /// begins anew.
@@ -70,7 +71,7 @@ class Subscriptions {
   /// No value: the controller will tell no more of this variable.
   SubscriptionActions on_notification(std::uint16_t channel, Variable variable,
                                       std::optional<std::uint32_t> value, SteadyTime now);
-  /// A read at the channel begins. What it finds may be older than what is told before it ends.
+  /// A read of the channel begins. What it finds may be older than a notification before its end.
   void read_started(std::uint16_t channel);
   SubscriptionActions on_read(std::uint16_t channel, const ServiceSnapshot& snapshot,
                               SteadyTime now);

@@ -170,7 +170,7 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
 }
 
 QueueReader::ReadResult QueueReader::on_array(
-    tl::expected<std::vector<std::string>, std::string> answer, const QueueLog& /*log*/,
+    tl::expected<std::vector<std::string>, std::string> answer, const QueueLog& /*queue_log*/,
     Moment now) {
   if (phase_ != Phase::reading) {
     return {};

@@ -7,7 +7,7 @@
 //
 //   QueueReader reader(settings.period);
 //   reader.on_up(now);
-//   reader.next(queue_log, writable, now)      // ReadControl → on_control(), ReadQueue → on_array()
+//   reader.next(queue_log, writable, now)  // ReadControl → on_control(), ReadQueue → on_array()
 //
 // What LastGet should be is known: as this gateway has seen or written it last
 // (QueueLog::last_get). Where it is not, a program has initialised the queue or somebody else

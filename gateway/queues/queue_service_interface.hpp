@@ -3,10 +3,10 @@
 //
 //   QueueServiceInterface service_interface(uuid);
 //   service_interface.show(message);
-//   service_interface.snapshot(ReadSet::request)                  // UUID, its text, and its number as the state
-//   service_interface.write({Variable::response, "ok"});               // → false
-//   service_interface.write({Variable::request_state, 0});             // → false
-//   service_interface.write({Variable::response_state, 1, true});      // → true: answered
+//   service_interface.snapshot(ReadSet::request)                  // UUID, text, number as state
+//   service_interface.write({Variable::response, "ok"});          // → false
+//   service_interface.write({Variable::request_state, 0});        // → false
+//   service_interface.write({Variable::response_state, 1, true}); // → true: answered
 #pragma once
 
 #include <cstdint>

@@ -200,12 +200,11 @@ std::optional<SteadyTime> VariableRequests::next_time(SteadyTime now) {
   std::optional<SteadyTime> first;
   for (const auto& [number, open] : requests_) {
     if (open.phase != Phase::writing) {
-      first = first ? std::min(*first, open.deadline) : open.deadline;
+      first = earliest({first, open.deadline});
     }
   }
   if (!busy_ && up_) {
-    const SteadyTime allowed = rate_limit_.time_of_one(now);
-    first = first ? std::min(*first, allowed) : allowed;
+    first = earliest({first, rate_limit_.time_of_one(now)});
   }
   return first;
 }

@@ -1,4 +1,4 @@
-// A gateway: the real core and the real journal keeper between simulated ports.
+// A gateway: the real core and the real journal writer between simulated ports.
 #pragma once
 
 #include <functional>

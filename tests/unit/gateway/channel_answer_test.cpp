@@ -1,4 +1,4 @@
-// How a channel session brings answers back.
+// How a channel brings answers back.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// One channel session at work on a Service Interface, for tests: does at once what the session asks
+// One channel at work on a Service Interface, for tests: does at once what the channel asks
 // for, and remembers what it saw.
 #pragma once
 
@@ -67,7 +67,7 @@ class ChannelFixture final : public Outputs {
     settle();
   }
 
-  /// Lets time pass, waking the session whenever it asked for it.
+  /// Lets time pass, waking the channel whenever it asked for it.
   void wait(std::chrono::milliseconds time) {
     const SteadyTime end = now.steady + time;
     while (!stop && wake && *wake <= end) {

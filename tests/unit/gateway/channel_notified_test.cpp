@@ -1,4 +1,4 @@
-// How a channel session looks while its controller tells of changes.
+// How a channel is read while its controller sends notifications.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// How a channel session finds requests and gives them out.
+// How a channel finds requests and gives them out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -214,7 +214,7 @@ TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
   ASSERT_TRUE(sut.settle());
   sut.ring.write("1");
   ASSERT_TRUE(sut.settle());
-  // The ledger holds the queue and no call.
+  // The journal holds the queue and no call.
   EXPECT_THAT(sut.journal_state.open_calls(), IsEmpty());
   EXPECT_EQ(sut.journal_state.queues().at(sut.key).waiting(), 0);
 }

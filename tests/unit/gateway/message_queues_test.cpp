@@ -79,7 +79,7 @@ TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   EXPECT_THAT(told(), testing::Contains(Kind::opened));
 }
 
-// The session of its calls has what it asked answered before its link comes back, as a controller's
+// The channel of its calls has what it asked answered before its link comes back, as a controller's
 // does. A configuration that was read again in the moment of a link's end ended the gateway; found
 // by the simulation, seed 1020109.
 TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {

@@ -1,4 +1,4 @@
-// A desk beside a controller whose variables are numbers, for its tests.
+// Requests for variables beside a controller whose variables are numbers, for their tests.
 #pragma once
 
 #include <map>
@@ -69,7 +69,7 @@ class VariableRequestsTest : public testing::Test {
     return reading;
   }
 
-  /// Does the step that the desk wants; false if it wants none.
+  /// Does the next step; false if there is none.
   bool step() {
     auto wanted = sut->next(now);
     if (!wanted) {
