@@ -8,8 +8,8 @@
 
 #include <cstddef>
 #include <list>
-#include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "fabric/request_key.hpp"
@@ -42,7 +42,7 @@ class RecentKeys {
  private:
   std::size_t most_;
   std::list<RequestKey> oldest_first_;
-  std::map<RequestKey, std::list<RequestKey>::iterator> places_;
+  std::unordered_map<RequestKey, std::list<RequestKey>::iterator, RequestKeyHash> places_;
 };
 
 }  // namespace millrace::fabric

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -71,7 +71,7 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   /// Who has asked what, of those that may: who may not says nothing about that, and who has not
   /// takes nothing back. Under `answering`.
   RecentKeys asked{most_answered};
-  std::map<RequestKey, std::uint64_t> askers;
+  std::unordered_map<RequestKey, std::uint64_t, RequestKeyHash> askers;
   Complaints complaints;
   // One of them, before the reader that wakes it.
   std::optional<dds::PostOnce> post;

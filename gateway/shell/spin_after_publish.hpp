@@ -34,7 +34,7 @@ class SpinAfterPublish {
     while (!done() && !io.stopped()) {
       if (!awake_) {
         io.run_one();
-      } else if (io.poll_one() == 0) {
+      } else if (io.poll() == 0) {
         awake_ = std::chrono::steady_clock::now() < until_;
         std::this_thread::yield();
       }

@@ -82,7 +82,7 @@ std::string check_response(const Response& response, fabric::Awaited awaited) {
 }
 
 CallName CallDesk::name_of(const Request& request) const {
-  return {request.key,  request.call, options_.proven_askers ? request.asker : 0,
+  return {request.call, request.key,  options_.proven_askers ? request.asker : 0,
           request.uuid, request.text, request.state};
 }
 
@@ -279,9 +279,11 @@ void CallDesk::supersede(const Request& by, Actions& actions) {
   for (Reply& reply : told) {
     actions.emplace_back(Send{std::move(reply)});
   }
-  std::erase_if(asked_, [&](const auto& one) {
-    return one.first.key == by.key && one.second.orphaned && !one.second.call;
-  });
+  for (auto asked = asked_.lower_bound({by.key, 0, {}});
+       asked != asked_.end() && asked->first.key == by.key;) {
+    const bool idle = asked->second.orphaned && !asked->second.call;
+    asked = idle ? asked_.erase(asked) : std::next(asked);
+  }
 }
 
 /// What a gateway hears whose call is given up because another one says that it has the channel.

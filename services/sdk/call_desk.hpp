@@ -68,8 +68,9 @@ using Actions = std::vector<Action>;
 /// A call is the same if all of this is. Of two with one id the second waits for the end of the
 /// first.
 struct CallName {
-  fabric::ChannelKey key{};
+  /// First, so that most comparisons end with it.
   fabric::CallId call{};
+  fabric::ChannelKey key{};
   /// 0 where nobody can prove who asks.
   std::uint64_t asker = 0;
   std::string uuid{};
