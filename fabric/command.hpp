@@ -35,7 +35,11 @@ struct Command {
   /// "user@host", for logs and recordings.
   std::string issuer{};
   Time at{};
+  bool operator==(const Command&) const = default;
 };
+MILLRACE_FIELDS(Command, (id, .json = "command", .proto = "token", .on_wire = false),
+                (kind, .json = "what"), key, call, (text, .cp1252 = true, .most = max_text), state,
+                instance, issuer, at)
 
 struct Outcome {
   /// Drawn when a gateway starts; an instance uses its own id.
@@ -45,6 +49,8 @@ struct Outcome {
   /// What was done, or why not.
   std::string detail{};
   Time at{};
+  bool operator==(const Outcome&) const = default;
 };
+MILLRACE_FIELDS(Outcome, responder, (command, .proto = "token", .on_wire = false), done, detail, at)
 
 }  // namespace millrace::fabric

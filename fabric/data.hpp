@@ -58,6 +58,7 @@ struct Value {
   std::string reason{};
   bool operator==(const Value&) const = default;
 };
+MILLRACE_FIELDS(Value, name, type, quality, at, is_array, (elements, .on_wire = false), reason)
 
 /// The values of one group of one channel: all of them in each sample. Without values: nobody tells
 /// of the group any more.
@@ -73,6 +74,8 @@ struct DataSample {
   bool replayed = false;
   bool operator==(const DataSample&) const = default;
 };
+MILLRACE_FIELDS(DataSample, (key, .required = true), group, at, period, wanted,
+                (values, .proto = "value"), replayed)
 
 /// Reset: taken away while it ran. Held: it stands and may go on.
 enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, held, resumed };
@@ -97,5 +100,8 @@ struct ProgramEvent {
   bool replayed = false;
   bool operator==(const ProgramEvent&) const = default;
 };
+MILLRACE_FIELDS(ProgramEvent, (key, .required = true), (kind, .json = "event"), at, started,
+                (program, .cp1252 = true), (error, .sparse = true), parts, (mode, .sparse = true),
+                detail, replayed)
 
 }  // namespace millrace::fabric

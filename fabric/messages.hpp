@@ -1,4 +1,5 @@
-// The samples of a fabric as C++ values. The C types that idlc generates stay behind fabric/codec.
+// The samples of a fabric as C++ values, each with the list of its fields. The C types that idlc
+// generates stay in fabric/wire.
 #pragma once
 
 #include <array>
@@ -9,6 +10,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "fabric/fields.hpp"
 
 namespace millrace::fabric {
 
@@ -26,6 +29,7 @@ struct ChannelKey {
   /// "cnc/1"
   [[nodiscard]] std::string to_string() const;
 };
+MILLRACE_FIELDS(ChannelKey, (machine, .words = "machine name"), channel)
 
 /// Gateway epoch and the number of the call in it; unique for ever.
 struct CallId {
@@ -35,6 +39,7 @@ struct CallId {
   /// "5f3a9c0112d4-17": epoch in hex, number in decimal.
   [[nodiscard]] std::string to_string() const;
 };
+MILLRACE_FIELDS(CallId, epoch, number)
 
 /// Identity of one running instance of a service.
 struct InstanceId {
@@ -70,7 +75,12 @@ struct Request {
   /// Who asks, as DDS and its certificate say (wire::asker_of); nothing of it is on the wire. Only
   /// of a request that an instance has taken.
   std::uint64_t asker = 0;
+  bool operator==(const Request&) const = default;
 };
+MILLRACE_FIELDS(Request, (key, .required = true), call, (uuid, .words = "UUID", .sparse = true),
+                attempt, assigned, (succeeds, .hex = true),
+                (text, .cp1252 = true, .most = max_text), state, deadline, seen, dispatched,
+                may_wait, replayed, (asker, .on_wire = false, .observed = false))
 
 /// Declined: the attempt was not begun and will not be; the text says why.
 enum class ReplyKind : std::uint8_t { interim, final, declined };
@@ -92,7 +102,12 @@ struct Reply {
   Time started{};
   Time answered{};
   bool replayed = false;
+  bool operator==(const Reply&) const = default;
 };
+MILLRACE_FIELDS(Reply, (key, .required = true), call, attempt, instance, (kind, .json = "reply"),
+                code, (text, .cp1252 = true, .most = max_text), state,
+                (asked_text, .observed = false), (asked_state, .observed = false), received,
+                started, answered, replayed)
 
 enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 
@@ -133,6 +148,10 @@ struct InstanceIdentity {
   std::string certificate{};
   bool operator==(const InstanceIdentity&) const = default;
 };
+MILLRACE_FIELDS(InstanceIdentity, (id, .json = "instance", .proto = "instance"), uuid, name,
+                description, version, host, pid, (channels, .proto = "channel"), delivery,
+                (awaited, .proto = "awaits_response"), concurrency, draining, lease,
+                (certificate, .sparse = true, .on_wire = false))
 
 enum class ChannelState : std::uint8_t {
   link_down,
@@ -159,7 +178,12 @@ struct ChannelStatus {
   std::uint64_t repeated = 0;
   std::uint64_t late = 0;
   std::uint64_t failed = 0;
+  bool operator==(const ChannelStatus&) const = default;
 };
+MILLRACE_FIELDS(ChannelStatus, (key, .required = true), call,
+                (uuid, .words = "UUID", .sparse = true), (state, .json = "channel_state"), since,
+                attempt, instance, reason, calls, (answered, .json = "answered_calls"), withdrawn,
+                (repeated, .proto = "repeated_calls"), late, failed)
 
 /// No gateway has claimed anything before 2020, nor will one after 2199: not even one whose clock
 /// was never set, since each claims within these. A sample that says so is a mistake or a lie, and
@@ -198,6 +222,11 @@ struct MachineStatus {
   std::uint64_t epoch = 0;
   bool operator==(const MachineStatus&) const = default;
 };
+MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, since, address,
+                reason, channels, poll, requests_per_second, round_trip,
+                (host, .json = "gateway_host", .words = "host name"), (pid, .json = "gateway_pid"),
+                (version, .json = "gateway_version"), gateway,
+                (epoch, .json = "gateway_epoch", .hex = true), claimed, (claims, .most = 255))
 
 struct InstanceStatus {
   InstanceId instance{};
@@ -214,6 +243,9 @@ struct InstanceStatus {
   Time last_call{};
   bool operator==(const InstanceStatus&) const = default;
 };
+MILLRACE_FIELDS(InstanceStatus, instance, (running, .on_wire = false), waiting,
+                (answered, .json = "answered_calls"), failed, (repeated, .proto = "repeated_calls"),
+                cancelled, declined, mean, started, last_call)
 
 /// What one instance is doing.
 struct InstanceLoad {
@@ -224,6 +256,7 @@ struct InstanceLoad {
   std::vector<CallId> calls{};
   bool operator==(const InstanceLoad&) const = default;
 };
+MILLRACE_FIELDS(InstanceLoad, status, (calls, .most = 256))
 
 /// A process that has instances is there, and its loop turns.
 struct Beat {
@@ -235,6 +268,7 @@ struct Beat {
   std::vector<InstanceLoad> loads{};
   bool operator==(const Beat&) const = default;
 };
+MILLRACE_FIELDS(Beat, member, at, (loads, .most = 64))
 
 enum class EventKind : std::uint8_t {
   seen,
@@ -262,7 +296,11 @@ struct Event {
   std::uint32_t state = 0;
   std::string detail{};
   bool replayed = false;
+  bool operator==(const Event&) const = default;
 };
+MILLRACE_FIELDS(Event, (key, .required = true), call, (uuid, .words = "UUID", .sparse = true),
+                (kind, .json = "event"), attempt, at, instance,
+                (text, .cp1252 = true, .most = max_text), state, detail, replayed)
 
 /// A UUID in canonical lower case without braces and surrounding blanks; an identifier that is no
 /// UUID is taken as it is, trimmed (design: "Addressing").

@@ -37,6 +37,7 @@ struct NoticeKey {
   std::string subject{};
   auto operator<=>(const NoticeKey&) const = default;
 };
+MILLRACE_FIELDS(NoticeKey, responder, (kind, .json = "notice"), subject)
 
 struct Notice {
   NoticeKey key{};
@@ -51,6 +52,7 @@ struct Notice {
   std::uint32_t pid = 0;
   bool operator==(const Notice&) const = default;
 };
+MILLRACE_FIELDS(Notice, key, level, text, advice, since, program, host, pid)
 
 /// `text` as it fits into `most` bytes: what is too long ends with " …", and no character is cut in
 /// two.

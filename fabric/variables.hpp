@@ -51,6 +51,8 @@ struct VariableRequest {
   std::string excess{};
   bool operator==(const VariableRequest&) const = default;
 };
+MILLRACE_FIELDS(VariableRequest, asker, token, (key, .required = true), action, names, values,
+                first, patience, age, issuer, at, (excess, .on_wire = false))
 
 struct VariableResult {
   Value value{};
@@ -63,6 +65,7 @@ struct VariableResult {
   std::vector<std::uint32_t> dimensions{};
   bool operator==(const VariableResult&) const = default;
 };
+MILLRACE_FIELDS(VariableResult, value, error, writable, size, dimensions)
 
 struct VariableReply {
   InstanceId token{};
@@ -78,5 +81,6 @@ struct VariableReply {
   Time at{};
   bool operator==(const VariableReply&) const = default;
 };
+MILLRACE_FIELDS(VariableReply, token, done, reason, results, before, total, at)
 
 }  // namespace millrace::fabric

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "fabric/dds/post_once.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 

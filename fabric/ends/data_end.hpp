@@ -13,7 +13,6 @@
 
 #include "fabric/data.hpp"
 #include "fabric/dds/participant.hpp"
-#include "fabric/wire/data_codec.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::ends {

@@ -9,7 +9,6 @@
 
 #include "fabric/certificate_end.hpp"
 #include "fabric/dds/trust.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::ends {

@@ -10,7 +10,6 @@
 
 #include "fabric/dds/post_once.hpp"
 #include "fabric/wire/reader.hpp"
-#include "fabric/wire/variable_codec.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::ends {

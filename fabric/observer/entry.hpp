@@ -23,7 +23,9 @@ struct Withdrawal {
   InstanceId instance{};
   /// As of the request (Request::asker); not recorded.
   std::uint64_t asker = 0;
+  bool operator==(const Withdrawal&) const = default;
 };
+MILLRACE_FIELDS(Withdrawal, key, call, instance, (asker, .observed = false))
 
 enum class Change : std::uint8_t { ready, changed, gone };
 std::string_view name_of(Change change);
@@ -33,14 +35,18 @@ std::string_view name_of(Change change);
 struct InstanceNews {
   Change change = Change::ready;
   InstanceIdentity identity{};
+  bool operator==(const InstanceNews&) const = default;
 };
+MILLRACE_FIELDS(InstanceNews, change, identity)
 
 /// What a program says of itself; or, `over`, that it does not any more, or is gone: then the
 /// notice is what it said last, or only its key if nobody heard that.
 struct NoticeNews {
   bool over = false;
   Notice notice{};
+  bool operator==(const NoticeNews&) const = default;
 };
+MILLRACE_FIELDS(NoticeNews, over, notice)
 
 using Sample =
     std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus, Event,
@@ -54,6 +60,7 @@ struct Entry {
   /// The bytes its text had, if the recording leaves the text out.
   std::optional<std::uint32_t> withheld{};
   Sample sample{};
+  bool operator==(const Entry&) const = default;
 };
 
 /// "request", "reply", …: what an entry is, in one word.

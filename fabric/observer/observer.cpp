@@ -14,9 +14,6 @@
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
 #include "fabric/observer/notices.hpp"
-#include "fabric/wire/command_codec.hpp"
-#include "fabric/wire/data_codec.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::fabric::observer {

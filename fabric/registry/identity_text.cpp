@@ -8,7 +8,7 @@
 #include "base/text/number.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/registry/identity.hpp"
-#include "fabric/words.hpp"
+#include "fabric/shape.hpp"
 
 namespace millrace::fabric::registry {
 
@@ -61,21 +61,18 @@ std::string_view take_until(std::string_view& rest, char separator) {
   return part;
 }
 
-Parsed expect(bool met, std::string_view wanted) {
-  return met ? Parsed{} : tl::unexpected(fmt::format("expected {}", wanted));
+std::string_view word_of(const Leaf& leaf, std::uint8_t number) {
+  constexpr std::array<std::string_view, 2> truth{"no", "yes"};
+  if (leaf.kind == Kind::word) {
+    return leaf.word(number);
+  }
+  return number < truth.size() ? truth.at(number) : "unknown";
 }
 
-template <typename Number>
-Parsed read_number(std::string_view value, Number& number) {
-  const auto parsed = parse_number<Number>(value);
-  number = parsed.value_or(0);
-  return expect(parsed.has_value(), "a number");
-}
-
-Parsed read_id(std::string_view value, InstanceId& id) {
-  const auto parsed = InstanceId::parse(value);
-  id = parsed.value_or(InstanceId{});
-  return expect(parsed.has_value(), "a UUID");
+/// The key of a field; empty if the identity does not tell it.
+std::string key_of(const Leaf& leaf) {
+  const std::string name(leaf.options.on_wire ? leaf.name : "");
+  return leaf.kind == Kind::milliseconds ? name + "_ms" : name;
 }
 
 Parsed read_channels(std::string_view value, std::vector<ChannelScope>& channels) {
@@ -89,65 +86,40 @@ Parsed read_channels(std::string_view value, std::vector<ChannelScope>& channels
   return {};
 }
 
-Parsed read_delivery(std::string_view value, Delivery& delivery) {
-  const std::optional<Delivery> parsed = parse_delivery(value);
-  delivery = parsed.value_or(Delivery::at_least_once);
-  return expect(parsed.has_value(), "at-least-once or at-most-once");
-}
-
-Parsed read_awaited(std::string_view value, Awaited& awaited) {
-  const std::optional<Awaited> parsed = parse_awaited(value);
-  awaited = parsed.value_or(Awaited::response_state);
-  return expect(parsed.has_value(), "response-state or response");
-}
-
-Parsed read_draining(std::string_view value, bool& draining) {
-  draining = value == "yes";
-  return expect(value == "yes" || value == "no", "yes or no");
-}
-
-Parsed read_value(std::string_view key, const std::string& value, InstanceIdentity& identity) {
-  const std::array<std::pair<std::string_view, std::string*>, 5> texts{{
-      {"uuid", &identity.uuid},
-      {"name", &identity.name},
-      {"description", &identity.description},
-      {"version", &identity.version},
-      {"host", &identity.host},
-  }};
-  for (const auto& [name, text] : texts) {
-    if (key == name) {
-      *text = value;
+/// Sets the enumerator, or truth value, that `value` is the word of.
+Parsed read_word(const Leaf& leaf, std::string_view value, void* member) {
+  std::string words;
+  for (std::uint8_t i = 0; word_of(leaf, i) != "unknown"; ++i) {
+    if (word_of(leaf, i) == value) {
+      set_number(leaf.kind, member, i);
       return {};
     }
+    words += fmt::format("{}{}", words.empty() ? "" : " or ", word_of(leaf, i));
   }
-  if (key == "id") {
-    return read_id(value, identity.id);
+  return tl::unexpected(fmt::format("expected {}", words));
+}
+
+Parsed read_value(const Leaf& leaf, const std::string& value, void* member) {
+  switch (leaf.kind) {
+    case Kind::text:
+      as<std::string>(member) = value;
+      return {};
+    case Kind::list:
+      return read_channels(value, as<std::vector<ChannelScope>>(member));
+    case Kind::id: {
+      const auto id = InstanceId::parse(value);
+      as<InstanceId>(member) = id.value_or(InstanceId{});
+      return id ? Parsed{} : tl::unexpected(std::string("expected a UUID"));
+    }
+    case Kind::boolean:
+    case Kind::word:
+      return read_word(leaf, value, member);
+    default: {
+      const auto number = parse_number<std::uint32_t>(value);
+      set_number(leaf.kind, member, number.value_or(0));
+      return number ? Parsed{} : tl::unexpected(std::string("expected a number"));
+    }
   }
-  if (key == "pid") {
-    return read_number(value, identity.pid);
-  }
-  if (key == "concurrency") {
-    return read_number(value, identity.concurrency);
-  }
-  if (key == "lease_ms") {
-    std::uint32_t milliseconds = 0;
-    auto read = read_number(value, milliseconds);
-    identity.lease = std::chrono::milliseconds(milliseconds);
-    return read;
-  }
-  if (key == "channels") {
-    return read_channels(value, identity.channels);
-  }
-  if (key == "delivery") {
-    return read_delivery(value, identity.delivery);
-  }
-  if (key == "awaited") {
-    return read_awaited(value, identity.awaited);
-  }
-  if (key == "draining") {
-    return read_draining(value, identity.draining);
-  }
-  return {};
 }
 
 Parsed read_line(std::string_view line, InstanceIdentity& identity) {
@@ -159,7 +131,12 @@ Parsed read_line(std::string_view line, InstanceIdentity& identity) {
   if (!value) {
     return tl::unexpected(std::string("expected two hexadecimal digits after '%'"));
   }
-  return read_value(key, *value, identity);
+  for (const Leaf& leaf : shape_of<InstanceIdentity>()) {
+    if (!key.empty() && key == key_of(leaf)) {
+      return read_value(leaf, *value, leaf.member(&identity));
+    }
+  }
+  return {};
 }
 
 std::string join_channels(const std::vector<ChannelScope>& channels) {
@@ -171,16 +148,32 @@ std::string join_channels(const std::vector<ChannelScope>& channels) {
   return text;
 }
 
+std::string text_of(const Leaf& leaf, const void* member) {
+  switch (leaf.kind) {
+    case Kind::text:
+      return escape(as<std::string>(member));
+    case Kind::list:
+      return join_channels(as<std::vector<ChannelScope>>(member));
+    case Kind::id:
+      return as<InstanceId>(member).to_string();
+    case Kind::boolean:
+    case Kind::word:
+      return std::string(word_of(leaf, static_cast<std::uint8_t>(number_of(leaf.kind, member))));
+    default:
+      return std::to_string(number_of(leaf.kind, member));
+  }
+}
+
 }  // namespace
 
 std::string format_identity(const InstanceIdentity& identity) {
-  return fmt::format(
-      "{}\nid={}\nuuid={}\nname={}\ndescription={}\nversion={}\nhost={}\npid={}\nchannels={}\n"
-      "delivery={}\nawaited={}\nconcurrency={}\ndraining={}\nlease_ms={}\n",
-      header, identity.id.to_string(), escape(identity.uuid), escape(identity.name),
-      escape(identity.description), escape(identity.version), escape(identity.host), identity.pid,
-      join_channels(identity.channels), name_of(identity.delivery), name_of(identity.awaited),
-      identity.concurrency, identity.draining ? "yes" : "no", identity.lease.count());
+  std::string text = fmt::format("{}\n", header);
+  for (const Leaf& leaf : shape_of<InstanceIdentity>()) {
+    if (const std::string key = key_of(leaf); !key.empty()) {
+      text += fmt::format("{}={}\n", key, text_of(leaf, leaf.at(&identity)));
+    }
+  }
+  return text;
 }
 
 tl::expected<InstanceIdentity, std::string> parse_identity(std::string_view text) {

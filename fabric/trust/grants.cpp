@@ -5,10 +5,7 @@
 
 #include "fabric/badge.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/wire/data_topics.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/topics.hpp"
-#include "fabric/wire/variable_codec.hpp"
 
 namespace millrace::fabric::trust {
 

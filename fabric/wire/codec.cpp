@@ -1,281 +1,334 @@
 #include "fabric/wire/codec.hpp"
 
-#include "fabric/wire/sample_fields.hpp"
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <variant>
+
+#include <fmt/format.h>
 
 namespace millrace::fabric::wire {
 
 namespace {
 
-static_assert(convert<int>(ServiceCode::refused) == millrace_code_refused);
-static_assert(convert<int>(ReplyKind::declined) == millrace_declined_reply);
-static_assert(convert<int>(ChannelState::held) == millrace_channel_held);
-static_assert(convert<int>(EventKind::held) == millrace_event_held);
+template <typename T>
+concept Sequence = requires(T& it) {
+  it._buffer;
+  it._length;
+};
+template <typename T>
+concept Number = std::is_arithmetic_v<T>;
+template <typename T>
+concept Enumeration = std::is_enum_v<T>;
+
+/// Whether each field that travels has a place in the sample.
+template <typename Value, typename Sample>
+constexpr bool all_have_a_place() {
+  bool all = true;
+  for_each_field<Value>([&](const auto& field) {
+    using Member = std::remove_cvref_t<decltype(field.get(std::declval<Value&>()))>;
+    if constexpr (!requires { field.get(std::declval<Sample&>()); } && !HasFields<Member>) {
+      all = all && !field.options.on_wire;
+    }
+  });
+  return all;
+}
+
+/// Fills a sample; what does not fit first becomes the error.
+class Putter {
+ public:
+  explicit Putter(Lists& lists) : lists_(lists) {}
+
+  template <typename Value, typename Sample>
+  void all(const Value& value, Sample& sample) {
+    static_assert(is_complete<Value>(), "a member of the value is not in its list");
+    static_assert(all_have_a_place<Value, Sample>(), "a field is missing in the IDL");
+    for_each_field<Value>([&](const auto& field) {
+      const auto& from = field.get(value);
+      using From = std::remove_cvref_t<decltype(from)>;
+      if constexpr (std::is_same_v<From, ChannelKey>) {
+        if (field.options.required && from.machine.empty()) {
+          fail("the machine has no name");
+        }
+      }
+      if constexpr (requires { field.get(sample); }) {
+        words_ = field.options.words.empty() ? field.name : field.options.words;
+        most_ = field.options.most;
+        put(from, field.get(sample));
+      } else if constexpr (HasFields<From>) {
+        all(from, sample);
+      }
+    });
+    if constexpr (requires { rest(value, sample); }) {
+      rest(value, sample);
+    }
+  }
+
+  [[nodiscard]] std::string& error() { return error_; }
+
+ private:
+  // What no member of the sample has the name of.
+  void rest(const InstanceLoad& from, millrace_InstanceLoad& to) const {
+    to.waiting = from.status.waiting;
+  }
+  void rest(const Command& from, millrace_Command& to) { put(from.id, to.token); }
+  void rest(const Outcome& from, millrace_Outcome& to) { put(from.command, to.token); }
+  void rest(const ProgramEvent& from, millrace_ProgramEvent& to) const {
+    to.has_parts = from.parts.has_value();
+  }
+  void rest(const Value& from, millrace_Value& to) {
+    if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&from.elements)) {
+      put(*integers, to.integers);
+    } else if (const auto* reals = std::get_if<std::vector<double>>(&from.elements)) {
+      put(*reals, to.reals);
+    } else {
+      put(std::get<std::vector<std::string>>(from.elements), to.texts);
+    }
+  }
+
+  template <std::size_t size>
+  void put(const std::string& from, char (&to)[size]) {
+    if (from.size() >= size) {
+      fail(fmt::format("the {} has {} bytes, at most {} fit", words_, from.size(), size - 1));
+    } else if (from.find('\0') != std::string::npos) {
+      fail(fmt::format("the {} contains a NUL byte", words_));
+    } else {
+      std::memcpy(to, from.c_str(), from.size() + 1);
+    }
+  }
+  void put(const InstanceId& from, std::uint8_t (&to)[16]) {
+    std::memcpy(to, from.bytes.data(), sizeof to);
+  }
+  void put(Time from, std::int64_t& to) { to = from.time_since_epoch().count(); }
+  void put(std::chrono::nanoseconds from, std::uint64_t& to) {
+    to = static_cast<std::uint64_t>(from.count());
+  }
+  void put(const std::optional<std::int64_t>& from, std::int64_t& to) { to = from.value_or(0); }
+  template <Number From>
+  void put(From from, From& to) {
+    to = from;
+  }
+  template <Enumeration From, Enumeration To>
+  void put(From from, To& to) {
+    to = static_cast<To>(from);
+  }
+  template <HasFields From, typename To>
+  void put(const From& from, To& to) {
+    all(from, to);
+  }
+  template <Sequence To>
+  void put(const std::string& from, To& to) {
+    if (most_ != 0 && from.size() > most_) {
+      fail(fmt::format("the {} has {} bytes, at most {} fit", words_, from.size(), most_));
+    }
+    // Cyclone only reads what it writes out; the pointer is not const because it is a C struct.
+    lend(to, reinterpret_cast<std::uint8_t*>(const_cast<char*>(from.data())), from.size());
+  }
+  template <typename Element, Sequence To>
+  void put(const std::vector<Element>& from, To& to) {
+    using Its = std::remove_pointer_t<decltype(to._buffer)>;
+    const std::string_view words = words_;
+    if (most_ != 0 && from.size() > most_) {
+      fail(fmt::format("{} {}, at most {} fit", from.size(), words, most_));
+    }
+    if constexpr (std::is_same_v<Element, Its>) {
+      lend(to, const_cast<Element*>(from.data()), from.size());
+    } else {
+      lists_.push_back(std::make_unique<std::byte[]>(from.size() * sizeof(Its)));
+      Its* const list = reinterpret_cast<Its*>(lists_.back().get());
+      lend(to, list, from.size());
+      for (std::size_t i = 0; i < from.size() && error_.empty(); ++i) {
+        put(from[i], *new (list + i) Its{});
+        if (!error_.empty()) {
+          error_ = fmt::format("{}[{}]: {}", words, i, error_);
+        }
+      }
+    }
+  }
+
+  template <Sequence To, typename Element>
+  void lend(To& to, Element* first, std::size_t size) {
+    to._buffer = first;
+    to._length = to._maximum = static_cast<std::uint32_t>(size);
+  }
+  void fail(std::string error) {
+    if (error_.empty()) {
+      error_ = std::move(error);
+    }
+  }
+
+  Lists& lists_;
+  /// Of the field that is put.
+  std::string_view words_;
+  std::size_t most_ = 0;
+  std::string error_;
+};
+
+class Getter {
+ public:
+  template <typename Sample, typename Value>
+  static void all(const Sample& sample, Value& value) {
+    for_each_field<Value>([&](const auto& field) {
+      auto& to = field.get(value);
+      if constexpr (requires { field.get(sample); }) {
+        get(field.get(sample), to);
+      } else if constexpr (HasFields<decltype(to)>) {
+        all(sample, to);
+      }
+    });
+    if constexpr (requires { rest(sample, value); }) {
+      rest(sample, value);
+    }
+  }
+
+  // What no member of the sample has the name of.
+  static void rest(const millrace_InstanceLoad& from, InstanceLoad& to) {
+    to.status.waiting = std::min(from.waiting, from.calls._length);
+    to.status.running = from.calls._length - to.status.waiting;
+  }
+  static void rest(const millrace_Command& from, Command& to) { get(from.token, to.id); }
+  static void rest(const millrace_Outcome& from, Outcome& to) { get(from.token, to.command); }
+  static void rest(const millrace_ProgramEvent& from, ProgramEvent& to) {
+    if (!from.has_parts) {
+      to.parts.reset();
+    }
+  }
+  static void rest(const millrace_Value& from, Value& to) {
+    switch (to.type) {
+      case ValueType::real64:
+        get(from.reals, to.elements.emplace<std::vector<double>>());
+        break;
+      case ValueType::string:
+        get(from.texts, to.elements.emplace<std::vector<std::string>>());
+        break;
+      default:
+        get(from.integers, to.elements.emplace<std::vector<std::int64_t>>());
+    }
+  }
+
+ private:
+  template <std::size_t size>
+  static void get(const char (&from)[size], std::string& to) {
+    to = from;
+  }
+  static void get(const std::uint8_t (&from)[16], InstanceId& to) {
+    std::memcpy(to.bytes.data(), from, sizeof from);
+  }
+  static void get(std::int64_t from, Time& to) { to = Time(std::chrono::nanoseconds(from)); }
+  static void get(std::uint64_t from, std::chrono::nanoseconds& to) {
+    to = std::chrono::nanoseconds(from);
+  }
+  static void get(std::int64_t from, std::optional<std::int64_t>& to) { to = from; }
+  template <Number To>
+  static void get(To from, To& to) {
+    to = from;
+  }
+  /// A foreign one may hold what none of its names stands for, and C++ does not let that be read as
+  /// an enumerator of C.
+  template <Enumeration From, Enumeration To>
+  static void get(const From& from, To& to) {
+    std::underlying_type_t<From> number{};
+    std::memcpy(&number, &from, sizeof number);
+    to = static_cast<To>(number);
+  }
+  template <typename From, HasFields To>
+  static void get(const From& from, To& to) {
+    all(from, to);
+  }
+  template <Sequence From>
+  static void get(const From& from, std::string& to) {
+    to.assign(reinterpret_cast<const char*>(from._buffer), from._length);
+  }
+  template <Sequence From, typename Element>
+  static void get(const From& from, std::vector<Element>& to) {
+    to.resize(from._length);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      get(from._buffer[i], to[i]);
+    }
+  }
+};
+
+template <Sequence From>
+auto elements_of(const From& from) {
+  return std::span(from._buffer, from._length);
+}
+
+/// What a request has too much of; empty if it is none.
+std::string excess_of(const millrace_VariableRequest& sample) {
+  if (sample.names._length > most_variables) {
+    return fmt::format("{} names; at most {} are answered in one request", sample.names._length,
+                       most_variables);
+  }
+  if (sample.values._length > most_variables) {
+    return fmt::format("values for {} names; at most {} are written in one request",
+                       sample.values._length, most_variables);
+  }
+  std::size_t bytes = 0;
+  std::size_t elements = 0;
+  for (const millrace_ValueText& name : elements_of(sample.names)) {
+    bytes += name._length;
+  }
+  for (const millrace_ValueTexts& list : elements_of(sample.values)) {
+    elements += list._length;
+    for (const millrace_ValueText& text : elements_of(list)) {
+      bytes += text._length;
+    }
+  }
+  if (bytes > most_variable_bytes) {
+    return fmt::format("{} bytes of names and values; at most {} go into one request", bytes,
+                       most_variable_bytes);
+  }
+  return elements > most_variable_elements
+             ? fmt::format("{} elements; at most {} are written in one request", elements,
+                           most_variable_elements)
+             : std::string();
+}
 
 }  // namespace
 
-Encoded<millrace_Request> Codec<Request>::encode(const Request& value) {
-  Filler<millrace_Request> filler;
-  filler.key(value.key);
-  filler.string(filler.sample.uuid, value.uuid, "UUID");
-  filler.text(value.text);
-  filler.sample.epoch = value.call.epoch;
-  filler.sample.number = value.call.number;
-  filler.sample.attempt = value.attempt;
-  put(filler.sample.assigned, value.assigned);
-  filler.sample.succeeds = value.succeeds;
-  filler.sample.state = value.state;
-  filler.sample.deadline = put(value.deadline);
-  filler.sample.seen = put(value.seen);
-  filler.sample.dispatched = put(value.dispatched);
-  filler.sample.may_wait = value.may_wait;
-  filler.sample.replayed = value.replayed;
-  return filler.result();
-}
-
-Request Codec<Request>::decode(const millrace_Request& sample) {
-  return {
-      .key = get_key(sample),
-      .call = {sample.epoch, sample.number},
-      .attempt = sample.attempt,
-      .assigned = get(sample.assigned),
-      .succeeds = sample.succeeds,
-      .uuid = sample.uuid,
-      .text = get(sample.text),
-      .state = sample.state,
-      .deadline = get(sample.deadline),
-      .seen = get(sample.seen),
-      .dispatched = get(sample.dispatched),
-      .may_wait = sample.may_wait,
-      .replayed = sample.replayed,
-  };
-}
-
-Encoded<millrace_Reply> Codec<Reply>::encode(const Reply& value) {
-  Filler<millrace_Reply> filler;
-  filler.key(value.key);
-  filler.text(value.text);
-  put(filler.sample.instance, value.instance);
-  filler.sample.epoch = value.call.epoch;
-  filler.sample.number = value.call.number;
-  filler.sample.attempt = value.attempt;
-  filler.sample.kind = convert<millrace_ReplyKind>(value.kind);
-  filler.sample.code = convert<millrace_ServiceCode>(value.code);
-  filler.sample.state = value.state;
-  filler.sample.asked_text = borrow_bytes<millrace_ForeignText>(value.asked_text);
-  filler.sample.asked_state = value.asked_state;
-  filler.sample.received = put(value.received);
-  filler.sample.started = put(value.started);
-  filler.sample.answered = put(value.answered);
-  filler.sample.replayed = value.replayed;
-  return filler.result();
-}
-
-Reply Codec<Reply>::decode(const millrace_Reply& sample) {
-  return {
-      .key = get_key(sample),
-      .instance = get(sample.instance),
-      .call = {sample.epoch, sample.number},
-      .attempt = sample.attempt,
-      .kind = convert<ReplyKind>(sample.kind),
-      .code = convert<ServiceCode>(sample.code),
-      .text = get(sample.text),
-      .state = sample.state,
-      .asked_text = get(sample.asked_text),
-      .asked_state = sample.asked_state,
-      .received = get(sample.received),
-      .started = get(sample.started),
-      .answered = get(sample.answered),
-      .replayed = sample.replayed,
-  };
-}
-
-Encoded<millrace_ChannelStatus> Codec<ChannelStatus>::encode(const ChannelStatus& value) {
-  Filler<millrace_ChannelStatus> filler;
-  filler.key(value.key);
-  filler.string(filler.sample.uuid, value.uuid, "UUID");
-  filler.string(filler.sample.reason, value.reason, "reason");
-  filler.sample.state = convert<millrace_ChannelState>(value.state);
-  filler.sample.since = put(value.since);
-  filler.sample.call = put(value.call);
-  filler.sample.attempt = value.attempt;
-  put(filler.sample.instance, value.instance);
-  filler.sample.calls = value.calls;
-  filler.sample.answered = value.answered;
-  filler.sample.withdrawn = value.withdrawn;
-  filler.sample.repeated = value.repeated;
-  filler.sample.late = value.late;
-  filler.sample.failed = value.failed;
-  return filler.result();
-}
-
-ChannelStatus Codec<ChannelStatus>::decode(const millrace_ChannelStatus& sample) {
-  return {
-      .key = get_key(sample),
-      .state = convert<ChannelState>(sample.state),
-      .since = get(sample.since),
-      .call = get(sample.call),
-      .attempt = sample.attempt,
-      .instance = get(sample.instance),
-      .uuid = sample.uuid,
-      .reason = sample.reason,
-      .calls = sample.calls,
-      .answered = sample.answered,
-      .withdrawn = sample.withdrawn,
-      .repeated = sample.repeated,
-      .late = sample.late,
-      .failed = sample.failed,
-  };
-}
-
-Encoded<millrace_MachineStatus> Codec<MachineStatus>::encode(const MachineStatus& value) {
-  Filler<millrace_MachineStatus> filler;
-  filler.string(filler.sample.machine, value.machine, "machine name");
-  filler.string(filler.sample.address, value.address, "address");
-  filler.string(filler.sample.reason, value.reason, "reason");
-  filler.string(filler.sample.host, value.host, "host name");
-  filler.string(filler.sample.version, value.version, "version");
-  put(filler.sample.gateway, value.gateway);
-  filler.sample.claimed = put(value.claimed);
-  filler.channels(filler.sample.claims, value.claims);
-  filler.sample.connected = value.connected;
-  filler.sample.since = put(value.since);
-  filler.sample.channels = value.channels;
-  filler.sample.poll_ns = static_cast<std::uint64_t>(value.poll.count());
-  filler.sample.requests_per_second = value.requests_per_second;
-  filler.sample.round_trip_ns = static_cast<std::uint64_t>(value.round_trip.count());
-  filler.sample.pid = value.pid;
-  filler.sample.epoch = value.epoch;
-  return filler.result();
-}
-
-MachineStatus Codec<MachineStatus>::decode(const millrace_MachineStatus& sample) {
-  return {
-      .machine = sample.machine,
-      .gateway = get(sample.gateway),
-      .claimed = get(sample.claimed),
-      .claims = get(sample.claims),
-      .connected = sample.connected,
-      .since = get(sample.since),
-      .address = sample.address,
-      .reason = sample.reason,
-      .channels = sample.channels,
-      .poll = std::chrono::nanoseconds(sample.poll_ns),
-      .requests_per_second = sample.requests_per_second,
-      .round_trip = std::chrono::nanoseconds(sample.round_trip_ns),
-      .host = sample.host,
-      .pid = sample.pid,
-      .version = sample.version,
-      .epoch = sample.epoch,
-  };
-}
-
-namespace {
-
-millrace_InstanceLoad put_load(const InstanceLoad& load, std::vector<millrace_CallId>& calls) {
-  const InstanceStatus& status = load.status;
-  millrace_InstanceLoad sample{};
-  put(sample.instance, status.instance);
-  lend(sample.calls, calls);
-  sample.waiting = status.waiting;
-  sample.answered = status.answered;
-  sample.failed = status.failed;
-  sample.repeated = status.repeated;
-  sample.cancelled = status.cancelled;
-  sample.declined = status.declined;
-  sample.mean_ns = static_cast<std::uint64_t>(status.mean.count());
-  sample.started = put(status.started);
-  sample.last_call = put(status.last_call);
-  return sample;
-}
-
-InstanceLoad get_load(const millrace_InstanceLoad& sample) {
-  InstanceLoad load;
-  for (const millrace_CallId& call : std::span(sample.calls._buffer, sample.calls._length)) {
-    load.calls.push_back(get(call));
+template <typename Value, typename Type, const Topic& its_topic>
+tl::expected<Lent<Type>, std::string> CodecOf<Value, Type, its_topic>::encode(const Value& value) {
+  tl::expected<Lent<Type>, std::string> lent;
+  Putter putter(lent->lists);
+  putter.all(value, static_cast<Type&>(*lent));
+  if (!putter.error().empty()) {
+    return tl::unexpected(std::move(putter.error()));
   }
-  const std::uint32_t waiting = std::min(sample.waiting, sample.calls._length);
-  load.status = {
-      .instance = get(sample.instance),
-      .running = sample.calls._length - waiting,
-      .waiting = waiting,
-      .answered = sample.answered,
-      .failed = sample.failed,
-      .repeated = sample.repeated,
-      .cancelled = sample.cancelled,
-      .declined = sample.declined,
-      .mean = std::chrono::nanoseconds(sample.mean_ns),
-      .started = get(sample.started),
-      .last_call = get(sample.last_call),
-  };
-  return load;
+  return lent;
 }
 
-}  // namespace
+template <typename Value, typename Type, const Topic& its_topic>
+Value CodecOf<Value, Type, its_topic>::decode(const Type& sample) {
+  Value value;
+  Getter::all(sample, value);
+  return value;
+}
 
-Encoded<BeatSample> Codec<Beat>::encode(const Beat& value) {
-  constexpr std::size_t most_loads = 64;
-  constexpr std::size_t most_calls = 256;
-  if (value.loads.size() > most_loads) {
-    return tl::unexpected(fmt::format("the loads of {} instances are named, at most {} fit",
-                                      value.loads.size(), most_loads));
+template <>
+VariableRequest Codec<VariableRequest>::CodecOf::decode(const millrace_VariableRequest& sample) {
+  VariableRequest value{.excess = excess_of(sample)};
+  millrace_VariableRequest taken = sample;
+  if (!value.excess.empty()) {
+    taken.names = {};
+    taken.values = {};
   }
-  BeatSample sample;
-  put(sample.member, value.member);
-  sample.at = put(value.at);
-  sample.call_lists.reserve(value.loads.size());
-  for (const InstanceLoad& load : value.loads) {
-    if (load.calls.size() > most_calls) {
-      return tl::unexpected(fmt::format("an instance has {} calls, at most {} can be named",
-                                        load.calls.size(), most_calls));
-    }
-    std::vector<millrace_CallId>& calls = sample.call_lists.emplace_back();
-    for (const CallId& call : load.calls) {
-      calls.push_back(put(call));
-    }
-    sample.load_list.push_back(put_load(load, calls));
-  }
-  lend(sample.loads, sample.load_list);
-  return sample;
+  Getter::all(taken, value);
+  return value;
 }
 
-Beat Codec<Beat>::decode(const millrace_Beat& sample) {
-  Beat beat{.member = get(sample.member), .at = get(sample.at)};
-  for (const millrace_InstanceLoad& load : std::span(sample.loads._buffer, sample.loads._length)) {
-    beat.loads.push_back(get_load(load));
-  }
-  return beat;
-}
-
-Encoded<millrace_Event> Codec<Event>::encode(const Event& value) {
-  Filler<millrace_Event> filler;
-  filler.key(value.key);
-  filler.string(filler.sample.uuid, value.uuid, "UUID");
-  filler.text(value.text);
-  filler.string(filler.sample.detail, value.detail, "detail");
-  filler.sample.call = put(value.call);
-  filler.sample.attempt = value.attempt;
-  filler.sample.kind = convert<millrace_EventKind>(value.kind);
-  filler.sample.at = put(value.at);
-  put(filler.sample.instance, value.instance);
-  filler.sample.state = value.state;
-  filler.sample.replayed = value.replayed;
-  return filler.result();
-}
-
-Event Codec<Event>::decode(const millrace_Event& sample) {
-  return {
-      .key = get_key(sample),
-      .call = get(sample.call),
-      .attempt = sample.attempt,
-      .kind = convert<EventKind>(sample.kind),
-      .at = get(sample.at),
-      .instance = get(sample.instance),
-      .uuid = sample.uuid,
-      .text = get(sample.text),
-      .state = sample.state,
-      .detail = sample.detail,
-      .replayed = sample.replayed,
-  };
-}
+template struct CodecOf<Request, millrace_Request, request_topic>;
+template struct CodecOf<Reply, millrace_Reply, reply_topic>;
+template struct CodecOf<ChannelStatus, millrace_ChannelStatus, channel_topic>;
+template struct CodecOf<MachineStatus, millrace_MachineStatus, machine_topic>;
+template struct CodecOf<Beat, millrace_Beat, beat_topic>;
+template struct CodecOf<Event, millrace_Event, event_topic>;
+template struct CodecOf<Command, millrace_Command, command_topic>;
+template struct CodecOf<Outcome, millrace_Outcome, outcome_topic>;
+template struct CodecOf<DataSample, millrace_DataSample, data_topic>;
+template struct CodecOf<ProgramEvent, millrace_ProgramEvent, program_topic>;
+template struct CodecOf<Notice, millrace_Notice, notice_topic>;
+template struct CodecOf<VariableRequest, millrace_VariableRequest, variable_request_topic>;
+template struct CodecOf<VariableReply, millrace_VariableReply, variable_reply_topic>;
 
 }  // namespace millrace::fabric::wire

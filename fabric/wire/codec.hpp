@@ -1,83 +1,80 @@
-// Between the C structs that idlc generates and the values of fabric/messages.
+// Between the C structs that idlc generates and the values of the fabric, by the lists of their
+// fields (fabric/fields.hpp).
 //
 //   auto sample = Codec<Request>::encode(request);   // borrows request.text
 //   if (!sample) …                                   // "the text has 130 bytes, at most 127 fit"
 #pragma once
 
+#include <cstddef>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include <tl/expected.hpp>
 
+#include "fabric/command.hpp"
+#include "fabric/data.hpp"
 #include "fabric/messages.hpp"
+#include "fabric/notice.hpp"
+#include "fabric/variables.hpp"
 #include "fabric/wire/topics.hpp"
+#include "idl/data.h"
 #include "idl/millrace.h"
+#include "idl/notice.h"
+#include "idl/variables.h"
 
 namespace millrace::fabric::wire {
 
-template <typename Sample>
-using Encoded = tl::expected<Sample, std::string>;
+using Lists = std::vector<std::unique_ptr<std::byte[]>>;
 
-/// One per value. `encode` checks every length, because Cyclone writes a string without its NUL and
-/// the receiver drops it; the sample borrows the value's text and must not outlive it. `decode`
-/// trusts the bounds that the IDL sets.
+/// A sample with the lists that it points into. It borrows the texts of its value and must not
+/// outlive it.
+template <typename Type>
+struct Lent : Type {
+  Lent() : Type{} {}
+  Lists lists{};
+};
+
+/// `encode` checks every length, because Cyclone writes a string without its NUL and the receiver
+/// drops it. `decode` trusts the bounds that the IDL sets.
+template <typename Value, typename Type, const Topic& its_topic>
+struct CodecOf {
+  using Sample = Type;
+  static const Topic& topic() { return its_topic; }
+  static tl::expected<Lent<Type>, std::string> encode(const Value& value);
+  static Value decode(const Type& sample);
+};
+
 template <typename Value>
 struct Codec;
-
 template <>
-struct Codec<Request> {
-  using Sample = millrace_Request;
-  static const Topic& topic() { return request_topic; }
-  static Encoded<Sample> encode(const Request& value);
-  static Request decode(const Sample& sample);
-};
-
+struct Codec<Request> : CodecOf<Request, millrace_Request, request_topic> {};
 template <>
-struct Codec<Reply> {
-  using Sample = millrace_Reply;
-  static const Topic& topic() { return reply_topic; }
-  static Encoded<Sample> encode(const Reply& value);
-  static Reply decode(const Sample& sample);
-};
-
+struct Codec<Reply> : CodecOf<Reply, millrace_Reply, reply_topic> {};
 template <>
-struct Codec<ChannelStatus> {
-  using Sample = millrace_ChannelStatus;
-  static const Topic& topic() { return channel_topic; }
-  static Encoded<Sample> encode(const ChannelStatus& value);
-  static ChannelStatus decode(const Sample& sample);
-};
-
+struct Codec<ChannelStatus> : CodecOf<ChannelStatus, millrace_ChannelStatus, channel_topic> {};
 template <>
-struct Codec<MachineStatus> {
-  using Sample = millrace_MachineStatus;
-  static const Topic& topic() { return machine_topic; }
-  static Encoded<Sample> encode(const MachineStatus& value);
-  static MachineStatus decode(const Sample& sample);
-};
-
-/// The sample of a beat points into lists that move with it.
-struct BeatSample : millrace_Beat {
-  BeatSample() : millrace_Beat{} {}
-  BeatSample(BeatSample&&) = default;
-  BeatSample& operator=(BeatSample&&) = default;
-  std::vector<millrace_InstanceLoad> load_list{};
-  std::vector<std::vector<millrace_CallId>> call_lists{};
-};
-
+struct Codec<MachineStatus> : CodecOf<MachineStatus, millrace_MachineStatus, machine_topic> {};
 template <>
-struct Codec<Beat> {
-  using Sample = millrace_Beat;
-  static const Topic& topic() { return beat_topic; }
-  static Encoded<BeatSample> encode(const Beat& value);
-  static Beat decode(const Sample& sample);
-};
-
+struct Codec<Beat> : CodecOf<Beat, millrace_Beat, beat_topic> {};
 template <>
-struct Codec<Event> {
-  using Sample = millrace_Event;
-  static const Topic& topic() { return event_topic; }
-  static Encoded<Sample> encode(const Event& value);
-  static Event decode(const Sample& sample);
+struct Codec<Event> : CodecOf<Event, millrace_Event, event_topic> {};
+template <>
+struct Codec<Command> : CodecOf<Command, millrace_Command, command_topic> {};
+template <>
+struct Codec<Outcome> : CodecOf<Outcome, millrace_Outcome, outcome_topic> {};
+template <>
+struct Codec<DataSample> : CodecOf<DataSample, millrace_DataSample, data_topic> {};
+template <>
+struct Codec<ProgramEvent> : CodecOf<ProgramEvent, millrace_ProgramEvent, program_topic> {};
+template <>
+struct Codec<Notice> : CodecOf<Notice, millrace_Notice, notice_topic> {};
+/// Of a request with too much nothing is copied: `excess` says what it is.
+template <>
+struct Codec<VariableRequest>
+    : CodecOf<VariableRequest, millrace_VariableRequest, variable_request_topic> {};
+template <>
+struct Codec<VariableReply> : CodecOf<VariableReply, millrace_VariableReply, variable_reply_topic> {
 };
 
 }  // namespace millrace::fabric::wire

@@ -1,11 +1,31 @@
 #include "fabric/wire/foreign_replies.hpp"
 
+#include <cstring>
+
 #include "base/program/barrier.hpp"
 #include "fabric/reply_kind.hpp"
-#include "fabric/wire/sample_fields.hpp"
 #include "idl/millrace.h"
 
 namespace millrace::fabric::wire {
+
+namespace {
+
+/// What an enumeration holds: a foreign one may hold what none of its names stands for, and C++
+/// does not let that be read as one of C, not even by std::bit_cast.
+template <typename Enumeration>
+std::underlying_type_t<Enumeration> number_of(const Enumeration& value) {
+  std::underlying_type_t<Enumeration> number{};
+  std::memcpy(&number, &value, sizeof number);
+  return number;
+}
+
+RequestKey key_of(const millrace_Reply& reply) {
+  RequestKey key{{reply.machine, reply.channel}, reply.epoch, {}};
+  std::memcpy(key.instance.bytes.data(), reply.instance, sizeof reply.instance);
+  return key;
+}
+
+}  // namespace
 
 /// The type of replies in which each enumeration may have any value (dds_opcodes.h). What it says
 /// of itself in XTypes is what the type says, so that writers of the type match it.
@@ -41,21 +61,20 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                         fmt::format("create the topic {}", reply_topic.name))),
       subscriber_(create_subscriber(participant, partition)) {
   // Before Cyclone makes anything of a key that is new.
-  dds::check(
-      dds_set_topic_filter_and_arg(
-          topic_.handle(),
-          [](const void* sample, void* self) -> bool {
-            bool admitted = true;
-            base::program::contain("looking whose a reply is", [&] {
-              const auto& reply = *static_cast<const millrace_Reply*>(sample);
-              auto& replies = *static_cast<ForeignReplies*>(self);
-              const std::lock_guard guard(replies.lock_);
-              admitted = replies.keys_.admits({get_key(reply), reply.epoch, get(reply.instance)});
-            });
-            return admitted;
-          },
-          this),
-      "choose among replies");
+  dds::check(dds_set_topic_filter_and_arg(
+                 topic_.handle(),
+                 [](const void* sample, void* self) -> bool {
+                   bool admitted = true;
+                   base::program::contain("looking whose a reply is", [&] {
+                     const auto& reply = *static_cast<const millrace_Reply*>(sample);
+                     auto& replies = *static_cast<ForeignReplies*>(self);
+                     const std::lock_guard guard(replies.lock_);
+                     admitted = replies.keys_.admits(key_of(reply));
+                   });
+                   return admitted;
+                 },
+                 this),
+             "choose among replies");
   // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
   // the instance has said.
   reader_ =

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "idl/data.h"
 #include "idl/millrace.h"
+#include "idl/notice.h"
+#include "idl/variables.h"
 
 namespace millrace::fabric::wire {
 
@@ -26,6 +29,16 @@ constexpr std::int32_t commands_in_flight = 16;
 
 /// What a gateway tells of commands, and of each variable that was written.
 constexpr std::int32_t outcomes_in_flight = 256;
+
+/// Of one group of data: what a recorder may be behind. At 100 beats a second that is a third of
+/// one.
+constexpr std::int32_t beats_in_flight = 32;
+
+/// Of one channel: programs come one after the other, and short ones many in a second.
+constexpr std::int32_t program_events_in_flight = 128;
+
+/// Of one asker: what it may be behind.
+constexpr std::int32_t questions_in_flight = 64;
 
 /// Should a write ever have to wait for a reader, it fails instead.
 constexpr dds_duration_t never_wait = 0;
@@ -61,6 +74,15 @@ const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
 const Topic outcome_topic{
     "millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight, false, 1'024};
+const Topic notice_topic{"millrace/notice", &millrace_Notice_desc, true, last_only, false, 1'024};
+const Topic data_topic{
+    "millrace/data", &millrace_DataSample_desc, true, beats_in_flight, false, 4'096};
+const Topic program_topic{
+    "millrace/program", &millrace_ProgramEvent_desc, true, program_events_in_flight, false, 4'096};
+const Topic variable_request_topic{"millrace/variable/request", &millrace_VariableRequest_desc,
+                                   false, questions_in_flight};
+const Topic variable_reply_topic{"millrace/variable/reply", &millrace_VariableReply_desc, true,
+                                 questions_in_flight};
 
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos = common_qos(topic, user_data);
@@ -98,6 +120,10 @@ std::string service_partition(std::string_view fabric, std::string_view canonica
 std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
                               const InstanceId& instance) {
   return fmt::format("{}/{}/{}", fabric, canonical_uuid, instance.to_string());
+}
+
+std::string asker_partition(std::string_view fabric, const InstanceId& asker) {
+  return fmt::format("{}/{}", fabric, asker.to_string());
 }
 
 std::string all_services(std::string_view fabric) {

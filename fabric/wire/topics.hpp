@@ -8,10 +8,13 @@
 //   millrace/event       gateway to recorder and tools       partition FABRIC
 //   millrace/command     tools to gateways and instances     partition FABRIC
 //   millrace/outcome     gateway or instance to tools        partition FABRIC
-//   millrace/notice      any program to tools                partition FABRIC   (notice_codec.hpp)
-//   millrace/data        gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
-//   millrace/program     gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
-//   millrace/variable/request, …/reply   tools to gateways, and back         (variable_codec.hpp)
+//   millrace/notice      any program to tools                partition FABRIC
+//   millrace/data        gateway to tools                    partition FABRIC
+//   millrace/program     gateway to tools                    partition FABRIC
+//   millrace/variable/request   tools to gateways            partition FABRIC
+//   millrace/variable/reply     gateway to one asker         partition FABRIC/ASKER
+// Those of variables have no key. Requests are volatile: an asker repeats one until it is answered.
+// The last reply waits for an asker that the gateway finds only now.
 // Who may write and read which one where there is trust: fabric/trust/grants.hpp.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each
@@ -57,6 +60,11 @@ extern const Topic machine_topic;
 extern const Topic event_topic;
 extern const Topic command_topic;
 extern const Topic outcome_topic;
+extern const Topic notice_topic;
+extern const Topic data_topic;
+extern const Topic program_topic;
+extern const Topic variable_request_topic;
+extern const Topic variable_reply_topic;
 
 /// How much a reader keeps. Reliable and durability come from the topic.
 enum class Keep {
@@ -77,6 +85,8 @@ std::string service_partition(std::string_view fabric, std::string_view canonica
 /// "millrace/560aacbf-…/8d0c4e6a-…": where one instance gets its requests.
 std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
                               const InstanceId& instance);
+/// "millrace/8d0c4e6a-…": where the replies to one asker travel.
+std::string asker_partition(std::string_view fabric, const InstanceId& asker);
 /// "millrace/*": all UUIDs and mailboxes of a fabric, for a reader.
 std::string all_services(std::string_view fabric);
 

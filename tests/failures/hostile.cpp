@@ -6,7 +6,7 @@
 
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/request_key.hpp"
-#include "fabric/wire/sample_fields.hpp"
+#include "fabric/wire/codec.hpp"
 #include "idl/millrace.h"
 
 namespace millrace::tests::failures {

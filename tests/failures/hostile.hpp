@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/support/lawless_writer.hpp"

@@ -11,7 +11,7 @@
 #include "fabric/ends/notice_end.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/request_key.hpp"
-#include "fabric/wire/notice_codec.hpp"
+#include "fabric/wire/codec.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/failures/hostile_line.hpp"

@@ -14,7 +14,6 @@
 #include "fabric/profile/profile.hpp"
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/request_key.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/integration/trusted_chain.hpp"

@@ -11,7 +11,6 @@
 
 #include "base/posix/fd.hpp"
 #include "fabric/dds/participant.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/integration/chain.hpp"

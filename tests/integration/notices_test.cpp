@@ -86,7 +86,8 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
   EXPECT_THAT(words, AllOf(HasSubstr("archiver on "), HasSubstr("cannot be written: disk full"),
                            HasSubstr("make room")));
   EXPECT_THAT(output_of({"services"}), HasSubstr("cannot be written: disk full"));
-  EXPECT_THAT(output_of({"services", "--json"}), HasSubstr("\"notices\":[{\"level\":\"problem\""));
+  EXPECT_THAT(output_of({"services", "--json"}),
+              AllOf(HasSubstr("\"notices\":[{"), HasSubstr("\"level\":\"problem\"")));
   EXPECT_THAT(output_of({"doctor", "--json"}),
               AllOf(HasSubstr("\"healthy\":false"), HasSubstr("cannot be written: disk full")));
   for (const std::string table : {"put", "event", "channel"}) {

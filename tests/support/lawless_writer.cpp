@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "fabric/wire/codec.hpp"
-#include "fabric/wire/sample_fields.hpp"
 #include "idl/millrace.h"
 
 namespace millrace::tests {
@@ -64,7 +63,7 @@ LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::str
 void LawlessWriter::write(Reply reply, std::uint32_t kind, std::uint32_t code) {
   const std::string text = std::exchange(reply.text, "");
   auto sample = wire::Codec<Reply>::encode(reply).value();
-  // Only read; see Filler::text.
+  // Only read; Cyclone does not write to it.
   sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
   sample.text._length = static_cast<std::uint32_t>(text.size());
   sample.text._maximum = sample.text._length;

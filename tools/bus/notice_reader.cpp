@@ -4,7 +4,6 @@
 
 #include "fabric/dds/post_once.hpp"
 #include "fabric/observer/notices.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::tools::bus {

@@ -16,7 +16,6 @@
 #include "fabric/ends/discovery.hpp"
 #include "fabric/ends/gateway_watch.hpp"
 #include "fabric/registry/registry.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 

@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "fabric/dds/badges.hpp"
-#include "fabric/wire/command_codec.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tools/doctor/directory.hpp"
 #include "tools/doctor/findings.hpp"

@@ -52,10 +52,6 @@ std::chrono::nanoseconds duration_of(const fabric::ProgramEvent& event) {
                                          : event.at - event.started;
 }
 
-double in_ms(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
-
 }  // namespace
 
 std::string text_of(const Value& value) {
@@ -100,38 +96,14 @@ boost::json::object json_of(const Value& value) {
   return out;
 }
 
-void put_data(boost::json::object& out, const fabric::DataSample& sample) {
-  out["group"] = utf8(sample.group);
-  put_time(out, "at", sample.at);
-  out["period_ms"] = in_ms(sample.period);
-  out["wanted_ms"] = in_ms(sample.wanted);
-  boost::json::array values;
-  for (const Value& value : sample.values) {
-    values.push_back(json_of(value));
-  }
-  out["values"] = std::move(values);
-  out["replayed"] = sample.replayed;
-}
-
 void put_program(boost::json::object& out, const fabric::ProgramEvent& event) {
-  out["event"] = fabric::name_of(event.kind);
-  put_time(out, "at", event.at);
-  put_time(out, "started", event.started);
+  put_fields(out, event);
   if (event.started != fabric::Time{}) {
     out["duration_s"] = std::chrono::duration<double>(duration_of(event)).count();
-  }
-  out["program"] = text_json(event.program);
-  if (event.error != 0) {
-    out["error"] = event.error;
-  }
-  if (event.parts) {
-    out["parts"] = *event.parts;
   }
   if (event.mode != 0) {
     out["mode"] = mode_text(event.mode);
   }
-  out["detail"] = utf8(event.detail);
-  out["replayed"] = event.replayed;
 }
 
 std::string mode_text(std::uint32_t mode) {

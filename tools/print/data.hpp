@@ -18,9 +18,7 @@ std::string text_of(const fabric::Value& value);
 boost::json::value json_of_elements(const fabric::Value& value);
 boost::json::object json_of(const fabric::Value& value);
 
-/// The fields of a sample without its machine and channel: "group", "period_ms", "values" …
-void put_data(boost::json::object& out, const fabric::DataSample& sample);
-/// Those of an event: "event", "program", "error", "parts", "duration_s" …
+/// The fields of an event, with the word for its mode and "duration_s".
 void put_program(boost::json::object& out, const fabric::ProgramEvent& event);
 
 /// "standby", "automatic", …; the number of a mode that has no name.

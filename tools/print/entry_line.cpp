@@ -40,7 +40,9 @@ class Tail {
                        reply.instance.to_string()) +
            replayed(reply.replayed);
   }
-  std::string operator()(const recording::Withdrawal&) const { return ""; }
+  std::string operator()(const recording::Withdrawal& withdrawal) const {
+    return by("from", withdrawal.instance);
+  }
   std::string operator()(const fabric::ChannelStatus& status) const {
     return std::string(name_of(status.state)) + detail_of(status.reason);
   }
@@ -57,14 +59,19 @@ class Tail {
   }
   std::string operator()(const fabric::Event& event) const {
     const bool has_text = entry_.withheld || !event.text.empty();
-    return fmt::format("{}{}{}{}", name_of(event.kind),
-                       has_text ? "  " + text_or_size(event.text, entry_) : "",
+    return fmt::format("{}{}{}{}{}{}", event.attempt != 0 ? fmt::format("#{} ", event.attempt) : "",
+                       name_of(event.kind), has_text ? "  " + text_or_size(event.text, entry_) : "",
                        event.state != 0 ? fmt::format("  state {}", event.state) : "",
-                       detail_of(event.detail)) +
+                       detail_of(event.detail), by("  instance", event.instance)) +
            replayed(event.replayed);
   }
   std::string operator()(const fabric::Command& command) const {
-    return fmt::format("{} by {}", name_of(command.kind), safe(command.issuer));
+    const bool has_text = command.kind == fabric::CommandKind::answer;
+    return fmt::format(
+        "{} by {}{}{}  command {}", name_of(command.kind), safe(command.issuer),
+        has_text ? fmt::format("  {}  state {}", text_or_size(command.text, entry_), command.state)
+                 : "",
+        by("  to", command.instance), command.id.to_string());
   }
   std::string operator()(const fabric::MachineStatus& status) const {
     return fmt::format("{}  {} at {}", safe(status.machine),
@@ -81,10 +88,16 @@ class Tail {
                        notice.program.empty() ? "" : "  " + what_is_said(notice));
   }
   std::string operator()(const fabric::Outcome& outcome) const {
-    return (outcome.done ? "done" : "refused") + detail_of(outcome.detail);
+    return fmt::format("{}{}  by {}  command {}", outcome.done ? "done" : "refused",
+                       detail_of(outcome.detail), outcome.responder.to_string(),
+                       outcome.command.to_string());
   }
 
  private:
+  /// Nothing if no instance is known.
+  static std::string by(std::string_view what, const fabric::InstanceId& instance) {
+    return instance == fabric::InstanceId{} ? "" : fmt::format("{} {}", what, instance.to_string());
+  }
   static std::string replayed(bool replayed) { return replayed ? "  (replayed)" : ""; }
 
   const Entry& entry_;

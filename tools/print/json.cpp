@@ -8,12 +8,16 @@
 
 #include "base/text/cp1252.hpp"
 #include "fabric/channel_scope.hpp"
-#include "fabric/words.hpp"
+#include "tools/print/data.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
 
 namespace {
+
+using fabric::as;
+using fabric::Kind;
+using fabric::Leaf;
 
 void append(std::string& text, const boost::json::value& value) {
   if (const auto* const array = value.if_array()) {
@@ -39,6 +43,83 @@ void append(std::string& text, const boost::json::value& value) {
   }
 }
 
+constexpr std::string_view withheld_text = "text";
+constexpr std::string_view withheld_size = "text_size";
+
+bool is_call(const Leaf& leaf) {
+  return leaf.shape == &fabric::shape_of<fabric::CallId>;
+}
+bool is_key(const Leaf& leaf) {
+  return leaf.shape == &fabric::shape_of<fabric::ChannelKey>;
+}
+
+std::string name_of(const Leaf& leaf) {
+  const std::string name(leaf.options.json.empty() ? leaf.name : leaf.options.json);
+  const bool is_duration = leaf.kind == Kind::nanoseconds || leaf.kind == Kind::milliseconds;
+  return is_duration ? name + "_ms" : name;
+}
+
+bool is_empty(const Leaf& leaf, const void* member) {
+  return leaf.kind == Kind::text ? as<std::string>(member).empty()
+                                 : number_of(leaf.kind, member) == 0;
+}
+
+template <typename T>
+boost::json::value unless_zero(const void* member) {
+  const T& id = as<T>(member);
+  return id == T{} ? boost::json::value(nullptr) : boost::json::string(id.to_string());
+}
+
+/// Null: nothing is known.
+boost::json::value json_of_leaf(const Leaf& leaf, Kind kind, const void* member) {
+  switch (kind) {
+    case Kind::boolean:
+      return as<bool>(member);
+    case Kind::word:
+      return boost::json::string(leaf.word(as<std::uint8_t>(member)));
+    case Kind::time: {
+      const auto time = as<fabric::Time>(member);
+      return time == fabric::Time{} ? boost::json::value(nullptr)
+                                    : boost::json::string(time_text(time));
+    }
+    case Kind::nanoseconds:
+      return std::chrono::duration<double, std::milli>(as<std::chrono::nanoseconds>(member))
+          .count();
+    case Kind::id:
+      return unless_zero<fabric::InstanceId>(member);
+    case Kind::shape:
+      return is_call(leaf) ? unless_zero<fabric::CallId>(member)
+                           : json_of(as<fabric::Value>(member));
+    case Kind::text: {
+      const auto& text = as<std::string>(member);
+      return boost::json::string(leaf.options.cp1252 ? text_json(text) : utf8(text));
+    }
+    case Kind::scope:
+      return boost::json::string(
+          utf8(fabric::format_channel_scope(as<fabric::ChannelScope>(member))));
+    case Kind::maybe_i64: {
+      const auto& number = as<std::optional<std::int64_t>>(member);
+      return number ? boost::json::value(*number) : nullptr;
+    }
+    default: {
+      const std::uint64_t number = number_of(kind, member);
+      return leaf.options.hex ? boost::json::value(fmt::format("{:x}", number))
+                              : boost::json::value(number);
+    }
+  }
+}
+
+boost::json::value json_of_leaf(const Leaf& leaf, const void* member) {
+  if (leaf.kind != Kind::list) {
+    return json_of_leaf(leaf, leaf.kind, member);
+  }
+  boost::json::array all;
+  for (std::size_t i = 0; i < leaf.size(member); ++i) {
+    all.push_back(json_of_leaf(leaf, leaf.element, leaf.get(member, i)));
+  }
+  return all;
+}
+
 }  // namespace
 
 void put_time(boost::json::object& out, std::string_view name, fabric::Time time) {
@@ -47,38 +128,42 @@ void put_time(boost::json::object& out, std::string_view name, fabric::Time time
   }
 }
 
-void put_identity(boost::json::object& out, const fabric::InstanceIdentity& identity) {
-  out["instance"] = identity.id.to_string();
-  out["uuid"] = utf8(identity.uuid);
-  out["name"] = utf8(identity.name);
-  out["description"] = utf8(identity.description);
-  out["version"] = utf8(identity.version);
-  out["host"] = utf8(identity.host);
-  out["pid"] = identity.pid;
-  boost::json::array channels;
-  for (const fabric::ChannelScope& scope : identity.channels) {
-    channels.emplace_back(utf8(fabric::format_channel_scope(scope)));
-  }
-  out["channels"] = std::move(channels);
-  out["delivery"] = name_of(identity.delivery);
-  out["awaited"] = name_of(identity.awaited);
-  out["concurrency"] = identity.concurrency;
-  out["draining"] = identity.draining;
-  if (!identity.certificate.empty()) {
-    out["certificate"] = utf8(identity.certificate);
+void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
+               const std::optional<std::uint32_t>& withheld) {
+  for (const Leaf& leaf : shape) {
+    const void* const member = leaf.at(value);
+    const std::string name = name_of(leaf);
+    if (!leaf.options.observed || (leaf.options.sparse && is_empty(leaf, member))) {
+      continue;
+    }
+    if (is_key(leaf)) {
+      if (!as<fabric::ChannelKey>(member).machine.empty()) {
+        put_shape(out, leaf.shape(), member);
+      }
+    } else if (leaf.kind == Kind::shape && !is_call(leaf)) {
+      put_shape(out, leaf.shape(), member, withheld);
+    } else if (leaf.kind == Kind::text && name == withheld_text && withheld) {
+      out[withheld_size] = *withheld;
+    } else if (auto json = json_of_leaf(leaf, member); !json.is_null()) {
+      out[name] = std::move(json);
+    }
   }
 }
 
-void put_status(boost::json::object& out, const fabric::InstanceStatus& status) {
-  out["running"] = status.running;
-  out["waiting"] = status.waiting;
-  out["answered_calls"] = status.answered;
-  out["failed"] = status.failed;
-  out["repeated"] = status.repeated;
-  out["cancelled"] = status.cancelled;
-  out["mean_ms"] = std::chrono::duration<double, std::milli>(status.mean).count();
-  put_time(out, "started", status.started);
-  put_time(out, "last_call", status.last_call);
+std::vector<std::string> names_of(fabric::Shape shape) {
+  std::vector<std::string> names;
+  for (const Leaf& leaf : shape) {
+    if (leaf.kind == Kind::shape && !is_call(leaf)) {
+      const std::vector<std::string> inner = names_of(leaf.shape());
+      names.insert(names.end(), inner.begin(), inner.end());
+    } else if (leaf.options.observed) {
+      names.push_back(name_of(leaf));
+      if (names.back() == withheld_text) {
+        names.emplace_back(withheld_size);
+      }
+    }
+  }
+  return names;
 }
 
 bool is_pushed(const fabric::MachineStatus& status) {
@@ -87,59 +172,22 @@ bool is_pushed(const fabric::MachineStatus& status) {
 }
 
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status) {
-  out["machine"] = utf8(status.machine);
-  out["connected"] = status.connected;
-  put_time(out, "since", status.since);
-  out["address"] = utf8(status.address);
-  out["reason"] = utf8(status.reason);
-  out["channels"] = status.channels;
-  out["poll_ms"] = std::chrono::duration<double, std::milli>(status.poll).count();
+  put_fields(out, status);
   out["pushed"] = is_pushed(status);
-  out["requests_per_second"] = status.requests_per_second;
-  out["round_trip_ms"] = std::chrono::duration<double, std::milli>(status.round_trip).count();
-  out["gateway_host"] = utf8(status.host);
-  out["gateway_pid"] = status.pid;
-  out["gateway_version"] = utf8(status.version);
-  out["gateway"] = status.gateway.to_string();
-  out["gateway_epoch"] = fmt::format("{:x}", status.epoch);
-  put_time(out, "claimed", status.claimed);
-  out["claims"] = boost::json::array(status.claims.begin(), status.claims.end());
-}
-
-void put_channel(boost::json::object& out, const fabric::ChannelStatus& status) {
-  out["channel_state"] = name_of(status.state);
-  put_time(out, "since", status.since);
-  out["attempt"] = status.attempt;
-  if (status.instance != fabric::InstanceId{}) {
-    out["instance"] = status.instance.to_string();
-  }
-  out["reason"] = utf8(status.reason);
-  out["calls"] = status.calls;
-  out["answered_calls"] = status.answered;
-  out["withdrawn"] = status.withdrawn;
-  out["repeated"] = status.repeated;
-  out["late"] = status.late;
-  out["failed"] = status.failed;
 }
 
 boost::json::object json_of(const fabric::ChannelStatus& status) {
-  boost::json::object out{{"machine", utf8(status.key.machine)}, {"channel", status.key.channel}};
-  if (status.call != fabric::CallId{}) {
-    out["call"] = status.call.to_string();
-  }
-  if (!status.uuid.empty()) {
-    out["uuid"] = utf8(status.uuid);
-  }
-  put_channel(out, status);
+  boost::json::object out;
+  put_fields(out, status);
   return out;
 }
 
 boost::json::object json_of(const fabric::InstanceIdentity& identity,
                             const std::optional<fabric::InstanceStatus>& status) {
   boost::json::object out;
-  put_identity(out, identity);
+  put_fields(out, identity);
   if (status) {
-    put_status(out, *status);
+    put_fields(out, *status);
   }
   return out;
 }

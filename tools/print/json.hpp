@@ -4,27 +4,35 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <boost/json/object.hpp>
 
 #include "fabric/messages.hpp"
+#include "fabric/shape.hpp"
 
 namespace millrace::tools::print {
 
 /// ISO 8601 in UTC; nothing if the time is not known.
 void put_time(boost::json::object& out, std::string_view name, fabric::Time time);
-/// The fields of an identity: "instance", "uuid", "name", "host", …
-void put_identity(boost::json::object& out, const fabric::InstanceIdentity& identity);
-/// Load and counters of an instance.
-void put_status(boost::json::object& out, const fabric::InstanceStatus& status);
-/// The link to a controller.
+
+/// The fields of a value by the names of its list. A text that is withheld is its size.
+void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
+               const std::optional<std::uint32_t>& withheld = {});
+template <fabric::HasFields Value>
+void put_fields(boost::json::object& out, const Value& value,
+                const std::optional<std::uint32_t>& withheld = {}) {
+  put_shape(out, fabric::shape_of<Value>(), &value, withheld);
+}
+/// Each name that put_shape has for one of them, whatever the value.
+std::vector<std::string> names_of(fabric::Shape shape);
+
 /// The machine's controller tells of every change; false where it is polled, as a whole or for some
 /// of its channels. The type on the wire has it in words only (gateway/machines/subscriptions.cpp).
 bool is_pushed(const fabric::MachineStatus& status);
+/// The link to a controller, and whether it is pushed.
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
-/// The state and counters of a channel, without its key.
-void put_channel(boost::json::object& out, const fabric::ChannelStatus& status);
-/// As `millrace channels --json` has it: its key, its call and put_channel.
+/// As `millrace channels --json` has it.
 boost::json::object json_of(const fabric::ChannelStatus& status);
 /// As `millrace services --json` has it.
 boost::json::object json_of(const fabric::InstanceIdentity& identity,

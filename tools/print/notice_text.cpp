@@ -20,16 +20,11 @@ std::string what_is_said(const fabric::Notice& notice) {
 }
 
 boost::json::object json_of(const fabric::Notice& notice) {
-  boost::json::object out{{"level", name_of(notice.level)},
-                          {"kind", utf8(notice.key.kind)},
-                          {"subject", utf8(notice.key.subject)},
-                          {"text", utf8(notice.text)},
-                          {"advice", utf8(notice.advice)}};
-  put_time(out, "since", notice.since);
-  out["program"] = utf8(notice.program);
-  out["host"] = utf8(notice.host);
-  out["pid"] = notice.pid;
-  out["responder"] = notice.key.responder.to_string();
+  boost::json::object out;
+  put_fields(out, notice);
+  // In an entry "kind" is what the entry is.
+  out["kind"] = utf8(notice.key.kind);
+  out.erase("notice");
   return out;
 }
 

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"

@@ -9,9 +9,7 @@
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/reply_keys.hpp"
 #include "fabric/reply_kind.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
-#include "fabric/wire/sample_fields.hpp"
 #include "fabric/wire/writer.hpp"
 #include "idl/millrace.h"
 #include "tests/support/lawless_writer.hpp"
@@ -56,7 +54,7 @@ class RawWriter {
   void write(Reply reply) {
     const std::string text = std::exchange(reply.text, "");
     auto sample = *wire::Codec<Reply>::encode(reply);
-    // Only read; see Filler::text.
+    // Only read; Cyclone does not write to it.
     sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
     sample.text._length = static_cast<std::uint32_t>(text.size());
     sample.text._maximum = sample.text._length;

@@ -52,6 +52,16 @@ TEST(IdentityText, SkipsKeysOfLaterVersions) {
   EXPECT_TRUE(registry::parse_identity(read("least")));
 }
 
+TEST(IdentityText, TellsNothingOfACertificate) {
+  InstanceIdentity sut = least();
+  const std::string announced = registry::format_identity(sut);
+  sut.certificate = "office";
+  EXPECT_EQ(registry::format_identity(sut), announced);
+  for (const char* line : {"=office\n", "certificate=office\n"}) {
+    EXPECT_EQ(registry::parse_identity(announced + line)->certificate, "") << line;
+  }
+}
+
 TEST(IdentityText, SaysWhichLineIsWrong) {
   EXPECT_EQ(registry::parse_identity("hello").error(), "line 1: expected 'millrace-instance 2'");
   EXPECT_EQ(registry::parse_identity(read("cut_escape")).error(),

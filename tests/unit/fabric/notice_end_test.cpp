@@ -5,7 +5,6 @@
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
 
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"

@@ -8,8 +8,6 @@
 
 #include "fabric/ends/command_end.hpp"
 #include "fabric/registry/identity_text.hpp"
-#include "fabric/wire/command_codec.hpp"
-#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/unit/fabric/ends.hpp"
 

@@ -9,7 +9,6 @@
 
 #include "fabric/ends/variable_end.hpp"
 #include "fabric/wire/reader.hpp"
-#include "fabric/wire/variable_codec.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
@@ -66,20 +65,6 @@ VariableReply some_reply() {
                       .elements = std::vector<std::int64_t>{0, 0}}},
           .total = 500,
           .at = at(3)};
-}
-
-TEST(VariablesOnTheWire, KeepEveryFieldOfARequest) {
-  const VariableRequest sent = some_request();
-  const auto sample = Codec<VariableRequest>::encode(sent);
-  ASSERT_TRUE(sample) << sample.error();
-  EXPECT_EQ(Codec<VariableRequest>::decode(*sample), sent);
-}
-
-TEST(VariablesOnTheWire, KeepEveryFieldOfAReply) {
-  const VariableReply sent = some_reply();
-  const auto sample = Codec<VariableReply>::encode(sent);
-  ASSERT_TRUE(sample) << sample.error();
-  EXPECT_EQ(Codec<VariableReply>::decode(*sample), sent);
 }
 
 TEST(VariablesOnTheWire, NameWhatDoesNotFit) {

@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 
 #include "base/program/log.hpp"
-#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "services/sdk/command_line.hpp"

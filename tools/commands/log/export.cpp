@@ -7,7 +7,6 @@
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
-#include "tools/print/entry_csv.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/recording/reader.hpp"
@@ -27,10 +26,10 @@ int write(const ExportOptions& options, std::ostream& out) {
   mcap::FileSource source = open(options.file);
   recording::ReadReport read;
   if (options.format == "csv") {
-    out << print::csv_header();
-    read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
-      out << print::csv_row(entry);
-    });
+    const print::Csv csv(options.filter.kinds);
+    out << csv.header();
+    read = recording::read_entries(source, options.filter,
+                                   [&](const recording::Entry& entry) { out << csv.row(entry); });
   } else {
     read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
       out << print::json_text(print::json_of(entry)) << '\n';

@@ -45,7 +45,7 @@ int show(const InfoOptions& options) {
   for (const bus::LiveInstance* instance : instances) {
     if (options.json) {
       boost::json::object object;
-      print::put_identity(object, instance->identity);
+      print::put_fields(object, instance->identity);
       print::put_time(object, "started",
                       instance->status ? instance->status->started : fabric::Time{});
       out.push_back(std::move(object));

@@ -50,7 +50,7 @@ int show(const StatsOptions& options) {
       boost::json::object object{{"instance", instance->identity.id.to_string()},
                                  {"uuid", print::utf8(instance->identity.uuid)},
                                  {"name", print::utf8(instance->identity.name)}};
-      print::put_status(object, instance->status.value_or(fabric::InstanceStatus{}));
+      print::put_fields(object, instance->status.value_or(fabric::InstanceStatus{}));
       out.push_back(std::move(object));
     }
     print::print_json(out);

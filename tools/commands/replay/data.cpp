@@ -35,7 +35,7 @@ using Channels = std::map<fabric::ChannelKey, fabric::ChannelKey>;
 /// For who listens to find the new writers, and at the end to take what was sent last.
 constexpr auto time_to_be_found = std::chrono::milliseconds(300);
 /// With --fast: a writer keeps so many samples of a group for who has not taken them yet
-/// (fabric/wire/data_topics.cpp), and half of them are sent at a time.
+/// (fabric/wire/topics.cpp), and half of them are sent at a time.
 constexpr std::uint64_t samples_at_once = 16;
 constexpr auto pause_between = std::chrono::milliseconds(5);
 

@@ -291,15 +291,13 @@ boost::json::array DataBook::samples(const DataFilter& filter) const {
     boost::json::object object;
     print::put_time(object, "time", group.received);
     object["kind"] = "data";
-    object["machine"] = print::utf8(key.first.machine);
-    object["channel"] = key.first.channel;
     const DataSample head = {.key = group.last.key,
                              .group = group.last.group,
                              .at = group.last.at,
                              .period = group.last.period,
                              .wanted = group.last.wanted,
                              .replayed = group.last.replayed};
-    print::put_data(object, head);
+    print::put_fields(object, head);
     boost::json::array values;
     for (const Value& value : group.last.values) {
       values.push_back(plant::json_of(value, filter.most_elements));

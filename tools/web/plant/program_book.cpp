@@ -155,8 +155,6 @@ boost::json::array ProgramBook::last(const ProgramFilter& filter) const {
       boost::json::object event;
       print::put_time(event, "time", channel.received);
       event["kind"] = "program";
-      event["machine"] = print::utf8(key.machine);
-      event["channel"] = key.channel;
       print::put_program(event, channel.last);
       out.push_back(std::move(event));
     }
@@ -166,8 +164,7 @@ boost::json::array ProgramBook::last(const ProgramFilter& filter) const {
 
 boost::json::object ProgramBook::json_of(const Run& run) {
   const ProgramEvent& event = run.event;
-  boost::json::object out{{"machine", print::utf8(event.key.machine)},
-                          {"channel", event.key.channel}};
+  boost::json::object out;
   print::put_program(out, event);
   // "event" and "at" are of the last event; a run has a state and an end.
   out.erase("event");

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/print/entry_csv.hpp"
 
 namespace millrace::tools::print {
 namespace {
@@ -46,6 +45,34 @@ TEST(EntryLine, TellsWhatAProgramSaysAndThatItIsOver) {
   EXPECT_EQ(json_of(entry).at("over"), true);
 }
 
+TEST(EntryLine, TellsWhoSaidWhatOfWhichCommand) {
+  const std::string one = "01000000-0000-0000-0000-000000000000";
+  const std::string two = "02000000-0000-0000-0000-000000000000";
+  const auto tail = [](recording::Sample sample) {
+    return line_of({.at = recording::tests::at(0), .sample = std::move(sample)})
+        .substr(std::string("2026-03-01T07:00:00.000000Z  ").size());
+  };
+  EXPECT_EQ(tail(fabric::Command{.id = {{1}},
+                                 .kind = fabric::CommandKind::answer,
+                                 .key = {"cnc", 1},
+                                 .text = "3",
+                                 .state = 7,
+                                 .issuer = "she@panel"}),
+            "command     cnc/1  answer by she@panel  \"3\"  state 7  command " + one);
+  EXPECT_EQ(tail(fabric::Command{
+                .id = {{1}}, .kind = fabric::CommandKind::drain, .instance = {{2}}, .issuer = "x"}),
+            "command     drain by x  to " + two + "  command " + one);
+  EXPECT_EQ(tail(fabric::Outcome{.responder = {{2}}, .command = {{1}}, .done = true}),
+            "outcome     done  by " + two + "  command " + one);
+  EXPECT_EQ(tail(recording::Withdrawal{.key = {"cnc", 1}, .instance = {{2}}}),
+            "withdrawal  cnc/1  from " + two);
+  EXPECT_EQ(tail(fabric::Event{.key = {"cnc", 1},
+                               .attempt = 2,
+                               .kind = fabric::EventKind::dispatched,
+                               .instance = {{2}}}),
+            "event       cnc/1  #2 dispatched  instance " + two);
+}
+
 TEST(EntryJson, NamesEveryField) {
   EXPECT_EQ(boost::json::serialize(json_of(one_call(17, 0)[4])),
             R"({"time":"2026-03-01T07:00:00.005100Z","kind":"event","machine":"cnc","channel":1,)"
@@ -62,19 +89,26 @@ TEST(EntryJson, IsUtf8WhateverTheBytesWere) {
 }
 
 TEST(EntryCsv, HasTheSameColumnsInEveryRow) {
+  const Csv sut;
   const auto columns = [](const std::string& row) {
     return std::count(row.begin(), row.end(), ',');
   };
   for (const Entry& entry : one_call(17, 0)) {
-    EXPECT_EQ(columns(csv_row(entry)), columns(csv_header()));
-    EXPECT_TRUE(csv_row(entry).ends_with("\r\n"));
+    EXPECT_EQ(columns(sut.row(entry)), columns(sut.header()));
+    EXPECT_TRUE(sut.row(entry).ends_with("\r\n"));
   }
 }
 
 TEST(EntryCsv, QuotesWhatHoldsASeparator) {
   Entry entry = one_call(17, 0)[1];
   std::get<fabric::Request>(entry.sample).text = "1,2 \"x\"";
-  EXPECT_NE(csv_row(entry).find(",\"1,2 \"\"x\"\"\","), std::string::npos) << csv_row(entry);
+  EXPECT_NE(Csv().row(entry).find(",\"1,2 \"\"x\"\"\","), std::string::npos);
+}
+
+TEST(EntryCsv, HasTheColumnsOfTheKindsThatAreAskedFor) {
+  EXPECT_EQ(Csv({"outcome", "command"}).header(),
+            "time,kind,uuid,command,what,machine,channel,call,text,text_size,state,instance,issuer,"
+            "at,responder,done,detail\r\n");
 }
 
 }  // namespace

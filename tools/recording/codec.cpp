@@ -1,0 +1,141 @@
+#include "tools/recording/codec.hpp"
+
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.pb.h>
+
+#include "fabric/encoding/plan.hpp"
+#include "idl/recording.pb.h"
+
+namespace millrace::tools::recording {
+
+namespace {
+
+/// What an entry knows besides its sample; it stands in the same message.
+struct Envelope {
+  std::string uuid{};
+  std::optional<std::uint32_t> text_size{};
+};
+MILLRACE_FIELDS(Envelope, uuid, text_size)
+
+namespace pb = google::protobuf;
+using fabric::encoding::Plan;
+
+/// In the order of Sample.
+constexpr std::array<const char*, std::variant_size_v<Sample>> names{
+    "Request",        "Reply",        "Withdrawal", "ChannelStatus", "Instance",
+    "InstanceStatus", "Event",        "Command",    "Outcome",       "MachineStatus",
+    "DataSample",     "ProgramEvent", "Notice"};
+
+const pb::FileDescriptor& file() {
+  return *millrace::recording::Request::descriptor()->file();
+}
+
+struct Message {
+  std::string name;
+  Plan sample;
+  Plan envelope;
+  Sample (*make)();
+};
+
+template <std::size_t index>
+Message make_message() {
+  using Value = std::variant_alternative_t<index, Sample>;
+  const pb::Descriptor& descriptor = *file().FindMessageTypeByName(names[index]);
+  Plan sample(fabric::shape_of<Value>(), descriptor);
+  Plan envelope(fabric::shape_of<Envelope>(), descriptor, &sample);
+  return {descriptor.full_name(), std::move(sample), std::move(envelope),
+          [] { return Sample(Value{}); }};
+}
+
+const std::array<Message, names.size()>& messages() {
+  static const auto all = []<std::size_t... index>(std::index_sequence<index...>) {
+    return std::array<Message, names.size()>{make_message<index>()...};
+  }
+  (std::make_index_sequence<names.size()>());
+  return all;
+}
+
+/// The value that a Plan reads or writes.
+template <typename Pointer, typename Its>
+Pointer value_of(Its& sample) {
+  return std::visit([](auto& value) -> Pointer { return &value; }, sample);
+}
+
+/// Its type says which of the three lists a value has, also where that is empty.
+void settle(fabric::DataSample& sample) {
+  for (fabric::Value& value : sample.values) {
+    const std::size_t wanted = value.type == fabric::ValueType::real64   ? 1
+                               : value.type == fabric::ValueType::string ? 2
+                                                                         : 0;
+    if (value.elements.index() != wanted) {
+      value.elements = wanted == 1   ? fabric::Elements(std::vector<double>())
+                       : wanted == 2 ? fabric::Elements(std::vector<std::string>())
+                                     : fabric::Elements(std::vector<std::int64_t>());
+    }
+  }
+}
+
+}  // namespace
+
+std::string encode(const Entry& entry) {
+  // Most messages fit.
+  constexpr std::size_t usual = 192;
+  const Message& message = messages()[entry.sample.index()];
+  std::string out;
+  out.reserve(usual);
+  message.sample.write(value_of<const void*>(entry.sample), out);
+  if (!message.envelope.is_empty()) {
+    const Envelope envelope{entry.uuid, entry.withheld};
+    message.envelope.write(&envelope, out);
+  }
+  return out;
+}
+
+std::string schema_name(const Entry& entry) {
+  return messages()[entry.sample.index()].name;
+}
+
+const std::string& descriptor_set() {
+  static const std::string bytes = [] {
+    pb::FileDescriptorSet set;
+    file().CopyTo(set.add_file());
+    return set.SerializeAsString();
+  }();
+  return bytes;
+}
+
+tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view bytes,
+                                        fabric::Time at) {
+  for (const Message& message : messages()) {
+    if (message.name != schema) {
+      continue;
+    }
+    Entry entry{.at = at, .sample = message.make()};
+    Envelope envelope;
+    if (!message.sample.read(value_of<void*>(entry.sample), bytes) ||
+        !message.envelope.read(&envelope, bytes)) {
+      return tl::unexpected(fmt::format("the message is no {}", schema));
+    }
+    entry.uuid = std::move(envelope.uuid);
+    entry.withheld = envelope.text_size;
+    if (auto* data = std::get_if<fabric::DataSample>(&entry.sample)) {
+      settle(*data);
+    }
+    std::visit(
+        [&](const auto& value) {
+          if constexpr (requires { value.uuid; }) {
+            entry.uuid = fabric::canonical_uuid(value.uuid);
+          } else if constexpr (requires { value.identity; }) {
+            entry.uuid = value.identity.uuid;
+          }
+        },
+        entry.sample);
+    return entry;
+  }
+  return tl::unexpected(fmt::format("'{}' is no schema of millrace", schema));
+}
+
+}  // namespace millrace::tools::recording
