@@ -31,107 +31,85 @@ std::string replaced(std::string text, std::string_view what, std::string_view w
   return text;
 }
 
+std::string without_nul(const std::string& text) {
+  return replaced(text, std::string_view("\0", 1), null_symbol);
+}
 std::string shown(const std::string& cp1252) {
-  return replaced(base::text::to_utf8(cp1252), std::string_view("\0", 1), null_symbol);
+  return without_nul(base::text::to_utf8(cp1252));
 }
 
 std::int64_t count(Time time) {
   return time.time_since_epoch().count();
 }
-
-std::int32_t withheld_of(const Entry& entry) {
-  return entry.withheld ? static_cast<std::int32_t>(*entry.withheld) : not_withheld;
-}
-
-template <typename Value>
-Message message(std::string_view kind, const Value& value) {
-  return {.channel = std::string(prefix) + std::string(kind), .bytes = encode(value)};
-}
-
-Message mirror(const Request& request, const Entry& entry) {
-  mirror_request_t to;
-  to.at = count(entry.at);
-  to.machine = request.key.machine;
-  to.channel = request.key.channel;
-  to.call = request.call.to_string();
-  to.attempt = static_cast<std::int32_t>(request.attempt);
-  to.instance = request.assigned.to_string();
-  to.succeeds = fmt::format("{:x}", request.succeeds);
-  to.uuid = shown(request.uuid);
-  to.text = shown(request.text);
-  to.withheld = withheld_of(entry);
-  to.state = request.state;
-  to.deadline = count(request.deadline);
-  to.seen = count(request.seen);
-  to.dispatched = count(request.dispatched);
-  to.may_wait = request.may_wait ? 1 : 0;
-  to.replayed = request.replayed ? 1 : 0;
-  return message("request", to);
-}
-
-Message mirror(const Reply& reply, const Entry& entry) {
-  mirror_reply_t to;
-  to.at = count(entry.at);
-  to.machine = reply.key.machine;
-  to.channel = reply.key.channel;
-  to.call = reply.call.to_string();
-  to.attempt = static_cast<std::int32_t>(reply.attempt);
-  to.instance = reply.instance.to_string();
-  to.uuid = shown(entry.uuid);
-  to.kind = static_cast<std::int8_t>(reply.kind);
-  to.code = static_cast<std::int8_t>(reply.code);
-  to.text = shown(reply.text);
-  to.withheld = withheld_of(entry);
-  to.state = reply.state;
-  to.received = count(reply.received);
-  to.started = count(reply.started);
-  to.answered = count(reply.answered);
-  to.replayed = reply.replayed ? 1 : 0;
-  return message("reply", to);
-}
-
-Message mirror(const Withdrawal& withdrawal, const Entry& entry) {
-  mirror_withdrawal_t to;
-  to.at = count(entry.at);
-  to.machine = withdrawal.key.machine;
-  to.channel = withdrawal.key.channel;
-  to.call = withdrawal.call.to_string();
-  to.instance = withdrawal.instance.to_string();
-  to.uuid = shown(entry.uuid);
-  return message("withdrawal", to);
-}
-
-Message mirror(const Event& event, const Entry& entry) {
-  mirror_event_t to;
-  to.at = count(entry.at);
-  to.machine = event.key.machine;
-  to.channel = event.key.channel;
-  to.call = event.call.to_string();
-  to.attempt = static_cast<std::int32_t>(event.attempt);
-  to.kind = std::string(name_of(event.kind));
-  to.happened = count(event.at);
-  to.instance = event.instance.to_string();
-  to.uuid = shown(event.uuid);
-  to.text = shown(event.text);
-  to.withheld = withheld_of(entry);
-  to.state = event.state;
-  to.detail = replaced(event.detail, std::string_view("\0", 1), null_symbol);
-  to.replayed = event.replayed ? 1 : 0;
-  return message("event", to);
-}
-
-using Mistake = tl::unexpected<std::string>;
-
 Time time_of(std::int64_t nanoseconds) {
   return Time(std::chrono::nanoseconds(nanoseconds));
 }
+
+/// A UUID and the texts of a program are bytes of its controller.
+bool is_cp1252(std::string_view name, const FieldOptions& options) {
+  return options.cp1252 || name == "uuid";
+}
+
+/// One field of a value in its message; what is called otherwise there, mirror() adds.
+class Putter {
+ public:
+  template <typename Value, typename To>
+  static void all(const Value& value, To& to) {
+    for_each_field<Value>([&](const auto& field) {
+      const auto& from = field.get(value);
+      if constexpr (!requires { field.get(to); }) {
+        if constexpr (HasFields<decltype(from)>) {
+          all(from, to);
+        }
+      } else if constexpr (std::is_same_v<decltype(from), const std::string&>) {
+        field.get(to) = is_cp1252(field.name, field.options) ? shown(from) : without_nul(from);
+      } else {
+        put(from, field.get(to));
+      }
+    });
+  }
+
+ private:
+  static void put(Time from, std::int64_t& to) { to = count(from); }
+  static void put(const CallId& from, std::string& to) { to = from.to_string(); }
+  static void put(const InstanceId& from, std::string& to) { to = from.to_string(); }
+  /// An epoch.
+  static void put(std::uint64_t from, std::string& to) { to = fmt::format("{:x}", from); }
+  static void put(EventKind from, std::string& to) { to = name_of(from); }
+  template <typename From, std::integral To>
+  static void put(From from, To& to) {
+    to = static_cast<To>(from);
+  }
+};
+
+template <typename To, typename Sample>
+Message mirror(const Sample& sample, const Entry& entry) {
+  To to;
+  Putter::all(sample, to);
+  if constexpr (requires { to.happened; }) {
+    to.happened = count(sample.at);
+  }
+  if constexpr (requires { sample.assigned; }) {
+    to.instance = sample.assigned.to_string();
+  }
+  if constexpr (!requires { sample.uuid; }) {
+    to.uuid = shown(entry.uuid);
+  }
+  if constexpr (requires { to.withheld; }) {
+    to.withheld = entry.withheld ? static_cast<std::int32_t>(*entry.withheld) : not_withheld;
+  }
+  to.at = count(entry.at);
+  return {.channel = std::string(prefix) + std::string(kind_of(entry)), .bytes = encode(to)};
+}
+
+using Mistake = tl::unexpected<std::string>;
 
 /// What a foreign message is taken for if something in it is impossible: thrown here, caught below.
 struct Impossible {
   std::string what;
 };
 
-std::string cp1252_of(const std::string& utf8, const char* field) {
+std::string cp1252_of(const std::string& utf8, std::string_view field) {
   // The order matters: a NUL is no character that CP1252 lacks.
   auto text = base::text::to_cp1252(replaced(utf8, null_symbol, std::string_view("\0", 1)));
   if (!text) {
@@ -140,136 +118,118 @@ std::string cp1252_of(const std::string& utf8, const char* field) {
   return *std::move(text);
 }
 
-template <typename From>
-ChannelKey key_of(const From& from) {
-  // A tool that calls is a machine as well, of a name that no configuration would take.
-  if (from.channel < 0 || from.channel > 0xFFFF || from.machine.size() > longest_machine_name) {
-    throw Impossible{"it names no channel of a machine"};
-  }
-  return {from.machine, static_cast<std::uint16_t>(from.channel)};
-}
-
-CallId call_id_of(const std::string& text) {
-  const auto call = parse_call_id(text);
-  if (!call) {
-    throw Impossible{"it names no call"};
-  }
-  return *call;
-}
-
-InstanceId instance_of(const std::string& text) {
-  const auto instance = InstanceId::parse(text);
-  if (!instance) {
-    throw Impossible{"it names no instance"};
-  }
-  return *instance;
-}
-
-std::uint32_t number_of(std::int64_t number, const char* field) {
+std::uint32_t number_of(std::int64_t number, std::string_view field) {
   if (number < 0 || number > 0xFFFF'FFFF) {
     throw Impossible{fmt::format("its {} is {}", field, number)};
   }
   return static_cast<std::uint32_t>(number);
 }
 
-template <typename Enumerator>
-Enumerator one_of(std::int8_t number, Enumerator last, const char* field) {
-  if (number < 0 || number > static_cast<std::int8_t>(last)) {
-    throw Impossible{fmt::format("its {} is {}", field, number)};
+/// The other way.
+class Getter {
+ public:
+  template <typename From, typename Value>
+  static void all(const From& from, Value& value) {
+    for_each_field<Value>([&](const auto& field) {
+      auto& to = field.get(value);
+      if constexpr (!requires { field.get(from); }) {
+        if constexpr (HasFields<decltype(to)>) {
+          all(from, to);
+        }
+      } else if constexpr (std::is_same_v<decltype(to), std::string&>) {
+        to = is_cp1252(field.name, field.options)
+                 ? cp1252_of(field.get(from),
+                             field.options.words.empty() ? field.name : field.options.words)
+                 : replaced(field.get(from), null_symbol, std::string_view("\0", 1));
+      } else {
+        get(field.get(from), to, field.name);
+      }
+    });
   }
-  return static_cast<Enumerator>(number);
-}
+  static InstanceId instance_of(const std::string& text) {
+    return known(InstanceId::parse(text), "it names no instance");
+  }
 
-EventKind kind_of(const std::string& word) {
-  for (auto kind = EventKind::seen;; kind = static_cast<EventKind>(static_cast<int>(kind) + 1)) {
-    if (name_of(kind) == word) {
-      return kind;
+ private:
+  static void get(std::int64_t from, Time& to, std::string_view) { to = time_of(from); }
+  static void get(const std::string& from, CallId& to, std::string_view) {
+    to = known(parse_call_id(from), "it names no call");
+  }
+  static void get(const std::string& from, InstanceId& to, std::string_view) {
+    to = instance_of(from);
+  }
+  static void get(const std::string& from, std::uint64_t& to, std::string_view) {
+    to = known(base::text::parse_number<std::uint64_t>(from, 16), "it succeeds no epoch");
+  }
+  static void get(const std::string& from, EventKind& to, std::string_view) {
+    constexpr std::string_view no_kind = "unknown";
+    to = EventKind::seen;
+    while (name_of(to) != from && name_of(to) != no_kind) {
+      to = static_cast<EventKind>(static_cast<int>(to) + 1);
     }
-    if (kind == EventKind::held) {
+    if (name_of(to) == no_kind) {
       throw Impossible{"its kind of event is not known"};
     }
   }
-}
-
-std::optional<std::uint32_t> withheld_of(std::int32_t size) {
-  return size == not_withheld ? std::nullopt : std::optional(number_of(size, "size"));
-}
-
-Entry unmirror(const mirror_request_t& from) {
-  const auto succeeds = base::text::parse_number<std::uint64_t>(from.succeeds, 16);
-  if (!succeeds) {
-    throw Impossible{"it succeeds no epoch"};
+  static void get(std::int8_t from, bool& to, std::string_view) { to = from != 0; }
+  static void get(std::int64_t from, std::uint32_t& to, std::string_view field) {
+    to = number_of(from, field);
   }
-  Request request{.key = key_of(from),
-                  .call = call_id_of(from.call),
-                  .attempt = number_of(from.attempt, "attempt"),
-                  .assigned = instance_of(from.instance),
-                  .succeeds = *succeeds,
-                  .uuid = cp1252_of(from.uuid, "UUID"),
-                  .text = cp1252_of(from.text, "text"),
-                  .state = number_of(from.state, "state"),
-                  .deadline = time_of(from.deadline),
-                  .seen = time_of(from.seen),
-                  .dispatched = time_of(from.dispatched),
-                  .may_wait = from.may_wait != 0,
-                  .replayed = from.replayed != 0};
-  std::string uuid = canonical_uuid(request.uuid);
-  return {.at = time_of(from.at),
-          .uuid = std::move(uuid),
-          .withheld = withheld_of(from.withheld),
-          .sample = std::move(request)};
+  static void get(std::int32_t from, std::uint16_t& to, std::string_view) {
+    if (from < 0 || from > 0xFFFF) {
+      throw Impossible{"it names no channel of a machine"};
+    }
+    to = static_cast<std::uint16_t>(from);
+  }
+  template <typename To>
+  requires std::is_enum_v<To>
+  static void get(std::int8_t from, To& to, std::string_view field) {
+    to = static_cast<To>(from);
+    if (from < 0 || name_of(to) == "unknown") {
+      throw Impossible{fmt::format("its {} is {}", field, from)};
+    }
+  }
+  template <typename Known>
+  static typename Known::value_type known(const Known& value, const char* otherwise) {
+    if (!value) {
+      throw Impossible{otherwise};
+    }
+    return *value;
+  }
+};
+
+template <typename Sample, typename From>
+Entry unmirror(const From& from) {
+  // A tool that calls is a machine as well, of a name that no configuration would take.
+  if (from.machine.size() > longest_machine_name) {
+    throw Impossible{"it names no channel of a machine"};
+  }
+  Sample sample;
+  Getter::all(from, sample);
+  Entry entry{.at = time_of(from.at), .uuid = cp1252_of(from.uuid, "UUID")};
+  if constexpr (requires { from.happened; }) {
+    sample.at = time_of(from.happened);
+  }
+  if constexpr (requires { sample.assigned; }) {
+    sample.assigned = Getter::instance_of(from.instance);
+  }
+  if constexpr (requires { sample.uuid; }) {
+    entry.uuid = canonical_uuid(sample.uuid);
+  }
+  if constexpr (requires { from.withheld; }) {
+    if (from.withheld != not_withheld) {
+      entry.withheld = number_of(from.withheld, "size");
+    }
+  }
+  entry.sample = std::move(sample);
+  return entry;
 }
 
-Entry unmirror(const mirror_reply_t& from) {
-  return {.at = time_of(from.at),
-          .uuid = cp1252_of(from.uuid, "UUID"),
-          .withheld = withheld_of(from.withheld),
-          .sample = Reply{.key = key_of(from),
-                          .instance = instance_of(from.instance),
-                          .call = call_id_of(from.call),
-                          .attempt = number_of(from.attempt, "attempt"),
-                          .kind = one_of(from.kind, ReplyKind::declined, "kind"),
-                          .code = one_of(from.code, ServiceCode::refused, "code"),
-                          .text = cp1252_of(from.text, "text"),
-                          .state = number_of(from.state, "state"),
-                          .received = time_of(from.received),
-                          .started = time_of(from.started),
-                          .answered = time_of(from.answered),
-                          .replayed = from.replayed != 0}};
-}
-
-Entry unmirror(const mirror_withdrawal_t& from) {
-  return {.at = time_of(from.at),
-          .uuid = cp1252_of(from.uuid, "UUID"),
-          .sample = Withdrawal{.key = key_of(from),
-                               .call = call_id_of(from.call),
-                               .instance = instance_of(from.instance)}};
-}
-
-Entry unmirror(const mirror_event_t& from) {
-  Event event{.key = key_of(from),
-              .call = call_id_of(from.call),
-              .attempt = number_of(from.attempt, "attempt"),
-              .kind = kind_of(from.kind),
-              .at = time_of(from.happened),
-              .instance = instance_of(from.instance),
-              .uuid = cp1252_of(from.uuid, "UUID"),
-              .text = cp1252_of(from.text, "text"),
-              .state = number_of(from.state, "state"),
-              .detail = replaced(from.detail, null_symbol, std::string_view("\0", 1)),
-              .replayed = from.replayed != 0};
-  std::string uuid = canonical_uuid(event.uuid);
-  return {.at = time_of(from.at),
-          .uuid = std::move(uuid),
-          .withheld = withheld_of(from.withheld),
-          .sample = std::move(event)};
-}
-
-template <typename Value>
+template <typename From, typename Sample>
 tl::expected<Entry, std::string> read(std::string_view bytes) {
-  return decode<Value>(bytes).and_then([](const Value& value) -> tl::expected<Entry, std::string> {
+  return decode<From>(bytes).and_then([](const From& value) -> tl::expected<Entry, std::string> {
     try {
-      return unmirror(value);
+      return unmirror<Sample>(value);
     } catch (const Impossible& impossible) {
       return Mistake(impossible.what);
     }
@@ -280,16 +240,16 @@ tl::expected<Entry, std::string> read(std::string_view bytes) {
 
 std::optional<Message> mirrored(const Entry& entry) {
   if (const auto* request = std::get_if<Request>(&entry.sample)) {
-    return mirror(*request, entry);
+    return mirror<mirror_request_t>(*request, entry);
   }
   if (const auto* reply = std::get_if<Reply>(&entry.sample)) {
-    return mirror(*reply, entry);
+    return mirror<mirror_reply_t>(*reply, entry);
   }
   if (const auto* withdrawal = std::get_if<Withdrawal>(&entry.sample)) {
-    return mirror(*withdrawal, entry);
+    return mirror<mirror_withdrawal_t>(*withdrawal, entry);
   }
   if (const auto* event = std::get_if<Event>(&entry.sample)) {
-    return mirror(*event, entry);
+    return mirror<mirror_event_t>(*event, entry);
   }
   return std::nullopt;
 }
@@ -301,16 +261,16 @@ bool is_mirror(std::string_view channel) {
 tl::expected<Entry, std::string> entry_of(std::string_view channel, std::string_view bytes) {
   const std::string_view kind = is_mirror(channel) ? channel.substr(prefix.size()) : channel;
   if (kind == "request") {
-    return read<mirror_request_t>(bytes);
+    return read<mirror_request_t, Request>(bytes);
   }
   if (kind == "reply") {
-    return read<mirror_reply_t>(bytes);
+    return read<mirror_reply_t, Reply>(bytes);
   }
   if (kind == "withdrawal") {
-    return read<mirror_withdrawal_t>(bytes);
+    return read<mirror_withdrawal_t, Withdrawal>(bytes);
   }
   if (kind == "event") {
-    return read<mirror_event_t>(bytes);
+    return read<mirror_event_t, Event>(bytes);
   }
   return Mistake(fmt::format("nothing is mirrored on {}", channel));
 }

@@ -170,5 +170,17 @@ TEST(Mirror, RefusesWhatNoFabricHasSaid) {
   EXPECT_FALSE(entry_of("MILLRACE_MIRROR.other", ""));
 }
 
+TEST(Mirror, RefusesAKindOfEventThatHasNoWord) {
+  for (const char* word : {"unknown", "dropped", ""}) {
+    mirror_event_t message{};
+    message.machine = "cnc";
+    message.call = "5-17";
+    message.instance = instance.to_string();
+    message.kind = word;
+    EXPECT_EQ(entry_of("MILLRACE_MIRROR.event", encode(message)).error(),
+              "its kind of event is not known");
+  }
+}
+
 }  // namespace
 }  // namespace millrace::fabric::lcm
