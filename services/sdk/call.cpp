@@ -10,8 +10,7 @@
 
 namespace millrace::services::sdk {
 
-Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink,
-           std::shared_ptr<const std::atomic<bool>> cancelled)
+Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink, std::stop_token cancelled)
     : request_(std::move(request)), sink_(std::move(sink)), cancelled_(std::move(cancelled)) {}
 
 Call::~Call() {
@@ -38,6 +37,15 @@ void Call::answer(Response response) const {
 
 void Call::fail(const std::string& reason) const {
   end(tl::unexpected(reason));
+}
+
+void Call::decline(const std::string& reason) const {
+  if (ended_.exchange(true)) {
+    return;
+  }
+  if (const auto sink = sink_.lock()) {
+    sink->declined(id(), reason);
+  }
 }
 
 void Call::end(const Result& result) const {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "fabric/messages.hpp"
@@ -17,9 +18,8 @@ class CallSink;
 /// the error state. All functions may be called from any thread.
 class Call {
  public:
-  /// Who sets `cancelled` says that nobody waits any more.
-  Call(fabric::Request request, std::weak_ptr<CallSink> sink,
-       std::shared_ptr<const std::atomic<bool>> cancelled);
+  /// `cancelled` is requested to stop when nobody waits any more.
+  Call(fabric::Request request, std::weak_ptr<CallSink> sink, std::stop_token cancelled);
   ~Call();
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
@@ -45,7 +45,10 @@ class Call {
   /// or REQUEST changed. An NC reset that leaves them as they are is not seen.
   /// A handler that takes long looks at it from time to time and may return anything then: nothing
   /// of it is sent. For good: if the call is wanted again, it is handled anew, as another Call.
-  [[nodiscard]] bool cancelled() const { return *cancelled_; }
+  [[nodiscard]] bool cancelled() const { return cancelled_.stop_requested(); }
+  /// The same for functions that take a token, and for a std::stop_callback. A callback runs in a
+  /// thread of the SDK, must neither wait nor throw, and may answer the call.
+  [[nodiscard]] std::stop_token stop_token() const { return cancelled_; }
 
   /// Shows the program an intermediate text and state (V.G.SERVICE.RESPONSE_STATE); the call goes
   /// on. So does an NC program that waits with SysServiceWait, first with @P1=0, which returns with
@@ -58,13 +61,17 @@ class Call {
   void answer(Response response) const;
   /// Ends the call with the error state and `reason`, as an exception does.
   void fail(const std::string& reason) const;
+  /// Gives the attempt back instead of answering it: nothing of it was begun. The gateway gives the
+  /// call to another instance and leaves this one alone for a second, longer if it declines again.
+  /// `reason` goes to logs. For what this instance cannot do now and another one may.
+  void decline(const std::string& reason) const;
 
  private:
   void end(const Result& result) const;
 
   fabric::Request request_;
   std::weak_ptr<CallSink> sink_;
-  std::shared_ptr<const std::atomic<bool>> cancelled_;
+  std::stop_token cancelled_;
   mutable std::atomic<bool> ended_ = false;
 };
 

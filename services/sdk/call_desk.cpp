@@ -209,6 +209,25 @@ Actions CallDesk::on_result(CallId call, const Result& result, Moment now) {
   return actions;
 }
 
+Actions CallDesk::on_declined(CallId call, const std::string& why, Moment now) {
+  const auto running = running_.find(call);
+  if (running == running_.end()) {
+    return {};
+  }
+  Actions actions;
+  if (running->second.cancelled) {
+    actions.emplace_back(Drop{call});
+  } else {
+    ++counters_.declined;
+    // A sample holds no longer text.
+    actions.emplace_back(Send{declining(running->second.request, why.substr(0, fabric::max_text))});
+    forget_call(name_of(running->second.request));
+  }
+  running_.erase(running);
+  start_waiting(now.steady, actions);
+  return actions;
+}
+
 Reply CallDesk::end(const Under& under, const Result& result, SteadyTime now) {
   Reply reply = final_reply(under.request, result, options_);
   reply.received = under.received.wall;

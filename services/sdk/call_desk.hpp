@@ -111,6 +111,8 @@ class CallDesk {
   /// alone: it would go on.
   Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
   Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
+  /// Its handler gives the attempt back, of which it has begun nothing.
+  Actions on_declined(fabric::CallId call, const std::string& why, fabric::Moment now);
 
   /// No call is running or waiting.
   [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }

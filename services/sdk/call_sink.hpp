@@ -13,6 +13,8 @@ class CallSink {
   /// The response has passed check_text.
   virtual void interim(fabric::CallId call, const Response& response) = 0;
   virtual void finished(fabric::CallId call, const Result& result) = 0;
+  /// The handler has not begun it and will not.
+  virtual void declined(fabric::CallId call, const std::string& reason) = 0;
 };
 
 }  // namespace millrace::services::sdk

@@ -38,9 +38,9 @@ fabric::Time wall_time() {
   return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
 }
 
-/// Services have nothing to say to each other.
-fabric::dds::ParticipantOptions announcing(fabric::dds::ParticipantOptions join) {
-  join.finding = fabric::dds::Finding::announces;
+fabric::dds::ParticipantOptions with(fabric::dds::ParticipantOptions join,
+                                     fabric::dds::Finding finding) {
+  join.finding = finding;
   return join;
 }
 
@@ -48,10 +48,7 @@ fabric::dds::ParticipantOptions announcing(fabric::dds::ParticipantOptions join)
 
 struct Member::Impl final : fabric::ends::InstanceCommandsListener {
   Impl(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> own_log)
-      : log(std::move(own_log)),
-        participant(announcing(join)),
-        beat_end(participant),
-        beat_timer(context) {}
+      : log(std::move(own_log)), participant(join), beat_end(participant), beat_timer(context) {}
 
   ~Impl();
   void start();
@@ -181,8 +178,9 @@ void Member::Impl::on_untold(const fabric::Command& command, const std::string& 
   log->warn("{} is not told what came of its command: {}", command.issuer, reason);
 }
 
-Member::Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> log)
-    : impl_(std::make_unique<Impl>(join, std::move(log))) {
+Member::Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> log,
+               fabric::dds::Finding finding)
+    : impl_(std::make_unique<Impl>(with(join, finding), std::move(log))) {
   impl_->start();
 }
 

@@ -36,8 +36,11 @@ class Hosted {
 /// RAII. Its loop beats, takes commands, and tells the supervisor that it turns. From any thread.
 class Member {
  public:
-  /// Throws std::runtime_error if the fabric cannot be joined.
-  Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> log);
+  /// Throws std::runtime_error if the fabric cannot be joined. A process that also calls services
+  /// or observes its fabric `hears` the others: participants of one process share how they find
+  /// others.
+  Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> log,
+         fabric::dds::Finding finding = fabric::dds::Finding::announces);
   /// When the instances have left.
   ~Member();
   Member(const Member&) = delete;

@@ -119,6 +119,13 @@ void Runner::finished(fabric::CallId call, const Result& result) {
   }
 }
 
+void Runner::declined(fabric::CallId call, const std::string& reason) {
+  Lock lock(lock_);
+  cancelled_.erase(call);
+  const Actions actions = desk_.on_declined(call, reason, now());
+  perform(std::move(lock), actions);
+}
+
 std::shared_ptr<const Call> Runner::next(std::chrono::steady_clock::time_point end) {
   Lock lock(lock_);
   const auto something = [this] { return !work_.empty() || closed_; };
@@ -167,13 +174,14 @@ fabric::InstanceLoad Runner::load() const {
 
 void Runner::perform(Lock lock, const Actions& actions, Place place) {
   std::vector<std::string> trouble;
+  std::vector<std::stop_source> cancelled;
   for (const Action& action : actions) {
     if (const auto* start = std::get_if<Start>(&action)) {
       perform(*start);
     } else if (const auto* send = std::get_if<Send>(&action)) {
       perform(*send, trouble);
     } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
-      perform(*cancel);
+      perform(*cancel, cancelled);
     }
   }
   closed_ = closed_ || (closing_ && desk_.idle());
@@ -184,6 +192,9 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
     work_.clear();
   }
   lock.unlock();
+  for (std::stop_source& one : cancelled) {
+    one.request_stop();
+  }
   if (place == Place::workers || all) {
     wake_workers(actions, all);
   }
@@ -252,9 +263,9 @@ void Runner::announce(const Call& call) const {
 }
 
 void Runner::perform(const Start& start) {
-  const auto cancelled = std::make_shared<std::atomic<bool>>(false);
+  const std::stop_source cancelled;
   cancelled_.insert_or_assign(start.request.call, cancelled);
-  work_.push_back(std::make_shared<Call>(start.request, weak_from_this(), cancelled));
+  work_.push_back(std::make_shared<Call>(start.request, weak_from_this(), cancelled.get_token()));
 }
 
 void Runner::perform(const Send& send, std::vector<std::string>& trouble) {
@@ -267,9 +278,9 @@ void Runner::perform(const Send& send, std::vector<std::string>& trouble) {
   }
 }
 
-void Runner::perform(const Cancel& cancel) {
+void Runner::perform(const Cancel& cancel, std::vector<std::stop_source>& cancelled) {
   if (const auto call = cancelled_.find(cancel.call); cancel.runs && call != cancelled_.end()) {
-    *call->second = true;
+    cancelled.push_back(call->second);
   }
 }
 

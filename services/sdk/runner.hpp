@@ -2,12 +2,12 @@
 // replies to the fabric, at debug a log line for each; what fails is a warning.
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -49,6 +49,7 @@ class Runner : public CallSink,
   void on_ignored(const std::string& reason) override;
   void interim(fabric::CallId call, const Response& response) override;
   void finished(fabric::CallId call, const Result& result) override;
+  void declined(fabric::CallId call, const std::string& reason) override;
 
   /// Waits for a call until `end`; null if there is none by then, or no more will come.
   std::shared_ptr<const Call> next(std::chrono::steady_clock::time_point end);
@@ -77,7 +78,8 @@ class Runner : public CallSink,
   void perform(const Start& start);
   /// An answer that cannot be sent is told to `trouble`, for the log.
   void perform(const Send& send, std::vector<std::string>& trouble);
-  void perform(const Cancel& cancel);
+  /// A copy of what is to be requested to stop without the lock: what is called then may answer.
+  void perform(const Cancel& cancel, std::vector<std::stop_source>& cancelled);
   void log(const Action& action) const;
 
   Service::Log log_;
@@ -88,7 +90,7 @@ class Runner : public CallSink,
   std::deque<std::shared_ptr<const Call>> work_;
   /// How calls that run, or wait for a thread, are told of their cancellation. Not the calls
   /// themselves: whoever lets go of one last ends it, and that takes the lock.
-  std::map<fabric::CallId, std::shared_ptr<std::atomic<bool>>> cancelled_;
+  std::map<fabric::CallId, std::stop_source> cancelled_;
   const Prompt prompt_;
   /// Calls run where they arrive. Of the thread that brings requests alone.
   bool prompt_enough_ = prompt_.handler != nullptr;

@@ -282,5 +282,33 @@ TEST_F(CallDeskTest, CountsForTheStatus) {
   EXPECT_EQ(status.last_call, now.wall);
 }
 
+TEST_F(CallDeskTest, GivesBackAnAttemptThatItsHandlerDeclinesAndDoesNotTakeItAgain) {
+  started(request(1));
+  const auto sent = only<Send>(sut.on_declined(call(1), "the gauge is in use", now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
+  EXPECT_EQ(sent.front().reply.text, "the gauge is in use");
+  EXPECT_TRUE(sut.idle());
+  EXPECT_EQ(sut.status().declined, 1U);
+  EXPECT_EQ(started(request(1)), 0U) << "the same attempt";
+  EXPECT_EQ(started(again(request(1), 2)), 1U);
+}
+
+TEST_F(CallDeskTest, StartsTheNextCallInPlaceOfADeclinedOne) {
+  started(request(1, 1));
+  EXPECT_EQ(started(request(2, 2)), 0U);
+  EXPECT_THAT(only<Start>(sut.on_declined(call(1), "not now", now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, SendsNothingForACallThatIsDeclinedAfterItsWithdrawal) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  const Actions actions = sut.on_declined(call(1), "not now", now);
+  EXPECT_THAT(only<Send>(actions), SizeIs(0));
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  EXPECT_TRUE(sut.idle());
+  EXPECT_THAT(sut.on_declined(call(1), "not now", now), SizeIs(0)) << "it is over";
+}
+
 }  // namespace
 }  // namespace millrace::services::sdk

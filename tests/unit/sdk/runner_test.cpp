@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <future>
+#include <stop_token>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -181,6 +182,32 @@ TEST_F(PassingRunner, TellsOfACallThatIsCancelled) {
   EXPECT_THAT(cancelled, testing::ElementsAre(fabric::CallId{1, 1}));
   EXPECT_TRUE(passed.front()->cancelled());
   sut->set_end(nullptr);
+}
+
+TEST_F(RunnerTest, LetsAStopCallbackAnswerTheCallThatIsCancelled) {
+  sut->on_request(request(1));
+  const auto call = next();
+  ASSERT_THAT(call, NotNull());
+  bool told = false;
+  const std::stop_callback callback(call->stop_token(), [&] {
+    told = true;
+    call->answer({.text = "stopped"});
+  });
+  EXPECT_FALSE(told);
+  withdraw();
+  EXPECT_TRUE(told);
+  EXPECT_EQ(sut->remembered(), 0U) << "its run has ended";
+}
+
+TEST_F(RunnerTest, TakesNoSecondEndOfACallThatIsDeclined) {
+  sut->on_request(request(1));
+  const auto call = next();
+  ASSERT_THAT(call, NotNull());
+  call->decline("not now");
+  call->answer({.text = "late"});
+  EXPECT_EQ(sut->load().status.declined, 1U);
+  EXPECT_EQ(sut->load().status.answered, 0U);
+  EXPECT_EQ(sut->load().status.running, 0U);
 }
 
 }  // namespace
