@@ -53,5 +53,12 @@ TEST_F(Package, BuildsTheSampleInCAndInCpp) {
   }
 }
 
+TEST_F(Package, BuildsTheExampleInTheHeaderOfTheCInterface) {
+  const std::string uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e";
+  Process sut({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, built("length")});
+  ASSERT_TRUE(caller.await_instance(uuid)) << sut.error_output();
+  EXPECT_EQ(caller.call(uuid, "hello").text, "5");
+}
+
 }  // namespace
 }  // namespace millrace
