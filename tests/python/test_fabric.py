@@ -1,0 +1,319 @@
+"""Python services as processes on a fabric, and the functions that call and watch them. Pinned to the loopback."""
+
+import datetime
+import re
+import signal
+import sys
+import threading
+import time
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+import millrace
+import obedient
+from millrace import testing
+from support import BIN, PATIENCE, TOP, Domain, Process
+
+UNKNOWN = "b0ad0000-0000-4000-8000-00000000000f"
+
+
+class _Left(Exception):
+    pass
+
+
+def _leave(_interim):
+    raise _Left
+
+
+class OnAFabric(unittest.TestCase):
+    def setUp(self):
+        self.domain = Domain()
+        self.addCleanup(self.domain.close)
+        millrace.connect(domain=self.domain.number)
+        self.addCleanup(millrace.disconnect)
+
+    def start(self, script="obedient.py", *arguments, **environment):
+        process = Process.python(script, "--domain", self.domain.number, *arguments, **environment)
+        self.addCleanup(process.__exit__)
+        process.ready = process.await_output(r"^ready: (.*)$").group(1)
+        return process
+
+    def call(self, text, uuid=obedient.UUID, **options):
+        return millrace.call(uuid, text, timeout=PATIENCE, **options)
+
+    def cancel(self, text, uuid=obedient.UUID):
+        """Calls, and cancels the call at its first interim response."""
+        with self.assertRaises(_Left):
+            self.call(text, uuid, interim=_leave)
+
+
+class APythonService(OnAFabric):
+    def test_says_once_that_it_is_ready_and_answers(self):
+        sut = self.start("obedient.py", "--log-level", "debug")
+        self.assertRegex(sut.ready, rf"^obedient serves {obedient.UUID} as \S+ on domain {self.domain.number}$")
+        response = self.call("hello", state=7)
+        self.assertEqual((response.text, response.state, response.result), ("hello, attempt 1", 7, "ok"))
+        self.assertIn(response.instance, sut.ready)
+        self.assertGreater(response.duration, 0)
+        deadline = datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(seconds=PATIENCE)
+        told = re.fullmatch(r"call/\d+ 3 1 (\S+ \S+) False", self.call("who", state=3).text)
+        self.assertAlmostEqual(datetime.datetime.fromisoformat(told.group(1)), deadline,
+                               delta=datetime.timedelta(seconds=PATIENCE))
+        sut.await_error(rf'^\S+Z obedient debug call {response.call_id} from \S+: "hello", state 7, attempt 1$')
+
+    def test_gives_the_error_response_for_an_exception_with_an_umlaut(self):
+        sut = self.start()
+        response = self.call("raise die Messuhr in Köln fehlt")
+        self.assertEqual((response.text, response.state), ("ERROR: die Messuhr in Köln fehlt", 500))
+        self.assertEqual((response.result, response.ok), ("failed", False))
+        sut.await_error("ValueError: die Messuhr in Köln fehlt")
+
+    def test_gives_what_its_test_bench_gives(self):
+        self.start()
+        for text in ("hello", "long", "state 0", "state 7", "foreign", "nothing", "raise" + " ü" * 60, "exit",
+                     "interim"):
+            real = self.call(text)
+            bench = testing.call(obedient.obey, text)
+            self.assertEqual((real.text, real.state, real.result), (bench.text, bench.state, bench.result), text)
+
+    def test_lives_on_after_a_handler_that_calls_sys_exit(self):
+        sut = self.start()
+        self.assertEqual(self.call("exit").text, "ERROR: the handler called sys.exit(3); the service goes on")
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+        sut.signal()
+        self.assertEqual(sut.wait(), 0, sut.errors.text)
+
+    def test_shows_interim_responses(self):
+        self.start()
+        seen = []
+        self.assertEqual(self.call("interim", interim=seen.append).text, "all the way")
+        self.assertEqual([(one.text, one.state) for one in seen], [("half way", 50)])
+
+    def test_answers_later_and_declines(self):
+        self.start()
+        later = self.call("later tomorrow")
+        self.assertEqual((later.text, later.state), ("tomorrow", 4))
+        self.assertEqual(self.call("decline").text, "decline, attempt 2")
+
+    def test_runs_as_many_calls_at_a_time_as_it_says(self):
+        self.start("obedient.py", "--concurrency", "4")
+        with ThreadPoolExecutor(4) as pool:
+            results = list(pool.map(self.call, ["together"] * 4))
+        self.assertEqual({one.text for one in results}, {"True"})
+
+    def test_learns_that_its_call_is_cancelled(self):
+        sut = self.start()
+        self.cancel("cancel")
+        sut.await_output("^cancelled")
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+
+    def test_loses_no_call_when_an_instance_is_killed(self):
+        first = self.start()
+        with ThreadPoolExecutor(1) as pool:
+            pending = pool.submit(self.call, "hold")
+            first.await_output("^holding")
+            second = self.start()
+            first.signal(signal.SIGKILL)
+            second.await_output("^holding")
+            second_release = self.call("release")
+            self.assertEqual((second_release.text, pending.result().text), ("done", "released"))
+
+    def test_drains_on_sigterm_and_ends_by_a_second_signal(self):
+        sut = self.start()
+        with ThreadPoolExecutor(1) as pool:
+            pending = pool.submit(self.call, "hold")
+            sut.await_output("^holding")
+            sut.signal()
+            sut.await_error("signal 15: leaving when the calls under way are answered")
+            sut.await_error(r"call \S+ of obedient has been in its handler for \d+ s; a second signal")
+            with self.assertRaises(millrace.NoResponse):
+                millrace.call(obedient.UUID, "release", timeout=0.5)
+            self.assertFalse(pending.done())
+            sut.signal(signal.SIGINT)
+            self.assertEqual(sut.wait(), 1)
+            other = self.start()
+            other.await_output("^holding")
+            self.call("release")
+            self.assertEqual(pending.result().text, "released")
+
+    def test_ends_with_exit_code_0_when_its_last_call_is_answered(self):
+        sut = self.start()
+        with ThreadPoolExecutor(2) as pool:
+            pending = pool.submit(self.call, "hold")
+            sut.await_output("^holding")
+            self.call("release")
+            sut.signal()
+            self.assertEqual(pending.result().text, "released")
+        self.assertEqual(sut.wait(), 0, sut.errors.text)
+
+    def test_ends_by_a_second_signal_while_a_handler_computes_for_ever(self):
+        sut = self.start()
+        self.cancel("spin")
+        sut.signal()
+        sut.await_error("signal 15: leaving")
+        sut.signal()
+        self.assertEqual(sut.wait(), 1)
+        sut.await_error("second signal: leaving at once")
+
+    def test_ends_the_child_of_a_handler_that_forks_and_returns_in_it(self):
+        sut = self.start()
+        self.assertEqual(self.call("fork").text, "the child ended with 1")
+        sut.await_error("the handler has forked, and its child has returned; the child ends here")
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+        sut.signal()
+        self.assertEqual(sut.wait(), 0, sut.errors.text)
+
+    def test_ends_in_order_while_its_handlers_run(self):
+        for how, code in (("return", 0), ("exit", 7), ("raise", 1)):
+            with Process.python("leaves.py", self.domain.number, how) as sut:
+                sut.await_output("^ready")
+                self.cancel("", "b0ad0000-0000-4000-8000-000000000004")
+                sut.signal(signal.SIGUSR1)
+                self.assertEqual(sut.wait(), code, sut.errors.text)
+                expected = "RuntimeError: the program is over" if how == "raise" else ""
+                self.assertEqual(sut.errors.text.strip().rpartition("\n")[2], expected)
+
+    def test_calls_another_service_if_it_hears(self):
+        self.start("coroutines.py")
+        sut = self.start()
+        self.assertEqual(self.call("call " + UNKNOWN).state, 500)
+        sut.await_error(r"for handlers that call services write millrace\.run\(hears=True\)")
+        sut.signal()
+        self.assertEqual(sut.wait(), 0)
+        self.start("obedient.py", "--hears")
+        self.assertEqual(self.call("call b0ad0000-0000-4000-8000-000000000003").text, "it said: alone")
+
+    def test_takes_the_command_line_of_every_service(self):
+        def flags(*command):
+            with Process(*command) as program:
+                self.assertEqual(program.wait(), 0, program.errors.text)
+                return set(re.findall(r"(?<![\w-])--[a-z-]+", program.output.text))
+
+        own = flags(sys.executable, TOP / "tests/python/obedient.py", "--help")
+        self.assertEqual(own - {"--hears"}, flags(BIN / "millrace-square-root", "--help"))
+
+    def test_tells_what_its_command_line_says(self):
+        self.start("obedient.py", "--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel", "press/*",
+                   "--concurrency", "4", "--delivery", "at-most-once", "--awaited", "response")
+        (instance,) = millrace.services()
+        self.assertEqual((instance.uuid, instance.name, instance.version), ("Weather", "weather", "1.2"))
+        self.assertEqual(instance.description, "Does what its request says.")
+        self.assertEqual(instance.channels, ["cnc/1", "press/*"])
+        self.assertEqual((instance.concurrency, instance.delivery, instance.completion), (4, "at-most-once", "response"))
+
+    def test_refuses_a_wrong_command_line(self):
+        for arguments, message in (
+            (["--channel", "cnc/0"], "channels: 'cnc/0' is no channel"),
+            (["--uuid", "a*"], "wildcard"),
+            (["--domain", "300"], "'300' is not a number from 0 to 232"),
+            (["--fabric-config", "/nowhere"], "/nowhere"),
+            (["--fabric", "a/b"], "'a/b' is no name of a fabric"),
+            (["--concurency", "3"], "unrecognized arguments: --concurency"),
+        ):
+            with Process.python("obedient.py", *arguments) as sut:
+                self.assertEqual(sut.wait(), 2)
+                self.assertIn(message, sut.errors.text)
+                self.assertNotIn("Traceback", sut.errors.text)
+
+    def test_prints_its_own_version_and_that_of_the_library(self):
+        with Process.python("obedient.py", "--version") as sut:
+            self.assertEqual(sut.wait(), 0)
+            self.assertRegex(sut.output.text, r"^obedient 1\.2 \(millrace \d+\.\d+\.\d+\)\n$")
+
+    def test_joins_the_fabric_that_the_environment_names(self):
+        with Process.python("obedient.py", MILLRACE_DOMAIN=str(self.domain.number)) as sut:
+            sut.await_output(f"on domain {self.domain.number}$")
+            self.assertEqual(self.call("hello").text, "hello, attempt 1")
+
+
+class ACoroutine(OnAFabric):
+    UUID = "b0ad0000-0000-4000-8000-000000000003"
+
+    def setUp(self):
+        super().setUp()
+        self.sut = self.start("coroutines.py")
+
+    def test_answers_beside_others_in_one_thread(self):
+        with ThreadPoolExecutor(3) as pool:
+            results = list(pool.map(lambda _: millrace.call(self.UUID, "together", timeout=PATIENCE).text, range(3)))
+        self.assertEqual(results, ["together"] * 3)
+        self.assertEqual(millrace.call(self.UUID, "raise").text, "ERROR: Größe fehlt")
+
+    def test_is_cancelled_with_its_call(self):
+        self.cancel("cancel", self.UUID)
+        self.sut.await_output("^cancelled")
+        self.assertEqual(millrace.call(self.UUID, "x").text, "alone")
+
+    def test_drains_on_sigterm(self):
+        self.sut.signal()
+        self.assertEqual(self.sut.wait(), 0, self.sut.errors.text)
+        self.assertEqual(self.sut.errors.text.count("\n"), 1, self.sut.errors.text)
+
+
+class ACaller(OnAFabric):
+    def test_is_told_that_no_instance_has_a_uuid(self):
+        self.start()
+        with self.assertRaisesRegex(millrace.Unserved, UNKNOWN):
+            millrace.call(UNKNOWN, "hello")
+
+    def test_is_told_what_no_nc_program_could_ask(self):
+        for text, message in (("x" * 128, "128 bytes"), ("中", "not in CP1252")):
+            with self.assertRaisesRegex(millrace.InvalidArgument, message):
+                millrace.call(obedient.UUID, text)
+        with self.assertRaisesRegex(millrace.InvalidArgument, "REQUEST_STATE is 0"):
+            millrace.call(obedient.UUID, "", state=0)
+
+    def test_sees_instances_and_events(self):
+        sut = self.start()
+        (instance,) = millrace.services()
+        self.assertEqual((instance.uuid, instance.name, instance.pid), (obedient.UUID, "obedient", sut.pid))
+        self.assertEqual((instance.channels, instance.delivery, instance.draining), ([], "at-least-once", False))
+        with millrace.watch(alarms=False, timeout=PATIENCE) as events:
+            self.call("hello", state=7)
+            seen = {}
+            while "replied" not in seen:
+                event = next(events)
+                seen[event.kind] = event
+        self.assertEqual((seen["seen"].text, seen["seen"].state), ("hello", 7))
+        self.assertEqual(seen["dispatched"].instance, instance.id)
+        self.assertEqual((seen["replied"].text, seen["replied"].instance), ("hello, attempt 1", instance.id))
+        self.assertAlmostEqual(seen["replied"].time, time.time(), delta=PATIENCE)
+
+    def test_ends_a_watch_after_its_time(self):
+        self.assertEqual(list(millrace.watch(timeout=0.1)), [])
+
+    def test_may_be_interrupted(self):
+        sut = self.start()
+
+        def interrupt():
+            sut.await_output("^hanging")
+            signal.raise_signal(signal.SIGINT)
+
+        thread = threading.Thread(target=interrupt)
+        thread.start()
+        with self.assertRaises(KeyboardInterrupt):
+            self.call("hang")
+        thread.join()
+
+    def test_shares_the_participant_of_a_server_that_hears(self):
+        millrace.disconnect()
+        with millrace.Server(obedient.obey, domain=self.domain.number, hears=True):
+            self.assertEqual(self.call("hello").text, "hello, attempt 1")
+
+
+class AnNcProgram(OnAFabric):
+    def test_calls_a_python_service_through_the_gateway(self):
+        program = TOP / "tests/data/nc/chain/square_root_of_3.nc"
+        with Process.python("square_root.py", "--domain", self.domain.number) as service:
+            service.await_output("^ready: ")
+            with Process(BIN / "millrace-cnc", "--listen", "127.0.0.1:0", "--channels", "2", "--run", f"1={program}",
+                         "--exit-when-idle") as cnc:
+                port = cnc.await_output(r"^ready: .* on 127\.0\.0\.1:(\d+)").group(1)
+                with Process(BIN / "millrace-gateway", "--domain", self.domain.number, "--machine",
+                             f"cnc=127.0.0.1:{port}/127.0.0.1.1.1"):
+                    self.assertEqual(cnc.wait(), 0, cnc.errors.text)
+                    self.assertIn("[ch1] response = 1.732051\n", cnc.output.text)
+
+
+if __name__ == "__main__":
+    unittest.main()
