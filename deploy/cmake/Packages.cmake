@@ -7,7 +7,10 @@
 # millrace-services the services that come with millrace, the unit of a service, example configurations
 # millrace-tools    the operator's command, the units of recorder and web page, alerts for Prometheus
 # millrace-cnc      the virtual CNC and the demo
-# libmillrace-sdk   the service library; millrace-sdk-dev is what services are compiled with
+# libmillrace-sdk   the service library in C++ and with the vendor's names
+# libmillrace1      the library of the C interface
+# millrace-sdk-dev  headers and configuration to compile services with either library
+# python3-millrace  services in Python
 #
 # Programs and library say by their own install() which component they belong to.
 include(GNUInstallDirs)
@@ -51,7 +54,7 @@ install(DIRECTORY
   DESTINATION ${millrace_units} COMPONENT services)
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
-  COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN isg EXCLUDE PATTERN programs EXCLUDE)
+  COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN isg EXCLUDE PATTERN programs EXCLUDE PATTERN python EXCLUDE)
 # For controllers whose programs use the services; SysServiceWait.cyc for those that have none of their own.
 install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/SysServiceWait.cyc
   DESTINATION ${millrace_share}/cycles COMPONENT services)
@@ -71,10 +74,21 @@ install(DIRECTORY ${millrace_deploy}/prometheus DESTINATION ${millrace_share} CO
 install(PROGRAMS ${millrace_deploy}/demo DESTINATION ${millrace_share} COMPONENT cnc)
 install(DIRECTORY ${millrace_deploy}/nc DESTINATION ${millrace_share} COMPONENT cnc)
 
-set(millrace_components common gateway services tools cnc sdk sdk-dev)
+# Pure Python, where Debian's python3 looks for packages of every version.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/python/millrace DESTINATION lib/python3/dist-packages COMPONENT python
+  FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
+
+install(DIRECTORY ${millrace_deploy}/examples/python/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-millrace/examples
+  COMPONENT python PATTERN __pycache__ EXCLUDE)
+
+set(millrace_components common gateway services tools cnc sdk sdk-dev c python)
 foreach(component IN LISTS millrace_components)
   if(component STREQUAL "sdk")
     set(name libmillrace-sdk)
+  elseif(component STREQUAL "c")
+    set(name libmillrace1)
+  elseif(component STREQUAL "python")
+    set(name python3-millrace)
   else()
     set(name millrace-${component})
   endif()
@@ -110,7 +124,11 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "millrace-common ${exactly}")
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_DEPENDS
-  "libmillrace-sdk ${exactly}, libcli11-dev, libexpected-dev, libspdlog-dev")
+  "libmillrace-sdk ${exactly}, libmillrace1 ${exactly}, libcli11-dev, libexpected-dev, libspdlog-dev")
+set(CPACK_DEBIAN_C_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), libmillrace1 ${exactly}")
 # The certificates that vouch for mail servers.
 set(CPACK_DEBIAN_SERVICES_PACKAGE_RECOMMENDS "ca-certificates")
 # For its demo.
@@ -132,8 +150,13 @@ set(CPACK_COMPONENT_CNC_DESCRIPTION "millrace virtual CNC: runs NC programs with
  An interpreter of NC programs behind an ADS server, for tests and trials.")
 set(CPACK_COMPONENT_SDK_DESCRIPTION "millrace service library
  What services of one's own are linked with.")
-set(CPACK_COMPONENT_SDK-DEV_DESCRIPTION "millrace service library: headers, CMake and pkg-config files
- In C++, and in C with the names of the vendor's SDK.")
+set(CPACK_COMPONENT_SDK-DEV_DESCRIPTION "millrace service libraries: headers, CMake and pkg-config files
+ In C++, in C with the names of the vendor's SDK, and the C interface millrace.h.")
+set(CPACK_COMPONENT_C_DESCRIPTION "millrace C interface
+ Serves calls of NC programs, calls services and observes a fabric, for programs
+ of any compiler and for python3-millrace.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "millrace for Python: services for NC programs
+ Serves, calls and watches, and tests services without a fabric.")
 # CPack takes a variable of a component in upper case, a description in either.
 foreach(component IN LISTS millrace_components)
   string(TOUPPER ${component} upper)
@@ -165,5 +188,10 @@ endforeach()
 # A library of its own needs the loader to look.
 file(CONFIGURE OUTPUT ${scripts}/sdk/triggers CONTENT "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_SDK_PACKAGE_CONTROL_EXTRA ${scripts}/sdk/triggers)
+set(CPACK_DEBIAN_C_PACKAGE_CONTROL_EXTRA ${scripts}/sdk/triggers)
+# Python compiles the package to byte code when it is installed.
+configure_file(${millrace_deploy}/package/compile_python ${scripts}/python/postinst COPYONLY)
+configure_file(${millrace_deploy}/package/clean_python ${scripts}/python/prerm COPYONLY)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${scripts}/python/postinst ${scripts}/python/prerm)
 
 include(CPack)
