@@ -48,10 +48,13 @@ fabric::dds::ParticipantOptions with(fabric::dds::ParticipantOptions join,
 
 struct Member::Impl final : fabric::ends::InstanceCommandsListener {
   Impl(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> own_log)
-      : log(std::move(own_log)), participant(join), beat_end(participant), beat_timer(context) {}
+      : log(std::move(own_log)), participant(join), beat_timer(context) {}
 
   ~Impl();
   void start();
+  /// Publishes heartbeats and takes commands, which only a process with instances may do on a
+  /// fabric with trust. On the loop, or before it runs.
+  void host();
   void beat();
   /// Beats for the loop while it has other work.
   void stand_in();
@@ -69,7 +72,7 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
 
   const std::shared_ptr<spdlog::logger> log;
   fabric::dds::Participant participant;
-  fabric::ends::BeatEnd beat_end;
+  std::optional<fabric::ends::BeatEnd> beat_end;
   asio::io_context context{1};
   asio::steady_timer beat_timer;
   /// The supervisor of a service looks whether this loop turns.
@@ -102,20 +105,30 @@ Member::Impl::~Impl() {
 }
 
 void Member::Impl::start() {
-  commands.emplace(participant, context.get_executor(), *this);
+  if (participant.options().finding != fabric::dds::Finding::hears) {
+    host();
+  }
   if (participant.badges() != nullptr) {
     badges.emplace(*participant.badges(),
                    [this] { asio::post(context, [this] { tell_ignored(); }); });
   }
-  beat_timer.expires_after(std::chrono::nanoseconds(0));
-  heartbeat = std::thread([this] { stand_in(); });
-  ::pthread_setname_np(heartbeat.native_handle(), stand_in_thread);
   thread = std::thread([this] {
     const auto work = asio::make_work_guard(context);
-    beat();
     context.run();
   });
   ::pthread_setname_np(thread.native_handle(), loop_thread);
+}
+
+void Member::Impl::host() {
+  if (beat_end) {
+    return;
+  }
+  beat_end.emplace(participant);
+  commands.emplace(participant, context.get_executor(), *this);
+  beat_timer.expires_after(std::chrono::nanoseconds(0));
+  heartbeat = std::thread([this] { stand_in(); });
+  ::pthread_setname_np(heartbeat.native_handle(), stand_in_thread);
+  asio::post(context, [this] { beat(); });
 }
 
 void Member::Impl::beat() {
@@ -138,7 +151,7 @@ void Member::Impl::beat() {
 
 void Member::Impl::send(const fabric::Beat& beat) {
   // A beat that is lost is followed by the next one.
-  static_cast<void>(beat_end.publish(beat));
+  static_cast<void>(beat_end->publish(beat));
 }
 
 /// What the instances do only the loop knows, so that is left out.
@@ -201,6 +214,11 @@ asio::io_context& Member::loop() {
 }
 
 void Member::enter(const fabric::InstanceId& id, Hosted& hosted) {
+  if (impl_->participant.options().finding == fabric::dds::Finding::hears) {
+    std::packaged_task<void()> host([impl = impl_.get()] { impl->host(); });
+    asio::dispatch(impl_->context, [&host] { host(); });
+    host.get_future().get();
+  }
   asio::post(impl_->context,
              [impl = impl_.get(), id, &hosted] { impl->hosted.emplace(id, &hosted); });
 }

@@ -1,9 +1,11 @@
 """Python services as processes on a fabric, and the functions that call and watch them. Pinned to the loopback."""
 
 import datetime
+import pathlib
 import re
 import signal
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -299,6 +301,39 @@ class ACaller(OnAFabric):
         millrace.disconnect()
         with millrace.Server(obedient.obey, domain=self.domain.number, hears=True):
             self.assertEqual(self.call("hello").text, "hello, attempt 1")
+
+
+class OnAFabricWithTrust(OnAFabric):
+    def setUp(self):
+        super().setUp()
+        millrace.disconnect()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.plant = pathlib.Path(folder.name, "plant")
+        self.trust("init")
+
+    def trust(self, word, *arguments):
+        with Process(BIN / "millrace", "trust", word, self.plant, *arguments) as process:
+            self.assertEqual(process.wait(), 0, process.errors.text)
+
+    def issue(self, name, *flags):
+        """A fabric configuration with new credentials."""
+        self.trust("issue", name, *flags)
+        file = self.plant.parent / f"{name}.textproto"
+        file.write_text(f'interface: "lo"\ndomain: {self.domain.number}\ntrust {{ folder: "{self.plant / name}" }}\n')
+        return file
+
+    def test_a_tester_calls_a_service_and_lists_it_with_its_certificate(self):
+        self.start("obedient.py", "--fabric-config", self.issue("gauge", "--role", "service", "--uuid", obedient.UUID))
+        millrace.connect(fabric_config=self.issue("bench", "--role", "tester", "--role", "observer"))
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+        (instance,) = millrace.services()
+        self.assertIn("gauge", instance.certificate)
+
+    def test_a_tester_may_not_serve(self):
+        config = self.issue("bench", "--role", "tester")
+        with self.assertRaisesRegex(millrace.Error, "may not write"):
+            millrace.Server(obedient.obey, fabric_config=config, hears=True)
 
 
 class AnNcProgram(OnAFabric):
