@@ -80,6 +80,17 @@ TEST_F(AWrittenAnswer, WaitsWhileReadsShowNeither) {
   EXPECT_EQ(wait_and_read(sut, 10ms, shown), Step::write_state);
 }
 
+TEST_F(AnAnswer, IsReadSoonAfterItsLastWriteAlsoWhereTheJournalTookLongBeforeIt) {
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  read(sut, pending);
+  sut.on_written(now);
+  now += 100ms;
+  ASSERT_EQ(sut.on_recorded(true), Step::clear);
+  sut.on_written(now);
+  EXPECT_EQ(read(sut, pending), Step::read);
+  EXPECT_EQ(sut.read_at(), now + 2ms);
+}
+
 TEST_F(AWrittenAnswer, WaitsForItsTextIfTheClearedStateIsVisibleFirst) {
   EXPECT_EQ(read(sut, all(0, 0, "")), Step::read);
   EXPECT_EQ(read(sut, shown), Step::write_state);
@@ -114,6 +125,7 @@ TEST_F(AWrittenAnswer, ReleasesItsProgramOnAControllerThatNeverShowsZeroAfterThr
   EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::write_state);
   EXPECT_FALSE(sut.clearing_is_shown());
   EXPECT_FALSE(sut.zero_seen());
+  EXPECT_TRUE(sut.problem().empty()) << "the cause is known";
 }
 
 TEST_F(AWrittenAnswer, WaitsLongerForZeroOnAControllerThatHasShownItBefore) {
@@ -208,6 +220,16 @@ TEST_F(AWrittenAnswer, IsDoneIfTheProgramIsReleased) {
 TEST_F(AWrittenAnswer, IsDoneIfTheProgramAsksTheSameAgainAfterAnUnknownRelease) {
   release_with_unknown_outcome();
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::done);
+}
+
+TEST_F(AnAnswer, WaitsForAResponseOfUnknownOutcomeBeforeRequestStateIsCleared) {
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  ASSERT_EQ(read(sut, pending), Step::write_response);
+  sut.on_unknown(now);
+  EXPECT_EQ(read(sut, pending), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1s, pending), Step::write_response) << "it is lost";
+  sut.on_unknown(now);
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::record_clearing);
 }
 
 TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared) {

@@ -227,6 +227,7 @@ TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
   sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 0, ""}, now);
   now.steady += 2s;
   EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
+  EXPECT_THAT(all<Publish>(confirm(request(1))), IsEmpty());
 }
 
 TEST_F(CoreCallsTest, RunsAnInheritedCallThatMayRunTwice) {

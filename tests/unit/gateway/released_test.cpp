@@ -64,6 +64,15 @@ TEST_F(AReleasedAnswer, IsFollowedByARequestWhereAnotherStateStandsBesideOtherTe
   EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::request);
 }
 
+TEST_F(AReleasedAnswer, IsFollowedByNoRequestWhereOtherTextsStoodForLessThanASecondEachTime) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
+  now += 600ms;
+  EXPECT_EQ(read(sut, 1, 0), Found::nothing);
+  now += 500ms;
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
+}
+
 TEST_F(AReleasedAnswer, IsWaitedForWhileItsStateIsNotVisible) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
