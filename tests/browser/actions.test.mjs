@@ -59,7 +59,7 @@ const cardButton = (page, channel, button) => page.waitForFunction((name, select
 test('a held call stands first, with what to do and who', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await awaitText(page, '.concern[data-kind="held"] .concern-name', /^cnc\/1$/);
-  await awaitText(page, '.headline h1', /1 channel needs somebody/);
+  await awaitText(page, '.headline h1', /1 channel needs attention/);
   assert.match(await textOf(page, '.concern .who'), /Operator/);
   assert.match(await textOf(page, '.concern .reason'), /must not run twice/);
   assert.match(await textOf(page, '.concern-call'), /turn the table/);
@@ -122,7 +122,7 @@ test('a held call that is given out again through the page is run again', async 
   await page.waitForFunction((button) => !/no running instance/.test(button.closest('.concern').querySelector('.concern-why').textContent), {}, retry);
   await page.mouse.up();
   await logIn(page, 'a good password');
-  await awaitText(page, 'dialog', /Give the call of cnc\/2 out again\?[\s\S]*it runs twice/);
+  await awaitText(page, 'dialog', /Retry the call of cnc\/2\?[\s\S]*it runs twice/);
   await page.click('dialog [data-confirm]');
   await awaitText(page, '.dialog-said[data-kind="done"]', /Done/);
   const call = await until(async () => (await (await fetch(`${web.url}/api/calls`)).json()).calls.find((each) => each.request === 'once more'), 'the answer');
@@ -164,7 +164,7 @@ test('a question about a call that is over sends nothing', async () => {
   await plant.withdraw(3);
   await page.waitForSelector('[data-channel="cnc/3"][data-state="idle"]');
   await page.click('dialog [data-confirm]');
-  await awaitText(page, '.dialog-said[data-kind="refused"]', /not pending any more/);
+  await awaitText(page, '.dialog-said[data-kind="refused"]', /no longer pending/);
   await page.close();
 });
 

@@ -58,7 +58,7 @@ test('the view is there when somebody tells of data, and shows lines, values and
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForFunction(() => !document.querySelector('[data-tab="data"]').hidden);
   await page.click('[data-tab="data"]');
-  await awaitText(page, 'h1', /^Data and programs$/);
+  await awaitText(page, 'h1', /^Data and NC programs$/);
   // Before somebody has chosen, the first numbers.
   await page.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
   await awaitText(page, `${row('fast/state')} .cell-value`, /^2$/);
@@ -113,7 +113,7 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
   await awaitText(page, 'tr[data-state="aborted"] .cell-error', /^\d+$/);
   const plantPage = await browser.open(web.url, { view: '#/plant' });
   await awaitText(plantPage, '.concern[data-kind="aborted"] .concern-name', /^cnc\/1$/);
-  await awaitText(plantPage, '.headline h1', /1 channel needs somebody/);
+  await awaitText(plantPage, '.headline h1', /1 channel needs attention/);
   assert.deepEqual(await violations(plantPage), []);
   await picture(plantPage, 'aborted');
   await plantPage.close();
@@ -157,7 +157,7 @@ test('the keyboard chooses a variable, and its place stays', async () => {
 
 test('German readers read German', async () => {
   const page = await browser.open(web.url, { view: '#/data', language: 'de' });
-  await awaitText(page, 'h1', /^Daten und Programme$/);
+  await awaitText(page, 'h1', /^Daten und NC-Programme$/);
   await awaitText(page, '.cell-quality', /gut/);
   await page.close();
 });
@@ -177,7 +177,7 @@ test('without its gateway the values are stale and the lines have a gap', async 
   await page.waitForSelector(`${line('fast/V.E.LEVEL')}[data-quality="good"]`);
   await gateway.stop('SIGKILL');
   await page.waitForSelector(`${line('fast/V.E.LEVEL')}[data-quality="stale"]`, { timeout: 10_000 });
-  await awaitText(page, `${row('fast/V.E.LEVEL')} .cell-quality`, /stale.*nobody tells of it any more/);
+  await awaitText(page, `${row('fast/V.E.LEVEL')} .cell-quality`, /stale.*no longer reported/);
   const last = await page.evaluate(async () => (await (await fetch('/api/data/history?machine=cnc&variable=1/fast/V.E.LEVEL')).json()).series[0].values.at(-1));
   assert.equal(last, null);
   await picture(page, 'data-stale');

@@ -111,12 +111,12 @@ test('a service that is killed turns its row, and the channel that calls it', as
   await awaitText(page, 'article.service[data-level="fine"] .service-name', /doomed/);
   await doomed.stop('SIGKILL');
   await awaitText(page, 'article.service[data-level="person"] .service-name', /doomed/, 5000);
-  await awaitText(page, 'tr[data-state="gone"] .cell-state', /gone at/);
+  await awaitText(page, 'tr[data-state="gone"] .cell-state', /ended \d\d:\d\d/);
   await page.goto(`${web.url}/#/plant`);
   await plant.request(3, '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10', '2');
   await page.waitForSelector('[data-channel="cnc/3"][data-state="unserved"]');
   await awaitText(page, '.concern[data-kind="unserved"] .concern-name', /^cnc\/3$/);
-  await awaitText(page, '.headline h1', /1 channel needs somebody/);
+  await awaitText(page, '.headline h1', /1 channel needs attention/);
   assert.match(await page.title(), /^\(1\) Plant/);
   assert.match(await textOf(page, '.concern .todo'), /Start the service/);
   await picture(page, 'unserved');
@@ -180,7 +180,7 @@ test('the keyboard reaches each view, and a call opens with it', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   const active = () => page.evaluate(() => document.activeElement.textContent);
   await page.keyboard.press('Tab');
-  assert.match(await active(), /To the content/);
+  assert.match(await active(), /Skip to content/);
   await page.keyboard.press('Tab');
   await page.keyboard.press('Tab');
   await page.keyboard.press('Tab');

@@ -38,14 +38,14 @@ test('while millrace web is away the page says since when it knows nothing, and 
   await isWell(page);
   await web.stop('SIGKILL');
   await awaitText(page, '.lost', /No data since \d\d:\d\d:\d\d/, 8000);
-  await awaitText(page, '.headline h1', /not known/);
+  await awaitText(page, '.headline h1', /State unknown/);
   assert.match(await page.title(), /^\(\?\)/);
   assert.equal(await page.$eval('main', (node) => getComputedStyle(node).filter), 'grayscale(1)');
   assert.deepEqual(await violations(page), []);
   await picture(page, 'lost');
   await plant.request(2, squareRootUuid, '81');
   web = await plant.web({ port: web.port });
-  await awaitText(page, '.again', /No data from .* to .*started anew/);
+  await awaitText(page, '.again', /No data from .* to .*was restarted/);
   await isWell(page);
   await page.waitForFunction(() => document.querySelector('.lost').hidden);
   await page.click('.again button');

@@ -47,7 +47,7 @@ bool is_json(const http::Request& request) {
 }
 
 http::Response not_logged_in() {
-  return http::error_response(401, "nobody is logged in here, or no longer; log in again");
+  return http::error_response(401, "your session has expired; log in again");
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ http::Outcome Gate::act(const std::string& what, const http::Request& request,
     return not_logged_in();
   }
   if (!same_secret(request.token, session->token)) {
-    return http::error_response(403, "the token of this page is an old one; reload the page");
+    return http::error_response(403, "the page is outdated; reload it");
   }
   auto command = command_of(what, request.body);
   if (!command) {
@@ -164,8 +164,8 @@ http::Outcome Gate::act(const std::string& what, const http::Request& request,
   }
   const auto user = options_.users.find(session->user);
   if (user == options_.users.end() || !user->second.may.contains(command->kind)) {
-    return http::error_response(403, fmt::format("{} may not do that; the file of --allow-actions "
-                                                 "says who may what",
+    return http::error_response(403, fmt::format("{} is not allowed to do this; the file of "
+                                                 "--allow-actions lists the permissions",
                                                  session->user));
   }
   command->id = fabric::InstanceId::random();
@@ -187,10 +187,10 @@ http::Response Gate::report(const fabric::Command& command, const std::string& u
                                     : fmt::format("call {} of {}", command.call.to_string(),
                                                   base::text::safe(command.key.to_string()));
   if (!outcome) {
-    log_->warn("{}: {} of {}: nobody answers", user, name_of(command.kind), whom);
+    log_->warn("{}: {} of {}: no response", user, name_of(command.kind), whom);
     return http::error_response(
-        504, is_drain ? "the instance does not answer; it may be gone"
-                      : "the gateway of this channel does not answer; it may be gone");
+        504, is_drain ? "the instance does not respond; it may have ended"
+                      : "the gateway of this channel does not respond; it may have ended");
   }
   log_->info("{}: {} of {}: {}, {}", user, name_of(command.kind), whom,
              outcome->done ? "done" : "refused", base::text::safe(outcome->detail));

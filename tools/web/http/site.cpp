@@ -126,7 +126,7 @@ Outcome Site::answer(const Request& request, const fabric::Moment& now) const {
   }
   const auto target = parse_target(request.target);
   if (!target) {
-    return error_response(400, "the address of this request makes no sense");
+    return error_response(400, "the address of this request is malformed");
   }
   const std::vector<std::string>& path = target->path;
   if (!path.empty() && path.front() == "api") {
@@ -163,7 +163,7 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
     if (what == "session" && path.size() == 1 && request.method != "POST") {
       return json_response(boost::json::object{{"actions", false}});
     }
-    return error_response(403, "nobody may act here; start 'millrace web' with --allow-actions");
+    return error_response(403, "actions are disabled; start 'millrace web' with --allow-actions");
   }
   if (request.method == "POST") {
     return error_response(405, "only GET and HEAD are understood here");
@@ -228,8 +228,8 @@ Outcome Site::calls(const Target& target) const {
   }
   const recording::Timeline timeline = parts_.plant.book().timeline(*call);
   if (timeline.steps.empty()) {
-    return error_response(404, fmt::format("call {} is not among those of the last time; a "
-                                           "recording may have it",
+    return error_response(404, fmt::format("call {} is no longer stored; a recording may "
+                                           "have it",
                                            call->to_string()));
   }
   return json_response(print::json_of(timeline));
@@ -304,7 +304,7 @@ Outcome Site::programs(const Target& target) const {
 Outcome Site::recordings(const Target& target) const {
   const auto files = parts_.recordings;
   if (!files) {
-    return error_response(404, "no recordings are shown; start 'millrace web' with --recordings");
+    return error_response(404, "recordings are disabled; start 'millrace web' with --recordings");
   }
   const std::vector<std::string>& path = target.path;
   if (path.size() == 2) {

@@ -146,7 +146,7 @@ class BrowserConnection : public Connection,
       self->news_.cancel();
     });
     if (!taken) {
-      co_return http::error_response(503, "too many wait for this; try again in some seconds");
+      co_return http::error_response(503, "the server is busy; try again in a few seconds");
     }
     co_await news.async_wait(quietly);
     if (!*answer) {

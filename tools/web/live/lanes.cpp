@@ -14,7 +14,7 @@ std::function<http::Response()> finish(const http::Later& later) noexcept {
     return later.work();
   } catch (const std::exception& error) {
     return [what = std::string(error.what())] {
-      return http::error_response(503, fmt::format("this could not be done: {}", what));
+      return http::error_response(503, fmt::format("failed: {}", what));
     };
   }
 }

@@ -136,8 +136,8 @@ export function makeSession(app) {
     }, 'drain', () => ({ instance: service.instance }));
   }
 
-  const button = (action, label, act) => may(action) && !app.isWall
-    && element('button', { type: 'button', class: 'act', 'data-action': action, onclick: act }, label);
+  const button = (action, label, act, hint = null) => may(action) && !app.isWall
+    && element('button', { type: 'button', class: 'act', 'data-action': action, title: hint, onclick: act }, label);
 
   return {
     /** Asks the server who is logged in; without actions there is nobody. */
@@ -157,7 +157,7 @@ export function makeSession(app) {
       button('answer', text.answer, () => answer(asItIs(channel))),
       button('retry', text.retry, () => retry(asItIs(channel))),
     ].filter(Boolean),
-    drainButton: (service) => button('drain', text.drain, () => drain(service)) || null,
+    drainButton: (service) => button('drain', text.drain, () => drain(service), text.drainHint) || null,
     login,
     logout,
   };
