@@ -201,6 +201,9 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   if (what == "services") {
     return json_response(parts_.plant.services(now));
   }
+  if (what == "events") {
+    return json_response(parts_.plant.events());
+  }
   if (what == "notices") {
     return json_response(parts_.plant.notices());
   }

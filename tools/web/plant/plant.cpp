@@ -23,6 +23,7 @@ bool goes_by_itself(fabric::ChannelState state) {
 }  // namespace
 
 const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment& now) {
+  events_.add(entry, live_);
   if (const auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
     data_.add(*sample, entry.at);
     return nullptr;
@@ -254,7 +255,7 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   boost::json::array calls = take_calls(skipped);
 
   const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
-                       !gone.empty() || !calls.empty() || notices_changed_;
+                       !gone.empty() || !calls.empty() || notices_changed_ || events_.has_news();
   if (!is_news && told_ && now.steady - *told_ < heartbeat) {
     return std::nullopt;
   }
@@ -270,6 +271,7 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   put("channels", std::move(channels));
   put("services", std::move(services));
   put("calls", std::move(calls));
+  put("events", events_.take());
   if (std::exchange(notices_changed_, false)) {
     // All of them: there are few, and who misses one that is taken back would show it for ever.
     out["notices"] = notices();

@@ -23,6 +23,7 @@
 #include "tools/bus/live.hpp"
 #include "tools/web/plant/call_book.hpp"
 #include "tools/web/plant/data_book.hpp"
+#include "tools/web/plant/event_book.hpp"
 #include "tools/web/plant/history.hpp"
 #include "tools/web/plant/pace.hpp"
 #include "tools/web/plant/program_book.hpp"
@@ -45,6 +46,7 @@ class Plant {
   /// Calls that a snapshot has, and at most so many a change.
   static constexpr std::size_t calls_in_snapshot = 200;
   static constexpr std::size_t calls_in_change = 50;
+  static constexpr std::size_t events_in_snapshot = 100;
   /// A change is told at least this often, as a sign of life.
   static constexpr std::chrono::seconds heartbeat{2};
   /// An instance that is gone is shown this long, to whoever opens the page, too.
@@ -72,6 +74,8 @@ class Plant {
   [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array notices() const;
+  /// The newest first.
+  [[nodiscard]] boost::json::array events() const { return events_.list(EventBook::most_events); }
   /// {calls, kept, oldest}.
   [[nodiscard]] boost::json::object calls(const CallFilter& filter, std::size_t most) const;
   [[nodiscard]] boost::json::object history() const { return history_.json(); }
@@ -116,6 +120,7 @@ class Plant {
   CallBook book_;
   DataBook data_;
   ProgramBook programs_;
+  EventBook events_;
   History history_;
   /// By UUID: what its last instance was called, for services that have none any more.
   std::map<std::string, std::string> service_names_;

@@ -257,7 +257,7 @@ boost::json::object Plant::snapshot(const fabric::Moment& now) const {
   return {{"about", about(now)},       {"machines", machines()},
           {"channels", channels(now)}, {"services", services(now)},
           {"notices", notices()},      {"calls", calls({}, calls_in_snapshot).at("calls")},
-          {"totals", totals(now)}};
+          {"totals", totals(now)},     {"events", events_.list(events_in_snapshot)}};
 }
 
 }  // namespace millrace::tools::web::plant

@@ -1,0 +1,198 @@
+#include "tools/web/plant/event_book.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::web::plant {
+namespace {
+
+using fabric::ChannelState;
+using recording::Change;
+using recording::Entry;
+using recording::tests::at;
+using recording::tests::square_root;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+fabric::InstanceId id_of(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+class AnEventBook : public testing::Test {
+ protected:
+  void tell(recording::Sample sample, double ms = 0) {
+    const Entry entry{.at = at(ms), .sample = std::move(sample)};
+    sut.add(entry, live_);
+    live_.add(entry);
+    if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
+      said->over ? live_.take_back(said->notice.key) : static_cast<void>(live_.add(said->notice));
+    }
+  }
+  void tell_instance(Change change, std::uint8_t byte, double ms = 0) {
+    recording::InstanceNews news{.change = change, .identity = {.id = id_of(byte)}};
+    if (change != Change::gone) {
+      news.identity.uuid = square_root;
+      news.identity.name = "sq";
+      news.identity.host = "hall";
+      news.identity.pid = 7U + byte;
+    }
+    tell(news, ms);
+  }
+  void tell_machine(const std::string& machine, const std::string& host, bool connected, double ms,
+                    std::uint8_t gateway = 9) {
+    tell(fabric::MachineStatus{.machine = machine,
+                               .gateway = id_of(gateway),
+                               .connected = connected,
+                               .since = at(ms),
+                               .reason = connected ? "" : "refused",
+                               .host = host,
+                               .pid = host.empty() ? 0U : 42U},
+         ms);
+  }
+  void tell_channel(ChannelState state, const std::string& reason, double ms) {
+    tell(fabric::ChannelStatus{.key = {"cnc", 1},
+                               .state = state,
+                               .since = at(ms),
+                               .call = {0x5f, 17},
+                               .uuid = square_root,
+                               .reason = reason});
+  }
+  [[nodiscard]] std::vector<std::string> kinds() const {
+    std::vector<std::string> out;
+    for (const auto& event : sut.list(100)) {
+      out.emplace_back(event.at("kind").as_string());
+    }
+    return out;
+  }
+  [[nodiscard]] boost::json::object newest() const { return sut.list(1).at(0).as_object(); }
+
+  EventBook sut;
+
+ private:
+  bus::Live live_;
+};
+
+TEST_F(AnEventBook, NamesAnInstanceThatEndedAndWhetherItWasTheLast) {
+  tell_instance(Change::ready, 1);
+  tell_instance(Change::ready, 2);
+  tell_instance(Change::gone, 1, 100);
+  EXPECT_FALSE(newest().contains("last"));
+  tell_instance(Change::gone, 2, 200);
+  EXPECT_THAT(kinds(), ElementsAre("instance ended", "instance ended"));
+  EXPECT_EQ(newest().at("name"), "sq");
+  EXPECT_EQ(newest().at("host"), "hall");
+  EXPECT_EQ(newest().at("pid"), 9);
+  EXPECT_EQ(newest().at("last"), true);
+}
+
+TEST_F(AnEventBook, TakesTheStartOfAnInstanceFromItself) {
+  tell_instance(Change::ready, 1, 5000);
+  EXPECT_THAT(kinds(), IsEmpty());
+  tell(fabric::InstanceStatus{.instance = id_of(1), .started = at(1000)}, 5000);
+  tell(fabric::InstanceStatus{.instance = id_of(1), .started = at(1000)}, 6000);
+  EXPECT_THAT(kinds(), ElementsAre("instance started"));
+  EXPECT_EQ(newest().at("time"), "2026-03-01T07:00:01.000000Z");
+}
+
+TEST_F(AnEventBook, HasOneEventForAllMachinesOfAGateway) {
+  tell_machine("cnc", "gw", true, 0);
+  tell_machine("press", "gw", true, 0);
+  EXPECT_THAT(kinds(), IsEmpty()) << "they were there when this began to look";
+  tell_machine("cnc", "", false, 1000);
+  tell_machine("press", "", false, 1100);
+  EXPECT_THAT(kinds(), ElementsAre("gateway gone"));
+  EXPECT_EQ(newest().at("machines"), boost::json::array({"cnc", "press"}));
+  EXPECT_EQ(newest().at("host"), "gw");
+  EXPECT_EQ(newest().at("pid"), 42);
+  tell_machine("cnc", "gw", true, 5000, 10);
+  EXPECT_THAT(kinds(), ElementsAre("gateway started", "gateway gone"));
+}
+
+TEST_F(AnEventBook, SaysWhyALinkIsDownAndWhenItIsUpAgain) {
+  tell_machine("cnc", "gw", true, 0);
+  tell_machine("cnc", "gw", false, 1000);
+  EXPECT_EQ(newest().at("text"), "refused");
+  tell_machine("cnc", "gw", false, 1000);
+  tell_machine("cnc", "gw", true, 2000);
+  EXPECT_THAT(kinds(), ElementsAre("link up", "link down"));
+}
+
+TEST_F(AnEventBook, DoesNotMissALinkThatAGatewayInReserveDoesNotNeed) {
+  tell_machine("cnc", "gw", true, 0);
+  tell_machine("cnc", "other", false, 1000, 10);
+  EXPECT_THAT(kinds(), testing::Not(testing::Contains("link down")));
+}
+
+TEST_F(AnEventBook, SaysWhoAnsweredOrRetriedAHeldCall) {
+  tell_channel(ChannelState::running, "", 0);
+  tell_channel(ChannelState::held, "sq1 is lost", 1000);
+  tell_channel(ChannelState::held, "sq1 is lost", 1000);
+  EXPECT_EQ(newest().at("call"), "5f-17");
+  EXPECT_EQ(newest().at("text"), "sq1 is lost");
+  tell_channel(ChannelState::waiting, "given out again by anna@hall/web", 2000);
+  EXPECT_EQ(newest().at("text"), "anna@hall/web");
+  fabric::Event event{
+      .key = {"cnc", 1}, .call = {0x5f, 17}, .kind = fabric::EventKind::replied, .at = at(3000)};
+  event.detail = "answered by bert@hall/web";
+  tell(event);
+  tell(event);
+  EXPECT_THAT(kinds(), ElementsAre("call answered", "call retried", "call held"));
+  EXPECT_EQ(newest().at("text"), "bert@hall/web");
+}
+
+TEST_F(AnEventBook, CountsAnAbortedProgramOnce) {
+  const fabric::ProgramEvent aborted{.key = {"cnc", 1},
+                                     .kind = fabric::ProgramEventKind::aborted,
+                                     .at = at(100),
+                                     .program = "good.nc",
+                                     .error = 455};
+  tell(aborted);
+  tell(aborted, 5000);
+  fabric::ProgramEvent replayed = aborted;
+  replayed.at = at(200);
+  replayed.replayed = true;
+  tell(replayed);
+  EXPECT_THAT(kinds(), ElementsAre("program aborted"));
+  EXPECT_EQ(newest().at("name"), "good.nc");
+  EXPECT_EQ(newest().at("error"), 455);
+}
+
+TEST_F(AnEventBook, SaysWhatAProgramReportsAndWhenThatIsOver) {
+  recording::NoticeNews news{
+      .notice = {
+          .key = {.kind = "archive"}, .text = "disk full", .since = at(0), .program = "archiver"}};
+  tell(news);
+  tell(news, 1000);
+  news.over = true;
+  tell(news, 2000);
+  EXPECT_THAT(kinds(), ElementsAre("problem over", "problem"));
+  EXPECT_EQ(newest().at("text"), "disk full");
+}
+
+TEST_F(AnEventBook, TellsEachEventOnceAndAgainWhenItHasChanged) {
+  tell_machine("cnc", "gw", true, 0);
+  tell_machine("press", "gw", true, 0);
+  tell_machine("cnc", "", false, 1000);
+  EXPECT_EQ(sut.take().size(), 1);
+  EXPECT_FALSE(sut.has_news());
+  tell_machine("press", "", false, 1100);
+  EXPECT_EQ(sut.take().at(0).at("number"), 1);
+}
+
+TEST_F(AnEventBook, ForgetsTheOldest) {
+  for (std::size_t i = 0; i < EventBook::most_events + 5; ++i) {
+    tell(fabric::ProgramEvent{.key = {"cnc", 1},
+                              .kind = fabric::ProgramEventKind::aborted,
+                              .at = at(static_cast<double>(i)),
+                              .error = static_cast<std::uint32_t>(i)});
+  }
+  EXPECT_EQ(sut.list(1000).size(), EventBook::most_events);
+  EXPECT_EQ(sut.take().size(), EventBook::most_events);
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::plant

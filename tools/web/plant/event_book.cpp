@@ -1,0 +1,263 @@
+#include "tools/web/plant/event_book.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "tools/print/json.hpp"
+
+namespace millrace::tools::web::plant {
+
+namespace {
+
+/// All machines of a gateway go within this time.
+constexpr auto gateway_goes_within = std::chrono::seconds(30);
+
+std::string_view after(std::string_view text, std::string_view begin) {
+  return text.starts_with(begin) ? text.substr(begin.size()) : std::string_view();
+}
+
+boost::json::object json_of(const PlantEvent& event) {
+  boost::json::object out{{"number", event.number}, {"kind", event.kind}};
+  print::put_time(out, "time", event.at);
+  boost::json::array machines;
+  for (const std::string& machine : event.machines) {
+    machines.emplace_back(print::utf8(machine));
+  }
+  if (!machines.empty()) {
+    out["machines"] = std::move(machines);
+  }
+  if (event.channel != 0) {
+    out["channel"] = event.channel;
+  }
+  if (event.call != fabric::CallId{}) {
+    out["call"] = event.call.to_string();
+  }
+  const auto put = [&](const char* name, const std::string& text) {
+    if (!text.empty()) {
+      out[name] = print::utf8(text);
+    }
+  };
+  put("uuid", event.uuid);
+  put("name", event.name);
+  put("host", event.host);
+  put("text", event.text);
+  if (event.pid != 0) {
+    out["pid"] = event.pid;
+  }
+  if (event.error != 0) {
+    out["error"] = event.error;
+  }
+  if (event.last) {
+    out["last"] = true;
+  }
+  return out;
+}
+
+}  // namespace
+
+void EventBook::add(const recording::Entry& entry, const bus::Live& live) {
+  if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    add(*news, entry.at, live);
+  } else if (const auto* instance = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    add(*instance, live);
+  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    add(*machine, live);
+  } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    add(*channel, live);
+  } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    add(*event);
+  } else if (const auto* program = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+    add(*program);
+  } else if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
+    add(*said, entry.at, live);
+  }
+}
+
+void EventBook::add(const recording::InstanceNews& news, fabric::Time at, const bus::Live& live) {
+  const auto known = live.instances().find(news.identity.id);
+  if (news.change != recording::Change::gone || known == live.instances().end()) {
+    return;
+  }
+  // Of one that is gone the news has nothing but its id.
+  const fabric::InstanceIdentity& was = known->second.identity;
+  const auto of_service = std::ranges::count_if(
+      live.instances(), [&](const auto& one) { return one.second.identity.uuid == was.uuid; });
+  put({.at = at,
+       .kind = "instance ended",
+       .uuid = was.uuid,
+       .name = was.name,
+       .host = was.host,
+       .pid = was.pid,
+       .who = was.id,
+       .last = of_service == 1});
+}
+
+/// When an instance started it says itself, also one that was there before this server.
+void EventBook::add(const fabric::InstanceStatus& status, const bus::Live& live) {
+  const auto known = live.instances().find(status.instance);
+  if (known == live.instances().end() || known->second.status || status.started == fabric::Time{}) {
+    return;
+  }
+  const fabric::InstanceIdentity& is = known->second.identity;
+  put({.at = status.started,
+       .kind = "instance started",
+       .uuid = is.uuid,
+       .name = is.name,
+       .host = is.host,
+       .pid = is.pid,
+       .who = is.id});
+}
+
+void EventBook::add(const fabric::MachineStatus& status, const bus::Live& live) {
+  const auto known = live.machines().find({status.machine, status.gateway});
+  const bool was_heard = known != live.machines().end() && !known->second.host.empty();
+  if (status.host.empty()) {
+    if (was_heard) {
+      put_gateway("gateway gone", known->second, status.since);
+    }
+    return;
+  }
+  if (!was_heard) {
+    const auto any = live.machines().lower_bound({status.machine, {}});
+    if (any != live.machines().end() && any->first.first == status.machine) {
+      put_gateway("gateway started", status,
+                  status.claimed == fabric::Time{} ? status.since : status.claimed);
+    }
+  }
+  // One that stands by has no connection, and needs none.
+  const bool has_another = std::ranges::any_of(live.machines(), [&](const auto& one) {
+    return one.second.machine == status.machine && one.second.gateway != status.gateway &&
+           one.second.connected;
+  });
+  if (status.connected != (was_heard ? known->second.connected : true) && !has_another) {
+    put({.at = status.since,
+         .kind = status.connected ? "link up" : "link down",
+         .machines = {status.machine},
+         .who = status.gateway,
+         .text = status.connected ? std::string() : status.reason});
+  }
+}
+
+void EventBook::add(const fabric::ChannelStatus& status, const bus::Live& live) {
+  const auto known = live.channels().find(status.key);
+  const bool was_known = known != live.channels().end();
+  const auto before = was_known ? known->second.state : fabric::ChannelState::idle;
+  PlantEvent event{.at = status.since,
+                   .machines = {status.key.machine},
+                   .channel = status.key.channel,
+                   .call = status.call,
+                   .uuid = status.uuid};
+  if (status.state == fabric::ChannelState::held && before != fabric::ChannelState::held) {
+    event.kind = "call held";
+    event.text = status.reason;
+    put(std::move(event));
+  } else if (const auto by = after(status.reason, "given out again by ");
+             !by.empty() && was_known && known->second.reason != status.reason) {
+    event.kind = "call retried";
+    event.text = by;
+    put(std::move(event));
+  }
+}
+
+void EventBook::add(const fabric::Event& event) {
+  const auto by = after(event.detail, "answered by ");
+  if (by.empty() || event.replayed || std::ranges::any_of(events_, [&](const PlantEvent& each) {
+        return each.kind == "call answered" && each.call == event.call;
+      })) {
+    return;
+  }
+  put({.at = event.at,
+       .kind = "call answered",
+       .machines = {event.key.machine},
+       .channel = event.key.channel,
+       .call = event.call,
+       .uuid = event.uuid,
+       .text = std::string(by)});
+}
+
+void EventBook::add(const fabric::ProgramEvent& event) {
+  // Another gateway tells again of an error that still stands.
+  if (event.kind != fabric::ProgramEventKind::aborted || event.replayed ||
+      std::ranges::any_of(events_, [&](const PlantEvent& each) {
+        return each.kind == "program aborted" && each.at == event.at &&
+               each.machines.front() == event.key.machine && each.channel == event.key.channel;
+      })) {
+    return;
+  }
+  put({.at = event.at,
+       .kind = "program aborted",
+       .machines = {event.key.machine},
+       .channel = event.key.channel,
+       .name = print::text_json(event.program),
+       .error = event.error});
+}
+
+void EventBook::add(const recording::NoticeNews& news, fabric::Time at, const bus::Live& live) {
+  const auto known = live.notices().find(news.notice.key);
+  const bool was_problem =
+      known != live.notices().end() && known->second.level == fabric::NoticeLevel::problem;
+  const bool is_problem = !news.over && news.notice.level == fabric::NoticeLevel::problem;
+  // What a gateway says of a lost service stands with the instance that ended.
+  if (was_problem == is_problem || news.notice.key.kind == "service") {
+    return;
+  }
+  const fabric::Notice& said = is_problem ? news.notice : known->second;
+  put({.at = is_problem ? said.since : at,
+       .kind = is_problem ? "problem" : "problem over",
+       .name = said.program,
+       .host = said.host,
+       .pid = said.pid,
+       .who = said.key.responder,
+       .text = said.text});
+}
+
+void EventBook::put_gateway(std::string_view kind, const fabric::MachineStatus& of,
+                            fabric::Time at) {
+  const auto same = std::ranges::find_if(events_, [&](const PlantEvent& each) {
+    return each.kind == kind && each.who == of.gateway && at - each.at < gateway_goes_within;
+  });
+  if (same == events_.end()) {
+    put({.at = at,
+         .kind = kind,
+         .machines = {of.machine},
+         .host = of.host,
+         .pid = of.pid,
+         .who = of.gateway});
+  } else if (std::ranges::find(same->machines, of.machine) == same->machines.end()) {
+    same->machines.push_back(of.machine);
+    news_.insert(same->number);
+  }
+}
+
+void EventBook::put(PlantEvent event) {
+  event.number = ++number_;
+  news_.insert(event.number);
+  const auto place = std::ranges::upper_bound(events_, event.at, {}, &PlantEvent::at);
+  events_.insert(place, std::move(event));
+  if (events_.size() > most_events) {
+    news_.erase(events_.front().number);
+    events_.pop_front();
+  }
+}
+
+boost::json::array EventBook::list(std::size_t most) const {
+  boost::json::array out;
+  for (auto event = events_.rbegin(); event != events_.rend() && out.size() < most; ++event) {
+    out.push_back(json_of(*event));
+  }
+  return out;
+}
+
+boost::json::array EventBook::take() {
+  boost::json::array out;
+  for (const PlantEvent& event : events_) {
+    if (news_.contains(event.number)) {
+      out.push_back(json_of(event));
+    }
+  }
+  news_.clear();
+  return out;
+}
+
+}  // namespace millrace::tools::web::plant

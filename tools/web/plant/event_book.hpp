@@ -1,0 +1,79 @@
+// What has happened on the fabric, in words of one line: an instance started or ended, a gateway
+// went, a program was aborted, a call needed an operator, and who answered it. Pure.
+//
+//   events.add(entry, live);                           // before `live` gets the entry
+//   events.list(100)                                   // the newest first
+//   for (auto& event : events.take()) …                // those that are new or have changed since
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "fabric/observer/entry.hpp"
+#include "tools/bus/live.hpp"
+
+namespace millrace::tools::web::plant {
+
+struct PlantEvent {
+  /// Counts up; an event that is told again with the same number has changed.
+  std::uint64_t number = 0;
+  fabric::Time at{};
+  /// As the page names it: "instance started", "call held", …
+  std::string_view kind{};
+  /// Of a gateway, all of its machines.
+  std::vector<std::string> machines{};
+  std::uint16_t channel = 0;
+  fabric::CallId call{};
+  std::string uuid{};
+  /// Of the instance, the gateway or the program.
+  std::string name{};
+  std::string host{};
+  std::uint32_t pid = 0;
+  /// Which instance, gateway or program.
+  fabric::InstanceId who{};
+  /// An instance that ended was the last of its service.
+  bool last = false;
+  std::uint32_t error = 0;
+  /// Why, or who: a text of the fabric.
+  std::string text{};
+};
+
+class EventBook {
+ public:
+  static constexpr std::size_t most_events = 500;
+
+  /// Takes what `entry` changes, compared with what `live` knows before it gets the entry.
+  void add(const recording::Entry& entry, const bus::Live& live);
+
+  /// The newest first, at most `most`.
+  [[nodiscard]] boost::json::array list(std::size_t most) const;
+  /// Those that nobody was told yet, the oldest first.
+  boost::json::array take();
+  [[nodiscard]] bool has_news() const { return !news_.empty(); }
+
+ private:
+  void add(const recording::InstanceNews& news, fabric::Time at, const bus::Live& live);
+  void add(const fabric::InstanceStatus& status, const bus::Live& live);
+  void add(const fabric::MachineStatus& status, const bus::Live& live);
+  void add(const fabric::ChannelStatus& status, const bus::Live& live);
+  void add(const fabric::Event& event);
+  void add(const fabric::ProgramEvent& event);
+  void add(const recording::NoticeNews& news, fabric::Time at, const bus::Live& live);
+  void put(PlantEvent event);
+  /// One event for all machines of a gateway.
+  void put_gateway(std::string_view kind, const fabric::MachineStatus& of, fabric::Time at);
+
+  /// By time, the oldest in front.
+  std::deque<PlantEvent> events_;
+  std::set<std::uint64_t> news_;
+  std::uint64_t number_ = 0;
+};
+
+}  // namespace millrace::tools::web::plant
