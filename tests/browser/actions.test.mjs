@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
-import { Plant, slowUuid, until } from './plant.mjs';
+import { Plant, slowUuid, squareRootUuid, until } from './plant.mjs';
 
 const plant = await Plant.start();
 let browser;
@@ -61,8 +61,8 @@ test('a held call stands first, with what to do and who', async () => {
   await awaitText(page, '.concern[data-kind="held"] .concern-name', /^cnc\/1$/);
   await awaitText(page, '.headline h1', /1 channel needs attention/);
   assert.match(await textOf(page, '.concern .who'), /Operator/);
-  assert.match(await textOf(page, '.concern .reason'), /must not run twice/);
-  assert.match(await textOf(page, '.concern-call'), /turn the table/);
+  assert.match(await textOf(page, '.concern .reason'), /exited during this call, which may run only once/);
+  assert.match(await textOf(page, '.concern-subject'), /turn the table/);
   assert.deepEqual(await violations(page), []);
   await picture(page, 'held');
   await page.close();
@@ -138,9 +138,9 @@ test('a held call that is given out again through the page is run again', async 
 
 test('an instance that is drained through the page leaves', async () => {
   const root = await plant.squareRoot('--name', 'leaving');
-  const page = await browser.open(web.url, { view: '#/services' });
-  await page.waitForSelector('article[data-level="fine"] [data-action="drain"]');
-  await page.click('article[data-level="fine"] [data-action="drain"]');
+  const page = await browser.open(web.url, { view: `#/services/${squareRootUuid}` });
+  await page.waitForSelector('article[data-open="true"] [data-action="drain"]');
+  await page.click('article[data-open="true"] [data-action="drain"]');
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*must be restarted by hand[\s\S]*last instance of its service/);
   assert.ok(!root.hasEnded);

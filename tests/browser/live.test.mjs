@@ -107,7 +107,7 @@ test('the filter of calls is in the address and shows what fits', async () => {
 
 test('a service that is killed turns its row, and the channel that calls it', async () => {
   const doomed = await plant.squareRoot('--name', 'doomed', '--uuid', '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10');
-  const page = await browser.open(web.url, { view: '#/services' });
+  const page = await browser.open(web.url, { view: '#/services/9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10' });
   await awaitText(page, 'article.service[data-level="fine"] .service-name', /doomed/);
   await doomed.stop('SIGKILL');
   await awaitText(page, 'article.service[data-level="person"] .service-name', /doomed/, 5000);
@@ -118,7 +118,13 @@ test('a service that is killed turns its row, and the channel that calls it', as
   await awaitText(page, '.concern[data-kind="unserved"] .concern-name', /^cnc\/3$/);
   await awaitText(page, '.headline h1', /1 channel needs attention/);
   assert.match(await page.title(), /^\(1\) Plant/);
-  assert.match(await textOf(page, '.concern .todo'), /Start the service/);
+  assert.match(await textOf(page, '.concern-why'), /The last instance \(\S+:\d+\) ended at/);
+  assert.match(await textOf(page, '.concern .todo'), /Start doomed again/);
+  await awaitText(page, '.events li[data-event="instance ended"]', /doomed: last instance ended/);
+  await awaitText(page, '.strip tr[data-level="person"] .cell-name', /doomed/);
+  await page.reload();
+  await awaitText(page, '.events li[data-event="instance ended"]', /doomed: last instance ended/);
+  await awaitText(page, '.concern[data-kind="unserved"] .concern-why', /The last instance/);
   await picture(page, 'unserved');
   await plant.withdraw(3);
   await page.waitForSelector('[data-channel="cnc/3"][data-state="idle"]');
@@ -206,17 +212,36 @@ test('the wall shows the plant alone and needs no scrolling', async () => {
   await page.close();
 });
 
-for (const [view, ready] of [['plant', '.machine'], ['services', '.plot canvas'], ['calls', 'tr[data-call]'], ['doctor', '.finding']]) {
+test('a service is one row; it unfolds to its lines and instances, and its link unfolds it', async () => {
+  const page = await browser.open(web.url, { view: '#/services' });
+  const service = `article.service[data-uuid="${squareRootUuid}"]`;
+  await page.waitForSelector(`${service} .service-row`);
+  assert.ok(await page.$$eval('.service-row:not(.service-labels)', (rows) => rows.every((row) => row.offsetHeight >= 28 && row.offsetHeight <= 36)));
+  assert.ok(await page.$eval(`${service} .service-more`, (node) => node.hidden));
+  await page.click(`${service} .service-toggle`);
+  await page.waitForSelector(`${service} .plot canvas`);
+  await page.waitForSelector(`${service} tr[data-instance]`);
+  assert.match(await textOf(page, `${service} .service-uuid`), new RegExp(squareRootUuid));
+  await page.click(`${service} .service-toggle`);
+  await page.waitForFunction((selector) => document.querySelector(selector).hidden, {}, `${service} .service-more`);
+  await page.goto(`${web.url}/#/plant`);
+  await page.click(`.strip tr[data-uuid="${squareRootUuid}"] a`);
+  await page.waitForSelector(`${service} tr[data-instance]`);
+  await page.close();
+});
+
+for (const [view, ready] of [['plant', '.machine'], [`services/${squareRootUuid}`, '.plot canvas'], ['calls', 'tr[data-call]'], ['doctor', '.finding']]) {
   for (const dark of [false, true]) {
-    test(`axe finds nothing in the view ${view}, ${dark ? 'dark' : 'light'}`, async () => {
+    const [name] = view.split('/');
+    test(`axe finds nothing in the view ${name}, ${dark ? 'dark' : 'light'}`, async () => {
       const page = await browser.open(web.url, { view: `#/${view}`, dark });
       await page.waitForSelector(ready);
-      assert.deepEqual(await violations(page), []);
-      await picture(page, `${view}-${dark ? 'dark' : 'light'}`);
-      await page.setViewport({ width: 390, height: 844 });
-      assert.deepEqual(await violations(page), []);
-      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'wider than a phone');
-      await picture(page, `${view}-phone-${dark ? 'dark' : 'light'}`);
+      for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
+        await page.setViewport({ width, height });
+        assert.deepEqual(await violations(page), []);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `wider than ${width} px`);
+        await picture(page, `${name}-${width}-${dark ? 'dark' : 'light'}`);
+      }
       await page.close();
     });
   }

@@ -1,11 +1,11 @@
-// The page's parts that decide and draw nothing: what is known, what needs somebody, where a step stands in time, and
+// The page's parts that decide and draw nothing: what is known, what needs attention, where a step stands in time, and
 // that both languages say everything.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { assess, concernName, stateOf } from './page/attention.js';
+import { assess, callStateOf, concernKey, concernName, otherChannels, stateOf } from './page/attention.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
-import { keptCalls, Model } from './page/model.js';
+import { busyOfMinute, byTrouble, keptCalls, loadOf, Model } from './page/model.js';
 import german from './page/texts/de.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
@@ -141,28 +141,29 @@ test('a message queue stands with its machine, the call of a command alone', () 
     [['call.5f3a', ['call.5f3a/1']], ['cnc', ['cnc/1', 'cnc/2', 'cnc.ALARMS/1']]]);
 });
 
-test('who must act at once comes before what is worth a look', () => {
+test('what needs attention comes before what is to be watched', () => {
   const plant = [machine([{ channel_state: 'waiting' }, { channel_state: 'unserved' }, { channel_state: 'idle' }, { channel_state: 'held' }])];
   assert.deepEqual(kinds(plant, 10_000), [['cnc/4', 'held', 'person'], ['cnc/2', 'unserved', 'person'], ['cnc/1', 'waiting', 'look']]);
 });
 
-test('a queue of a moment needs nobody, a long one does', () => {
+test('a call that waits a moment needs nothing, one that waits long needs attention', () => {
   const plant = [machine([{ channel_state: 'waiting' }])];
   assert.deepEqual([1000, 10_000, 70_000].map((after) => assess(plant, noon + after).level), ['fine', 'look', 'person']);
 });
 
-test('a call that runs beyond its time is worth a look', () => {
+test('a call that runs beyond its time is to be watched', () => {
   const channel = { channel_state: 'running', link: 'up', reason: 'no answer within 30 s; the program waits on' };
   assert.equal(stateOf(channel), 'stuck');
   assert.equal(stateOf({ ...channel, reason: '' }), 'running');
 });
 
-test('a program that was aborted needs a person, one on hold is worth a look, and a call that needs one comes first', () => {
+test('an aborted NC program needs attention, one on hold is to be watched, and a call that needs an operator comes first', () => {
   const aborted = { state: 'aborted', name: 'good.nc', error: 455, since: iso(noon - 5000) };
   const plant = [machine([{ channel_state: 'idle', program: aborted }, { channel_state: 'idle', program: { ...aborted, state: 'held' } },
     { channel_state: 'unserved', program: aborted }, { channel_state: 'running', program: { ...aborted, state: 'running' } }])];
   assert.deepEqual(kinds(plant, 10_000), [['cnc/3', 'unserved', 'person'], ['cnc/1', 'aborted', 'person'], ['cnc/2', 'stopped', 'look']]);
   assert.equal(assess(plant, noon).concerns.find(({ kind }) => kind === 'aborted').since, noon - 5000);
+  assert.deepEqual(plant[0].channels.map(callStateOf), ['idle', 'idle', 'unserved', 'running']);
 });
 
 test('a call that waits while no instance is there has no service; one whose gateway takes no calls has a full disk', () => {
@@ -197,9 +198,75 @@ test('what a gateway says is said in German where the page knows the sentence', 
   assert.equal(german.reason('V.G.SERVICE.UUID 560a is served by nobody; did you mean 560b, one character differs'),
     'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)');
   assert.equal(german.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
-    'sq1 (pid 7 on hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
+    'sq1 (Prozess 7 auf hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
   assert.equal(german.reason('connection refused'), '');
   assert.equal(english.reason('all 3 instances are busy'), '');
+  assert.equal(english.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
+    'sq1 (hall, pid 7) exited during this call, which may run only once.');
+});
+
+test('a gateway that is gone is one cause with all its machines, as long as the first of them', () => {
+  const gone = (name, since) => ({
+    ...machine([{ link: 'gone', channel_state: 'link down' }, { link: 'gone', channel_state: 'link down' }],
+      [{ connected: false, since: iso(since), gateway: 'g', gateway_host: '', last_gateway_host: 'hall', last_gateway_pid: 4711 }]), name,
+  });
+  const { concerns, counts } = assess([gone('lathe', noon - 4000), gone('mill', noon - 5000), machine([], [{ connected: false, gateway: 'h', since: iso(noon) }])], noon);
+  assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.since, concern.channels.length]), [['lathe, mill', noon - 5000, 4], ['cnc', noon, 0]]);
+  assert.deepEqual([counts.causes, counts.person, counts.machines], [2, 4, 1]);
+});
+
+test('a service without an instance is one cause for all channels that wait for it, named by the one that waits longest', () => {
+  const waits = (uuid, since) => ({ channel_state: 'unserved', uuid, since: iso(noon - since) });
+  const { concerns } = assess([machine([waits('u', 5000), waits('U', 9000), waits('v', 4000)])], noon);
+  assert.deepEqual(concerns.map((concern) => [concernName(concern), otherChannels(concern)]), [['cnc/2', ['cnc/1']], ['cnc/3', []]]);
+  assert.equal(new Set(concerns.map(concernKey)).size, 2);
+});
+
+test('each held call is a cause of its own', () => {
+  const held = { channel_state: 'held', uuid: 'u' };
+  assert.equal(assess([machine([{ ...held, call: 'a-1' }, { ...held, call: 'a-2' }])], noon).counts.causes, 2);
+});
+
+test('events come the newest first, and one that has changed takes its own place', () => {
+  const sut = new Model();
+  const event = (number, ms, more = {}) => ({ number, kind: 'gateway gone', time: iso(noon + ms), ...more });
+  sut.takeSnapshot({ about: about(), events: [event(2, 20), event(1, 10)] }, 0);
+  sut.takeChanges({ time: iso(noon), events: [event(3, 15), event(2, 20, { machines: ['a', 'b'] })] }, 0);
+  assert.deepEqual(sut.events.map(({ number, machines }) => [number, machines?.length]), [[2, 2], [3, undefined], [1, undefined]]);
+  sut.takeSnapshot({ about: about(), events: [] }, 0);
+  assert.deepEqual(sut.events, []);
+});
+
+test('each kind of event has a sentence in both languages', () => {
+  const source = readFileSync(`${process.env.MILLRACE_SOURCE}/tools/web/plant/event_book.cpp`, 'utf8');
+  const kinds = new Set([...source.matchAll(/"((?:instance|gateway|link|program|call|problem) [a-z]+|problem)"/g)].map(([, kind]) => kind));
+  assert.ok(kinds.size >= 10, [...kinds].join());
+  for (const kind of kinds) {
+    for (const texts of [english, german]) {
+      assert.match(texts.events[kind]({ name: 'n', where: 'w', machines: 'm', channel: 'm/1', service: 's', text: 't' }), /[nm]/, kind);
+    }
+  }
+});
+
+const instance = (more) => ({ instance: '1', uuid: 'u', name: 'a', concurrency: 1, running: 0, waiting: 0, calls_per_second: 0, errors_per_second: 0, ...more });
+
+test('a service is busy by what its calls take, short ones and long ones', () => {
+  const group = (...instances) => ({ instances });
+  assert.equal(loadOf(group(instance({ calls_per_second: 20, p50_ms: 10 }), instance({}))).busy, 0.1);
+  assert.equal(loadOf(group(instance({ running: 1 }), instance({}))).busy, 0.5);
+  assert.equal(loadOf(group(instance({ calls_per_second: 500, p50_ms: 10 }))).busy, 1, 'calls that wait are no more than all of it');
+  assert.equal(loadOf(group(instance({ goneAt: noon, running: 1 }))).busy, undefined);
+  assert.deepEqual([loadOf(group(instance({}))).p50, loadOf(group(instance({ p50_ms: 1 }), instance({ p50_ms: 3 }))).p50], [undefined, 3]);
+  const line = (n, rate, p50, running) => ({ calls_per_second: Array(n).fill(rate), p50_ms: Array(n).fill(p50), running: Array(n).fill(running) });
+  assert.equal(busyOfMinute(group(instance({})), { 1: line(20, 25, 10, 1) }), 0.25);
+  assert.equal(busyOfMinute(group(instance({})), { 1: line(4, 0, null, 1) }), 1);
+  assert.equal(busyOfMinute(group(instance({})), {}), undefined);
+});
+
+test('services with trouble come first, then the busiest', () => {
+  const group = (name, here, more) => ({ name, here, uuid: name, instances: [instance({ name, ...more })] });
+  assert.deepEqual(byTrouble([group('idle', 1, {}), group('busy', 1, { running: 1 }), group('waits', 1, { waiting: 1 }), group('errors', 1, { errors_per_second: 1 }), group('gone', 0, { goneAt: noon })])
+    .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
 });
 
 /** Sentences of these sources that are no reason of a channel, a link or a notice: answers to commands, parts of the log. */
@@ -270,7 +337,7 @@ test('a machine that was never reached is a concern, too; one that has a second 
   assert.deepEqual(kinds([machine([], [down, { connected: true, gateway_host: 'there' }])], 0), []);
 });
 
-test('a program that says it has a problem is a concern, one that warns is worth a look, one that is well is none', () => {
+test('a program with a problem needs attention, one with a warning is to be watched, one that is well is no concern', () => {
   const notice = { responder: 'r', kind: 'archive', subject: '', program: 'archiver', host: 'vm', since: iso(noon - 5000), text: 'disk full', advice: 'make room' };
   const { concerns, counts, level } = assess([], noon, [{ ...notice, level: 'problem' }, { ...notice, level: 'warning' }, { ...notice, level: 'fine' }]);
   assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.kind, concern.level]),
@@ -287,7 +354,7 @@ test('what programs say stays until the whole of it is told anew', () => {
   assert.equal(model.notices.length, 0);
 });
 
-test('a state that nobody knows yet is worth a look', () => {
+test('an unknown state is to be watched', () => {
   assert.deepEqual(kinds([machine([{ channel_state: 'dreaming' }])], 0), [['cnc/1', 'unknown', 'look']]);
 });
 

@@ -7,13 +7,8 @@ import { listen } from './stream.js';
 import { age, clock } from './time.js';
 import { language, words } from './words.js';
 import { makeSession } from './session.js';
-import { callView } from './views/call.js';
-import { callsView } from './views/calls.js';
-import { dataView } from './views/data.js';
-import { doctorView } from './views/doctor.js';
+import { notice } from './parts/marks.js';
 import { plantView } from './views/plant.js';
-import { recordingsView, recordingView } from './views/recordings.js';
-import { servicesView } from './views/services.js';
 
 const parameters = new URLSearchParams(location.search);
 const themes = ['auto', 'light', 'dark'];
@@ -102,31 +97,45 @@ function route() {
   const [tab, id, inner] = app.isWall && parts[0] !== 'data' ? ['plant'] : parts;
   switch (tab) {
     case 'services':
-      return { tab, view: servicesView(app) };
+      return { tab, make: async () => (await import('./views/services.js')).servicesView(app, id) };
     case 'calls':
-      return {
-        tab,
-        view: id ? callView(app, id, ['calls', id], { href: '#/calls', text: words.call.back }) : callsView(app, asked),
-      };
+      return { tab, make: async () => (id ? callOf(id, ['calls', id], { href: '#/calls', text: words.call.back })
+        : (await import('./views/calls.js')).callsView(app, asked)) };
     case 'recordings':
-      if (inner) {
-        const back = { href: `#/recordings/${encodeURIComponent(id)}`, text: id };
-        return { tab, view: callView(app, inner, ['recordings', id, 'calls', inner], back) };
-      }
-      return { tab, view: id ? recordingView(app, id, asked) : recordingsView(app) };
+      return { tab, make: async () => {
+        if (inner) {
+          return callOf(inner, ['recordings', id, 'calls', inner], { href: `#/recordings/${encodeURIComponent(id)}`, text: id });
+        }
+        const { recordingsView, recordingView } = await import('./views/recordings.js');
+        return id ? recordingView(app, id, asked) : recordingsView(app);
+      } };
     case 'data':
-      return { tab, view: dataView(app, asked) };
+      return { tab, make: async () => (await import('./views/data.js')).dataView(app, asked) };
     case 'doctor':
-      return { tab, view: doctorView(app) };
+      return { tab, make: async () => (await import('./views/doctor.js')).doctorView(app) };
     default:
-      return { tab: 'plant', view: plantView(app) };
+      return { tab: 'plant', make: async () => plantView(app) };
   }
 }
 
-function showRoute(isFirst) {
+const callOf = async (id, path, back) => (await import('./views/call.js')).callView(app, id, path, back);
+
+/** In the place of a view that could not be loaded. */
+const missingView = () => ({ node: notice('failure', words.failure.title, words.failure.unreachable), title: () => words.failure.title, update() {} });
+
+let latest = null;
+
+/** A view but the first is loaded when it is shown for the first time. */
+async function showRoute(isFirst) {
   const next = route();
+  latest = next;
+  const made = await next.make().catch(missingView);
+  // The reader may have gone on meanwhile.
+  if (latest !== next) {
+    return;
+  }
   view?.leave?.();
-  view = next.view;
+  view = made;
   for (const [name, { link }] of tabs) {
     setAttribute(link, 'aria-current', name === next.tab ? 'page' : null);
   }
@@ -156,7 +165,7 @@ function schedule() {
   }
 }
 
-/** How many channels need somebody: in the title of the window, where it is seen behind others, and at the tab. */
+/** How many causes need attention: in the title of the window, where it is seen behind others, and at the tab. */
 function tellState(level, count) {
   const { count: badge } = tabs.get('plant');
   badge.hidden = !(count > 0);
@@ -171,9 +180,9 @@ function tellState(level, count) {
 function update() {
   const { model } = app;
   updateConnection();
-  // What needs somebody is told wherever the reader is.
+  // What needs attention is told wherever the reader is.
   const { level, counts } = assess(model.plant(), app.now(), model.notices);
-  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.person + counts.machines + counts.programs);
+  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.causes);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
   tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);
   updateAccount();
@@ -217,7 +226,7 @@ function updateAccount() {
   }
   shownAccount = fresh;
   replace(account, app.session.actions && (app.session.user
-    ? [element('span', { class: 'account-user' }, words.actions.loggedIn(app.session.user)),
+    ? [element('span', { class: 'account-user', title: words.actions.loggedIn(app.session.user) }, app.session.user),
       element('button', { type: 'button', onclick: () => app.session.logout() }, words.actions.logout)]
     : element('button', { type: 'button', onclick: () => app.session.login() }, words.actions.login)));
 }

@@ -1,11 +1,11 @@
-// What needs a person, in the order in which somebody should look at it. Pure.
+// What needs attention: one concern for each cause, the most urgent first. Pure.
 //
 //   const { concerns, level } = assess(model.plant(), now);
 import { milliseconds } from './time.js';
 
-/** A program that was just started may wait a moment for its service; after this time somebody is told. */
+/** An NC program that was just started may wait a moment for its service; after this time it is a concern. */
 const unservedGraceMs = 2000;
-/** A queue that lasts this long is worth a look; from the second time on somebody has to do something. */
+/** A call that waits this long is one to watch; after the second time it needs attention. */
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
 
@@ -14,12 +14,12 @@ const rank = { held: 0, gone: 1, 'link down': 2, journal: 2, unserved: 3, aborte
 /** The shape of each state or kind of concern, in shapes.js. */
 export const shapeOf = {
   idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held',
-  'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown', trouble: 'look',
+  'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown', trouble: 'look', warning: 'look',
   aborted: 'down', stopped: 'held', journal: 'down',
 };
 
-/** What a channel shows: its state, or what is said of it instead. */
-export function stateOf(channel) {
+/** What the call of a channel shows: its state, or what stands in the way of all calls. */
+export function callStateOf(channel) {
   if (channel.link === 'gone') {
     return 'gone';
   }
@@ -38,7 +38,12 @@ export function stateOf(channel) {
   if (channel.channel_state === 'waiting' && channel.instances === 0) {
     return 'unserved';
   }
-  const state = channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
+  return channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
+}
+
+/** What a channel shows: the state of its call, or that of its NC program. */
+export function stateOf(channel) {
+  const state = callStateOf(channel);
   // A call that needs a person may be why its program was aborted: the cause comes first.
   if (levelOf(state) === 'person' && state !== 'waiting') {
     return state;
@@ -81,7 +86,7 @@ export function sinceOf(channel, state, links) {
   return milliseconds(isOfProgram(state) ? channel.program.since : channel.since);
 }
 
-/** The state is of a whole machine: one concern for all its channels. */
+/** The state is of a whole machine. */
 function isOfMachine(state) {
   return state === 'gone' || state === 'link down' || state === 'journal';
 }
@@ -101,7 +106,27 @@ function concernOf(machine, channel, now) {
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
   const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : link?.reason || channel.reason) : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
-  return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '', gone: state === 'gone' ? lastOf(machine) : null };
+  return {
+    machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', gone: state === 'gone' ? lastOf(machine) : null,
+    cause: causeOf(machine, channel, state),
+  };
+}
+
+/** What concerns have in common that have one cause: a gateway, a controller, a service; else the channel itself. */
+function causeOf(machine, channel, state) {
+  const gateways = machine.links.map((link) => link.gateway ?? '').sort().join(' ');
+  switch (state) {
+    case 'gone':
+    case 'journal':
+      return `${state} ${gateways || machine.name}`;
+    case 'link down':
+      return `${state} ${machine.name}`;
+    case 'unserved':
+    case 'waiting':
+      return channel.uuid ? `${state} ${channel.uuid.toLowerCase()}` : `${state} ${channel.machine}/${channel.channel}`;
+    default:
+      return `${state} ${channel.machine}/${channel.channel}`;
+  }
 }
 
 /** Where the gateway of a machine was that is gone: { host, pid }; null if nobody knows. */
@@ -118,72 +143,89 @@ function concernOfMachine(machine) {
   }
   const kind = down.every((link) => !link.gateway_host) ? 'gone' : 'link down';
   return {
-    machine: machine.name, channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : down[0].reason ?? '',
-    gone: kind === 'gone' ? lastOf(machine) : null,
+    machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : down[0].reason ?? '',
+    gone: kind === 'gone' ? lastOf(machine) : null, cause: causeOf(machine, {}, kind),
   };
 }
 
-/** What a program says of itself, where that is not that it is well. */
+/** A problem or a warning that a program reports of itself. */
 const concernOfNotice = (notice) => ({
-  machine: `${notice.program} @ ${notice.host}`, channels: [], kind: 'trouble', level: notice.level === 'warning' ? 'look' : 'person',
-  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, notice, key: `${notice.responder} ${notice.kind} ${notice.subject}`,
+  machines: [`${notice.program} @ ${notice.host}`], channels: [], kind: 'trouble', level: notice.level === 'warning' ? 'look' : 'person',
+  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, notice, cause: `trouble ${notice.responder} ${notice.kind} ${notice.subject}`,
 });
 
+/** Adds a concern, or what it concerns to one that has the same cause: as urgent and as long as the worst of them. */
+function put(causes, concern) {
+  const known = causes.get(concern.cause);
+  if (!known) {
+    causes.set(concern.cause, concern);
+    return;
+  }
+  known.machines = [...new Set([...known.machines, ...concern.machines])];
+  const isOlder = concern.since < known.since;
+  known.channels = isOlder ? [...concern.channels, ...known.channels] : [...known.channels, ...concern.channels];
+  known.reason = isOlder && concern.reason ? concern.reason : known.reason || concern.reason;
+  known.since = isOlder ? concern.since : known.since;
+  known.level = concern.level === 'person' ? 'person' : known.level;
+}
+
 /**
- * The concerns of the whole plant (Model.plant()), and how many channels each level has. What a whole machine has in
- * common, a link that is down or a gateway that is gone, is one concern with all its channels. `notices` is what programs
- * say of themselves; a service that a gateway has lost stands among the services, and concerns those that call it.
+ * The concerns of the whole plant (Model.plant()), one for each cause: a gateway that is gone is one with all its machines,
+ * a service without an instance is one with all channels that wait for it. `counts` are of channels, machines without
+ * channels, and programs; `causes` of concerns that need attention. `notices` is what programs report of themselves; a
+ * service that a gateway has lost stands among the services, and concerns those that call it.
  */
 export function assess(plant, now, notices = []) {
-  const concerns = notices.filter((notice) => notice.level !== 'fine' && notice.kind !== 'service').map(concernOfNotice);
-  const programs = concerns.filter((concern) => concern.level === 'person').length;
-  const counts = { person: 0, look: 0, machines: 0, programs };
+  const causes = new Map();
+  const counts = { person: 0, look: 0, machines: 0, programs: 0 };
   for (const machine of plant) {
     const alone = concernOfMachine(machine);
     if (alone) {
-      concerns.push(alone);
+      put(causes, alone);
       counts.machines += 1;
     }
-    const common = new Map();
     for (const channel of machine.channels) {
       const concern = concernOf(machine, channel, now);
-      if (!concern) {
-        continue;
+      if (concern) {
+        counts[concern.level] += 1;
+        put(causes, concern);
       }
-      counts[concern.level] += 1;
-      const shared = isOfMachine(concern.kind) && common.get(concern.kind);
-      if (shared) {
-        shared.channels.push(channel);
-        continue;
-      }
-      common.set(concern.kind, concern);
-      concerns.push(concern);
     }
   }
   // What a gateway says of its journal stands with the channels that wait for it.
-  const explained = new Set(plant.filter((machine) => concerns.some((concern) => concern.kind === 'journal' && concern.machine === machine.name))
-    .flatMap((machine) => machine.links.map((link) => link.gateway)));
-  const isExplained = (concern) => concern.notice?.kind === 'journal' && explained.has(concern.notice.responder);
-  counts.programs -= concerns.filter((concern) => isExplained(concern) && concern.level === 'person').length;
-  concerns.splice(0, concerns.length, ...concerns.filter((concern) => !isExplained(concern)));
+  const blocked = new Set([...causes.values()].filter(({ kind }) => kind === 'journal').flatMap(({ machines }) => machines));
+  const explained = new Set(plant.filter(({ name }) => blocked.has(name)).flatMap(({ links }) => links.map((link) => link.gateway)));
+  for (const notice of notices) {
+    if (notice.level !== 'fine' && notice.kind !== 'service' && !(notice.kind === 'journal' && explained.has(notice.responder))) {
+      const concern = concernOfNotice(notice);
+      counts.programs += concern.level === 'person' ? 1 : 0;
+      // Two may say the same of the same.
+      causes.set(causes.has(concern.cause) ? `${concern.cause} ${causes.size}` : concern.cause, concern);
+    }
+  }
+  const concerns = [...causes.values()];
   const order = (concern) => [concern.level === 'person' ? 0 : 1, rank[concern.kind] ?? 9, concern.since];
   concerns.sort((a, b) => {
     const [left, right] = [order(a), order(b)];
     const i = left.findIndex((value, at) => value !== right[at]);
     return i < 0 ? 0 : left[i] - right[i];
   });
-  const level = concerns.some((concern) => concern.level === 'person') ? 'person' : concerns.length > 0 ? 'look' : 'fine';
+  counts.causes = concerns.filter((concern) => concern.level === 'person').length;
+  const level = counts.causes > 0 ? 'person' : concerns.length > 0 ? 'look' : 'fine';
   return { concerns, counts, level };
 }
 
-/** Stays the same while a concern lasts. */
+/** Stays the same while a concern lasts: another call of the same channel is another one. */
 export function concernKey(concern) {
-  const [channel] = concern.channels;
-  return [channel?.machine ?? concern.machine, concern.kind, concern.key ?? channel?.channel ?? '', channel?.call ?? ''].join('\u0000');
+  return `${concern.cause}\u0000${concern.kind === 'held' || concern.kind === 'stuck' ? concern.channels[0].call ?? '' : ''}\u0000${concern.level}`;
 }
 
-/** What it concerns, as it is named everywhere: "cnc/1", "cnc.ALARMS/1", or "cnc" for all of a machine. */
+const nameOf = (channel) => `${channel.machine}/${channel.channel}`;
+
+/** What it concerns, as it is named everywhere: "cnc/1", "cnc.ALARMS/1", or the machines that it concerns as a whole. */
 export function concernName(concern) {
-  const [channel] = concern.channels;
-  return concern.channels.length === 1 ? `${channel.machine ?? concern.machine}/${channel.channel}` : concern.machine;
+  return concern.channels.length === 0 || isOfMachine(concern.kind) ? concern.machines.join(', ') : nameOf(concern.channels[0]);
 }
+
+/** The other channels that wait for the same. */
+export const otherChannels = (concern) => (isOfMachine(concern.kind) ? [] : concern.channels.slice(1).map(nameOf));

@@ -9,6 +9,8 @@ import { milliseconds } from './time.js';
 
 /** Calls that are kept for the list. */
 export const keptCalls = 400;
+/** Events that are kept for the list. */
+export const keptEvents = 100;
 /** An instance that is gone stays on the page this long, so that somebody sees that it is. */
 export const keptGoneMs = 15 * 60_000;
 
@@ -35,8 +37,10 @@ export class Model {
   channels = new Map();
   /** Instances; those that are gone have `goneAt`, in milliseconds. */
   services = new Map();
-  /** What programs say of themselves. */
+  /** What programs report of themselves. */
   notices = [];
+  /** What has happened, the newest first, as /api/events. */
+  events = [];
   /**
    * Newest first: calls, and between them what the list lacks: { skipped: number } or { gap: { from, to } }, which are
    * milliseconds.
@@ -88,6 +92,7 @@ export class Model {
     this.totals = data.totals;
     this.machines = new Map();
     this.channels = new Map();
+    this.events = [];
     const instances = new Set((data.services ?? []).map((service) => service.instance));
     for (const [id, service] of this.services) {
       if (!instances.has(id) && service.goneAt === undefined) {
@@ -155,6 +160,12 @@ export class Model {
     return [...groups.values()].sort((a, b) => (b.here === 0) - (a.here === 0) || byName(a.name, b.name) || byName(a.uuid, b.uuid));
   }
 
+  /** What a UUID is called: its service, also after its last instance; the UUID itself if nobody knows. */
+  serviceName(uuid) {
+    const same = [...this.services.values()].filter((service) => service.uuid === uuid?.toLowerCase());
+    return same.length > 0 ? commonName(same.map((service) => service.name ?? '')) : uuid ?? '';
+  }
+
   #hear(serverTime, browserTime) {
     const time = milliseconds(serverTime);
     if (Number.isFinite(time)) {
@@ -165,6 +176,11 @@ export class Model {
 
   #merge(data, browserTime) {
     this.notices = data.notices ?? this.notices;
+    if (data.events) {
+      const changed = new Set(data.events.map((event) => event.number));
+      this.events = [...data.events, ...this.events.filter((event) => !changed.has(event.number))]
+        .sort((a, b) => milliseconds(b.time) - milliseconds(a.time) || b.number - a.number).slice(0, keptEvents);
+    }
     for (const machine of data.machines ?? []) {
       this.machines.set(keyOf(machine.machine, machine.gateway), machine);
     }
@@ -194,7 +210,7 @@ export class Model {
   }
 }
 
-/** What instances are called together: "square root 1" and "square root 2" are "square root". */
+/** What instances are called together: "square root 1", "square root 2" and "square root B" are "square root". */
 function commonName(names) {
   let common = names[0];
   for (const name of names) {
@@ -203,6 +219,56 @@ function commonName(names) {
     }
   }
   return common.length > 2 ? common : names[0];
+}
+
+/**
+ * What the instances of a service do together: { busy, rate, errors, p50, p99 } where busy is the share of their capacity in
+ * use over the last seconds, rate and errors are per second; p50 and p99 are those of the slowest, undefined without calls.
+ */
+export function loadOf(group) {
+  const here = group.instances.filter((service) => service.goneAt === undefined);
+  const sum = (value) => here.reduce((all, service) => all + (value(service) || 0), 0);
+  const capacity = sum((service) => service.concurrency);
+  // Calls that are shorter than a look are known by their number and duration, longer ones by those that run.
+  const inUse = Math.max(sum((service) => (service.calls_per_second * service.p50_ms) / 1000), sum((service) => service.running * (service.p50_ms > 500 || !service.p50_ms)));
+  const slowest = (name) => here.map((service) => service[name]).filter(Number.isFinite).reduce((a, b) => Math.max(a, b), -Infinity);
+  const known = (value) => (Number.isFinite(value) ? value : undefined);
+  return {
+    busy: capacity > 0 ? Math.min(1, inUse / capacity) : undefined,
+    rate: sum((service) => service.calls_per_second),
+    errors: sum((service) => service.errors_per_second),
+    waiting: sum((service) => service.waiting),
+    p50: known(slowest('p50_ms')),
+    p99: known(slowest('p99_ms')),
+  };
+}
+
+/** How busy a service was in the last minute, from the lines of /api/history; undefined without them. */
+export function busyOfMinute(group, lines) {
+  const here = group.instances.filter((service) => service.goneAt === undefined && lines[service.instance]);
+  const capacity = here.reduce((all, service) => all + (service.concurrency || 0), 0);
+  const steps = 12;
+  let inUse = 0;
+  let known = 0;
+  for (const service of here) {
+    const line = lines[service.instance];
+    const from = Math.max(0, line.running.length - steps);
+    for (let i = from; i < line.running.length; i += 1) {
+      const p50 = line.p50_ms[i];
+      // A call that is shorter than a step is known by its number and duration, a longer one by the calls that run.
+      inUse += Math.min(service.concurrency, Math.max(p50 ? (line.calls_per_second[i] * p50) / 1000 : 0, !p50 || p50 > 500 ? line.running[i] ?? 0 : 0));
+    }
+    known = Math.max(known, line.running.length - from);
+  }
+  return capacity > 0 && known > 0 ? Math.min(1, inUse / known / capacity) : undefined;
+}
+
+/** Those with trouble first, then the busiest: without an instance, with errors, with calls that wait, then by load. */
+export function byTrouble(groups) {
+  const rank = (group, load) => (group.here === 0 ? 0 : load.errors > 0 ? 1 : load.waiting > 0 ? 2 : 3);
+  return groups.map((group) => ({ group, load: loadOf(group) }))
+    .sort((a, b) => rank(a.group, a.load) - rank(b.group, b.load) || (b.load.busy ?? 0) - (a.load.busy ?? 0)
+      || b.load.rate - a.load.rate || byName(a.group.name, b.group.name));
 }
 
 /** A gateway that is gone is of no interest as soon as another one has its machine: it was started anew. */

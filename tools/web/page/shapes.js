@@ -34,6 +34,9 @@ const shapes = {
     solid: 'M12 1.500a10.500 10.500 0 1 1 0 21a10.500 10.500 0 1 1 0-21z',
     mark: 'M10.400 17.300L5.700 12.600l1.900-1.900l2.800 2.800l6.100-6.100l1.900 1.900z',
   },
+  // A triangle, and two bars: an NC program runs, or is on hold.
+  play: { solid: 'M6 3.500v17L20.500 12z' },
+  paused: { solid: 'M5 3.500h5v17H5zM14 3.500h5v17h-5z' },
   // A broken ring: nothing is known.
   unknown: {
     ring: 'M8.100 5A8 8 0 0 1 16 5M19 8.100A8 8 0 0 1 19 15.900M16 19A8 8 0 0 1 8.100 19M5 15.900A8 8 0 0 1 5 8.100',

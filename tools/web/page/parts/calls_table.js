@@ -11,7 +11,7 @@ const columns = ['time', 'channel', 'service', 'request', 'response', 'duration'
 
 function quoted(value, state) {
   return value === undefined ? [element('span', { class: 'unseen' }, text.unknown)]
-    : [element('div', { class: 'clamp' }, element('span', { class: 'said' }, `“${visible(value)}”`),
+    : [element('div', { class: 'clamp' }, element('span', { class: 'said' }, words.quoted(visible(value))),
       state !== undefined && element('span', { class: 'number-state' }, ` ${state}`))];
 }
 

@@ -1,5 +1,5 @@
-// One thing that needs a person: where, what, since when, why, what to do, who.
-import { concernName, isOfProgram } from '../attention.js';
+// One cause that needs attention, in two or three lines: what, where, since when, why, who acts, what to do.
+import { concernName, isOfProgram, otherChannels } from '../attention.js';
 import { element, setAttribute, setText, slot } from '../dom.js';
 import { age, clock, moment } from '../time.js';
 import { words } from '../words.js';
@@ -17,95 +17,116 @@ function quoted(word) {
   return /^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
-/** What the call of a channel is, in one line of pairs. */
-function callFacts(channel, kind) {
-  if (isOfProgram(kind)) {
-    return [
-      channel.program.name && [words.plant.program, visible(channel.program.name)],
-      channel.program.error && [words.plant.error, String(channel.program.error)],
-    ].filter(Boolean);
+/** What it is about: service and request, the NC program with its error, or nothing. */
+function subjectOf(concern) {
+  const [channel] = concern.channels;
+  if (!channel || concern.kind === 'gone' || concern.kind === 'link down' || concern.kind === 'journal') {
+    return [];
   }
-  const service = channel.service || channel.uuid;
-  return [
-    service && [words.plant.service, visible(service)],
-    channel.request !== undefined && [words.plant.request, said(channel.request)],
-    channel.name && [words.plant.instance, `${visible(channel.name)}${channel.host ? ` @ ${visible(channel.host)}` : ''}`],
-    channel.call && [words.plant.call, element('a', { href: `#/calls/${encodeURIComponent(channel.call)}` },
-      channel.call, channel.attempt > 1 && ` · ${words.plant.attempt(channel.attempt)}`)],
-  ].filter(Boolean);
+  if (isOfProgram(concern.kind)) {
+    const { name, error } = channel.program;
+    return [visible(name), error && ` · ${words.plant.errorOf(error)}`];
+  }
+  return [visible(channel.service || channel.uuid), channel.request !== undefined && [' ', said(channel.request)]];
+}
+
+/** The last instance of the service that a concern is about, where that is known. */
+function lastInstanceOf(app, concern) {
+  const uuid = concern.kind === 'unserved' ? concern.channels[0]?.uuid?.toLowerCase() : undefined;
+  return uuid && [...app.model.services.values()].filter((service) => service.uuid === uuid && service.goneAt !== undefined)
+    .reduce((last, service) => (last && last.goneAt > service.goneAt ? last : service), null);
 }
 
 export function concernCard(app) {
   const mark = stateMark('p', 'concern-state');
   const name = element('h2', { class: 'concern-name' });
-  const channels = element('p', { class: 'concern-channels', hidden: true });
+  const subject = element('p', { class: 'concern-subject' });
   const lasting = element('p', { class: 'concern-age' });
   const since = element('p', { class: 'concern-since' });
   const why = element('div', { class: 'concern-why' });
-  const todo = element('div', { class: 'concern-advice' });
+  const advice = element('div', { class: 'concern-advice' });
+  const others = element('p', { class: 'concern-others', hidden: true });
   const buttons = element('div', { class: 'buttons' });
-  const terminal = element('div', { class: 'at-terminal' });
-  const call = element('dl', { class: 'facts concern-call' });
-  const body = element('div', { class: 'concern-body' }, why, element('div', { class: 'concern-todo' }, todo, buttons, terminal), call);
+  const terminal = element('p', { class: 'at-terminal' });
+  const call = element('p', { class: 'concern-call' });
   const node = element('article', { class: 'concern' },
-    element('div', { class: 'concern-head' }, mark.node, element('div', { class: 'concern-where' }, name, channels),
-      element('div', { class: 'concern-when' }, lasting, since)),
-    body);
+    element('div', { class: 'concern-when' }, mark.node, lasting, since),
+    element('div', { class: 'concern-where' }, name, subject, others),
+    element('div', { class: 'concern-acts' }, buttons, call),
+    element('div', { class: 'concern-body' }, why, advice, terminal));
+  let wasStranded = false;
+  const showSubject = slot(subject);
   const showWhy = slot(why);
-  const showTodo = slot(todo);
+  const showAdvice = slot(advice);
   const showButtons = slot(buttons);
   const showTerminal = slot(terminal);
   const showCall = slot(call);
   return {
     node,
     update({ concern, now }) {
-      mark.update(concern.kind, concern.level);
+      mark.update(concern.kind === 'trouble' && concern.level === 'look' ? 'warning' : concern.kind, concern.level);
       setAttribute(node, 'data-level', concern.level);
       setAttribute(node, 'data-kind', concern.kind);
       setText(name, visible(concernName(concern)));
-      setAttribute(name, 'data-long', concernName(concern).length > 9);
-      channels.hidden = concern.channels.length < 2;
-      setText(channels, channels.hidden ? '' : words.plant.allChannels(concern.channels.length));
       const known = Number.isFinite(concern.since);
       setText(lasting, known ? age(now - concern.since) : '');
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
       const mayAct = (concern.kind === 'held' || concern.kind === 'stuck') && channel.call;
       const isStranded = concern.kind === 'held' && channel.instances === 0;
-      showWhy([concern.kind, concern.reason, concern.gone, concern.since, isStranded], () => whyOf(app, concern, isStranded));
-      showTodo([concern.kind, concern.todo, concern.gone, concern.channels[0]?.machine], () => todoOf(concern));
+      const last = lastInstanceOf(app, concern);
+      showSubject([concern.kind, concern.channels[0]?.service, concern.channels[0]?.uuid, concern.channels[0]?.request, isOfProgram(concern.kind) && concern.channels[0].program],
+        () => subjectOf(concern));
+      // The buttons below it do not move while they are pressed.
+      if (wasStranded && !isStranded) {
+        why.style.minHeight = `${why.offsetHeight}px`;
+      }
+      wasStranded = isStranded;
+      showWhy([concern.kind, concern.reason, concern.gone, concern.since, isStranded, last?.instance], () => whyOf(app, concern, isStranded, last));
+      showAdvice([concern.kind, concern.todo, concern.gone, concern.channels[0]?.machine, concern.channels[0]?.service, Boolean(last)], () => adviceOf(concern, last));
+      const also = otherChannels(concern);
+      others.hidden = also.length === 0;
+      setText(others, words.plant.alsoWaiting(visible(also.join(', '))));
       showButtons([mayAct, app.session.describe()], () => (mayAct ? app.session.buttonsFor(channel) : []));
       buttons.hidden = !buttons.firstChild;
       const commands = buttons.hidden ? commandsOf(concern) : [];
-      showTerminal(commands, () => commands.length > 0 && [element('span', { class: 'label' }, words.command),
+      showTerminal(commands, () => commands.length > 0 && [element('span', { class: 'label' }, `${words.command}: `),
         commands.map((command) => element('code', {}, command))]);
       terminal.hidden = commands.length === 0;
-      const facts = concern.channels.length === 1 ? callFacts(channel, concern.kind) : [];
-      showCall([concern.kind, channel.call, channel.attempt, channel.service, channel.uuid, channel.request, channel.name, channel.host, isOfProgram(concern.kind) && channel.program],
-        () => facts.map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value))));
-      call.hidden = facts.length === 0;
+      const link = isOfProgram(concern.kind) ? undefined : channel.call;
+      showCall([link, channel.attempt], () => link && element('a', { href: `#/calls/${encodeURIComponent(link)}` },
+        words.plant.callLink(link), channel.attempt > 1 && ` · ${words.plant.attempt(channel.attempt)}`));
+      call.hidden = !link;
     },
   };
 }
 
-function whyOf(app, concern, isStranded) {
+function whyOf(app, concern, isStranded, last) {
   const advice = words.advice[concern.kind];
+  // A reason that only says what the state says is not repeated.
+  const reason = / is served by nobody$/.test(concern.reason) || (last && / is served by nobody; its last instance/.test(concern.reason)) ? '' : concern.reason;
+  // What says more than the state takes its place.
+  const isTold = (concern.kind === 'held' && words.reason(reason)) || (concern.kind === 'trouble' && reason);
+  const means = concern.gone
+    ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid)
+    : last ? words.plant.lastInstance(visible(`${last.host}:${last.pid}`), clock(last.goneAt - app.clockOffset())) : advice?.means;
   return [
-    advice && element('p', { class: 'concern-means' }, concern.gone
-      ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid) : advice.means),
-    reasonOf(concern.reason),
+    means && !isTold && element('p', { class: 'concern-means' }, means),
+    reasonOf(reason),
     isStranded && element('p', { class: 'concern-means' }, words.plant.noInstance),
   ];
 }
 
-function todoOf(concern) {
+function adviceOf(concern, last) {
   const advice = words.advice[concern.kind];
-  const isQueue = concern.kind === 'unserved' && concern.channels[0]?.machine.includes('.');
-  const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host)) : isQueue ? advice?.todoOfQueue : advice?.todo;
+  const [channel] = concern.channels;
+  const isQueue = concern.kind === 'unserved' && channel?.machine.includes('.');
+  const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host))
+    : last ? words.plant.startAgain(visible(channel.service || channel.uuid)) : isQueue ? advice?.todoOfQueue : advice?.todo;
   const known = words.reason(concern.todo ?? '');
   return advice && [
-    element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
-    element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo),
+    element('p', { class: 'who' }, element('span', { class: 'for-readers' }, `${words.plant.who}: `), advice.who, ': '),
+    element('p', { class: 'todo' }, element('span', { class: 'for-readers' }, `${words.plant.todo}: `),
       known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todo),
   ];
 }

@@ -1,5 +1,5 @@
-// A machine: its link, and a row for each of its channels with state, since when, and the call under way.
-import { isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
+// A machine: its link, and a row for each of its channels: NC program, then call, service, and how long or how often.
+import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
@@ -22,51 +22,72 @@ function linkText(link) {
     : words.plant.linkDown;
 }
 
-/** What there is to say of a channel beside its state. */
-function detailOf(channel, state, lasting) {
-  if (isOfProgram(state)) {
-    const { name, error } = channel.program;
-    return [visible(name), error && `${words.plant.error} ${error}`].filter(Boolean).join(' · ');
-  }
+/** What the call is about: its service, and its request where it lasts long enough to be read. */
+function detailOf(channel, state, lasting, isBusy) {
   const service = visible(channel.service || channel.uuid || '');
   const isUnderWay = (Boolean(channel.call) || state === 'unserved') && state !== 'idle';
   if (isUnderWay && (lasting > readableMs || levelOf(state) !== 'fine')) {
     const by = [channel.name !== channel.service && channel.name, channel.host && `@ ${channel.host}`].filter(Boolean).map(visible).join(' ');
-    const request = channel.request === undefined ? '' : ` “${visible(channel.request)}”`;
+    const request = channel.request === undefined ? '' : ` ${words.quoted(visible(channel.request))}`;
     return `${service}${request}${by && ` ${by}`}`;
   }
-  if (channel.calls_per_second > 0) {
-    return `${words.plant.rate(perSecond(channel.calls_per_second))} · ${duration(channel.recent_mean_ms)}`;
-  }
-  return state === 'idle' && !(channel.calls > 0) ? words.plant.quiet : '';
+  return isBusy || state !== 'idle' ? service : channel.calls > 0 ? '' : words.plant.quiet;
+}
+
+/** What the NC program of a channel does: a shape, its name, and what is wrong with it. */
+function programCell() {
+  const icon = element('span', { class: 'program-shape' });
+  const text = element('span', { class: 'program-name' });
+  const node = element('span', { class: 'channel-program' }, icon, text);
+  let shown = '';
+  return {
+    node,
+    update(program) {
+      const state = program?.state ?? 'none';
+      if (state !== shown) {
+        shown = state;
+        replace(icon, program && shape({ aborted: 'down', held: 'paused' }[state] ?? 'play'));
+        setAttribute(node, 'data-program', state);
+      }
+      const more = state === 'aborted' ? [words.plant.aborted, program.error && words.plant.errorOf(program.error)].filter(Boolean).join(', ')
+        : state === 'held' ? words.plant.onHold : '';
+      setText(text, [visible(program?.name ?? '').replace(/\.nc$/i, ''), more].filter(Boolean).join(' · '));
+      setAttribute(node, 'title', program ? `${words.plant.program}: ${visible(program.name)}${more && `, ${more}`}` : null);
+    },
+  };
 }
 
 function channelRow() {
   const mark = stateMark('span', 'state');
+  const program = programCell();
   const number = element('span', { class: 'channel-number' });
   const detail = element('span', { class: 'channel-detail' });
   const since = element('span', { class: 'channel-since' });
-  const link = element('a', { class: 'channel' }, number, mark.node, detail, since);
+  const link = element('a', { class: 'channel' }, number, program.node, element('span', { class: 'channel-call' }, mark.node, detail), since);
   const node = element('li', {}, link);
   return {
     node,
     update({ channel, queue, links, now }) {
       const state = stateOf(channel);
+      const callState = callStateOf(channel);
       const lasting = now - sinceOf(channel, state, links);
       const level = levelOf(state, lasting);
-      mark.update(state, level);
+      // A busy channel turns from idle to running and back all the time; how long this one lasts means nothing.
+      const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
+      mark.update(isBusy ? 'running' : callState, levelOf(callState, lasting));
+      program.update(queue ? null : channel.program);
       setAttribute(link, 'data-level', level);
       setAttribute(link, 'data-state', state);
       setAttribute(link, 'data-channel', `${channel.machine}/${channel.channel}`);
       setAttribute(link, 'href', channel.call && state !== 'idle' && !isOfProgram(state) ? `#/calls/${encodeURIComponent(channel.call)}`
         : `#/calls?machine=${encodeURIComponent(channel.machine)}&channel=${channel.channel}`);
-      setText(number, queue ? visible(queue) : `${words.plant.channelShort} ${channel.channel}`);
+      setText(number, queue ? visible(queue) : String(channel.channel));
       setAttribute(link, 'data-queue', queue || null);
-      setAttribute(number, 'title', queue ? words.plant.queue(visible(queue), channel.channel) : null);
-      setText(detail, detailOf(channel, state, lasting));
-      // A busy channel turns from idle to running and back all the time; how long this one lasts means nothing.
-      const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
-      setText(since, isBusy ? '' : age(lasting));
+      setAttribute(link, 'data-alone', isOfProgram(state));
+      setAttribute(number, 'title', queue ? words.plant.queue(visible(queue), channel.channel) : words.plant.channel(channel.channel));
+      setText(detail, detailOf(channel, callState, lasting, isBusy));
+      setText(since, isBusy ? `${perSecond(channel.calls_per_second)}/s` : age(lasting));
+      setAttribute(since, 'title', isBusy ? `${words.plant.rate(perSecond(channel.calls_per_second))} · ${duration(channel.recent_mean_ms)}` : null);
     },
   };
 }
@@ -80,11 +101,11 @@ function levelOfMachine(machine, now) {
 }
 
 export function machineTile() {
-  const name = element('h2', { class: 'machine-name' });
+  const name = element('h3', { class: 'machine-name' });
   const mark = element('span', { class: 'machine-shape' });
   const links = element('ul', { class: 'links' });
   const channels = element('ul', { class: 'channels' });
-  const node = element('article', { class: 'machine' }, element('header', {}, element('div', { class: 'machine-title' }, mark, name), links), channels);
+  const node = element('article', { class: 'machine' }, element('header', {}, mark, name, links), channels);
   const rows = new Keyed(channels, () => channelRow());
   const linkRows = new Keyed(links, () => {
     const text = element('span', { class: 'link-text' });
@@ -110,7 +131,7 @@ export function machineTile() {
       const level = levelOfMachine(machine, now);
       if (node.dataset.level !== level) {
         setAttribute(node, 'data-level', level);
-        replace(mark, shape({ person: 'held', look: 'look', fine: 'well' }[level]));
+        replace(mark, level !== 'fine' && shape(level === 'person' ? 'held' : 'look'));
       }
       setAttribute(node, 'data-density', density);
       linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);

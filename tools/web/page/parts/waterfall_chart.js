@@ -57,7 +57,7 @@ function whatOf(step) {
   if (step.text_size !== undefined) {
     parts.push(text.size(step.text_size));
   } else if (step.text !== undefined) {
-    parts.push(element('span', { class: 'said' }, `“${visible(step.text)}”`), ` ${text.stateOf(step.state)}`);
+    parts.push(element('span', { class: 'said' }, words.quoted(visible(step.text))), ` ${text.stateOf(step.state)}`);
   }
   if (step.detail) {
     parts.push(parts.length > 0 ? '  ' : '', element('span', { lang: 'en' }, visible(step.detail)));

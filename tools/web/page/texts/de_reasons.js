@@ -1,6 +1,7 @@
-// Die Gründe, die ein Gateway auf Englisch nennt, auf Deutsch. {} steht für einen Wert; im Deutschen stehen die Werte in
-// derselben Reihenfolge, oder mit Nummer ({1}). Was als Wert selbst ein solcher Satz ist, wird auch übersetzt. Der erste
-// Satz, der passt, gilt: die genaueren stehen vorn. Fehlertexte von ADS und vom Betriebssystem bleiben, wie sie sind.
+// Die Gründe, die ein Gateway auf Englisch nennt, auf Deutsch; texts/reasons.js beschreibt die Form. Fehlertexte von ADS und
+// vom Betriebssystem bleiben, wie sie sind.
+import { rewording } from './reasons.js';
+
 export const reasons = [
   // Ohne Dienst: gateway/dispatch/near_miss.cpp, dispatcher.cpp
   ['{}; it is malformed: {}', '{} Sie ist keine gültige UUID: {}.'],
@@ -22,7 +23,8 @@ export const reasons = [
   ['the journal has not confirmed new call numbers yet; the call waits for it',
     'Das Journal hat neue Aufrufnummern noch nicht bestätigt; der Aufruf wartet darauf.'],
 
-  // Wartet, angehalten, verloren
+  ['{} (pid {} on {})', '{} (Prozess {} auf {})'],
+  // Wartet auf Entscheidung, ausgefallen
   ['{} is lost with this call, which must not run twice; an operator must answer or retry it',
     '{} ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.'],
   ['{} is deaf with this call, which must not run twice; an operator must answer or retry it',
@@ -185,19 +187,5 @@ export const reasons = [
   ['{} and {} more', '{} und {} weitere'],
 ];
 
-const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
-const patterns = reasons.map(([english, german]) => [
-  new RegExp(`^${english.split('{}').map(escaped).join('(.+?)')}$`, 's'), german]);
-
-/** Der Satz auf Deutsch; leer, wenn ihn niemand übersetzt hat. */
-export function inGerman(english) {
-  for (const [pattern, german] of patterns) {
-    const found = pattern.exec(english);
-    if (found) {
-      const values = found.slice(1).map((value) => inGerman(value) || value);
-      let next = 0;
-      return german.replace(/\{(\d?)\}/g, (_, number) => values[number === '' ? next++ : Number(number)]);
-    }
-  }
-  return '';
-}
+/** Der Satz auf Deutsch; leer, wenn er keine Übersetzung hat. */
+export const inGerman = rewording(reasons);

@@ -1,6 +1,8 @@
 // Every text of the page in English. texts/de.js has the same keys; tests/browser compares them.
 // A text with values in it is a function of them.
 
+import { inEnglish } from './en_reasons.js';
+
 const calls = (n) => (n === 1 ? '1 call' : `${n} calls`);
 const channels = (n) => (n === 1 ? '1 channel' : `${n} channels`);
 
@@ -25,6 +27,7 @@ export default {
     gone: 'gateway gone',
     stuck: 'running too long',
     trouble: 'has a problem',
+    warning: 'reports a warning',
     aborted: 'NC program aborted',
     stopped: 'NC program on hold',
     journal: 'no new calls',
@@ -50,14 +53,26 @@ export default {
     needs: (n) => (n === 1 ? '1 channel needs attention' : `${n} channels need attention`),
     needsMachines: (n) => (n === 1 ? '1 machine needs attention' : `${n} machines need attention`),
     needsPrograms: (n) => (n === 1 ? '1 program needs attention' : `${n} programs need attention`),
+    needsMixed: (n) => (n === 1 ? '1 needs attention' : `${n} need attention`),
     warns: 'A program reports a warning',
     look: (n) => (n === 1 ? '1 channel to watch' : `${n} channels to watch`),
     unknown: 'State unknown',
     longest: (age) => `longest ${age}`,
-    sum: (machines, count, rate) => `${machines === 1 ? '1 machine' : `${machines} machines`}, ${channels(count)}, ${rate}`,
+links: (up, all) => `${up}/${all} ${all === 1 ? 'link' : 'links'}`,
+    channelsOk: (ok, all) => `${ok}/${all} channels ok`,
+    errorsPerMinute: (n) => (n === '1' ? '1 error/min' : `${n} errors/min`),
     rate: (n) => (n === '1' ? '1 call/s' : `${n} calls/s`),
     attention: 'Needs attention',
     machines: 'Machines',
+    services: 'Services',
+    noServices: 'No services yet',
+    allServices: (n) => (n === 1 ? '1 more service' : `${n} more services`),
+    serviceColumns: { name: 'Service', instances: 'Instances', busy: 'Busy', rate: 'Calls/s', p50: 'p50', errors: 'Err/min' },
+    busy: (percent) => `${percent} %`,
+    alsoWaiting: (channels) => `also waiting: ${channels}`,
+    lastInstance: (where, clock) => `The last instance (${where}) ended at ${clock}.`,
+    startAgain: (service) => `Start ${service} again.`,
+    callLink: (call) => `Call ${call}`,
     channel: (n) => `channel ${n}`,
     channelShort: 'ch',
     queue: (name, channel) => `message queue ${name}, channel ${channel}`,
@@ -65,6 +80,9 @@ export default {
     since: (clock) => `since ${clock}`,
     todo: 'What to do',
     who: 'Who',
+    aborted: 'aborted',
+    errorOf: (number) => `error ${number}`,
+    onHold: 'on hold',
     call: 'Call',
     service: 'Service',
     request: 'Request',
@@ -85,12 +103,32 @@ export default {
     more: (n) => `and ${n} more`,
   },
 
+  events: {
+    title: 'Events',
+    none: 'No events yet',
+    since: (clock) => `kept since the server started at ${clock}`,
+    more: (n) => `Show ${n} more`,
+    'instance started': ({ name, where }) => `${name}: instance started (${where})`,
+    'instance ended': ({ name, where }) => `${name}: instance ended (${where})`,
+    'last instance ended': ({ name, where }) => `${name}: last instance ended (${where})`,
+    'gateway gone': ({ machines, where }) => `${machines}: gateway no longer reports (${where})`,
+    'gateway started': ({ machines, where }) => `${machines}: gateway started (${where})`,
+    'link down': ({ machines }) => `${machines}: link down`,
+    'link up': ({ machines }) => `${machines}: link up`,
+    'program aborted': ({ channel, name, error }) => `${channel}: NC program ${name} aborted${error ? `, error ${error}` : ''}`,
+    'call held': ({ channel, service }) => `${channel}: call of ${service} held for an operator`,
+    'call answered': ({ channel, service, text }) => `${channel}: call of ${service} answered by ${text}`,
+    'call retried': ({ channel, service, text }) => `${channel}: call of ${service} retried by ${text}`,
+    problem: ({ name, where, text }) => `${name} (${where}): ${text}`,
+    'problem over': ({ name, where, text }) => `${name} (${where}) resolved: ${text}`,
+  },
+
   // For each state that needs attention: what it means, what to do, and who does it.
   advice: {
     'link down': {
       means: 'The controller does not answer its gateway.',
       todo: 'Check the reason and the gateway’s log: is the controller on, is the network up, is the address correct?',
-      who: 'Maintenance: controller and network',
+      who: 'Maintenance (controller, network)',
     },
     gone: {
       means: 'The gateway of this machine does not report.',
@@ -139,19 +177,20 @@ export default {
       who: 'Operator',
     },
   },
-  /** Sentences of a gateway that the page translates; an empty text for all others. */
-  reason: (english) => english && '',
+  /** A sentence of a gateway in other words; an empty text where it is shown as it is. */
+  reason: inEnglish,
   command: 'At a terminal',
 
   services: {
     title: 'Services',
     none: 'No services on this fabric',
     noneWhat: 'A service appears here as soon as it starts.',
-    instances: (n) => (n === 1 ? '1 instance' : `${n} instances`),
     nameless: 'unnamed',
+    sums: { name: 'Service', instances: 'Instances', busy: 'Busy, 1 min', waiting: 'Waiting', rate: 'Calls/s', p50: 'p50', p99: 'p99', errors: 'Err/min' },
     columns: {
       instance: 'Instance',
       host: 'Host',
+      up: 'Up',
       channels: 'Channels',
       load: 'Load',
       rate: 'Calls/s',
@@ -169,12 +208,10 @@ export default {
     draining: 'draining',
     gone: 'ended',
     goneAt: (time) => `ended ${time}`,
-    goneAll: 'No running instance',
     all: 'all',
     load: (running, room) => `${running} of ${room}`,
     pid: (pid) => `pid ${pid}`,
     delivery: { 'at-least-once': 'at least once', 'at-most-once': 'at most once' },
-    errorsPerSecond: (n) => `${n}/s`,
     plots: { rate: 'Calls per second', time: 'Call duration, ms' },
     plotLabels: { time: 'Time', calls: 'calls/s', errors: 'errors/s', p50: 'p50', p99: 'p99' },
     plotSays: (what, last, low, high) => `${what}: now ${last}, from ${low} to ${high} in the time shown`,
@@ -386,5 +423,6 @@ export default {
     unreachable: 'millrace web does not respond.',
     again: 'Try again',
   },
+  quoted: (text) => `“${text}”`,
   showing: 'Loading …',
 };

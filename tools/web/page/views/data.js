@@ -40,7 +40,7 @@ function shown(value) {
   if (Array.isArray(value)) {
     return value.map(shown).join('; ');
   }
-  return typeof value === 'number' ? number(value, 4) : typeof value === 'string' ? `“${visible(value)}”` : String(value).toUpperCase();
+  return typeof value === 'number' ? number(value, 4) : typeof value === 'string' ? words.quoted(visible(value)) : String(value).toUpperCase();
 }
 
 /** One chosen variable: its line, or the last values of what is no number. */
@@ -276,8 +276,10 @@ export function dataView(app, query) {
     samples = data;
     ({ runs } = programs);
     const all = variablesOf(samples);
-    if (chosen === null && all.length > 0) {
-      chosen = all.filter(({ value }) => value.quality === 'good' && isNumber(value)).slice(0, first).map(({ id }) => id);
+    const good = all.filter(({ value }) => value.quality === 'good' && isNumber(value)).slice(0, first).map(({ id }) => id);
+    // A page may be opened before the first value is good.
+    if (chosen === null && good.length > 0) {
+      chosen = good;
       askLines();
     }
     drawTables();

@@ -1,15 +1,20 @@
-// The first view: is something wrong, where, since when, who must act. What needs a person comes first and large, then a
-// tile for each machine.
-import { assess, concernKey, concernName } from '../attention.js';
+// The first view: what is wrong, where, since when, who acts. A banner, a card for each cause, then machines, services and
+// events.
+import { assess, concernKey, concernName, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
 import { age } from '../time.js';
-import { perSecond, words } from '../words.js';
+import { number, perSecond, words } from '../words.js';
 import { concernCard } from '../parts/concern_card.js';
+import { eventsList } from '../parts/events_list.js';
 import { machineTile } from '../parts/machine_tile.js';
+import { servicesStrip } from '../parts/services_strip.js';
 
 /** On a wall nobody scrolls: this many concerns are shown, and the rest is counted. */
-const concernsOnWall = 4;
+const concernsOnWall = 5;
+/** What the page shows at first; the rest is one click away. */
+const servicesShown = 8;
+const eventsShown = 12;
 
 /** From how many channels on tiles show less of each. */
 function densityOf(count) {
@@ -18,46 +23,65 @@ function densityOf(count) {
 
 function headline() {
   const icon = element('span', { class: 'headline-shape' });
-  const text = element('span', { class: 'headline-text' });
-  const lasting = element('span', { class: 'headline-age' });
-  const sum = element('span');
-  const node = element('header', { class: 'headline' }, icon,
-    element('div', { class: 'headline-words' }, element('h1', { tabindex: '-1' }, text), element('p', { class: 'headline-sum' }, lasting, sum)));
+  const text = element('h1', { tabindex: '-1' });
+  const lasting = element('p', { class: 'headline-age' });
+  const sum = element('p', { class: 'headline-sum' });
+  const node = element('header', { class: 'headline' }, icon, text, lasting, sum);
   let drawn = '';
   return {
     node,
-    update(level, title, since, total) {
+    update(level, title, longest, facts) {
       if (drawn !== level) {
         drawn = level;
         replace(icon, shape({ person: 'held', look: 'look', fine: 'well' }[level] ?? 'unknown'));
         setAttribute(node, 'data-level', level);
       }
       setText(text, title);
-      setText(lasting, since);
-      setText(sum, total);
+      setText(lasting, longest);
+      setText(sum, facts);
     },
   };
 }
 
-function titleOf(model, assessment, isEmpty) {
+/** How many need attention, by what they are where all are of one sort. */
+function titleOf(model, { concerns, counts, level }, isEmpty) {
+  const text = words.plant;
   if (model.isLost || model.about === null) {
-    return words.plant.unknown;
+    return text.unknown;
   }
-  if (isEmpty) {
-    return words.plant.nobody;
+  if (isEmpty && concerns.length === 0) {
+    return text.nobody;
   }
-  const { counts, level } = assessment;
   if (level === 'fine') {
-    return words.plant.well;
+    return text.well;
   }
-  if (counts.person > 0) {
-    return words.plant.needs(counts.person);
+  if (level === 'look') {
+    return counts.look > 0 ? text.look(counts.look) : text.warns;
   }
-  if (counts.machines > 0) {
-    return words.plant.needsMachines(counts.machines);
+  const urgent = concerns.filter((concern) => concern.level === 'person');
+  if (urgent.every((concern) => concern.kind === 'trouble')) {
+    return text.needsPrograms(urgent.length);
   }
-  return counts.programs > 0 ? words.plant.needsPrograms(counts.programs)
-    : counts.look > 0 ? words.plant.look(counts.look) : words.plant.warns;
+  const ofMachines = urgent.filter((concern) => ['gone', 'link down', 'journal'].includes(concern.kind));
+  if (ofMachines.length === urgent.length && urgent.every((concern) => concern.machines.length === 1)) {
+    return text.needsMachines(urgent.length);
+  }
+  const areChannels = urgent.every((concern) => concern.channels.length === 1 && concern.kind !== 'trouble') && ofMachines.length === 0;
+  return (areChannels ? text.needs : text.needsMixed)(urgent.length);
+}
+
+/** Links and channels that are well, calls and errors. */
+function factsOf(model, plant, now) {
+  const text = words.plant;
+  const linked = plant.filter((machine) => machine.links.some((link) => link.connected)).length;
+  const withLinks = plant.filter((machine) => machine.links.length > 0).length;
+  const channels = plant.flatMap((machine) => machine.channels.map((channel) => [channel, machine.links]));
+  const ok = channels.filter(([channel, links]) => levelOf(stateOf(channel), now - sinceOf(channel, stateOf(channel), links)) === 'fine').length;
+  const errors = (model.totals?.errors_per_second ?? 0) * 60;
+  return [text.links(linked, withLinks), text.channelsOk(ok, channels.length), text.rate(perSecond(model.totals?.calls_per_second ?? 0)),
+    errors > 0 && text.errorsPerMinute(number(errors, errors < 9.95 ? 1 : 0))].filter(Boolean)
+    // A fact stays on one line.
+    .map((fact) => fact.replaceAll(' ', '\u00a0')).join(' · ');
 }
 
 export function plantView(app) {
@@ -67,8 +91,11 @@ export function plantView(app) {
   const attentionPart = element('section', { class: 'attention', 'aria-label': words.plant.attention, hidden: true }, attention, more);
   const grid = element('div', { class: 'machines' });
   const empty = element('p', { class: 'empty', hidden: true }, words.plant.nobodyWhat);
-  const node = element('div', { class: 'plant' }, head.node, attentionPart,
-    element('section', { class: 'machines-part', 'aria-label': words.plant.machines }, grid, empty));
+  const services = servicesStrip(servicesShown);
+  const events = eventsList(app, eventsShown);
+  const machinesPart = element('section', { class: 'machines-part', 'aria-label': words.plant.machines }, element('h2', {}, words.plant.machines), grid, empty);
+  const board = element('div', { class: 'board' }, machinesPart, !app.isWall && element('div', { class: 'board-side' }, services.node, events.node));
+  const node = element('div', { class: 'plant' }, head.node, attentionPart, board);
   const cards = new Keyed(attention, () => concernCard(app));
   const tiles = new Keyed(grid, () => machineTile());
 
@@ -82,23 +109,30 @@ export function plantView(app) {
       const assessment = assess(plant, now, model.notices);
       const { concerns } = assessment;
       const isKnown = model.about !== null && !model.isLost;
-      const times = concerns.map((concern) => concern.since).filter(Number.isFinite);
-      const since = times.length > 0 && isKnown ? words.plant.longest(age(now - Math.min(...times))) : '';
-      head.update(isKnown && plant.length > 0 ? assessment.level : 'unknown', titleOf(model, assessment, plant.length === 0), since,
-        model.about === null ? '' : words.plant.sum(plant.length, model.channels.size,
-          words.plant.rate(perSecond(model.totals?.calls_per_second ?? 0))));
+      const urgent = assessment.level === 'person' ? concerns.filter((concern) => concern.level === 'person') : concerns;
+      const times = urgent.map((concern) => concern.since).filter(Number.isFinite);
+      const longest = times.length > 0 && isKnown ? words.plant.longest(age(now - Math.min(...times))) : '';
+      head.update(isKnown && (plant.length > 0 || concerns.length > 0) ? assessment.level : 'unknown', titleOf(model, assessment, plant.length === 0), longest,
+        model.about === null || plant.length === 0 ? '' : factsOf(model, plant, now));
       const shown = app.isWall ? concerns.slice(0, concernsOnWall) : concerns;
       attentionPart.hidden = concerns.length === 0;
-      setAttribute(attentionPart, 'data-crowd', concerns.length > 2 ? 'many' : 'few');
+      setAttribute(attentionPart, 'data-crowd', concerns.length > 3 ? 'many' : 'few');
       cards.show(shown.map((concern) => ({ concern, now })), ({ concern }) => concernKey(concern));
       more.hidden = shown.length === concerns.length;
       setText(more, words.plant.more(concerns.length - shown.length) + (more.hidden ? ''
         : `: ${concerns.slice(concernsOnWall).map(concernName).join(', ')}`));
-      // On a wall what needs somebody takes the place of what is well.
+      // On a wall what needs attention takes the place of what is well.
       const density = app.isWall && concerns.length > 0 ? 'strip' : densityOf(model.channels.size);
       setAttribute(grid, 'data-density', density);
+      setAttribute(board, 'data-density', density);
+      setAttribute(grid, 'data-few', plant.length <= 8);
+      setAttribute(grid, 'data-programs', plant.some((machine) => machine.channels.some((channel) => channel.program)));
       empty.hidden = plant.length > 0 || model.about === null;
       tiles.show(plant.map((machine) => ({ machine, now, density })), ({ machine }) => machine.name);
+      if (!app.isWall) {
+        services.update(model);
+        events.update(model);
+      }
     },
   };
 }

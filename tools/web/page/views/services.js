@@ -1,15 +1,19 @@
-// The services: per UUID what they do and how fast, with lines over time; per instance who, where, how much.
+// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time and to its
+// instances.
 import { get } from '../api.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { busyOfMinute, byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
-import { clock, duration, milliseconds } from '../time.js';
+import { age, clock, duration, milliseconds } from '../time.js';
 import { plot, sparkline } from '../parts/plot.js';
 import { notice, scrolling, tableHead, visible } from '../parts/marks.js';
+import { busyBar, instanceSquares } from '../parts/services_strip.js';
 import { number, perSecond, words } from '../words.js';
 
 const text = words.services;
 const historyMs = 5000;
-const columns = ['instance', 'host', 'channels', 'load', 'rate', 'p50', 'p99', 'errors', 'others', 'calls', 'version', 'state', 'action'];
+const columns = ['instance', 'channels', 'load', 'rate', 'p50', 'p99', 'errors', 'others', 'calls', 'up', 'version', 'state', 'action'];
+const sums = ['name', 'instances', 'busy', 'waiting', 'rate', 'p50', 'p99', 'errors'];
 
 function stateOf(service) {
   if (service.goneAt !== undefined) {
@@ -62,9 +66,8 @@ function instanceRow(app) {
         replace(cells.state, element('span', { class: 'result', 'data-level': state.level }, shape(state.name),
           service.goneAt === undefined ? state.word : text.goneAt(clock(service.goneAt - app.clockOffset()))));
         replace(cells.instance, element('span', { class: 'instance-name', title: visible(service.description) }, visible(service.name || text.nameless)),
-          element('span', { class: 'instance-id' }, service.instance));
-        replace(cells.host, visible(service.host), element('span', { class: 'pid' }, ` ${text.pid(service.pid)}`));
-        setText(cells.version, visible(service.version));
+          element('span', { class: 'instance-where', title: service.instance }, visible(`${service.host}:${service.pid}`)));
+        replace(cells.version, visible(service.version), service.certificate && element('span', { class: 'instance-where' }, visible(service.certificate)));
       }
       setText(cells.channels, service.channels?.length ? service.channels.map(visible).join(', ') : text.all);
       load.update(service);
@@ -72,10 +75,11 @@ function instanceRow(app) {
       line.update(history?.calls_per_second?.slice(-60) ?? []);
       setText(cells.p50, duration(service.p50_ms));
       setText(cells.p99, duration(service.p99_ms));
-      setText(cells.errors, service.failed ? `${number(service.failed)}${service.errors_per_second ? ` · ${text.errorsPerSecond(perSecond(service.errors_per_second))}` : ''}` : '0');
+      setText(cells.errors, number(service.failed ?? 0));
       setAttribute(cells.errors, 'data-level', service.errors_per_second > 0 ? 'look' : 'fine');
       setText(cells.others, number(service.other_states ?? 0));
       setText(cells.calls, number(service.answered_calls ?? 0));
+      setText(cells.up, service.goneAt === undefined ? age(app.now() - milliseconds(service.started)) : text.noValue);
       const fresh = JSON.stringify([app.session.describe(), service.draining, service.goneAt]);
       if (fresh !== buttons) {
         buttons = fresh;
@@ -85,10 +89,9 @@ function instanceRow(app) {
   };
 }
 
-function serviceCard(app) {
-  const name = element('h2', { class: 'service-name' });
+/** What a row unfolds to. */
+function unfolded(app) {
   const uuid = element('p', { class: 'service-uuid' });
-  const sum = element('p', { class: 'service-sum' });
   const plots = {
     rate: plot(text.plots.rate, [text.plotLabels.calls, text.plotLabels.errors]),
     time: plot(text.plots.time, [text.plotLabels.p50, text.plotLabels.p99]),
@@ -97,26 +100,19 @@ function serviceCard(app) {
   const caption = element('caption', { class: 'for-readers' });
   const region = scrolling('',
     element('table', { class: 'instances' }, caption, tableHead(columns, { ...text.columns, action: element('span', { class: 'for-readers' }, text.columns.action) }), body));
-  const node = element('article', { class: 'service' },
-    element('header', {}, element('div', {}, name, uuid), sum),
-    element('div', { class: 'plots' }, plots.rate.node, plots.time.node),
-    region);
+  const node = element('div', { class: 'service-more', hidden: true }, uuid, element('div', { class: 'plots' }, plots.rate.node, plots.time.node), region);
   const rows = new Keyed(body, () => instanceRow(app));
   return {
     node,
     update({ group, history }) {
-      setText(name, visible(group.name || text.nameless));
-      setText(uuid, visible(group.uuid));
-      setText(caption, visible(group.name || group.uuid));
-      setAttribute(region, 'aria-label', visible(group.name || group.uuid));
-      setText(sum, group.here === 0 ? text.goneAll
-        : `${text.instances(group.here)} · ${words.plant.rate(perSecond(group.instances.reduce((all, each) => all + (each.goneAt === undefined ? each.calls_per_second ?? 0 : 0), 0)))} · ${text.delivery[group.instances[0].delivery] ?? ''}`);
-      setAttribute(node, 'data-level', group.here === 0 ? 'person' : 'fine');
-      setAttribute(node, 'data-uuid', group.uuid);
+      const name = visible(group.name || group.uuid);
+      replace(uuid, element('code', {}, visible(group.uuid)), ` · ${text.delivery[group.instances[0].delivery] ?? ''}`);
+      setText(caption, name);
+      setAttribute(region, 'aria-label', name);
       rows.show(group.instances.map((service) => ({ service, history: history?.instances?.[service.instance] })), ({ service }) => service.instance);
     },
-    draw(history) {
-      const series = history.services?.[node.dataset.uuid];
+    draw(history, of) {
+      const series = history?.services?.[of];
       if (!series) {
         return;
       }
@@ -128,13 +124,81 @@ function serviceCard(app) {
   };
 }
 
-export function servicesView(app) {
+function serviceCard(app, opened) {
+  const icon = element('span', { class: 'strip-shape' });
+  const name = element('span', { class: 'service-name' });
+  const cells = Object.fromEntries(sums.slice(1).map((each) => [each, element('span', { class: `sum sum-${each}` })]));
+  const values = Object.fromEntries(sums.slice(1).map((each) => [each, element('span', { class: 'sum-value' })]));
+  for (const each of sums.slice(1)) {
+    cells[each].append(element('span', { class: 'sum-label' }, text.sums[each]), values[each]);
+  }
+  const squares = instanceSquares();
+  const busy = busyBar();
+  values.instances.append(squares.node);
+  values.busy.append(busy.node);
+  const toggle = element('button', { type: 'button', class: 'service-toggle', 'aria-expanded': 'false', onclick: () => { opened.flip(node.dataset.uuid); } },
+    element('span', { class: 'toggle', 'aria-hidden': 'true' }), icon, name);
+  const head = element('div', { class: 'service-row' }, element('h2', {}, toggle), Object.values(cells));
+  const more = unfolded(app);
+  const node = element('article', { class: 'service' }, head, more.node);
+  let level = '';
+  return {
+    node,
+    update({ group, load, history }) {
+      const isOpen = opened.has(group.uuid);
+      const fresh = group.here === 0 ? 'person' : load.errors > 0 || load.waiting > 0 ? 'look' : 'fine';
+      if (fresh !== level) {
+        level = fresh;
+        setAttribute(node, 'data-level', level);
+        replace(icon, level !== 'fine' && shape(level === 'person' ? 'down' : 'look'));
+      }
+      setAttribute(node, 'data-uuid', group.uuid);
+      setText(name, visible(group.name || text.nameless));
+      setAttribute(name, 'title', visible(group.uuid));
+      squares.update(group);
+      busy.update(busyOfMinute(group, history?.instances ?? {}) ?? load.busy);
+      const known = (value) => (group.here > 0 ? value : text.noValue);
+      setText(values.waiting, known(number(load.waiting)));
+      setAttribute(values.waiting, 'data-level', load.waiting > 0 ? 'look' : 'fine');
+      setText(values.rate, known(perSecond(load.rate)));
+      setText(values.p50, duration(load.p50));
+      setText(values.p99, duration(load.p99));
+      setText(values.errors, known(perSecond(load.errors * 60)));
+      setAttribute(values.errors, 'data-level', load.errors > 0 ? 'look' : 'fine');
+      setAttribute(toggle, 'aria-expanded', String(isOpen));
+      setAttribute(node, 'data-open', isOpen);
+      const isNew = isOpen && more.node.hidden;
+      more.node.hidden = !isOpen;
+      if (isOpen) {
+        more.update({ group, history });
+      }
+      if (isNew) {
+        more.draw(history, group.uuid);
+      }
+    },
+    draw: (history) => (more.node.hidden ? null : more.draw(history, node.dataset.uuid)),
+  };
+}
+
+/** `open` is the UUID of the service that is unfolded at first. */
+export function servicesView(app, open) {
+  const unfoldedOnes = new Set(open ? [open] : []);
+  const opened = {
+    has: (uuid) => unfoldedOnes.has(uuid),
+    flip(uuid) {
+      if (!unfoldedOnes.delete(uuid)) {
+        unfoldedOnes.add(uuid);
+      }
+      view.update();
+    },
+  };
   const list = element('div', { class: 'services' });
+  const labels = element('div', { class: 'service-row service-labels', 'aria-hidden': 'true' }, sums.map((name) => element('span', { class: `sum-${name}` }, text.sums[name])));
   const empty = element('div', { hidden: true }, notice('empty', text.none, text.noneWhat));
-  const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), list, empty);
+  const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), labels, list, empty);
   const parts = new Map();
   const cards = new Keyed(list, (datum) => {
-    const card = serviceCard(app);
+    const card = serviceCard(app, opened);
     parts.set(datum.group.uuid, card);
     return card;
   });
@@ -160,11 +224,12 @@ export function servicesView(app) {
     node,
     title: () => text.title,
     update() {
-      const groups = app.model.servicesByUuid();
+      const groups = byTrouble(app.model.servicesByUuid());
       empty.hidden = groups.length > 0;
-      cards.show(groups.map((group) => ({ group, history })), ({ group }) => group.uuid);
+      labels.hidden = groups.length === 0;
+      cards.show(groups.map(({ group, load }) => ({ group, load, history })), ({ group }) => group.uuid);
       for (const uuid of parts.keys()) {
-        if (!groups.some((group) => group.uuid === uuid)) {
+        if (!groups.some(({ group }) => group.uuid === uuid)) {
           parts.delete(uuid);
         }
       }

@@ -1,0 +1,143 @@
+// A server with the page of the source tree and an invented plant, for what is hard to bring about with real processes:
+// many machines, several causes at once. It sends the page's headers, so its Content-Security-Policy holds here, too.
+//
+//   const { url, stop } = await serve(plantWith({ machines: 20, causes: 5 }));
+import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { dirname, extname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const page = join(dirname(fileURLToPath(import.meta.url)), 'page');
+const head = readFileSync(join(process.env.MILLRACE_SOURCE, 'tools/web/live/head.cpp'), 'utf8');
+/** As the server sends it: the pieces of the C++ text, put together. */
+const policy = /Content-Security-Policy: ((?:[^\\]|\\(?!r))*)\\r/.exec(head.replace(/"\s*\n\s*"/g, ''))[1];
+const types = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
+
+export const uuids = {
+  root: '560aacbf-6335-44a9-895a-8b27f3ed5e47', marker: '3d5a2f8c-9b1e-4f06-8a7d-1c2e3f405162',
+  length: '11112222-3333-4444-5555-666677778888', gauge: '77aacbff-6335-44a9-895a-8b27f3ed5e47',
+};
+
+const ago = (seconds) => `${new Date(Date.now() - seconds * 1000).toISOString().slice(0, -1)}000Z`;
+
+const instance = (id, uuid, name, pid, more = {}) => ({
+  instance: id, uuid, name, description: '', version: '0.1.0', host: 'vm', pid, channels: [], delivery: 'at-least-once', concurrency: 1,
+  draining: false, running: 0, waiting: 0, answered_calls: 4711, failed: 0, started: ago(900), calls_per_second: 0, errors_per_second: 0, ...more,
+});
+const link = (machine, more = {}) => ({
+  machine, connected: true, since: ago(4000), address: '127.0.0.1:48898/127.0.0.1.1.1', reason: '', poll_ms: 10, pushed: true,
+  round_trip_ms: 0.395, gateway_host: 'vm', gateway_pid: 31766, gateway_version: '0.1.0', gateway: `gateway of ${machine}`, ...more,
+});
+const channel = (machine, number, more = {}) => ({
+  machine, channel: number, channel_state: 'idle', since: ago(30), attempt: 1, reason: '', calls: 100, link: 'up', instances: 1,
+  calls_per_second: 0, ...more,
+});
+const busy = (rate, program) => ({
+  // Its last change is never long ago, however slow the host of the test is.
+  uuid: uuids.root, service: 'square root', calls_per_second: rate, recent_mean_ms: 1.5, since: ago(-600),
+  program: { state: 'running', name: program, since: ago(600) },
+});
+
+/** Things that go wrong, the first `causes` of them. */
+const mishaps = [
+  (plant) => {
+    const lost = 'laser marker (pid 31802 on vm) is lost with this call, which must not run twice; an operator must answer or retry it';
+    plant.services.push(instance('f', uuids.marker, 'laser marker', 31802, { gone: ago(432), delivery: 'at-most-once' }));
+    plant.change('mill_2', 3, {
+      channel_state: 'held', call: '5f3a9c0112d4-17', since: ago(432), uuid: uuids.marker, service: 'laser marker', request: 'part 4711', instances: 0,
+      reason: lost, program: { state: 'running', name: 'laser_mark.nc', since: ago(500) },
+    });
+    plant.happened(433, 'instance ended', { uuid: uuids.marker, name: 'laser marker', host: 'vm', pid: 31802, last: true });
+    plant.happened(432, 'call held', { machines: ['mill_2'], channel: 3, call: '5f3a9c0112d4-17', uuid: uuids.marker, text: lost });
+  },
+  (plant) => {
+    plant.services.push(instance('e', uuids.length, 'tool length', 7898, { gone: ago(264) }));
+    for (const [number, since] of [[3, 264], [4, 200]]) {
+      plant.change('lathe_1', number, {
+        channel_state: 'unserved', since: ago(since), uuid: uuids.length, service: 'tool length', request: `T${number} check`, instances: 0,
+        reason: `V.G.SERVICE.UUID ${uuids.length} is served by nobody`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
+      });
+    }
+    plant.happened(264, 'instance ended', { uuid: uuids.length, name: 'tool length', host: 'vm', pid: 7898, last: true });
+  },
+  (plant) => {
+    plant.change('mill_2', 1, { program: { state: 'aborted', name: 'fixture_wrong.nc', error: 455, since: ago(467) } });
+    plant.happened(467, 'program aborted', { machines: ['mill_2'], channel: 1, name: 'fixture_wrong.nc', error: 455 });
+  },
+  (plant) => plant.disconnect(['press_4'], 'down', { reason: '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?', since: ago(33) }),
+  (plant) => plant.disconnect(['press_5', 'press_6'], 'gone', {
+    reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', since: ago(75), last_gateway_host: 'hall-3', last_gateway_pid: 31766,
+  }),
+];
+
+/** A snapshot as the server sends it; of the machines beyond the first two each has six channels. */
+export function plantWith({ machines = 2, causes = 0 } = {}) {
+  const plant = {
+    machines: [link('lathe_1'), link('mill_2', { pushed: false })],
+    channels: [channel('lathe_1', 1, busy(1.1, 'measure_contour.nc')), channel('lathe_1', 2, busy(9.3, 'pallet_shuttle.nc')), channel('lathe_1', 3),
+      channel('lathe_1', 4), channel('mill_2', 1), channel('mill_2', 2, busy(9.4, 'pallet_shuttle.nc')), channel('mill_2', 3)],
+    services: [instance('a', uuids.root, 'square root A', 31768, { calls_per_second: 9.4, p50_ms: 1.5, p99_ms: 9, running: 1 }),
+      instance('b', uuids.root, 'square root B', 31770, { calls_per_second: 9.3, p50_ms: 1.5, p99_ms: 9 }),
+      instance('c', uuids.root, 'square root lathe', 31775, { channels: ['lathe_1'], calls_per_second: 1.1, p50_ms: 1.6, p99_ms: 9 }),
+      instance('d', uuids.gauge, 'dial gauge', 31790)],
+    events: [],
+    change(machine, number, more) {
+      Object.assign(this.channels.find((each) => each.machine === machine && each.channel === number), more);
+    },
+    disconnect(names, how, more) {
+      for (const each of this.machines.filter(({ machine }) => names.includes(machine))) {
+        Object.assign(each, { connected: false, ...more });
+      }
+      for (const each of this.channels.filter(({ machine }) => names.includes(machine))) {
+        Object.assign(each, { link: how, channel_state: 'link down' });
+      }
+    },
+    happened(seconds, kind, more) {
+      this.events.push({ number: this.events.length + 1, time: ago(seconds), kind, ...more });
+    },
+  };
+  for (let i = 3; i <= machines; i += 1) {
+    plant.machines.push(link(`press_${i}`));
+    plant.channels.push(...[1, 2, 3, 4, 5, 6].map((number) => channel(`press_${i}`, number)));
+  }
+  plant.happened(900, 'instance started', { uuid: uuids.root, name: 'square root A', host: 'vm', pid: 31768 });
+  mishaps.slice(0, causes).forEach((happen) => happen(plant));
+  return {
+    about: { version: '0.1.0', host: 'vm', fabric: 'plant', domain: 151, recordings: true, actions: true, started: ago(5000), time: ago(0) },
+    ...JSON.parse(JSON.stringify(plant)), notices: [], calls: [],
+    totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: causes > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
+  };
+}
+
+/** Serves the page with this snapshot to a user who is logged in. */
+export async function serve(snapshot) {
+  const open = new Set();
+  const json = {
+    '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain'] },
+    '/api/history': { step_ms: 5000, end: ago(0), services: {}, instances: {} },
+    '/api/calls': { calls: [], kept: 0 },
+  };
+  const server = createServer((request, response) => {
+    const { pathname } = new URL(request.url, 'http://localhost');
+    if (pathname === '/api/live') {
+      response.writeHead(200, { 'Content-Type': 'text/event-stream' });
+      response.write(`event: snapshot\ndata: ${JSON.stringify({ ...snapshot, about: { ...snapshot.about, time: ago(0) } })}\n\n`);
+      const beat = setInterval(() => response.write(`event: changes\ndata: ${JSON.stringify({ time: ago(0) })}\n\n`), 1000);
+      open.add(response);
+      request.on('close', () => clearInterval(beat));
+    } else if (pathname in json) {
+      response.writeHead(200, { 'Content-Type': 'application/json' }).end(JSON.stringify(json[pathname]));
+    } else {
+      const file = join(page, pathname === '/' ? 'index.html' : pathname);
+      response.writeHead(200, { 'Content-Type': types[extname(file)], 'Content-Security-Policy': policy }).end(readFileSync(file));
+    }
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return {
+    url: `http://127.0.0.1:${server.address().port}`,
+    async stop() {
+      open.forEach((response) => response.end());
+      await new Promise((resolve) => { server.close(resolve); server.closeAllConnections(); });
+    },
+  };
+}

@@ -1,0 +1,134 @@
+// What the page looks like with several causes and many machines, in both languages, from a phone to a wall: nothing
+// scrolls sideways, the header is one row, a wall needs no scrolling, and axe finds nothing. The plant is invented.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { Browser, picture, textOf, violations } from './browser.mjs';
+import { plantWith, serve, uuids } from './invented.mjs';
+
+let browser;
+
+before(async () => {
+  browser = await Browser.start();
+});
+
+after(() => browser?.stop());
+
+afterEach(() => {
+  const { complaints } = browser;
+  browser.complaints = [];
+  assert.deepEqual(complaints, []);
+});
+
+/** Runs `look` with a page on an invented plant. */
+async function withPage(plant, options, look) {
+  const server = await serve(plantWith(plant));
+  const page = await browser.open(server.url, options);
+  try {
+    await look(page);
+  } finally {
+    await page.close();
+    await server.stop();
+  }
+}
+
+const isTooWide = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+
+/** How far the middles of what stands in the header are apart. */
+const spreadOfHeader = (page) => page.$$eval('.top > *, .side > *', (parts) => {
+  const middles = parts.filter((part) => part.offsetHeight > 0 && getComputedStyle(part).position !== 'fixed')
+    .map((part) => (part.getBoundingClientRect().top + part.getBoundingClientRect().bottom) / 2);
+  return Math.max(...middles) - Math.min(...middles);
+});
+
+for (const language of ['en', 'de']) {
+  for (const [name, plant] of Object.entries({ fine: { causes: 0 }, three: { causes: 3 }, many: { machines: 20, causes: 5 } })) {
+    test(`the start page fits a desktop, a tablet and a phone: ${name}, ${language}`, async () => {
+      await withPage(plant, { view: '#/plant', language, dark: language === 'de' }, async (page) => {
+        await page.waitForSelector('.account button');
+        for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
+          await page.setViewport({ width, height });
+          assert.ok(!await isTooWide(page), `wider than ${width} px`);
+          assert.ok(await spreadOfHeader(page) <= 8, `a header of several rows at ${width} px`);
+          await picture(page, `start-${name}-${language}-${width}`);
+        }
+        // Of one language; what axe looks at is the same in the other.
+        if (language === 'en') {
+          assert.deepEqual(await violations(page), []);
+        }
+      });
+    });
+  }
+
+  test(`a wall with five causes and twenty machines needs no scrolling, ${language}`, async () => {
+    await withPage({ machines: 20, causes: 5 }, { query: '?wall', language, dark: true, width: 1920, height: 1080 }, async (page) => {
+      assert.equal((await page.$$('.concern')).length, 5);
+      assert.equal((await page.$$('.machine')).length, 20);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
+      assert.ok(!await isTooWide(page));
+      // Each says what it is about and why.
+      assert.ok(await page.$$eval('.concern', (cards) => cards.every((card) => card.querySelector('.concern-why').textContent.length > 20)));
+      await picture(page, `wall-many-${language}`);
+    });
+  });
+
+  test(`the services fit a desktop, a tablet and a phone, ${language}`, async () => {
+    await withPage({ causes: 3 }, { view: `#/services/${uuids.root}`, language }, async (page) => {
+      await page.waitForSelector('tr[data-instance="a"] [data-action="drain"]');
+      for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
+        await page.setViewport({ width, height });
+        assert.ok(!await isTooWide(page), `wider than ${width} px`);
+        // Nor does a table scroll by itself.
+        assert.ok(await page.$$eval('.scroll', (parts) => parts.every((part) => part.scrollWidth <= part.clientWidth + 1)), `a table wider than ${width} px`);
+        await picture(page, `services-many-${language}-${width}`);
+      }
+      assert.deepEqual(await violations(page), []);
+    });
+  });
+}
+
+test('all is well in one green line, and nothing else stands before the machines', async () => {
+  await withPage({}, { view: '#/plant' }, async (page) => {
+    assert.equal(await page.$eval('.headline', (node) => node.dataset.level), 'fine');
+    assert.equal(await textOf(page, '.headline h1'), 'All is well');
+    assert.equal((await textOf(page, '.headline-sum')).replaceAll('\u00a0', ' '), '2/2 links · 7/7 channels ok · 20 calls/s');
+    assert.ok(await page.$eval('.headline', (node) => node.offsetHeight <= 60));
+    assert.ok(await page.$eval('.attention', (node) => node.hidden));
+  });
+});
+
+test('a gateway that is gone with two machines is one card, with its host and process', async () => {
+  await withPage({ machines: 6, causes: 5 }, { view: '#/plant' }, async (page) => {
+    assert.equal(await textOf(page, '.headline h1'), '5 need attention');
+    const [gone, ...others] = await page.$$eval('.concern[data-kind="gone"]', (cards) => cards.map((card) => card.textContent));
+    assert.deepEqual(others, []);
+    assert.match(gone, /press_5, press_6.*\(hall-3, pid 31766\).*Restart the gateway on hall-3/s);
+    const height = await page.$$eval('.concern', (cards) => Math.max(...cards.map((card) => card.offsetHeight)));
+    assert.ok(height <= 130, `a card of ${height} px is not compact`);
+  });
+});
+
+test('channels that wait for the same service are one card, with when its last instance ended', async () => {
+  await withPage({ causes: 2 }, { view: '#/plant' }, async (page) => {
+    const [card, ...others] = await page.$$eval('.concern[data-kind="unserved"]', (cards) => cards.map((each) => each.textContent));
+    assert.deepEqual(others, []);
+    assert.match(card, /lathe_1\/3.*tool length.*T3 check.*also waiting: lathe_1\/4.*The last instance \(vm:7898\) ended at/s);
+  });
+});
+
+test('a row of a machine has the NC program, then the call and its service', async () => {
+  await withPage({ causes: 3 }, { view: '#/plant' }, async (page) => {
+    const rowOf = (channel) => page.$eval(`[data-channel="${channel}"]`, (row) => [...row.children].filter((cell) => cell.offsetWidth > 0).map((cell) => cell.textContent.trim()));
+    assert.deepEqual((await rowOf('lathe_1/2')).slice(0, 4), ['2', 'pallet_shuttle', 'runningsquare root', '9.3/s']);
+    assert.deepEqual((await rowOf('mill_2/1')).slice(0, 2), ['1', 'fixture_wrong · aborted, error 455']);
+    assert.match((await rowOf('mill_2/3'))[2], /^heldlaser marker “part 4711”/);
+  });
+});
+
+test('services with trouble stand first, and events have what happened, the newest first', async () => {
+  await withPage({ causes: 3 }, { view: '#/plant' }, async (page) => {
+    assert.deepEqual(await page.$$eval('.strip tbody th', (cells) => cells.map((cell) => cell.textContent)), ['laser marker', 'tool length', 'square root', 'dial gauge']);
+    assert.deepEqual(await page.$$eval('.event-what', (events) => events.map((event) => event.textContent)), [
+      'tool length: last instance ended (vm:7898)', 'mill_2/3: call of laser marker held for an operator', 'laser marker: last instance ended (vm:31802)',
+      'mill_2/1: NC program fixture_wrong.nc aborted, error 455', 'square root A: instance started (vm:31768)']);
+  });
+});
