@@ -56,6 +56,9 @@ struct WriteEffects {
   void note_clearing(bool was_shown) {
     clearings_shown = clearing_is_shown ? clearings_shown + (was_shown ? 1U : 0U) : 0U;
   }
+  /// An answer is over whose 0 had to be written more than twice: what others have shown may have
+  /// been NC resets, which show 0, too.
+  void doubt_clearing() { clearings_shown = 0; }
   [[nodiscard]] bool clearing_was_shown() const { return clearings_shown >= 3; }
 
   /// A write was shown after this time. One that was slow for once is forgotten after some thirty

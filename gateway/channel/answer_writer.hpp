@@ -175,6 +175,8 @@ class AnswerWriter {
     return next_ == Step::write_state && !may_be_released() && clear_sent_.times == 1 &&
            request_state_zero_ && state_before_ == 0;
   }
+  /// 0 was written more often than on a controller of which nothing is known.
+  [[nodiscard]] bool clearing_took_long() const { return clear_sent_.times > 2; }
   /// A read has shown REQUEST_STATE 0 before the release.
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   /// A read has shown the state of the answer after it was written.

@@ -319,6 +319,9 @@ void Channel::end(bool written, const std::string& detail, Moment now) {
   }
   const AnswerWriter* const writer = call_->writer();
   const bool open = written && writer != nullptr && !writer->zero_seen();
+  if (writer != nullptr && writer->clearing_took_long()) {
+    effects_->doubt_clearing();
+  }
   if (written && writer != nullptr) {
     released_call_ = ReleasedCall{Released(call_->call().request, *writer), call_->id(), open};
   } else {

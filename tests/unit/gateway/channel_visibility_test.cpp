@@ -356,6 +356,30 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
               ElementsAre("RESPONSE=1.732", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
+// NC resets had shown 0 three times on a controller that clears REQUEST_STATE itself. Its programs
+// gave up after 30 s, before the gateway did, and no call was answered any more. Found by the
+// simulation.
+TEST_F(Visibility, AControllerIsNotTakenForOneThatShowsZeroAfterAnAnswerThatWasWrittenForLong) {
+  const auto effects = std::make_shared<WriteEffects>();
+  effects->clearings_shown = 3;
+  fixture.emplace(tests::KernelRules{.kernel_clears_after = 1ms});
+  fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture->context, ReadIntervals{}, effects);
+  fixture->dispatched_call();
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(10s);
+  ASSERT_THAT(fixture->writes, testing::Not(testing::Contains("RESPONSE_STATE=1")));
+  fixture->channel.reset();
+  fixture->wait(1s);
+  fixture->writes.clear();
+  fixture->call("3", 2);
+  fixture->wait(20ms);
+  sut().assign(fixture->assignment(), fixture->now);
+  fixture->settle();
+  reply(fixture->reply("1.732", 1));
+  fixture->wait(5s);
+  EXPECT_THAT(fixture->writes, testing::Contains("RESPONSE_STATE=1"));
+}
+
 TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   fixture->dispatched_call();
   unsigned writes = 0;
