@@ -66,7 +66,8 @@ constexpr Field<Get> field(std::string_view name, Get get, FieldOptions options)
   }
 #define MILLRACE_FIELD(member, ...) \
   visit(::millrace::fabric::field(#member, MILLRACE_GET(member), {__VA_ARGS__}));
-// The preprocessor does not repeat a macro within itself, but scans its result anew.
+// The preprocessor does not expand a macro within itself; each scan of the result expands it once
+// more.
 #define MILLRACE_SCAN(...) MILLRACE_SCAN_9(MILLRACE_SCAN_9(MILLRACE_SCAN_9(__VA_ARGS__)))
 #define MILLRACE_SCAN_9(...) MILLRACE_SCAN_3(MILLRACE_SCAN_3(MILLRACE_SCAN_3(__VA_ARGS__)))
 #define MILLRACE_SCAN_3(...) MILLRACE_SCAN_1(MILLRACE_SCAN_1(MILLRACE_SCAN_1(__VA_ARGS__)))

@@ -1,6 +1,6 @@
 // Answered requests that still stand on the fabric. Pure.
 //
-//   answered.add({key, epoch, instance}, now);        // that instance has answered, nobody runs it
+//   answered.add({key, epoch, instance}, now);        // that instance has answered
 //   answered.replace({key, epoch, instance});          // it is asked for the channel's next call
 //   for (const auto& request : answered.due(now)) …    // withdraw them
 //

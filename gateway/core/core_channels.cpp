@@ -108,7 +108,7 @@ void Core::on_link_dropped(const std::string& machine, const std::string& reason
 
 void Core::on_channel_removed(const fabric::ChannelKey& key) {
   drain(key);
-  queues_.on_channel_lost(key.machine, key.channel, "the configuration names its channel no more");
+  queues_.on_channel_lost(key.machine, key.channel, "its channel is no longer configured");
 }
 
 void Core::drain(const fabric::ChannelKey& key) {

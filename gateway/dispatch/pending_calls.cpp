@@ -54,7 +54,7 @@ void PendingCalls::note_waiters(Instance& instance) {
   instance.has_waiter = std::ranges::any_of(instance.calls, &PendingCall::waits);
 }
 
-/// From whoever has it, and from where it waits.
+/// Removes the call from its instance and from the pending calls.
 void PendingCalls::detach(PendingCall& pending) {
   if (Instance* const from = std::exchange(pending.at, nullptr)) {
     Instances::change_load(*from, [&] {

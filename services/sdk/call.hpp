@@ -18,7 +18,7 @@ class CallSink;
 /// the error state. All functions may be called from any thread.
 class Call {
  public:
-  /// `cancelled` is requested to stop when nobody waits any more.
+  /// `cancelled` is requested to stop when the request is withdrawn.
   Call(fabric::Request request, std::weak_ptr<CallSink> sink, std::stop_token cancelled);
   ~Call();
   Call(const Call&) = delete;

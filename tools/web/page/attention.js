@@ -129,7 +129,7 @@ function causeOf(machine, channel, state) {
   }
 }
 
-/** Where the gateway of a machine was that is gone: { host, pid }; null if nobody knows. */
+/** Where the gateway of a machine was that is gone: { host, pid }; null if that is unknown. */
 function lastOf(machine) {
   const link = machine.links.find((each) => each.last_gateway_host);
   return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid } : null;

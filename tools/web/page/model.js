@@ -160,7 +160,7 @@ export class Model {
     return [...groups.values()].sort((a, b) => (b.here === 0) - (a.here === 0) || byName(a.name, b.name) || byName(a.uuid, b.uuid));
   }
 
-  /** What a UUID is called: its service, also after its last instance; the UUID itself if nobody knows. */
+  /** What a UUID is called: its service, also after its last instance; the UUID itself if that is unknown. */
   serviceName(uuid) {
     const same = [...this.services.values()].filter((service) => service.uuid === uuid?.toLowerCase());
     return same.length > 0 ? commonName(same.map((service) => service.name ?? '')) : uuid ?? '';

@@ -22,7 +22,7 @@
 namespace millrace::tools::web::plant {
 
 struct PlantEvent {
-  /// Counts up; an event that is told again with the same number has changed.
+  /// Counts up. An event that is sent again with the same number has changed.
   std::uint64_t number = 0;
   fabric::Time at{};
   /// As the page names it: "instance started", "call held", …
@@ -54,7 +54,7 @@ class EventBook {
 
   /// The newest first, at most `most`.
   [[nodiscard]] boost::json::array list(std::size_t most) const;
-  /// Those that nobody was told yet, the oldest first.
+  /// Events that take() has not returned yet, the oldest first.
   boost::json::array take();
   [[nodiscard]] bool has_news() const { return !news_.empty(); }
 

@@ -74,7 +74,7 @@ export const reasons = [
 
   // Die Maschine und ihre Verbindung: gateway/machines/, gateway/shell/ads_controller.cpp, cnc/ads/
   ['the configuration has changed', 'Die Konfiguration hat sich geändert.'],
-  ['the configuration names its channel no more', 'Die Konfiguration nennt seinen Kanal nicht mehr.'],
+  ['its channel is no longer configured', 'Sein Kanal ist nicht mehr konfiguriert.'],
   ['this gateway stood still', 'Dieses Gateway war angehalten.'],
   ['not connected yet', 'Noch nicht verbunden.'],
   ['listening whether another gateway serves this machine', 'Prüft, ob ein anderes Gateway diese Maschine bedient.'],

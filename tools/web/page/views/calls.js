@@ -62,7 +62,7 @@ export function callsView(app, query) {
   }
 
   function rowsNow() {
-    // The filter leaves out what is missing, too, unless it is a time without data: nobody knows whether it would fit.
+    // The filter leaves out what is missing, too, unless it is a time without data: whether that would fit is unknown.
     const live = app.model.calls.filter((row) => (row.call ? fits(row, filter) : row.gap || !isFiltered));
     const known = new Set(live.map((row) => row.call));
     return [...live, ...kept.filter((call) => !known.has(call.call))].slice(0, shownRows);
