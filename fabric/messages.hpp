@@ -72,15 +72,15 @@ struct Request {
   /// An instance without room keeps it for later instead of declining it: no other one has room.
   bool may_wait = false;
   bool replayed = false;
-  /// Who asks, as DDS and its certificate say (wire::asker_of); nothing of it is on the wire. Only
-  /// of a request that an instance has taken.
-  std::uint64_t asker = 0;
+  /// Who asks, as DDS and its certificate say (wire::requester_of); nothing of it is on the wire.
+  /// Only of a request that an instance has taken.
+  std::uint64_t requester = 0;
   bool operator==(const Request&) const = default;
 };
 MILLRACE_FIELDS(Request, (key, .required = true), call, (uuid, .words = "UUID", .sparse = true),
                 attempt, assigned, (succeeds, .hex = true),
                 (text, .cp1252 = true, .most = max_text), state, deadline, seen, dispatched,
-                may_wait, replayed, (asker, .on_wire = false, .observed = false))
+                may_wait, replayed, (requester, .on_wire = false, .observed = false))
 
 /// Declined: the attempt was not begun and will not be; the text says why.
 enum class ReplyKind : std::uint8_t { interim, final, declined };
@@ -114,7 +114,7 @@ enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 /// What the programs that call a service wait for. RESPONSE_STATE, as SysServiceWait and the
 /// vendor's sample do, or a text in RESPONSE alone, as the manual's words have it
 /// (IB/tf5200_service_interface/356533387, documented); then an answer may have state 0.
-enum class Awaited : std::uint8_t { response_state, response };
+enum class CompletionSignal : std::uint8_t { response_state, response };
 
 /// A channel an instance serves: empty machine = any machine, channel 0 = any channel.
 struct ChannelScope {
@@ -137,11 +137,11 @@ struct InstanceIdentity {
   /// Empty = every channel.
   std::vector<ChannelScope> channels{};
   Delivery delivery = Delivery::at_least_once;
-  Awaited awaited = Awaited::response_state;
+  CompletionSignal completion_signal = CompletionSignal::response_state;
   std::uint32_t concurrency = 1;
   bool draining = false;
-  /// Its process beats several times in this time: silence of this length means that it is gone.
-  /// 0: it does not beat.
+  /// Its process sends heartbeats several times in this time: silence of this length means that it
+  /// is gone. 0: it sends no heartbeat.
   std::chrono::milliseconds lease{};
   /// The name in the certificate that its process has proved to have; empty without trust. Not what
   /// it tells of itself.
@@ -150,7 +150,7 @@ struct InstanceIdentity {
 };
 MILLRACE_FIELDS(InstanceIdentity, (id, .json = "instance", .proto = "instance"), uuid, name,
                 description, version, host, pid, (channels, .proto = "channel"), delivery,
-                (awaited, .proto = "awaits_response"), concurrency, draining, lease,
+                (completion_signal, .proto = "awaits_response"), concurrency, draining, lease,
                 (certificate, .sparse = true, .on_wire = false))
 
 enum class ChannelState : std::uint8_t {
@@ -259,16 +259,16 @@ struct InstanceLoad {
 MILLRACE_FIELDS(InstanceLoad, status, (calls, .most = 256))
 
 /// A process that has instances is there, and its loop turns.
-struct Beat {
+struct Heartbeat {
   /// Of the process, drawn when it starts.
-  InstanceId member{};
+  InstanceId process{};
   Time at{};
   /// At most 64: of its instances those that have calls, those whose numbers have changed lately,
   /// and the others in turn.
   std::vector<InstanceLoad> loads{};
-  bool operator==(const Beat&) const = default;
+  bool operator==(const Heartbeat&) const = default;
 };
-MILLRACE_FIELDS(Beat, member, at, (loads, .most = 64))
+MILLRACE_FIELDS(Heartbeat, process, at, (loads, .most = 64))
 
 enum class EventKind : std::uint8_t {
   seen,

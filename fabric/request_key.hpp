@@ -19,8 +19,8 @@ struct RequestKey {
   /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
   std::uint64_t epoch = 0;
   InstanceId instance{};
-  /// Of what an instance has taken: who asks (Request::asker).
-  std::uint64_t asker = 0;
+  /// Of what an instance has taken: who asks (Request::requester).
+  std::uint64_t requester = 0;
   auto operator<=>(const RequestKey&) const = default;
 };
 
@@ -32,7 +32,7 @@ struct RequestKeyHash {
 };
 
 inline RequestKey key_of(const Request& request) {
-  return {request.key, request.call.epoch, request.assigned, request.asker};
+  return {request.key, request.call.epoch, request.assigned, request.requester};
 }
 /// What takes back that which was asked under this key. The writer disposes the key after it.
 inline Request withdrawal_of(const RequestKey& key) {

@@ -29,7 +29,7 @@ inline constexpr std::size_t variables_of_a_page = 64;
 /// Nothing in it is checked: it comes from anybody.
 struct VariableRequest {
   /// Who asks; the reply reaches only him.
-  InstanceId asker{};
+  InstanceId requester{};
   /// Of its own for each request.
   InstanceId token{};
   ChannelKey key{};
@@ -51,7 +51,7 @@ struct VariableRequest {
   std::string excess{};
   bool operator==(const VariableRequest&) const = default;
 };
-MILLRACE_FIELDS(VariableRequest, asker, token, (key, .required = true), action, names, values,
+MILLRACE_FIELDS(VariableRequest, requester, token, (key, .required = true), action, names, values,
                 first, patience, age, issuer, at, (excess, .on_wire = false))
 
 struct VariableResult {

@@ -28,8 +28,8 @@ std::string_view name_of(Delivery delivery) {
   return pick<Delivery, 2>({"at-least-once", "at-most-once"}, delivery);
 }
 
-std::string_view name_of(Awaited awaited) {
-  return pick<Awaited, 2>({"response-state", "response"}, awaited);
+std::string_view name_of(CompletionSignal completion_signal) {
+  return pick<CompletionSignal, 2>({"response-state", "response"}, completion_signal);
 }
 
 std::string_view name_of(ChannelState state) {
@@ -71,10 +71,11 @@ std::optional<Delivery> parse_delivery(std::string_view word) {
   return std::nullopt;
 }
 
-std::optional<Awaited> parse_awaited(std::string_view word) {
-  for (const Awaited awaited : {Awaited::response_state, Awaited::response}) {
-    if (word == name_of(awaited)) {
-      return awaited;
+std::optional<CompletionSignal> parse_completion_signal(std::string_view word) {
+  for (const CompletionSignal completion_signal :
+       {CompletionSignal::response_state, CompletionSignal::response}) {
+    if (word == name_of(completion_signal)) {
+      return completion_signal;
     }
   }
   return std::nullopt;

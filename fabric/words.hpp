@@ -16,7 +16,7 @@ std::string_view name_of(ReplyKind kind);
 std::string_view name_of(ServiceCode code);
 /// "at-least-once", "at-most-once".
 std::string_view name_of(Delivery delivery);
-std::string_view name_of(Awaited awaited);
+std::string_view name_of(CompletionSignal completion_signal);
 /// "link down", "idle", "running" …
 std::string_view name_of(ChannelState state);
 /// "seen", "dispatched" …
@@ -26,6 +26,6 @@ std::string_view name_of(CommandKind kind);
 
 /// The other way; nothing for another word.
 std::optional<Delivery> parse_delivery(std::string_view word);
-std::optional<Awaited> parse_awaited(std::string_view word);
+std::optional<CompletionSignal> parse_completion_signal(std::string_view word);
 
 }  // namespace millrace::fabric

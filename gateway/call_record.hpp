@@ -30,7 +30,7 @@ struct Assignment {
   std::shared_ptr<const std::string> name;
   /// Its instance has no room, nor has any other: it waits there for its turn.
   bool waits = false;
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
 
   [[nodiscard]] std::string_view to_whom() const { return name ? *name : std::string_view(); }
 };
@@ -42,7 +42,7 @@ struct CallRecord {
   fabric::Time seen{};
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// What its program waits for, as the instance says that it was given to last.
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   /// In their order; the answer of any of them is an answer to the call.
   std::vector<Attempt> attempts{};
   /// Interim states that the channel may show.

@@ -28,7 +28,7 @@ struct DispatchedEntry {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   std::uint32_t attempt = 1;
   fabric::InstanceId instance;
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   bool operator==(const DispatchedEntry&) const = default;
 };
 

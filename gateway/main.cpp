@@ -11,8 +11,8 @@
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "base/program/supervisor.hpp"
-#include "fabric/badge.hpp"
 #include "fabric/dds/trust.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "gateway/settings/settings.hpp"
 #include "gateway/shell/check_controllers.hpp"
@@ -76,16 +76,17 @@ void check_machines(const std::vector<MachineSettings>& machines,
   if (!join.trust) {
     return;
   }
-  const auto badge = millrace::fabric::parse_badge(join.fabric, join.trust->badge);
+  const auto identity =
+      millrace::fabric::parse_participant_identity(join.fabric, join.trust->identity_partitions);
   for (const MachineSettings& machine : machines) {
-    // Without a badge of this fabric it may not join at all, and says so then.
-    if (badge && !badge->machines.contains(machine.name)) {
+    // Without an identity of this fabric it may not join at all, and says so then.
+    if (identity && !identity->machines.contains(machine.name)) {
       throw program::UsageError(fmt::format(
           "this gateway may not speak for {}: its certificate, {}, names {}; `millrace trust issue "
           "… --role gateway --machine {}` makes one that does",
-          machine.name, badge->name,
-          badge->machines.empty() ? "no machine"
-                                  : fmt::format("{}", fmt::join(badge->machines, ", ")),
+          machine.name, identity->name,
+          identity->machines.empty() ? "no machine"
+                                     : fmt::format("{}", fmt::join(identity->machines, ", ")),
           machine.name));
     }
   }

@@ -10,11 +10,11 @@
 namespace millrace::gateway {
 
 tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state,
-                                                 fabric::Awaited awaited) {
-  if (awaited == fabric::Awaited::response_state && state == 0) {
+                                                 fabric::CompletionSignal completion_signal) {
+  if (completion_signal == fabric::CompletionSignal::response_state && state == 0) {
     return tl::unexpected(std::string("has state 0, which releases no program"));
   }
-  if (awaited == fabric::Awaited::response && text.empty()) {
+  if (completion_signal == fabric::CompletionSignal::response && text.empty()) {
     return tl::unexpected(
         std::string("is empty, which releases no program that waits for RESPONSE"));
   }

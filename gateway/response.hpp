@@ -25,7 +25,7 @@ class Response {
   /// The error says what is wrong, in words that go after "the answer ".
   static tl::expected<Response, std::string> of(
       std::string text, std::uint32_t state,
-      fabric::Awaited awaited = fabric::Awaited::response_state);
+      fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state);
 
   /// Words of ours in place of an answer. What is no printable ASCII becomes '?', a text that does
   /// not fit ends in "..."; `state` is not 0.

@@ -10,7 +10,7 @@
 
 #include "cnc/variables/objects.hpp"
 #include "cnc/variables/service_value.hpp"
-#include "cnc/variables/state_notices.hpp"
+#include "cnc/variables/state_subscriptions.hpp"
 #include "cnc/variables/survey.hpp"
 
 namespace millrace::cnc::variables {
@@ -99,13 +99,13 @@ asio::awaitable<Answer> ask_sum(ads::Client& client, Location location) {
 
 asio::awaitable<Answer> ask_notifications(ads::Client& client, std::uint32_t channels,
                                           std::string symbol) {
-  StateNotices notices(client, std::move(symbol), [](auto&&...) {});
+  StateSubscriptions subscriptions(client, std::move(symbol), [](auto&&...) {});
   std::vector<std::uint16_t> all(channels);
   std::iota(all.begin(), all.end(), std::uint16_t{1});
-  const auto outcomes = co_await notices.watch(all);
-  co_await notices.unwatch(all);
+  const auto outcomes = co_await subscriptions.subscribe(all);
+  co_await subscriptions.unsubscribe(all);
   const auto refused = std::ranges::find_if(
-      outcomes, [](const NoticeOutcome& one) { return one.error != ErrorCode::none; });
+      outcomes, [](const SubscriptionOutcome& one) { return one.error != ErrorCode::none; });
   co_return refused == outcomes.end()
       ? Answer{"notifications", "of REQUEST_STATE and RESPONSE_STATE are granted"}
       : Answer{"notifications", fmt::format("{}: the gateway polls", refused->refusal),

@@ -37,7 +37,8 @@ struct Probe {
 
 /// Checks the tasks of the CNC, the Service Interface of each channel, sum commands and
 /// notifications. Writes no variable and leaves no handle behind. `symbol` is the pattern of the
-/// symbol names of a channel's variables (state_notices.hpp). The client must outlive the probe.
+/// symbol names of a channel's variables (state_subscriptions.hpp). The client must outlive the
+/// probe.
 boost::asio::awaitable<Probe> probe(ads::Client& client, std::string symbol);
 
 }  // namespace millrace::cnc::variables

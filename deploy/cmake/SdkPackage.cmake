@@ -32,10 +32,10 @@ install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT
 
 # What a service includes, and what that includes.
 set(headers
-  fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/notice.hpp fabric/notice_sink.hpp fabric/dds/participant.hpp
+  fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/alarm_sink.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp
-  services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/member.hpp
-  services/sdk/notices.hpp services/sdk/response.hpp services/sdk/service.hpp)
+  services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/shared_participant.hpp
+  services/sdk/alarms.hpp services/sdk/response.hpp services/sdk/service.hpp)
 foreach(header IN LISTS headers)
   cmake_path(GET header PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${sdk_includes}/${folder} COMPONENT sdk-dev)

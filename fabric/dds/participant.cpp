@@ -13,7 +13,7 @@
 
 #include "base/program/barrier.hpp"
 #include "base/text/quoted.hpp"
-#include "fabric/dds/badges.hpp"
+#include "fabric/dds/authenticator.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/cyclone_log.hpp"
 #include "fabric/dds/entity.hpp"
@@ -106,7 +106,7 @@ Qos participant_qos(const ParticipantOptions& options) {
       qos.get(), DDS_LIVELINESS_AUTOMATIC,
       DDS_MSECS(std::max(options.lease, options.participant_lease.value_or(usual)).count()));
   if (options.trust) {
-    // Of their own Cyclone tells everybody the true ones. These stay here; the badge has them.
+    // Of their own Cyclone tells everybody the true ones. These stay here; the identity has them.
     for (const char* const told : {"__ProcessName", "__Pid", "__Hostname"}) {
       dds_qset_prop(qos.get(), told, "");
     }
@@ -116,7 +116,7 @@ Qos participant_qos(const ParticipantOptions& options) {
   return qos;
 }
 
-Whereabouts whereabouts_of(const ParticipantOptions& options) {
+ProcessInfo process_info_of(const ParticipantOptions& options) {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
   return {.program = options.name.empty() ? program_invocation_short_name : options.name,
@@ -142,8 +142,8 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
   if (options_.trust) {
     try {
       // Before all that this program says, so that it is known first.
-      badges_ = std::make_unique<Badges>(handle_, options_.fabric, whereabouts_of(options_),
-                                         options_.trust);
+      authenticator_ = std::make_unique<Authenticator>(handle_, options_.fabric,
+                                                       process_info_of(options_), options_.trust);
     } catch (...) {
       leave();
       throw;
@@ -153,7 +153,7 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
 
 Participant::~Participant() {
   const std::lock_guard guard(process_lock());
-  badges_.reset();
+  authenticator_.reset();
   leave();
 }
 

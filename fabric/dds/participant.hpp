@@ -12,7 +12,7 @@
 
 namespace millrace::fabric::dds {
 
-class Badges;
+class Authenticator;
 struct Trust;
 
 /// How processes find each other where multicast does it.
@@ -30,7 +30,7 @@ struct ParticipantOptions {
   /// The fabric's name, first element of each partition.
   std::string fabric = "millrace";
   /// How soon those who give it work notice that this process is gone without a word, or hangs: its
-  /// instances beat, and a gateway asserts itself, several times in it.
+  /// instances send heartbeats, and a gateway asserts itself, several times in it.
   std::chrono::milliseconds lease{500};
   /// After this time without a word DDS takes a process for gone; not shorter than `lease`. DDS's
   /// ordinary one: with a shorter one each process announces itself to all others so much more
@@ -67,14 +67,14 @@ class Participant {
   [[nodiscard]] std::int32_t handle() const { return handle_; }
   [[nodiscard]] const ParticipantOptions& options() const { return options_; }
   /// What the others have proved to be; null without trust. From any thread.
-  [[nodiscard]] Badges* badges() const { return badges_.get(); }
+  [[nodiscard]] Authenticator* authenticator() const { return authenticator_.get(); }
 
  private:
   void leave();
 
   ParticipantOptions options_;
   std::int32_t handle_ = 0;
-  std::unique_ptr<Badges> badges_;
+  std::unique_ptr<Authenticator> authenticator_;
 };
 
 }  // namespace millrace::fabric::dds

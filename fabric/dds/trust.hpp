@@ -15,8 +15,8 @@ namespace millrace::fabric::dds {
 struct Trust {
   /// The name in its certificate.
   std::string name{};
-  /// Where it shows its badge, as its permissions allow (fabric/badge.hpp).
-  std::vector<std::string> badge{};
+  /// Where it shows its identity, as its permissions allow (fabric/participant_identity.hpp).
+  std::vector<std::string> identity_partitions{};
   /// When its certificate ends: Cyclone takes the participant away then, without a word.
   std::chrono::sys_seconds until{};
   /// The names of those whose certificates have been taken back, as the host knows it now; or why

@@ -61,7 +61,8 @@ void TrustWatch::look_whom_to_believe() {
     own_revoked_ = own_revoked_ || names->contains(trust_->name);
     if (const auto missing = told_.revoked(*names); !missing.empty()) {
       trouble = fmt::format(
-          "the list of revoked members (revoked.pem) does not name {} any more: an older one has "
+          "the list of revoked participants (revoked.pem) does not name {} any more: an older one "
+          "has "
           "been copied over it; this program goes on not to believe whom it has named, and one "
           "that "
           "starts now would: copy the newest list from where the plant's authorities are",

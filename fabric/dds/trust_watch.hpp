@@ -1,7 +1,7 @@
 // Looks again and again whom a participant is to believe no more, and whether its own certificate
-// is over: a thread, since Cyclone reads the list of revoked members once and tells of no end.
+// is over: a thread, since Cyclone reads the list of revoked participants once and tells of no end.
 //
-//   TrustWatch watch(trust, {.revoked = […](const auto& names) { return book.left_out_of(names); },
+//   TrustWatch watch(trust, {.revoked = […](const auto& names) { return store.left_out_of(names); },
 //                            .said = […](std::string text) { … }});
 #pragma once
 

@@ -34,14 +34,14 @@ void Context::complete(Entry& entry) {
     if (const std::string* uuid = find(uuid_of_instance_, reply->instance)) {
       entry.uuid = *uuid;
     }
-    for_each_asker(key_of(*reply), [&](const RequestKey& key, const Pending& pending) {
+    for_each_requester(key_of(*reply), [&](const RequestKey& key, const Pending& pending) {
       if (key.instance == reply->instance && pending.call == reply->call) {
         entry.uuid = pending.uuid;
       }
     });
   } else if (auto* withdrawal = std::get_if<Withdrawal>(&entry.sample)) {
     const RequestKey key{withdrawal->key, withdrawal->call.epoch, withdrawal->instance,
-                         withdrawal->asker};
+                         withdrawal->requester};
     const Pending* pending = find(pending_, key);
     withdrawal->call = pending == nullptr ? CallId{} : pending->call;
     entry.uuid = pending == nullptr ? std::string() : pending->uuid;
@@ -50,7 +50,7 @@ void Context::complete(Entry& entry) {
 }
 
 template <typename Use>
-void Context::for_each_asker(const RequestKey& from, const Use& use) const {
+void Context::for_each_requester(const RequestKey& from, const Use& use) const {
   for (auto one = pending_.lower_bound({from.key, from.epoch, {}});
        one != pending_.end() && one->first.key == from.key && one->first.epoch == from.epoch;
        ++one) {
@@ -60,7 +60,7 @@ void Context::for_each_asker(const RequestKey& from, const Use& use) const {
 
 bool Context::has_asked(const RequestKey& key) const {
   bool others = false;
-  for_each_asker(key, [&](const RequestKey& one, const Pending&) {
+  for_each_requester(key, [&](const RequestKey& one, const Pending&) {
     others = others || one.instance == key.instance;
   });
   return pending_.contains(key) || !others;
@@ -69,7 +69,7 @@ bool Context::has_asked(const RequestKey& key) const {
 bool Context::was_given(const Reply& reply) const {
   bool given = false;
   bool to_others = false;
-  for_each_asker(key_of(reply), [&](const RequestKey& key, const Pending& pending) {
+  for_each_requester(key_of(reply), [&](const RequestKey& key, const Pending& pending) {
     const bool same = pending.call == reply.call;
     given = given || (same && key.instance == reply.instance);
     to_others = to_others || (same && key.instance != reply.instance);

@@ -41,7 +41,7 @@ class Context {
   void remember(const Entry& entry);
   /// `use(key, pending)` for what was asked of each instance for this channel in this epoch.
   template <typename Use>
-  void for_each_asker(const RequestKey& from, const Use& use) const;
+  void for_each_requester(const RequestKey& from, const Use& use) const;
 
   std::map<InstanceId, std::string> uuid_of_instance_;
   /// Of those that are gone, the one that went first in front.

@@ -32,7 +32,7 @@ struct OriginOf {
   Time operator()(const DataSample& sample) const { return sample.at; }
   Time operator()(const ProgramEvent& event) const { return event.at; }
   /// That it is over it does not say.
-  Time operator()(const NoticeNews& news) const { return news.over ? Time{} : news.notice.since; }
+  Time operator()(const AlarmNews& news) const { return news.over ? Time{} : news.alarm.since; }
   Time operator()(const InstanceStatus&) const { return {}; }
   Time operator()(const InstanceNews&) const { return {}; }
   Time operator()(const Withdrawal&) const { return {}; }
@@ -49,7 +49,7 @@ std::string_view name_of(Change change) {
 std::string_view kind_of(const Entry& entry) {
   constexpr std::array<std::string_view, std::variant_size_v<Sample>> names{
       "request", "reply",   "withdrawal", "channel", "instance", "status", "event",
-      "command", "outcome", "machine",    "data",    "program",  "notice"};
+      "command", "outcome", "machine",    "data",    "program",  "alarm"};
   return names.at(entry.sample.index());
 }
 

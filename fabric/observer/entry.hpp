@@ -7,10 +7,10 @@
 #include <string_view>
 #include <variant>
 
+#include "fabric/alarm.hpp"
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/notice.hpp"
 
 namespace millrace::fabric::observer {
 
@@ -21,11 +21,11 @@ struct Withdrawal {
   CallId call{};
   /// From whom; zero in recordings of the first version of the wire, whose requests stood for all.
   InstanceId instance{};
-  /// As of the request (Request::asker); not recorded.
-  std::uint64_t asker = 0;
+  /// As of the request (Request::requester); not recorded.
+  std::uint64_t requester = 0;
   bool operator==(const Withdrawal&) const = default;
 };
-MILLRACE_FIELDS(Withdrawal, key, call, instance, (asker, .observed = false))
+MILLRACE_FIELDS(Withdrawal, key, call, instance, (requester, .observed = false))
 
 enum class Change : std::uint8_t { ready, changed, gone };
 std::string_view name_of(Change change);
@@ -40,17 +40,17 @@ struct InstanceNews {
 MILLRACE_FIELDS(InstanceNews, change, identity)
 
 /// What a program says of itself; or, `over`, that it does not any more, or is gone: then the
-/// notice is what it said last, or only its key if nobody heard that.
-struct NoticeNews {
+/// alarm is what it said last, or only its key if nobody heard that.
+struct AlarmNews {
   bool over = false;
-  Notice notice{};
-  bool operator==(const NoticeNews&) const = default;
+  Alarm alarm{};
+  bool operator==(const AlarmNews&) const = default;
 };
-MILLRACE_FIELDS(NoticeNews, over, notice)
+MILLRACE_FIELDS(AlarmNews, over, alarm)
 
 using Sample =
     std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus, Event,
-                 Command, Outcome, MachineStatus, DataSample, ProgramEvent, NoticeNews>;
+                 Command, Outcome, MachineStatus, DataSample, ProgramEvent, AlarmNews>;
 
 struct Entry {
   /// When the observer received it.

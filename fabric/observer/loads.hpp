@@ -1,5 +1,5 @@
-// Which of the beats' loads are news: beats come several times a second, and mostly say the same.
-// Pure.
+// Which of the heartbeats' loads are news: heartbeats come several times a second, and mostly say
+// the same. Pure.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@ namespace millrace::fabric::observer {
 
 class Loads {
  public:
-  /// Of an instance nothing is news more often than this. A change is in more beats than fit into
-  /// it (fabric/registry/beats.hpp), so that the last one is not missed.
+  /// Of an instance nothing is news more often than this. A change is in more heartbeats than fit
+  /// into it (fabric/registry/heartbeats.hpp), so that the last one is not missed.
   static constexpr std::chrono::milliseconds pause{1000};
 
   /// True the first time, and when it is another one than the last that was news.

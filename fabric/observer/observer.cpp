@@ -6,21 +6,21 @@
 
 #include <fmt/format.h>
 
-#include "fabric/complaints.hpp"
 #include "fabric/dds/post_once.hpp"
-#include "fabric/ends/command_end.hpp"
-#include "fabric/ends/gateway_watch.hpp"
-#include "fabric/ends/roster.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/gateway_monitor.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
+#include "fabric/log_limiter.hpp"
+#include "fabric/observer/alarms.hpp"
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
-#include "fabric/observer/notices.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::fabric::observer {
 
 namespace {
 
-using wire::Presence;
+using wire::InstanceState;
 
 /// Batches of 64 samples that are taken from one reader before the next one has its turn.
 constexpr int batches_per_turn = 16;
@@ -40,7 +40,7 @@ std::optional<Sample> sample_of(wire::Taken<Request>&& taken) {
     return Withdrawal{.key = std::move(taken.value.key),
                       .call = {.epoch = taken.value.call.epoch},
                       .instance = taken.value.assigned,
-                      .asker = taken.value.asker};
+                      .requester = taken.value.requester};
   }
   return taken.valid ? std::optional<Sample>(std::move(taken.value)) : std::nullopt;
 }
@@ -50,7 +50,7 @@ constexpr const char* gateway_gone = "its gateway is gone";
 
 /// Its gateway disposes nothing.
 std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
-  if (taken.presence == Presence::orphaned) {
+  if (taken.instance_state == InstanceState::no_writers) {
     // Without its values: nobody tells of them any more.
     return DataSample{.key = std::move(taken.value.key),
                       .group = std::move(taken.value.group),
@@ -61,25 +61,25 @@ std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
 
 }  // namespace
 
-struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchListener {
+struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMonitorListener {
   Impl(dds::Participant& own_participant, const boost::asio::any_io_executor& executor,
        ObserverListener& own_listener, Interest own_interest)
       : participant(own_participant),
         interest(own_interest),
         listener(&own_listener),
-        roster(executor,
-               {.drain_beats = [this] { drain_beats(); }, .announce = [this] { tell_changes(); }}) {
-    roster.registry().match_all();
+        liveness(executor, {.drain_heartbeats = [this] { drain_heartbeats(); },
+                            .announce = [this] { tell_changes(); }}) {
+    liveness.registry().match_all();
   }
 
   void open(const boost::asio::any_io_executor& executor);
   void close();
   bool drain();
   void drain_discovery();
-  bool drain_beats();
+  bool drain_heartbeats();
   void tell_changes();
   void tell_ignored();
-  void complain(const std::string& kind, const std::string& about, const std::string& text);
+  void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -111,7 +111,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
     use(outcomes);
     use(data);
     use(programs);
-    use(notices);
+    use(alarms);
   }
 
   /// A sample as an entry; nothing if it is no news.
@@ -119,15 +119,15 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   std::optional<Sample> news_of(wire::Taken<Value>&& taken) {
     return sample_of(std::move(taken));
   }
-  std::optional<Sample> news_of(wire::Taken<Notice>&& taken) {
-    auto kept = notice_owners.take(taken.value.key, taken.writer, taken.valid,
-                                   taken.presence == Presence::alive);
+  std::optional<Sample> news_of(wire::Taken<Alarm>&& taken) {
+    auto kept = alarm_owners.take(taken.value.key, taken.writer, taken.valid,
+                                  taken.instance_state == InstanceState::alive);
     if (!kept) {
       return std::nullopt;
     }
     taken.value.key = std::move(kept->key);
-    auto news = kept->is_over ? known_notices.over(taken.value.key)
-                              : known_notices.said(std::move(taken.value));
+    auto news = kept->is_over ? known_alarms.over(taken.value.key)
+                              : known_alarms.said(std::move(taken.value));
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
@@ -149,7 +149,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   }
   void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }
 
-  void drop_gone_notices();
+  void drop_gone_alarms();
 
   /// One turn of a reader; true if there may be more.
   template <typename Value>
@@ -157,7 +157,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
     for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
       auto batch = reader->take();
       if (const auto flood = reader->take_flooding()) {
-        complain("keys", *flood, *flood);
+        warn_limited("keys", *flood, *flood);
       }
       if (batch.empty() || listener == nullptr) {
         return false;
@@ -179,13 +179,13 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   /// Null once the observer is closed.
   ObserverListener* listener;
   Context context;
-  Complaints complaints;
+  LogLimiter log_limiter;
   std::uint64_t delivered = 0;
   // Before the entities that wake it.
   std::optional<dds::PostOnce> post;
-  ends::Roster roster;
-  std::optional<dds::Badges::Watcher> badges;
-  std::optional<ends::GatewayWatch> gateways;
+  endpoints::LivenessMonitor liveness;
+  std::optional<dds::Authenticator::ChangeQueue> identity_changes;
+  std::optional<endpoints::GatewayMonitor> gateways;
   Loads loads;
   std::optional<wire::Reader<Request>> requests;
   std::optional<wire::Reader<Reply>> replies;
@@ -194,15 +194,15 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   std::optional<wire::Reader<Outcome>> outcomes;
   std::optional<wire::Reader<DataSample>> data;
   std::optional<wire::Reader<ProgramEvent>> programs;
-  Notices known_notices;
-  NoticeOwners notice_owners;
-  std::optional<wire::Reader<Notice>> notices;
+  Alarms known_alarms;
+  AlarmOwners alarm_owners;
+  std::optional<wire::Reader<Alarm>> alarms;
 };
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   post.emplace(executor, weak_from_this(), [this] { drain(); });
-  if (participant.badges() != nullptr) {
-    badges.emplace(*participant.badges(), [this] { post->post(); });
+  if (participant.authenticator() != nullptr) {
+    identity_changes.emplace(*participant.authenticator(), [this] { post->post(); });
   }
   const std::string& fabric = participant.options().fabric;
   const std::string services = wire::all_services(fabric);
@@ -213,10 +213,10 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   if (interest == Interest::data) {
     return;
   }
-  gateways.emplace(participant, executor, *this, ends::GatewayWatch::Of::all);
-  gateways->watch_channels();
+  gateways.emplace(participant, executor, *this, endpoints::GatewayMonitor::Of::all);
+  gateways->subscribe_channels();
   if (interest != Interest::calls) {
-    roster.open(participant, weak_from_this(), *post, *post);
+    liveness.open(participant, weak_from_this(), *post, *post);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -226,16 +226,16 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
     open(replies, services);
     open(commands, fabric);
     open(outcomes, fabric);
-    open(notices, fabric);
+    open(alarms, fabric);
   }
 }
 
 void Observer::Impl::close() {
   listener = nullptr;
-  badges.reset();
+  identity_changes.reset();
   gateways.reset();
   for_each_reader([](auto& reader) { reader.reset(); });
-  roster.close();
+  liveness.close();
 }
 
 bool Observer::Impl::drain() {
@@ -243,9 +243,9 @@ bool Observer::Impl::drain() {
   if (gateways) {
     gateways->drain();
   }
-  bool more = drain_beats();
+  bool more = drain_heartbeats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
-  drop_gone_notices();
+  drop_gone_alarms();
   tell_ignored();
   if (more) {
     // Others on the executor have their turn in between.
@@ -256,18 +256,18 @@ bool Observer::Impl::drain() {
 
 void Observer::Impl::drain_discovery() {
   if (listener != nullptr) {
-    const ends::Discovery::News news = roster.look_around();
-    if (participant.badges() != nullptr) {
-      for (const ends::Discovery::Ignored& one : news.ignored) {
-        participant.badges()->complain(one.kind + one.about, one.reason);
+    const endpoints::Discovery::News news = liveness.update();
+    if (participant.authenticator() != nullptr) {
+      for (const endpoints::Discovery::Ignored& one : news.ignored) {
+        participant.authenticator()->warn_limited(one.kind + one.about, one.reason);
       }
     }
     tell_changes();
   }
 }
 
-/// Of beats nobody wants to know each.
-bool Observer::Impl::drain_beats() {
+/// Of heartbeats nobody wants to know each.
+bool Observer::Impl::drain_heartbeats() {
   const auto use = [this](registry::EndpointHandle, const InstanceLoad& load, bool is_theirs,
                           SteadyTime at) {
     if (is_theirs && loads.is_news(load.status, at)) {
@@ -276,7 +276,7 @@ bool Observer::Impl::drain_beats() {
   };
   bool more = true;
   for (int i = 0; i < batches_per_turn && more; ++i) {
-    more = listener != nullptr && roster.take_beats(use);
+    more = listener != nullptr && liveness.take_heartbeats(use);
   }
   tell_changes();
   return more;
@@ -286,8 +286,8 @@ void Observer::Impl::tell_changes() {
   if (listener == nullptr) {
     return;
   }
-  const registry::Registry::Changes changes = roster.changes();
-  static_cast<void>(roster.registry().take_vanished());
+  const registry::InstanceRegistry::Changes changes = liveness.changes();
+  static_cast<void>(liveness.registry().take_vanished());
   for (const InstanceId& instance : changes.gone) {
     loads.forget(instance);
     hand_out(InstanceNews{Change::gone, {.id = instance}});
@@ -300,12 +300,12 @@ void Observer::Impl::tell_changes() {
   }
 }
 
-void Observer::Impl::drop_gone_notices() {
-  if (listener == nullptr || !notices) {
+void Observer::Impl::drop_gone_alarms() {
+  if (listener == nullptr || !alarms) {
     return;
   }
-  for (const NoticeKey& key : notice_owners.gone(notices->matched())) {
-    if (auto news = known_notices.over(key)) {
+  for (const AlarmKey& key : alarm_owners.gone(alarms->matched())) {
+    if (auto news = known_alarms.over(key)) {
       hand_out(std::move(*news));
     }
   }
@@ -326,7 +326,7 @@ bool Observer::Impl::counts(wire::Taken<Event>& taken) {
 bool Observer::Impl::counts(wire::Taken<Request>& taken) {
   const Request& request = taken.value;
   const dds_instance_handle_t who = requests->participant_of(taken.writer);
-  taken.value.asker = requests->witness().asker_of(taken.writer, request.key.machine);
+  taken.value.requester = requests->authorizer().requester_of(taken.writer, request.key.machine);
   const auto is_its = gateways->has_epoch(who, request.key.machine, request.call.epoch);
   if (is_its.value_or(!is_withdrawal(request) || context.has_asked(key_of(request)))) {
     return true;
@@ -340,7 +340,7 @@ bool Observer::Impl::counts(wire::Taken<Request>& taken) {
 /// was asked.
 bool Observer::Impl::counts(wire::Taken<Reply>& taken) {
   const Reply& reply = taken.value;
-  const auto speaks = [&] { return roster.registry().speaks_for(taken.writer, reply.instance); };
+  const auto speaks = [&] { return liveness.registry().speaks_for(taken.writer, reply.instance); };
   if (!speaks()) {
     drain_discovery();
   }
@@ -366,9 +366,9 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
   }
   const auto is_its = [&] {
     const Command* const command = context.find_command(outcome.command);
-    return (roster.registry().is_home(who, outcome.responder) ||
+    return (liveness.registry().is_home(who, outcome.responder) ||
             gateways->is_gateway(who, outcome.responder)) &&
-           (command == nullptr || ends::is_for(who, *command, roster.registry(), *gateways));
+           (command == nullptr || endpoints::is_for(who, *command, liveness.registry(), *gateways));
   };
   if (!is_its()) {
     drain_discovery();
@@ -385,28 +385,28 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
 
 void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& program,
                             const std::string& what) {
-  complain(
+  warn_limited(
       what.substr(0, what.find(' ')), std::to_string(writer),
       fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
 }
 
-void Observer::Impl::complain(const std::string& kind, const std::string& about,
-                              const std::string& text) {
-  const auto line = complaints.note(kind, about, text, std::chrono::steady_clock::now());
+void Observer::Impl::warn_limited(const std::string& kind, const std::string& about,
+                                  const std::string& text) {
+  const auto line = log_limiter.admit(kind, about, text, std::chrono::steady_clock::now());
   if (line && listener != nullptr) {
     listener->on_ignored(*line);
   }
 }
 
 void Observer::Impl::tell_ignored() {
-  if (participant.badges() == nullptr || listener == nullptr) {
+  if (participant.authenticator() == nullptr || listener == nullptr) {
     return;
   }
-  if (badges) {
+  if (identity_changes) {
     // It has only to look again.
-    static_cast<void>(badges->take());
+    static_cast<void>(identity_changes->take());
   }
-  for (const std::string& line : participant.badges()->take_complaints()) {
+  for (const std::string& line : participant.authenticator()->take_warnings()) {
     if (listener != nullptr) {
       listener->on_ignored(line);
     }

@@ -34,7 +34,7 @@ enum class Interest : std::uint8_t {
   calls,
   /// Values of machines and what becomes of programs.
   data,
-  /// What the others see, and requests, replies, commands, outcomes and notices.
+  /// What the others see, and requests, replies, commands, outcomes and alarms.
   everything
 };
 

@@ -57,7 +57,7 @@ tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust
 std::shared_ptr<const dds::Trust> trust_of(const trust::Credentials& credentials) {
   return std::make_shared<const dds::Trust>(dds::Trust{
       .name = credentials.name,
-      .badge = credentials.badge,
+      .identity_partitions = credentials.identity_partitions,
       .until = credentials.until,
       .revoked = [watch = std::make_shared<ListWatch>(credentials.folder)] { return (*watch)(); }});
 }

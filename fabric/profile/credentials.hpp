@@ -25,7 +25,7 @@ namespace millrace::fabric::profile {
 tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust& trust,
                                                              const std::filesystem::path& file);
 
-/// For a participant. The list of revoked members is read again when its file is another one.
+/// For a participant. The list of revoked participants is read again when its file is another one.
 std::shared_ptr<const dds::Trust> trust_of(const trust::Credentials& credentials);
 
 }  // namespace millrace::fabric::profile

@@ -12,7 +12,7 @@ namespace millrace::fabric::registry {
 /// Limits of what an instance tells of itself: discovery repeats it to every process.
 inline constexpr std::size_t max_identity_value = 255;
 inline constexpr std::size_t max_identity_channels = 64;
-/// Who promised to beat more often would have everybody look at nothing else.
+/// Who promised to send heartbeats more often would have everybody look at nothing else.
 inline constexpr std::chrono::milliseconds min_identity_lease{50};
 
 /// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0,

@@ -26,7 +26,7 @@ template <typename T>
 using Result = tl::expected<T, std::string>;
 
 constexpr std::string_view ask_for_it =
-    "`millrace trust issue` makes all files of a member; copy its folder anew";
+    "`millrace trust issue` makes all files of a participant; copy its folder anew";
 
 constexpr std::string_view renew_it =
     "`millrace trust renew` where the plant's authorities are, then copy the folder anew";
@@ -134,24 +134,24 @@ Result<void> check_governance(const fs::path& folder, Protection protection,
   });
 }
 
-/// What the member may do: signed by the authority for permissions, of the certificate and of its
-/// time. Returns where its badge may be shown.
+/// What the participant may do: signed by the authority for permissions, of the certificate and of
+/// its time. Returns where its identity may be shown.
 Result<std::vector<std::string>> check_permissions(const fs::path& folder,
                                                    const Certificate& certificate,
                                                    const Certificate& authority) {
-  using Badge = Result<std::vector<std::string>>;
+  using Partitions = Result<std::vector<std::string>>;
   const fs::path file = folder / files::permissions;
-  return document_in(file, authority).and_then([&](const std::string& document) -> Badge {
+  return document_in(file, authority).and_then([&](const std::string& document) -> Partitions {
     if (const auto mismatch =
             mismatch_in(document, certificate.subject(), certificate.from(), certificate.until())) {
       return refuse(file, *mismatch);
     }
-    std::vector<std::string> badge = badge_in(document);
-    if (badge.empty()) {
-      return refuse(file, "is of an earlier version of millrace: it says nothing of a badge",
+    std::vector<std::string> partitions = identity_partitions_in(document);
+    if (partitions.empty()) {
+      return refuse(file, "is of an earlier version of millrace: it says nothing of an identity",
                     renew_it);
     }
-    return badge;
+    return partitions;
   });
 }
 
@@ -212,9 +212,10 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
     return refuse(given, "is no folder");
   }
   if (std::error_code none; fs::is_directory(folder / "authorities", none)) {
-    return refuse(folder, "is the folder of a whole plant, whose authorities are in it",
-                  "keep it where only you can read it, and name the folder of one member, which is "
-                  "all that a host needs");
+    return refuse(
+        folder, "is the folder of a whole plant, whose authorities are in it",
+        "keep it where only you can read it, and name the folder of one participant, which is "
+        "all that a host needs");
   }
   if (folder.string().find(',') != std::string::npos) {
     return refuse(folder, "has a comma in its name, which Cyclone's configuration cannot hold",
@@ -239,9 +240,9 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   if (!authority) {
     return tl::unexpected(authority.error());
   }
-  auto badge = check_permissions(folder, *certificate, *authority);
-  if (!badge) {
-    return tl::unexpected(badge.error());
+  auto partitions = check_permissions(folder, *certificate, *authority);
+  if (!partitions) {
+    return tl::unexpected(partitions.error());
   }
   if (auto checked = check_governance(folder, protection, *authority); !checked) {
     return tl::unexpected(checked.error());
@@ -256,7 +257,7 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
                      .until = certificate->until(),
                      .revoked = revoked->common_names(),
                      .revoked_as_of = revoked->from(),
-                     .badge = *std::move(badge),
+                     .identity_partitions = *std::move(partitions),
                      .cyclone_configuration = configuration_of(folder, protection, *plugin_folder)};
 }
 

@@ -47,8 +47,8 @@ struct Credentials {
   /// Whose certificates are taken back, and when that list was made.
   std::set<std::string> revoked;
   std::chrono::sys_seconds revoked_as_of;
-  /// Where its badge may be shown, by its permissions.
-  std::vector<std::string> badge;
+  /// Where its identity may be shown, by its permissions.
+  std::vector<std::string> identity_partitions;
   /// A fragment for the participant: <Security>…</Security>.
   std::string cyclone_configuration;
 };

@@ -1,4 +1,4 @@
-// What protects a whole fabric, the same for all its members: the governance document of DDS
+// What protects a whole fabric, the same for all its participants: the governance document of DDS
 // Security. Pure.
 //
 //   sign_text(governance_document(Protection::sign), authority, key);

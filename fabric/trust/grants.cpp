@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <initializer_list>
 
-#include "fabric/badge.hpp"
 #include "fabric/messages.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/wire/topics.hpp"
 
 namespace millrace::fabric::trust {
@@ -15,19 +15,19 @@ using wire::Topic;
 
 /// Those in the partition of the fabric itself, of which everybody who sees everything is a reader.
 const std::initializer_list<const Topic*> spoken{
-    &wire::beat_topic,    &wire::channel_topic,         &wire::machine_topic, &wire::event_topic,
-    &wire::command_topic, &wire::outcome_topic,         &wire::notice_topic,  &wire::data_topic,
-    &wire::program_topic, &wire::variable_request_topic};
+    &wire::heartbeat_topic, &wire::channel_topic,         &wire::machine_topic, &wire::event_topic,
+    &wire::command_topic,   &wire::outcome_topic,         &wire::alarm_topic,   &wire::data_topic,
+    &wire::program_topic,   &wire::variable_request_topic};
 
 class Grants {
  public:
   explicit Grants(std::string_view fabric) : fabric_(fabric), calls_(wire::all_services(fabric)) {}
 
-  void of(Role role, const Member& member) {
+  void of(Role role, const Participant& participant) {
     switch (role) {
       case Role::gateway:
         write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::outcome_topic,
-               &wire::notice_topic, &wire::data_topic, &wire::program_topic},
+               &wire::alarm_topic, &wire::data_topic, &wire::program_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
         // To each who asks about variables, in a partition of his own.
@@ -35,7 +35,7 @@ class Grants {
         see_everything();
         break;
       case Role::service:
-        answer(member);
+        answer(participant);
         break;
       case Role::operating:
         // Who only reads variables needs it as well: a question is written.
@@ -44,7 +44,7 @@ class Grants {
         break;
       case Role::observer:
         // What a recorder says of itself.
-        write({&wire::notice_topic}, fabric_);
+        write({&wire::alarm_topic}, fabric_);
         see_everything();
         break;
       case Role::tester:
@@ -57,16 +57,16 @@ class Grants {
   }
 
   /// Who he is, for all to see, and who the others are.
-  void badge_of(const Member& member) {
-    Badge badge{.name = member.name};
-    for (const Role role : member.roles) {
-      badge.roles.emplace(name_of(role));
+  void add_identity(const Participant& participant) {
+    ParticipantIdentity identity{.name = participant.name};
+    for (const Role role : participant.roles) {
+      identity.roles.emplace(name_of(role));
     }
-    badge.machines.insert(member.machines.begin(), member.machines.end());
-    for (const std::string& partition : badge_partitions(fabric_, badge)) {
-      grants_.push_back({Way::write, badge_topic_name, partition});
+    identity.machines.insert(participant.machines.begin(), participant.machines.end());
+    for (const std::string& partition : identity_partitions(fabric_, identity)) {
+      grants_.push_back({Access::write, identity_topic_name, partition});
     }
-    grants_.push_back({Way::read, badge_topic_name, all_badges(fabric_)});
+    grants_.push_back({Access::read, identity_topic_name, identity_readers_partition(fabric_)});
   }
 
   std::vector<Grant> take() {
@@ -78,14 +78,15 @@ class Grants {
 
  private:
   void write(std::initializer_list<const Topic*> topics, const std::string& partition) {
-    add(Way::write, topics, partition);
+    add(Access::write, topics, partition);
   }
   void read(std::initializer_list<const Topic*> topics, const std::string& partition) {
-    add(Way::read, topics, partition);
+    add(Access::read, topics, partition);
   }
-  void add(Way way, std::initializer_list<const Topic*> topics, const std::string& partition) {
+  void add(Access access, std::initializer_list<const Topic*> topics,
+           const std::string& partition) {
     for (const Topic* topic : topics) {
-      grants_.push_back({way, topic->name, partition});
+      grants_.push_back({access, topic->name, partition});
     }
   }
 
@@ -94,11 +95,11 @@ class Grants {
     read({&wire::request_topic, &wire::reply_topic, &wire::variable_reply_topic}, calls_);
   }
 
-  void answer(const Member& member) {
-    // Whose beat and whose outcome it is, is told by the participant that writes it.
-    write({&wire::beat_topic, &wire::outcome_topic, &wire::notice_topic}, fabric_);
+  void answer(const Participant& participant) {
+    // Whose heartbeat and whose outcome it is, is told by the participant that writes it.
+    write({&wire::heartbeat_topic, &wire::outcome_topic, &wire::alarm_topic}, fabric_);
     read({&wire::command_topic}, fabric_);
-    for (const std::string& uuid : member.uuids) {
+    for (const std::string& uuid : participant.uuids) {
       const std::string own = wire::service_partition(fabric_, canonical_uuid(uuid));
       write({&wire::reply_topic}, own);
       read({&wire::request_topic}, own + "/*");
@@ -112,12 +113,12 @@ class Grants {
 
 }  // namespace
 
-std::vector<Grant> grants_of(const Member& member, std::string_view fabric) {
+std::vector<Grant> grants_of(const Participant& participant, std::string_view fabric) {
   Grants grants(fabric);
-  for (const Role role : member.roles) {
-    grants.of(role, member);
+  for (const Role role : participant.roles) {
+    grants.of(role, participant);
   }
-  grants.badge_of(member);
+  grants.add_identity(participant);
   return grants.take();
 }
 

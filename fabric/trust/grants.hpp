@@ -1,6 +1,6 @@
-// What a member may write and read: the one place that says it. Pure.
+// What a participant may write and read: the one place that says it. Pure.
 //
-//   for (const Grant& grant : grants_of(member, "millrace")) …  // {write, "millrace/v3/reply",
+//   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v3/reply",
 //   "millrace/560aacbf-…"}
 #pragma once
 
@@ -10,15 +10,15 @@
 #include <string_view>
 #include <vector>
 
-#include "fabric/trust/member.hpp"
+#include "fabric/trust/participant.hpp"
 
 namespace millrace::fabric::trust {
 
-enum class Way : std::uint8_t { write, read };
+enum class Access : std::uint8_t { write, read };
 
 /// One topic in one partition.
 struct Grant {
-  Way way;
+  Access access;
   std::string topic;
   /// A pattern as fnmatch has it; each partition of an endpoint has to fit, as it is written.
   std::string partition;
@@ -26,7 +26,8 @@ struct Grant {
   auto operator<=>(const Grant&) const = default;
 };
 
-/// Sorted, none twice. What is not among them is denied. The member is one without mistake_in().
-std::vector<Grant> grants_of(const Member& member, std::string_view fabric);
+/// Sorted, none twice. What is not among them is denied. The participant is one without
+/// mistake_in().
+std::vector<Grant> grants_of(const Participant& participant, std::string_view fabric);
 
 }  // namespace millrace::fabric::trust

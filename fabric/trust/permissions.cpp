@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "fabric/badge.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/trust/governance.hpp"
 
 namespace millrace::fabric::trust {
@@ -50,8 +50,8 @@ std::string plain_text(std::string_view xml) {
 
 }  // namespace
 
-std::vector<std::string> badge_in(std::string_view document) {
-  const std::string topic = fmt::format("<topic>{}</topic>", badge_topic_name);
+std::vector<std::string> identity_partitions_in(std::string_view document) {
+  const std::string topic = fmt::format("<topic>{}</topic>", identity_topic_name);
   std::vector<std::string> all;
   std::size_t at = 0;
   while (const auto rule = between(document, "<publish>", "</publish>", at)) {
@@ -93,19 +93,19 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
                                  std::chrono::sys_seconds from, std::chrono::sys_seconds until) {
   // A rule allows an endpoint whose partitions are all in it: those of a topic go together, and
   // topics that have the same ones.
-  std::map<std::pair<Way, std::string>, std::string> partitions;
+  std::map<std::pair<Access, std::string>, std::string> partitions;
   for (const Grant& grant : grants) {
-    partitions[{grant.way, grant.topic}] +=
+    partitions[{grant.access, grant.topic}] +=
         fmt::format("          <partition>{}</partition>\n", base::text::xml_text(grant.partition));
   }
-  std::map<std::pair<Way, std::string>, std::string> topics;
+  std::map<std::pair<Access, std::string>, std::string> topics;
   for (const auto& [what, where] : partitions) {
     topics[{what.first, where}] +=
         fmt::format("          <topic>{}</topic>\n", base::text::xml_text(what.second));
   }
   std::string rules;
   for (const auto& [where, of_it] : topics) {
-    const std::string_view way = where.first == Way::write ? "publish" : "subscribe";
+    const std::string_view way = where.first == Access::write ? "publish" : "subscribe";
     rules += fmt::format(
         "      <{0}>\n        <topics>\n{1}        </topics>\n"
         "        <partitions>\n{2}        </partitions>\n      </{0}>\n",
@@ -115,7 +115,7 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
       R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd">
 <permissions>
-  <grant name="member">
+  <grant name="participant">
     <subject_name>{}</subject_name>
     <validity><not_before>{}</not_before><not_after>{}</not_after></validity>
     <allow_rule>

@@ -1,6 +1,6 @@
-// What one member may do, as DDS Security reads it: the permissions document. Pure.
+// What one participant may do, as DDS Security reads it: the permissions document. Pure.
 //
-//   sign_text(permissions_document(grants_of(member, fabric), certificate.subject(), from, until),
+//   sign_text(permissions_document(grants_of(participant, fabric), certificate.subject(), from, until),
 //   authority, key);
 #pragma once
 
@@ -18,9 +18,9 @@ namespace millrace::fabric::trust {
 std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,
                                  std::chrono::sys_seconds from, std::chrono::sys_seconds until);
 
-/// Where a document lets its member show a badge (fabric/badge.hpp); nothing in one that an earlier
-/// version has made.
-std::vector<std::string> badge_in(std::string_view document);
+/// Where a document lets its participant show an identity (fabric/participant_identity.hpp);
+/// nothing in one that an earlier version has made.
+std::vector<std::string> identity_partitions_in(std::string_view document);
 
 /// Whether a document is about the holder of a certificate with this subject, for the time that is
 /// given; else what it is instead, for people: "is about CN=gateway-1,O=plant".

@@ -321,13 +321,13 @@ template struct CodecOf<Request, millrace_Request, request_topic>;
 template struct CodecOf<Reply, millrace_Reply, reply_topic>;
 template struct CodecOf<ChannelStatus, millrace_ChannelStatus, channel_topic>;
 template struct CodecOf<MachineStatus, millrace_MachineStatus, machine_topic>;
-template struct CodecOf<Beat, millrace_Beat, beat_topic>;
+template struct CodecOf<Heartbeat, millrace_Heartbeat, heartbeat_topic>;
 template struct CodecOf<Event, millrace_Event, event_topic>;
 template struct CodecOf<Command, millrace_Command, command_topic>;
 template struct CodecOf<Outcome, millrace_Outcome, outcome_topic>;
 template struct CodecOf<DataSample, millrace_DataSample, data_topic>;
 template struct CodecOf<ProgramEvent, millrace_ProgramEvent, program_topic>;
-template struct CodecOf<Notice, millrace_Notice, notice_topic>;
+template struct CodecOf<Alarm, millrace_Alarm, alarm_topic>;
 template struct CodecOf<VariableRequest, millrace_VariableRequest, variable_request_topic>;
 template struct CodecOf<VariableReply, millrace_VariableReply, variable_reply_topic>;
 

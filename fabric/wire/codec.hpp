@@ -12,15 +12,15 @@
 
 #include <tl/expected.hpp>
 
+#include "fabric/alarm.hpp"
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/notice.hpp"
 #include "fabric/variables.hpp"
 #include "fabric/wire/topics.hpp"
+#include "idl/alarm.h"
 #include "idl/data.h"
 #include "idl/millrace.h"
-#include "idl/notice.h"
 #include "idl/variables.h"
 
 namespace millrace::fabric::wire {
@@ -56,7 +56,7 @@ struct Codec<ChannelStatus> : CodecOf<ChannelStatus, millrace_ChannelStatus, cha
 template <>
 struct Codec<MachineStatus> : CodecOf<MachineStatus, millrace_MachineStatus, machine_topic> {};
 template <>
-struct Codec<Beat> : CodecOf<Beat, millrace_Beat, beat_topic> {};
+struct Codec<Heartbeat> : CodecOf<Heartbeat, millrace_Heartbeat, heartbeat_topic> {};
 template <>
 struct Codec<Event> : CodecOf<Event, millrace_Event, event_topic> {};
 template <>
@@ -68,7 +68,7 @@ struct Codec<DataSample> : CodecOf<DataSample, millrace_DataSample, data_topic> 
 template <>
 struct Codec<ProgramEvent> : CodecOf<ProgramEvent, millrace_ProgramEvent, program_topic> {};
 template <>
-struct Codec<Notice> : CodecOf<Notice, millrace_Notice, notice_topic> {};
+struct Codec<Alarm> : CodecOf<Alarm, millrace_Alarm, alarm_topic> {};
 /// Of a request with too much nothing is copied: `excess` says what it is.
 template <>
 struct Codec<VariableRequest>

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/badges.hpp"
+#include "fabric/dds/authenticator.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -52,8 +52,8 @@ dds::Listener reader_listener(const dds::Participant& participant, const Endpoin
   dds_on_subscription_matched_fn taken = nullptr;
   dds_lget_subscription_matched(listener.get(), &taken);
   // Who listens to matches himself judges himself.
-  if (participant.badges() != nullptr && taken == nullptr) {
-    participant.badges()->listen(listener.get());
+  if (participant.authenticator() != nullptr && taken == nullptr) {
+    participant.authenticator()->listen(listener.get());
   }
   return listener;
 }

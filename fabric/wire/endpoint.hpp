@@ -20,8 +20,8 @@ struct EndpointOptions {
   /// A reader that does not hear the writers of its own participant.
   bool others_only = false;
   /// A reader that hands out also what nobody is believed to have said, marked so
-  /// (Taken::standing).
-  bool doubtful = false;
+  /// (Taken::authorization).
+  bool deliver_unauthorized = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
   /// A writer that is taken for gone, although its process is there, when it has neither written

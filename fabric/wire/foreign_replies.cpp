@@ -101,13 +101,13 @@ std::vector<Taken<Reply>> ForeignReplies::take() {
   take_lent<millrace_Reply>(reader_.handle(),
                             [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
                               Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data,
-                                               presence_of(info), info.publication_handle};
+                                               instance_state_of(info), info.publication_handle};
                               // Their numbers are larger than ours hold.
                               if (number_of(sample.kind) > millrace_declined_reply ||
                                   number_of(sample.code) > millrace_code_refused) {
                                 one.value.kind = unknown_kind;
                               }
-                              if (!one.valid && one.presence == Presence::withdrawn) {
+                              if (!one.valid && one.instance_state == InstanceState::disposed) {
                                 // Cyclone keeps its key, and asks no filter.
                                 const std::lock_guard guard(lock_);
                                 keys_.admits(key_of(one.value));

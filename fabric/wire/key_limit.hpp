@@ -5,7 +5,7 @@
 //   limit.watch(topic);                    // before the reader is created
 //   if (auto writer = limit.take_flooding()) …
 //   const auto before = limit.admitted();
-//   for (…) if (presence_of(info) == Presence::orphaned) limit.forget(key, before);  // taken since
+//   for (…) if (instance_state_of(info) == InstanceState::no_writers) limit.forget(key, before);  // taken since
 #pragma once
 
 #include <cstddef>

@@ -16,21 +16,21 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/badges.hpp"
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/wire/authorizer.hpp"
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/endpoint.hpp"
 #include "fabric/wire/key_limit.hpp"
-#include "fabric/wire/witness.hpp"
 
 namespace millrace::fabric::wire {
 
 /// What DDS says about the key of a sample at the moment it is taken.
-enum class Presence {
+enum class InstanceState {
   alive,
   /// The writer took it back.
-  withdrawn,
+  disposed,
   /// The writer is gone, or is taken for gone.
-  orphaned
+  no_writers
 };
 
 template <typename Value>
@@ -38,14 +38,15 @@ struct Taken {
   Value value;
   /// False if only the key of `value` means something: news of its presence.
   bool valid = false;
-  Presence presence = Presence::alive;
+  InstanceState instance_state = InstanceState::alive;
   /// Who has sent it, as in the samples of DCPSPublication: what DDS says, whatever the sample
   /// does.
   dds_instance_handle_t writer = DDS_HANDLE_NIL;
   /// Whether its writer may say so, where there is trust. What is not believed is handed out by
-  /// readers that ask for it (EndpointOptions::doubtful), and told of and dropped by the others.
-  /// What comes from a writer that has proved nothing waits until it has, or for two seconds.
-  Standing standing = Standing::believed;
+  /// readers that ask for it (EndpointOptions::deliver_unauthorized), and told of and dropped by
+  /// the others. What comes from a writer that has proved nothing waits until it has, or for two
+  /// seconds.
+  Authorization authorization = Authorization::granted;
 };
 
 /// RAII; the constructor throws std::runtime_error with Cyclone's reason.
@@ -70,7 +71,7 @@ class Reader {
   /// Handles of the writers that are matched, as in the samples of DCPSPublication.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
 
-  [[nodiscard]] const Witness& witness() const { return witness_; }
+  [[nodiscard]] const Authorizer& authorizer() const { return authorizer_; }
 
   /// For the log, if samples of too many keys of a writer were dropped since the last call
   /// (Topic::most_keys).
@@ -85,7 +86,7 @@ class Reader {
 
  private:
   /// What was taken of writers that have proved nothing yet; with trust only.
-  struct Aside {
+  struct UnauthenticatedSamples {
     using Clock = std::chrono::steady_clock;
     struct One {
       Taken<Value> taken;
@@ -93,28 +94,28 @@ class Reader {
     };
     /// A stranger may say any number of things. More push out the first.
     static constexpr std::size_t most = 256;
-    /// A program shows its badge first; another vendor's may come later.
-    static constexpr std::chrono::seconds proof_time{2};
+    /// A program shows its identity first; another vendor's may come later.
+    static constexpr std::chrono::seconds authentication_timeout{2};
 
     std::deque<One> samples;
     std::atomic<bool> any = false;
-    std::optional<dds::Badges::Waiter> waiter;
+    std::optional<dds::Authenticator::ChangeListener> change_listener;
   };
 
   static std::unique_ptr<KeyLimit> limit_of(std::size_t most) {
     return most > 0 ? std::make_unique<KeyLimit>(most) : nullptr;
   }
   /// Whether it is to be handed out now.
-  bool judge(Taken<Value>& taken);
+  bool authorize(Taken<Value>& taken);
   void drop(const Taken<Value>& taken);
   /// What a sample that was taken after `before` says of its key.
   void note_key(const dds_sample_info_t& info, std::uint64_t before);
-  void take_from_aside(std::vector<Taken<Value>>& taken);
+  void take_unauthenticated(std::vector<Taken<Value>>& taken);
 
-  Witness witness_;
-  bool doubtful_;
+  Authorizer authorizer_;
+  bool deliver_unauthorized_;
   /// Null without trust.
-  std::unique_ptr<Aside> aside_;
+  std::unique_ptr<UnauthenticatedSamples> unauthenticated_;
   /// Null without a limit.
   std::unique_ptr<KeyLimit> limit_;
   dds::Entity topic_;
@@ -151,22 +152,22 @@ std::size_t take_lent(dds_entity_t reader, Use use) {
   return size;
 }
 
-inline Presence presence_of(const dds_sample_info_t& info) {
+inline InstanceState instance_state_of(const dds_sample_info_t& info) {
   switch (info.instance_state) {
     case DDS_IST_NOT_ALIVE_DISPOSED:
-      return Presence::withdrawn;
+      return InstanceState::disposed;
     case DDS_IST_NOT_ALIVE_NO_WRITERS:
-      return Presence::orphaned;
+      return InstanceState::no_writers;
     default:
-      return Presence::alive;
+      return InstanceState::alive;
   }
 }
 
 template <typename Value>
 Reader<Value>::Reader(const dds::Participant& participant, const std::string& partition, Keep keep,
                       const EndpointOptions& options)
-    : witness_(participant),
-      doubtful_(options.doubtful),
+    : authorizer_(participant),
+      deliver_unauthorized_(options.deliver_unauthorized),
       limit_(limit_of(Codec<Value>::topic().most_keys)),
       topic_(create_topic(participant, Codec<Value>::topic())),
       subscriber_(create_subscriber(participant, partition)) {
@@ -177,37 +178,39 @@ Reader<Value>::Reader(const dds::Participant& participant, const std::string& pa
                                          reader_qos(Codec<Value>::topic(), keep, options).get(),
                                          reader_listener(participant, options).get()),
                        fmt::format("read {} in {}", Codec<Value>::topic().name, partition));
-  if (!witness_.asks()) {
+  if (!authorizer_.enabled()) {
     return;
   }
-  aside_ = std::make_unique<Aside>();
+  unauthenticated_ = std::make_unique<UnauthenticatedSamples>();
   dds_on_data_available_fn on_data = nullptr;
   void* who = nullptr;
   if (options.listener != nullptr) {
     dds_lget_data_available_arg(options.listener, &on_data, &who, nullptr);
   }
   if (on_data != nullptr) {
-    aside_->waiter.emplace(*witness_.badges(), [aside = aside_.get(), on_data, who, id = reader_] {
-      if (aside->any) {
-        on_data(id, who);
-      }
-    });
+    unauthenticated_->change_listener.emplace(
+        *authorizer_.authenticator(),
+        [unauthenticated = unauthenticated_.get(), on_data, who, id = reader_] {
+          if (unauthenticated->any) {
+            on_data(id, who);
+          }
+        });
   }
 }
 
 template <typename Value>
 void Reader<Value>::silence() {
   dds_set_listener(reader_, nullptr);
-  if (aside_) {
-    aside_->waiter.reset();
+  if (unauthenticated_) {
+    unauthenticated_->change_listener.reset();
   }
 }
 
 template <typename Value>
-bool Reader<Value>::judge(Taken<Value>& taken) {
-  taken.standing = witness_.judge(taken.writer, claim_of(taken.value));
-  if (taken.standing == Standing::believed) {
-    apply_certificate(taken.value, witness_, taken.writer);
+bool Reader<Value>::authorize(Taken<Value>& taken) {
+  taken.authorization = authorizer_.authorize(taken.writer, authorization_scope_of(taken.value));
+  if (taken.authorization == Authorization::granted) {
+    apply_certificate(taken.value, authorizer_, taken.writer);
     return true;
   }
   return false;
@@ -215,17 +218,18 @@ bool Reader<Value>::judge(Taken<Value>& taken) {
 
 template <typename Value>
 void Reader<Value>::drop(const Taken<Value>& taken) {
-  if (!doubtful_) {
-    witness_.complain(taken.writer, claim_of(taken.value), Codec<Value>::topic().name);
+  if (!deliver_unauthorized_) {
+    authorizer_.warn_limited(taken.writer, authorization_scope_of(taken.value),
+                             Codec<Value>::topic().name);
   }
 }
 
 template <typename Value>
 void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before) {
-  const Presence presence = presence_of(info);
-  if (presence == Presence::orphaned) {
+  const InstanceState instance_state = instance_state_of(info);
+  if (instance_state == InstanceState::no_writers) {
     limit_->forget(info.instance_handle, before);
-  } else if (presence == Presence::withdrawn && !info.valid_data) {
+  } else if (instance_state == InstanceState::disposed && !info.valid_data) {
     // Cyclone asks no filter whether it is to keep a key that is disposed without a sample.
     limit_->admits(info.publication_handle, info.instance_handle);
   }
@@ -233,30 +237,30 @@ void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before
 
 /// What is proved by now, and what has waited for too long.
 template <typename Value>
-void Reader<Value>::take_from_aside(std::vector<Taken<Value>>& taken) {
-  const auto now = Aside::Clock::now();
-  std::erase_if(aside_->samples, [&](auto& one) {
-    if (judge(one.taken)) {
+void Reader<Value>::take_unauthenticated(std::vector<Taken<Value>>& taken) {
+  const auto now = UnauthenticatedSamples::Clock::now();
+  std::erase_if(unauthenticated_->samples, [&](auto& one) {
+    if (authorize(one.taken)) {
       taken.push_back(std::move(one.taken));
       return true;
     }
-    const bool over = one.taken.standing != Standing::unproven || one.until <= now;
+    const bool over = one.taken.authorization != Authorization::unauthenticated || one.until <= now;
     if (over) {
       drop(one.taken);
-      if (doubtful_) {
+      if (deliver_unauthorized_) {
         taken.push_back(std::move(one.taken));
       }
     }
     return over;
   });
-  aside_->any = !aside_->samples.empty();
+  unauthenticated_->any = !unauthenticated_->samples.empty();
 }
 
 template <typename Value>
 std::vector<Taken<Value>> Reader<Value>::take() {
   std::vector<Taken<Value>> taken;
-  if (aside_ && aside_->any) {
-    take_from_aside(taken);
+  if (unauthenticated_ && unauthenticated_->any) {
+    take_unauthenticated(taken);
   }
   std::size_t count = 0;
   // Nothing is left only if nothing was there.
@@ -264,23 +268,25 @@ std::vector<Taken<Value>> Reader<Value>::take() {
     const std::uint64_t before = limit_ ? limit_->admitted() : 0;
     count = take_lent<typename Codec<Value>::Sample>(
         reader_, [&](const auto& sample, const dds_sample_info_t& info) {
-          Taken<Value> one{Codec<Value>::decode(sample), info.valid_data, presence_of(info),
+          Taken<Value> one{Codec<Value>::decode(sample), info.valid_data, instance_state_of(info),
                            info.publication_handle};
           if (limit_) {
             note_key(info, before);
           }
-          if (!witness_.asks() || judge(one)) {
+          if (!authorizer_.enabled() || authorize(one)) {
             taken.push_back(std::move(one));
-          } else if (one.standing == Standing::unproven) {
-            aside_->samples.push_back({std::move(one), Aside::Clock::now() + Aside::proof_time});
-            aside_->any = true;
-            if (aside_->samples.size() > Aside::most) {
-              drop(aside_->samples.front().taken);
-              aside_->samples.pop_front();
+          } else if (one.authorization == Authorization::unauthenticated) {
+            unauthenticated_->samples.push_back(
+                {std::move(one), UnauthenticatedSamples::Clock::now() +
+                                     UnauthenticatedSamples::authentication_timeout});
+            unauthenticated_->any = true;
+            if (unauthenticated_->samples.size() > UnauthenticatedSamples::most) {
+              drop(unauthenticated_->samples.front().taken);
+              unauthenticated_->samples.pop_front();
             }
           } else {
             drop(one);
-            if (doubtful_) {
+            if (deliver_unauthorized_) {
               taken.push_back(std::move(one));
             }
           }

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "idl/alarm.h"
 #include "idl/data.h"
 #include "idl/millrace.h"
-#include "idl/notice.h"
 #include "idl/variables.h"
 
 namespace millrace::fabric::wire {
@@ -30,14 +30,14 @@ constexpr std::int32_t commands_in_flight = 16;
 /// What a gateway tells of commands, and of each variable that was written.
 constexpr std::int32_t outcomes_in_flight = 256;
 
-/// Of one group of data: what a recorder may be behind. At 100 beats a second that is a third of
-/// one.
-constexpr std::int32_t beats_in_flight = 32;
+/// Of one group of data: what a recorder may be behind. At 100 heartbeats a second that is a third
+/// of one.
+constexpr std::int32_t heartbeats_in_flight = 32;
 
 /// Of one channel: programs come one after the other, and short ones many in a second.
 constexpr std::int32_t program_events_in_flight = 128;
 
-/// Of one asker: what it may be behind.
+/// Of one requester: what it may be behind.
 constexpr std::int32_t questions_in_flight = 64;
 
 /// Should a write ever have to wait for a reader, it fails instead.
@@ -61,22 +61,24 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 // A writer asks one instance: its keys are the channels of who asks.
 const Topic request_topic{
     "millrace/v3/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
-// Twice as many as an instance keeps for those who find it later (ends/reply_end.cpp).
+// Twice as many as an instance keeps for those who find it later
+// (fabric/endpoints/reply_endpoint.cpp).
 const Topic reply_topic{
     "millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
     "millrace/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
-// A process beats for itself, by a writer of its own.
-const Topic beat_topic{"millrace/v3/beat", &millrace_Beat_desc, false, last_only, true, 4};
+// A process sends heartbeats for itself, by a writer of its own.
+const Topic heartbeat_topic{
+    "millrace/v3/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
 const Topic machine_topic{
     "millrace/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
 const Topic outcome_topic{
     "millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight, false, 1'024};
-const Topic notice_topic{"millrace/notice", &millrace_Notice_desc, true, last_only, false, 1'024};
+const Topic alarm_topic{"millrace/alarm", &millrace_Alarm_desc, true, last_only, false, 1'024};
 const Topic data_topic{
-    "millrace/data", &millrace_DataSample_desc, true, beats_in_flight, false, 4'096};
+    "millrace/data", &millrace_DataSample_desc, true, heartbeats_in_flight, false, 4'096};
 const Topic program_topic{
     "millrace/program", &millrace_ProgramEvent_desc, true, program_events_in_flight, false, 4'096};
 const Topic variable_request_topic{"millrace/variable/request", &millrace_VariableRequest_desc,
@@ -117,20 +119,21 @@ std::string service_partition(std::string_view fabric, std::string_view canonica
   return fmt::format("{}/{}", fabric, canonical_uuid);
 }
 
-std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
+std::string request_partition(std::string_view fabric, std::string_view canonical_uuid,
                               const InstanceId& instance) {
   return fmt::format("{}/{}/{}", fabric, canonical_uuid, instance.to_string());
 }
 
-std::string asker_partition(std::string_view fabric, const InstanceId& asker) {
-  return fmt::format("{}/{}", fabric, asker.to_string());
+std::string requester_partition(std::string_view fabric, const InstanceId& requester) {
+  return fmt::format("{}/{}", fabric, requester.to_string());
 }
 
 std::string all_services(std::string_view fabric) {
   return fmt::format("{}/*", fabric);
 }
 
-std::optional<Mailbox> parse_mailbox(std::string_view fabric, std::string_view partition) {
+std::optional<RequestPartition> parse_request_partition(std::string_view fabric,
+                                                        std::string_view partition) {
   if (partition.size() < fabric.size() + 2 || !partition.starts_with(fabric) ||
       partition[fabric.size()] != '/' || partition.find_first_of("*?") != std::string_view::npos) {
     return std::nullopt;
@@ -145,7 +148,7 @@ std::optional<Mailbox> parse_mailbox(std::string_view fabric, std::string_view p
   if (!instance) {
     return std::nullopt;
   }
-  return Mailbox{std::string(partition.substr(0, end)), *instance};
+  return RequestPartition{std::string(partition.substr(0, end)), *instance};
 }
 
 }  // namespace millrace::fabric::wire

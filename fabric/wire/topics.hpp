@@ -2,20 +2,20 @@
 //
 //   millrace/v3/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
 //   millrace/v3/reply    instance to gateway                 partition FABRIC/UUID
-//   millrace/v3/beat     process of instances to gateways    partition FABRIC
+//   millrace/v3/heartbeat     process of instances to gateways    partition FABRIC
 //   millrace/channel     gateway to tools                    partition FABRIC
 //   millrace/machine     gateway to gateways and tools       partition FABRIC
 //   millrace/event       gateway to recorder and tools       partition FABRIC
 //   millrace/command     tools to gateways and instances     partition FABRIC
 //   millrace/outcome     gateway or instance to tools        partition FABRIC
-//   millrace/notice      any program to tools                partition FABRIC
+//   millrace/alarm      any program to tools                partition FABRIC
 //   millrace/data        gateway to tools                    partition FABRIC
 //   millrace/program     gateway to tools                    partition FABRIC
 //   millrace/variable/request   tools to gateways            partition FABRIC
-//   millrace/variable/reply     gateway to one asker         partition FABRIC/ASKER
-// Those of variables have no key. Requests are volatile: an asker repeats one until it is answered.
-// The last reply waits for an asker that the gateway finds only now.
-// Who may write and read which one where there is trust: fabric/trust/grants.hpp.
+//   millrace/variable/reply     gateway to one requester         partition FABRIC/ASKER
+// Those of variables have no key. Requests are volatile: an requester repeats one until it is
+// answered. The last reply waits for an requester that the gateway finds only now. Who may write
+// and read which one where there is trust: fabric/trust/grants.hpp.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each
 // other; the number in it is the version.
@@ -55,12 +55,12 @@ inline constexpr int wire_version = 3;
 extern const Topic request_topic;
 extern const Topic reply_topic;
 extern const Topic channel_topic;
-extern const Topic beat_topic;
+extern const Topic heartbeat_topic;
 extern const Topic machine_topic;
 extern const Topic event_topic;
 extern const Topic command_topic;
 extern const Topic outcome_topic;
-extern const Topic notice_topic;
+extern const Topic alarm_topic;
 extern const Topic data_topic;
 extern const Topic program_topic;
 extern const Topic variable_request_topic;
@@ -83,18 +83,19 @@ dds::Qos partition_qos(const std::string& partition);
 /// "millrace/560aacbf-…": where the replies of a UUID's instances travel.
 std::string service_partition(std::string_view fabric, std::string_view canonical_uuid);
 /// "millrace/560aacbf-…/8d0c4e6a-…": where one instance gets its requests.
-std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
+std::string request_partition(std::string_view fabric, std::string_view canonical_uuid,
                               const InstanceId& instance);
-/// "millrace/8d0c4e6a-…": where the replies to one asker travel.
-std::string asker_partition(std::string_view fabric, const InstanceId& asker);
-/// "millrace/*": all UUIDs and mailboxes of a fabric, for a reader.
+/// "millrace/8d0c4e6a-…": where the replies to one requester travel.
+std::string requester_partition(std::string_view fabric, const InstanceId& requester);
+/// "millrace/*": all UUIDs and partitions of a fabric, for a reader.
 std::string all_services(std::string_view fabric);
 
-struct Mailbox {
+struct RequestPartition {
   std::string uuid;
   InstanceId instance;
 };
-/// What a mailbox_partition of this fabric is made of; nothing for patterns and other partitions.
-std::optional<Mailbox> parse_mailbox(std::string_view fabric, std::string_view partition);
+/// What a request_partition of this fabric is made of; nothing for patterns and other partitions.
+std::optional<RequestPartition> parse_request_partition(std::string_view fabric,
+                                                        std::string_view partition);
 
 }  // namespace millrace::fabric::wire

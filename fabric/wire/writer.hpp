@@ -33,7 +33,7 @@ class Writer {
 
   /// Has nothing more to say of this key: who has the sample sees it orphaned, unless another
   /// writer has it too; who joins later sees nothing of ours.
-  void let_go(const Value& value);
+  void unregister(const Value& value);
 
   /// Says that it is there, as a sample says too; for a writer with a lease. What readers have of
   /// one that was taken for gone stays orphaned until it is written again.
@@ -97,7 +97,7 @@ void Writer<Value>::withdraw(const Value& value) {
 }
 
 template <typename Value>
-void Writer<Value>::let_go(const Value& value) {
+void Writer<Value>::unregister(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_unregister_instance(writer_, &*sample);
   }

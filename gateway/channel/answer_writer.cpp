@@ -43,9 +43,9 @@ SteadyTime Sent::next_read(SteadyTime now) const {
   return now + (now - last < soon_for ? soon : later);
 }
 
-AnswerWriter AnswerWriter::resumed(Response response, bool clearing, fabric::Awaited awaited,
-                                   bool state_stood) {
-  AnswerWriter writer(Kind::final, std::move(response), awaited, state_stood);
+AnswerWriter AnswerWriter::resumed(Response response, bool clearing,
+                                   fabric::CompletionSignal completion_signal, bool state_stood) {
+  AnswerWriter writer(Kind::final, std::move(response), completion_signal, state_stood);
   writer.resumed_ = true;
   writer.clearing_recorded_ = clearing;
   writer.all_may_be_written_ = clearing;

@@ -16,11 +16,11 @@
 // the next request; a kernel that clears RESPONSE_STATE whenever REQUEST_STATE is written
 // (documented for the program's writes, not for others) would wipe the answer.
 //
-// A program that waits for a text in RESPONSE and reads no state (fabric::Awaited) is released by
-// RESPONSE, so that is written last: REQUEST_STATE = 0, RESPONSE_STATE, then RESPONSE, each once a
-// read has shown the one before. A kernel that clears REQUEST_STATE for RESPONSE_STATE would else
-// show 0 while our own 0 is still on its way to the next request. Such a program empties RESPONSE
-// before it asks; what of its answer is 0 already is not written.
+// A program that waits for a text in RESPONSE and reads no state (fabric::CompletionSignal) is
+// released by RESPONSE, so that is written last: REQUEST_STATE = 0, RESPONSE_STATE, then RESPONSE,
+// each once a read has shown the one before. A kernel that clears REQUEST_STATE for RESPONSE_STATE
+// would else show 0 while our own 0 is still on its way to the next request. Such a program empties
+// RESPONSE before it asks; what of its answer is 0 already is not written.
 //
 // An interim answer is RESPONSE, which a read must show, and RESPONSE_STATE. On a kernel of the
 // kind just named, a program that waits with SysServiceWait and @P1 = interim state may see
@@ -97,17 +97,20 @@ class AnswerWriter {
 
   /// `state_stood` if the channel may show the state of this answer already, as that of an interim
   /// one.
-  AnswerWriter(Kind kind, Response response,
-               fabric::Awaited awaited = fabric::Awaited::response_state, bool state_stood = false)
+  AnswerWriter(
+      Kind kind, Response response,
+      fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state,
+      bool state_stood = false)
       : kind_(kind),
-        text_last_(awaited == fabric::Awaited::response),
+        text_last_(completion_signal == fabric::CompletionSignal::response),
         response_(std::move(response)),
         state_stood_(state_stood) {}
   /// A final answer that an earlier run of the gateway may have begun to write; `clearing` if the
   /// journal has what record_clearing asks for, so that all of it may be written.
-  static AnswerWriter resumed(Response response, bool clearing,
-                              fabric::Awaited awaited = fabric::Awaited::response_state,
-                              bool state_stood = false);
+  static AnswerWriter resumed(
+      Response response, bool clearing,
+      fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state,
+      bool state_stood = false);
 
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] Step next() const { return next_; }

@@ -328,7 +328,7 @@ bool Channel::may_be_request(const ServiceSnapshot& snapshot, Moment now) {
 bool Channel::released_late(const ServiceSnapshot& snapshot, Moment now) const {
   return unseen_release_ && now.steady < unseen_release_->until && snapshot.request_state != 0 &&
          snapshot.response_state == unseen_release_->state &&
-         call_->call().awaited == fabric::Awaited::response_state &&
+         call_->call().completion_signal == fabric::CompletionSignal::response_state &&
          std::ranges::count(call_->call().shown, snapshot.response_state) == 0;
 }
 

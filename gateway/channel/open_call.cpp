@@ -31,10 +31,11 @@ OpenCall OpenCall::accepted(CallRecord call, const Policy& policy, SteadyTime no
 OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
   Phase phase = phase::Unverified{};
   if (call.answer) {
-    if (auto response = Response::of(call.answer->text, call.answer->state, call.awaited)) {
+    if (auto response =
+            Response::of(call.answer->text, call.answer->state, call.completion_signal)) {
       // Its own reads find out whether the program still waits.
       phase = phase::Writing{
-          AnswerWriter::resumed(*std::move(response), call.clearing, call.awaited,
+          AnswerWriter::resumed(*std::move(response), call.clearing, call.completion_signal,
                                 std::ranges::count(call.shown, call.answer->state) > 0)};
     } else {
       phase = phase::Unverified{std::exchange(call.answer, std::nullopt)};
@@ -126,7 +127,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   if (unwritable) {
     const std::string what =
         "the answer in the journal " +
-        Response::of(unwritable->text, unwritable->state, call_.awaited).error();
+        Response::of(unwritable->text, unwritable->state, call_.completion_signal).error();
     refuse({unwritable->instance, unwritable->attempt}, what,
            Response::in_words("ERROR: " + what, refused_state), out, now);
   } else {
@@ -156,11 +157,11 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
     // power; the same answer again would be one to this.
     std::erase_if(refused_, [&](const Refused& one) { return one.of == to.attempt; });
     call_.delivery = to.delivery;
-    call_.awaited = to.awaited;
+    call_.completion_signal = to.completion_signal;
     out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
-    entry =
-        out.append(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery,
-                                   to.attempt.number, to.attempt.instance, call_.awaited});
+    entry = out.append(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
+                                       call_.delivery, to.attempt.number, to.attempt.instance,
+                                       call_.completion_signal});
   }
   if (entry != 0) {
     enter(phase::Assigned{to, entry}, "");
@@ -224,7 +225,7 @@ void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutp
     if (known->entry == recorded) {
       const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
       enter(phase::Writing{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
-                                        call_.awaited, stood)},
+                                        call_.completion_signal, stood)},
             "");
     }
   } else if (auto* const writing = std::get_if<phase::Writing>(&phase_)) {
@@ -301,7 +302,8 @@ void OpenCall::log_end(bool written, const std::string& detail, ChannelOutput& o
 
 void OpenCall::append_unasked(ChannelOutput& out) const {
   out.append_untracked(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
-                                       call_.delivery, 0, fabric::InstanceId{}, call_.awaited});
+                                       call_.delivery, 0, fabric::InstanceId{},
+                                       call_.completion_signal});
 }
 
 void OpenCall::publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,

@@ -230,7 +230,7 @@ class OpenCall {
   bool interim_unseen_ = false;
   /// A read has shown REQUEST_STATE = 0.
   bool zero_seen_ = false;
-  /// Instances whose mailboxes the request may stand in.
+  /// Instances whose partitions the request may stand in.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.
   std::vector<Refused> refused_;

@@ -71,7 +71,7 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
     return;
   }
   auto response = Response::of(reply.text, reply.state);
-  if (response && call_.awaited == fabric::Awaited::response) {
+  if (response && call_.completion_signal == fabric::CompletionSignal::response) {
     response = tl::unexpected(
         std::string("would release the program, which waits for RESPONSE and looks at no state"));
   }
@@ -91,7 +91,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
     return;
   }
   auto response = fabric::is_known(reply)
-                      ? Response::of(reply.text, reply.state, call_.awaited)
+                      ? Response::of(reply.text, reply.state, call_.completion_signal)
                       : tl::unexpected(std::string("is of a kind that this gateway does not know"));
   if (!response || reply.code == fabric::ServiceCode::refused) {
     // While the call is held, any number may come.

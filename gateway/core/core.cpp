@@ -261,8 +261,8 @@ void Core::on_journal_error(const std::string& error) {
     }
     error.empty() ? accept_again() : stop_accepting(error);
   }
-  host_.notice({.kind = "journal"}, error,
-               "make room on the disk, or give it its folder back; it goes on by itself");
+  host_.set_alarm({.kind = "journal"}, error,
+                  "make room on the disk, or give it its folder back; it goes on by itself");
   finish();
 }
 

@@ -24,10 +24,10 @@ CommandResult Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId
 CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                                    const OperatorAnswer& answer) {
   const channel::Channel* const there = find(key);
-  const fabric::Awaited awaited = there != nullptr && there->call() != nullptr
-                                      ? there->call()->awaited
-                                      : fabric::Awaited::response_state;
-  auto response = Response::of(answer.text, answer.state, awaited);
+  const fabric::CompletionSignal completion_signal = there != nullptr && there->call() != nullptr
+                                                         ? there->call()->completion_signal
+                                                         : fabric::CompletionSignal::response_state;
+  auto response = Response::of(answer.text, answer.state, completion_signal);
   if (!response) {
     return {false, "the answer " + response.error() + "; nothing is written"};
   }

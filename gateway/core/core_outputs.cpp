@@ -52,7 +52,7 @@ void Core::log(const fabric::ChannelKey& key, Level level, const std::string& te
 }
 
 void Core::report_write_problem(const fabric::ChannelKey& key, const std::string& text) {
-  host_.notice(
+  host_.set_alarm(
       {.kind = "write", .subject = key.to_string()},
       text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),
       "the NC program waits; check whether the controller runs, and whether a PLC or another "

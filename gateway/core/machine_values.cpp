@@ -117,13 +117,13 @@ void MachineValues::on_request(const fabric::VariableRequest& request, Moment no
 }
 
 void MachineValues::on_answer(const machines::Answer& answer, Moment now) {
-  Turn& turn = answer.asker == machines::Asker::data ? data_turn_ : variables_turn_;
+  Turn& turn = answer.requester == machines::Requester::data ? data_turn_ : variables_turn_;
   if (turn.asked == 0 || answer.number != turn.asked) {
     return;
   }
   turn.asked = 0;
   changed_ = true;
-  if (answer.asker == machines::Asker::data) {
+  if (answer.requester == machines::Requester::data) {
     std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Resolved>& known) {
                                sampler_->on_resolved(known, answer.requests, now);
                              },
@@ -167,10 +167,10 @@ void MachineValues::wake_at(std::optional<SteadyTime> time) {
   next_ = earliest({next_, time});
 }
 
-void MachineValues::ask(machines::Controller& link, Turn& turn, machines::Asker asker,
+void MachineValues::ask(machines::Controller& link, Turn& turn, machines::Requester requester,
                         variables::Step step) {
   turn = {.asked = ++last_question_};
-  link.ask({asker, turn.asked, std::move(step)});
+  link.ask({requester, turn.asked, std::move(step)});
 }
 
 void MachineValues::ask_variables(machines::Controller& link, std::optional<SteadyTime> rests_since,
@@ -186,7 +186,7 @@ void MachineValues::ask_variables(machines::Controller& link, std::optional<Stea
   }
   variables_turn_ = {};
   if (auto step = variables_.next(now)) {
-    ask(link, variables_turn_, machines::Asker::variables, *std::move(step));
+    ask(link, variables_turn_, machines::Requester::variables, *std::move(step));
   }
   if (const auto next = variables_.next_time(now.steady)) {
     wake_at(std::max(*next, now.steady + patience.rest));
@@ -206,7 +206,7 @@ void MachineValues::ask_data(machines::Controller& link, std::optional<SteadyTim
   }
   data_turn_ = {};
   if (auto step = sampler_->next(now)) {
-    ask(link, data_turn_, machines::Asker::data,
+    ask(link, data_turn_, machines::Requester::data,
         std::visit([](auto&& one) -> variables::Step { return std::forward<decltype(one)>(one); },
                    *std::move(step)));
   } else if (const auto next = sampler_->next_time(now.steady)) {
@@ -247,7 +247,7 @@ void MachineValues::publish_output(Moment now) {
   }
   const variables::Output output = variables_.take_output();
   for (const auto& answer : output.answers) {
-    fabric_.publish(answer.asker, answer.reply);
+    fabric_.publish(answer.requester, answer.reply);
   }
   for (const auto& written : output.written) {
     fabric_.publish(fabric::Outcome{own_, written.token, written.done, written.detail, now.wall});

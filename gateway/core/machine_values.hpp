@@ -70,7 +70,8 @@ class MachineValues {
   /// When the question may be asked: now, or later.
   SteadyTime time_for(Turn& turn, const Patience& patience, std::optional<SteadyTime> rests_since,
                       Moment now);
-  void ask(machines::Controller& link, Turn& turn, machines::Asker asker, variables::Step step);
+  void ask(machines::Controller& link, Turn& turn, machines::Requester requester,
+           variables::Step step);
   void wake_at(std::optional<SteadyTime> time);
   void ask_variables(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);
   void ask_data(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);

@@ -176,7 +176,7 @@ void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
     return;
   }
   if (const auto found = machines_.find(status.machine); found != machines_.end()) {
-    fabric_.watch_channels();
+    fabric_.subscribe_channels();
     machines::MachineStatusWriter& ours = found->second.status_writer;
     if (status.connected && ours.status().connected &&
         !claims_.before(status, ours.status().claimed)) {
@@ -209,11 +209,11 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
     return;
   }
   if (last_seen_.size() >= most_channels && !last_seen_.contains(status.key)) {
-    complain("channels", "",
-             fmt::format("other gateways speak of more than {} channels; what goes on in "
-                         "the others is not remembered",
-                         most_channels),
-             now);
+    warn_limited("channels", "",
+                 fmt::format("other gateways speak of more than {} channels; what goes on in "
+                             "the others is not remembered",
+                             most_channels),
+                 now);
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
@@ -242,7 +242,7 @@ bool Machines::on_stall(Moment now) {
 }
 
 void Machines::publish_load(Moment now) {
-  for (const std::string& line : complaints_.due(now.steady)) {
+  for (const std::string& line : log_limiter_.due(now.steady)) {
     host_.log(Level::warn, line);
   }
   for (auto& [name, one] : machines_) {

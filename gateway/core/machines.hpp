@@ -20,7 +20,7 @@
 #include <variant>
 #include <vector>
 
-#include "fabric/complaints.hpp"
+#include "fabric/log_limiter.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/core/machine_values.hpp"
 #include "gateway/core/ports.hpp"
@@ -183,8 +183,8 @@ class Machines {
   void change(Machine& one, const settings::MachineSettings& settings, Moment now);
   /// What another gateway says of a machine; false if it does not count for ours.
   bool consider(const fabric::MachineStatus& status, Moment now);
-  void complain(const std::string& kind, const std::string& about, const std::string& text,
-                Moment now);
+  void warn_limited(const std::string& kind, const std::string& about, const std::string& text,
+                    Moment now);
   void listen(Machine& one, Moment now);
   void listened(Machine& one, Moment now);
   void review(const std::string& machine, Moment now);
@@ -214,7 +214,7 @@ class Machines {
   /// What channels of contested machines showed last, while others served them.
   std::map<fabric::ChannelKey, fabric::ChannelStatus> last_seen_;
   /// What a stranger may say ten thousand times a second is said once.
-  fabric::Complaints complaints_;
+  fabric::LogLimiter log_limiter_;
   /// The gateway that left each machine last.
   std::map<std::string, std::string> predecessors_;
 };

@@ -60,38 +60,40 @@ bool Machines::consider(const fabric::MachineStatus& status, Moment now) {
     case machines::Claims::Accepted::yes:
       return true;
     case machines::Claims::Accepted::implausible:
-      complain("implausible", machine,
-               fmt::format("{}: {} claims it since a time at which there was no gateway "
-                           "(claimed={}); that is not listened to. Who says so is no gateway of "
-                           "ours, or speaks out of turn: see docs/trust.md",
-                           machine, who, status.claimed.time_since_epoch().count()),
-               now);
+      warn_limited(
+          "implausible", machine,
+          fmt::format("{}: {} claims it since a time at which there was no gateway "
+                      "(claimed={}); that is not listened to. Who says so is no gateway of "
+                      "ours, or speaks out of turn: see docs/trust.md",
+                      machine, who, status.claimed.time_since_epoch().count()),
+          now);
       return false;
     case machines::Claims::Accepted::another_controller:
       if (machines_.contains(status.machine)) {
-        complain("another", machine,
-                 fmt::format("{}: {} has a machine of this name too, but of another controller "
-                             "({}); both are served, and tools cannot tell them apart: give one "
-                             "of them another name",
-                             machine, who, printable(status.address)),
-                 now);
+        warn_limited(
+            "another", machine,
+            fmt::format("{}: {} has a machine of this name too, but of another controller "
+                        "({}); both are served, and tools cannot tell them apart: give one "
+                        "of them another name",
+                        machine, who, printable(status.address)),
+            now);
       }
       return false;
     case machines::Claims::Accepted::full:
-      complain("claims", "",
-               fmt::format("{} is not listened to, who claims {}: more than {} machines, or {} "
-                           "gateways of one, are announced on this fabric",
-                           who, machine, machines::Claims::most_machines,
-                           machines::Claims::most_gateways),
-               now);
+      warn_limited("claims", "",
+                   fmt::format("{} is not listened to, who claims {}: more than {} machines, or {} "
+                               "gateways of one, are announced on this fabric",
+                               who, machine, machines::Claims::most_machines,
+                               machines::Claims::most_gateways),
+                   now);
       return false;
   }
   return true;
 }
 
-void Machines::complain(const std::string& kind, const std::string& about, const std::string& text,
-                        Moment now) {
-  if (const auto line = complaints_.note(kind, about, text, now.steady)) {
+void Machines::warn_limited(const std::string& kind, const std::string& about,
+                            const std::string& text, Moment now) {
+  if (const auto line = log_limiter_.admit(kind, about, text, now.steady)) {
     host_.log(Level::warn, *line);
   }
 }

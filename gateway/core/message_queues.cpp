@@ -303,12 +303,12 @@ void MessageQueues::log(const fabric::ChannelKey& key, const queues::MessageQueu
     host_.log(line.level, fmt::format("{}: {}", key.to_string(), line.text));
   }
   if (output.trouble) {
-    host_.notice({.kind = "queue", .subject = key.to_string()}, *output.trouble,
-                 "see the names in gateway.textproto, and whether a program has initialised it");
+    host_.set_alarm({.kind = "queue", .subject = key.to_string()}, *output.trouble,
+                    "see the names in gateway.textproto, and whether a program has initialised it");
   }
   if (output.filling) {
-    host_.notice({.kind = "queue_filling", .subject = key.to_string()}, *output.filling,
-                 "start its service, or see why it does not answer");
+    host_.set_alarm({.kind = "queue_filling", .subject = key.to_string()}, *output.filling,
+                    "start its service, or see why it does not answer");
   }
 }
 

@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
+#include "fabric/alarm.hpp"
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/notice.hpp"
 #include "fabric/variables.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/machines/controller.hpp"
@@ -32,7 +32,7 @@ class Fabric {
   /// Machine data, and the numbers of a message queue.
   virtual void publish(const fabric::DataSample& sample) = 0;
   virtual void publish(const fabric::ProgramEvent& event) = 0;
-  virtual void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) = 0;
+  virtual void publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) = 0;
   /// What became of a variable that somebody wanted written.
   virtual void publish(const fabric::Outcome& outcome) = 0;
   virtual void dispose(const fabric::RequestKey& request) = 0;
@@ -41,7 +41,7 @@ class Fabric {
   /// There is nothing more to tell of the group.
   virtual void dispose(const fabric::DataSample& sample) = 0;
   /// What other gateways say of their channels comes to Core::on_channel() from now on.
-  virtual void watch_channels() = 0;
+  virtual void subscribe_channels() = 0;
 };
 
 class Host {
@@ -59,8 +59,8 @@ class Host {
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
   virtual void log(Level level, const std::string& text) = 0;
   /// Raises what the gateway has to say of itself, or clears it if `text` is empty.
-  virtual void notice(const fabric::NoticeKey& key, const std::string& text,
-                      const std::string& advice) = 0;
+  virtual void set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                         const std::string& advice) = 0;
 
   /// After Core::stop(): no answer is half written any more, or it took too long (`half_written`).
   /// Core::end() comes next.

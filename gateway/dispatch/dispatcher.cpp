@@ -239,7 +239,7 @@ Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
   pending.attempts = last.number;
   pending.instance = last.instance;
   pending.delivery = call.delivery;
-  pending.awaited = call.awaited;
+  pending.completion_signal = call.completion_signal;
   Decisions decisions;
   Instance* instance = instances_.find(last.instance);
   if (instance == nullptr) {
@@ -328,14 +328,14 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
 Assign Dispatcher::assignment(const PendingCall& pending, const Instance& instance) {
   return {pending.call, pending.key,
           Assignment{Attempt{pending.instance, pending.attempts}, pending.delivery, instance.name,
-                     pending.waits, pending.awaited}};
+                     pending.waits, pending.completion_signal}};
 }
 
 void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& decisions) {
   ++pending.attempts;
   pending.instance = instance.identity.id;
   pending.delivery = instance.identity.delivery;
-  pending.awaited = instance.identity.awaited;
+  pending.completion_signal = instance.identity.completion_signal;
   pending.reason.clear();
   const bool waits = pending.waits;
   calls_.assign(pending, instance);

@@ -35,7 +35,7 @@ struct PendingCall {
   bool held = false;
   bool queued = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   std::string reason;
   /// When its request was last sent, and how many heartbeats since then should have named it and
   /// did not.

@@ -52,7 +52,7 @@ void put(pb::Dispatched& out, const DispatchedEntry& in) {
   out.set_at_most_once(in.delivery == fabric::Delivery::at_most_once);
   out.set_attempt(in.attempt);
   out.set_instance(bytes_of(in.instance));
-  out.set_awaits_response(in.awaited == fabric::Awaited::response);
+  out.set_awaits_response(in.completion_signal == fabric::CompletionSignal::response);
 }
 
 DispatchedEntry get(const pb::Dispatched& in) {
@@ -65,7 +65,8 @@ DispatchedEntry get(const pb::Dispatched& in) {
       in.at_most_once() ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
   out.attempt = in.attempt();
   out.instance = instance_of(in.instance());
-  out.awaited = in.awaits_response() ? fabric::Awaited::response : fabric::Awaited::response_state;
+  out.completion_signal = in.awaits_response() ? fabric::CompletionSignal::response
+                                               : fabric::CompletionSignal::response_state;
   return out;
 }
 

@@ -79,7 +79,7 @@ void JournalState::open(const DispatchedEntry& entry) {
   call.request = entry.request;
   call.seen = entry.seen;
   call.delivery = entry.delivery;
-  call.awaited = entry.awaited;
+  call.completion_signal = entry.completion_signal;
   call.attempts.push_back({entry.instance, entry.attempt});
 }
 
@@ -106,7 +106,7 @@ std::vector<JournalEntry> JournalState::snapshot() const {
     for (const Attempt& attempt : call.attempts) {
       entries.emplace_back(DispatchedEntry{call.id, call.key, call.request, call.seen,
                                            call.delivery, attempt.number, attempt.instance,
-                                           call.awaited});
+                                           call.completion_signal});
     }
     for (const std::uint32_t state : call.shown) {
       entries.emplace_back(InterimEntry{call.id, state});

@@ -21,10 +21,10 @@ namespace millrace::gateway::machines {
 using Channels = std::vector<std::uint16_t>;
 
 /// Who asks for values of a controller, beside calls.
-enum class Asker : std::uint8_t { data, variables };
+enum class Requester : std::uint8_t { data, variables };
 
 struct Question {
-  Asker asker = Asker::data;
+  Requester requester = Requester::data;
   /// The answer has it too.
   std::uint64_t number = 0;
   variables::Step step;
@@ -32,7 +32,7 @@ struct Question {
 
 /// What came of a question: what variables are, their values, that one is written, or a list.
 struct Answer {
-  Asker asker = Asker::data;
+  Requester requester = Requester::data;
   std::uint64_t number = 0;
   std::variant<std::vector<data::Sampler::Resolved>, std::vector<data::Sampler::Answer>,
                cnc::ads::Result<void>, cnc::ads::Result<variables::Page>>
@@ -85,7 +85,7 @@ class Controller {
   /// answered.
   virtual void subscribe(const std::vector<std::uint16_t>& channels) = 0;
   virtual void unsubscribe(const std::vector<std::uint16_t>& channels) = 0;
-  /// One question of each asker at a time.
+  /// One question of each requester at a time.
   virtual void ask(const Question& question) = 0;
   /// A message queue of this controller is to be read: what was asked for it before is not answered
   /// any more.

@@ -16,7 +16,7 @@
 
 #include "base/program/barrier.hpp"
 #include "cnc/ads/client.hpp"
-#include "cnc/variables/state_notices.hpp"
+#include "cnc/variables/state_subscriptions.hpp"
 #include "cnc/variables/survey.hpp"
 #include "gateway/settings/client_options.hpp"
 #include "gateway/shell/ads_message_queue.hpp"
@@ -59,7 +59,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
         log(std::move(the_log)),
         client(executor, client_options(settings)),
         interfaces(executor, settings.name, client, events),
-        notices(client, settings.symbol, [this](auto&&... what) { tell(what...); }),
+        subscriptions(client, settings.symbol, [this](auto&&... what) { tell(what...); }),
         timer(executor),
         back_off(std::random_device{}()) {}
 
@@ -67,7 +67,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     stopped = true;
     interfaces.stop();
     client.on_down({});
-    notices.leave();
+    subscriptions.leave();
     timer.cancel();
   }
 
@@ -93,9 +93,9 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
     const auto found = co_await cnc::variables::survey(client, location);
     if (!found || found->channels == 0) {
-      complain(found ? found->finding
-                     : fmt::format("its channels cannot be counted: {}",
-                                   cnc::ads::describe(found.error())));
+      warn_limited(found ? found->finding
+                         : fmt::format("its channels cannot be counted: {}",
+                                       cnc::ads::describe(found.error())));
       co_return std::nullopt;
     }
     Channels channels;
@@ -117,7 +117,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
     const auto found = co_await cnc::variables::locate(client, channel, configured);
     if (!found) {
-      complain(
+      warn_limited(
           fmt::format("its index groups cannot be found: {}", cnc::ads::describe(found.error())));
       co_return std::nullopt;
     }
@@ -132,7 +132,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
       co_return std::chrono::nanoseconds(0);
     }
     if (!connected) {
-      complain(connected.error().message);
+      warn_limited(connected.error().message);
       co_return std::chrono::nanoseconds(0);
     }
     const auto groups = co_await find_groups();
@@ -150,10 +150,10 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     for (auto& source : sources) {
       source = std::make_shared<ValueSource>(client, location);
     }
-    notices.forget();
+    subscriptions.forget();
     queues.clear();
     ++connections;
-    complaint.clear();
+    last_warning.clear();
     log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
     const auto up_since = std::chrono::steady_clock::now();
     events.on_link_up(settings.name, *channels);
@@ -161,7 +161,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     const auto lasted = std::chrono::steady_clock::now() - up_since;
     if (!stopped) {
       log->warn("{}: link down: {}", settings.name, *down_reason);
-      complaint = *down_reason;
+      last_warning = *down_reason;
       events.on_link_down(settings.name, *down_reason);
     }
     co_return lasted;
@@ -177,9 +177,9 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   }
 
   /// Once for each reason, so that a controller that is off for a night fills no log.
-  void complain(const std::string& reason) {
-    if (complaint != reason) {
-      complaint = reason;
+  void warn_limited(const std::string& reason) {
+    if (last_warning != reason) {
+      last_warning = reason;
       log->warn("{}: {}; trying again", settings.to_string(), reason);
       events.on_link_down(settings.name, reason);
     }
@@ -208,10 +208,10 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
         continue;
       }
       if (!job.wanted) {
-        co_await self->notices.unwatch(job.channels);
+        co_await self->subscriptions.unsubscribe(job.channels);
         continue;
       }
-      const auto outcomes = co_await self->notices.watch(job.channels);
+      const auto outcomes = co_await self->subscriptions.subscribe(job.channels);
       if (!self->stopped && job.connection == self->connections && self->client.up()) {
         self->tell(outcomes);
       }
@@ -221,7 +221,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
 
   static asio::awaitable<void> ask(std::shared_ptr<Impl> self, machines::Question question) {
     const std::uint64_t connection = self->connections;
-    const auto& source = self->sources.at(static_cast<std::size_t>(question.asker));
+    const auto& source = self->sources.at(static_cast<std::size_t>(question.requester));
     const machines::Answer answer = co_await ask_values(source, std::move(question));
     if (!self->stopped && connection == self->connections) {
       self->events.on_answer(self->settings.name, answer);
@@ -253,7 +253,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_await queue->watch(std::move(told));
   }
 
-  void tell(const std::vector<cnc::variables::NoticeOutcome>& outcomes) {
+  void tell(const std::vector<cnc::variables::SubscriptionOutcome>& outcomes) {
     std::vector<machines::SubscribeOutcome> all;
     all.reserve(outcomes.size());
     for (const auto& outcome : outcomes) {
@@ -276,8 +276,8 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   AdsServiceAccess interfaces;
   /// Where the controller keeps its variables.
   cnc::variables::Location location;
-  cnc::variables::StateNotices notices;
-  /// Of this connection, one for each machines::Asker.
+  cnc::variables::StateSubscriptions subscriptions;
+  /// Of this connection, one for each machines::Requester.
   std::array<std::shared_ptr<ValueSource>, 2> sources;
   /// Message queues, of this connection.
   std::map<fabric::ChannelKey, std::shared_ptr<AdsMessageQueue>> queues;
@@ -288,7 +288,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   asio::steady_timer timer;
   BackOff back_off;
   std::optional<std::string> down_reason;
-  std::string complaint;
+  std::string last_warning;
   bool stopped = false;
 };
 

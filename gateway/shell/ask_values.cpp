@@ -10,7 +10,7 @@ boost::asio::awaitable<machines::Answer> ask_values(std::shared_ptr<ValueSource>
   cnc::variables::Readings& readings = source->readings;
   const std::uint64_t before = readings.requests();
   machines::Answer answer;
-  answer.asker = question.asker;
+  answer.requester = question.requester;
   answer.number = question.number;
   if (auto* look_up = std::get_if<data::Resolve>(&question.step)) {
     answer.found = co_await readings.look_up(look_up->channel, std::move(look_up->names));

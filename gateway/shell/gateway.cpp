@@ -8,7 +8,7 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/channel_scope.hpp"
-#include "gateway/shell/certificate_notices.hpp"
+#include "gateway/shell/certificate_alarms.hpp"
 
 namespace millrace::gateway::shell {
 
@@ -49,14 +49,14 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
       certificate_timer_(executor),
       own_(identity_of(*journal_)),
       participant_(settings.join),
-      call_end_(participant_, executor, *this),
-      command_end_(participant_, executor, *this),
-      notices_(participant_, executor,
-               {.key = {.responder = own_.id},
-                .program = "gateway",
-                .host = own_.host,
-                .pid = own_.pid}),
-      watch_(participant_, executor, *this),
+      call_endpoint_(participant_, executor, *this),
+      command_endpoint_(participant_, executor, *this),
+      alarms_(participant_, executor,
+              {.key = {.responder = own_.id},
+               .program = "gateway",
+               .host = own_.host,
+               .pid = own_.pid}),
+      gateway_monitor_(participant_, executor, *this),
       core_(*this, *this,
             {.own = own_,
              .lease = settings.join.lease,
@@ -72,20 +72,20 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
 
 void Gateway::publish_certificates() {
   constexpr std::chrono::hours between_checks{1};
-  std::map<std::string, fabric::Notice> said = std::exchange(certificates_published_, {});
-  for (fabric::Notice& notice : certificate_notices(
+  std::map<std::string, fabric::Alarm> said = std::exchange(certificates_published_, {});
+  for (fabric::Alarm& alarm : certificate_alarms(
            settings_.machines, std::chrono::floor<std::chrono::seconds>(now().wall))) {
-    const auto before = said.extract(notice.key.subject);
-    const bool is_new = before.empty() || before.mapped().level != notice.level;
-    if (is_new && notice.level != fabric::NoticeLevel::fine) {
-      log_->warn("{}: {}", notice.text, notice.advice);
+    const auto before = said.extract(alarm.key.subject);
+    const bool is_new = before.empty() || before.mapped().level != alarm.level;
+    if (is_new && alarm.level != fabric::AlarmLevel::fine) {
+      log_->warn("{}: {}", alarm.text, alarm.advice);
     }
     // One that cannot be written now is repeated with all others.
-    static_cast<void>(notices_.raise(notice));
-    certificates_published_.insert_or_assign(notice.key.subject, std::move(notice));
+    static_cast<void>(alarms_.raise(alarm));
+    certificates_published_.insert_or_assign(alarm.key.subject, std::move(alarm));
   }
   for (const auto& [subject, gone] : said) {
-    static_cast<void>(notices_.clear(gone.key.kind, subject));
+    static_cast<void>(alarms_.clear(gone.key.kind, subject));
   }
   certificate_timer_.expires_after(between_checks);
   certificate_timer_.async_wait([this](boost::system::error_code error) {
@@ -97,7 +97,7 @@ void Gateway::publish_certificates() {
 
 void Gateway::heartbeat() {
   const SteadyTime next = core_.heartbeat();
-  call_end_.assert_machines();
+  call_endpoint_.assert_machines();
   heartbeat_timer_.expires_at(next);
   heartbeat_timer_.async_wait([this](boost::system::error_code error) {
     if (!error) {
@@ -115,7 +115,7 @@ void Gateway::publish_load() {
       log_left_out();
       log_calls();
       for (const std::string& uuid : lost_services_.on_time(now())) {
-        static_cast<void>(notices_.clear("service", uuid));
+        static_cast<void>(alarms_.clear("service", uuid));
       }
       publish_load();
     }
@@ -140,7 +140,7 @@ void Gateway::log_calls() {
 }
 
 void Gateway::log_left_out() {
-  for (const std::string& line : complaints_.due(now().steady)) {
+  for (const std::string& line : log_limiter_.due(now().steady)) {
     log_->warn("{}", line);
   }
   if (const auto left_out = instance_lines_.due(now().steady)) {

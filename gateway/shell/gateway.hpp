@@ -18,14 +18,14 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "base/program/log.hpp"
-#include "fabric/complaints.hpp"
 #include "fabric/dds/participant.hpp"
-#include "fabric/ends/call_end.hpp"
-#include "fabric/ends/command_end.hpp"
-#include "fabric/ends/data_end.hpp"
-#include "fabric/ends/gateway_watch.hpp"
-#include "fabric/ends/notice_end.hpp"
-#include "fabric/ends/variable_end.hpp"
+#include "fabric/endpoints/alarm_endpoint.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/data_endpoint.hpp"
+#include "fabric/endpoints/gateway_monitor.hpp"
+#include "fabric/endpoints/variable_endpoints.hpp"
+#include "fabric/log_limiter.hpp"
 #include "gateway/core/core.hpp"
 #include "gateway/core/lost_services.hpp"
 #include "gateway/journal/journal.hpp"
@@ -41,9 +41,9 @@ spdlog::level::level_enum level_of(Level level);
 /// The least of them that this log writes.
 Level min_level_of(const base::program::Log& log);
 
-class Gateway final : fabric::ends::CallEndListener,
-                      fabric::ends::CommandListener,
-                      fabric::ends::GatewayWatchListener,
+class Gateway final : fabric::endpoints::CallEndpointListener,
+                      fabric::endpoints::CommandListener,
+                      fabric::endpoints::GatewayMonitorListener,
                       core::Fabric,
                       core::Host {
  public:
@@ -69,7 +69,7 @@ class Gateway final : fabric::ends::CallEndListener,
   void log_calls();
   /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
   void publish_certificates();
-  void notice_service(const fabric::InstanceIdentity& there);
+  void alarm_service(const fabric::InstanceIdentity& there);
   void notice_lost(const core::LostService& lost);
   void warn_of_queues();
 
@@ -80,13 +80,13 @@ class Gateway final : fabric::ends::CallEndListener,
   void publish(const fabric::MachineStatus& status) override;
   void publish(const fabric::DataSample& sample) override;
   void publish(const fabric::ProgramEvent& event) override;
-  void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) override;
+  void publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) override;
   void publish(const fabric::Outcome& outcome) override;
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const fabric::ChannelKey& status) override;
   void dispose(const fabric::MachineStatus& status) override;
   void dispose(const fabric::DataSample& sample) override;
-  void watch_channels() override;
+  void subscribe_channels() override;
 
   // Host; gateway_ports.cpp.
   /// The only place of the gateway that reads a clock.
@@ -95,8 +95,8 @@ class Gateway final : fabric::ends::CallEndListener,
   std::unique_ptr<machines::Controller> connect(const settings::MachineSettings& machine) override;
   void append(const JournalEntry& entry, const Ticket& ticket) override;
   void log(Level level, const std::string& text) override;
-  void notice(const fabric::NoticeKey& key, const std::string& text,
-              const std::string& advice) override;
+  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                 const std::string& advice) override;
   void may_end(bool half_written) override;
 
   // What other gateways say.
@@ -116,7 +116,7 @@ class Gateway final : fabric::ends::CallEndListener,
   // What an operator wants. Commands for channels of others are theirs.
   void on_command(const fabric::Command& command) override;
   core::CommandResult execute(const fabric::Command& command);
-  fabric::ends::DataEnd& data_end();
+  fabric::endpoints::DataEndpoint& data_endpoint();
 
   boost::asio::any_io_executor executor_;
   SpinAfterPublish& spin_;
@@ -130,25 +130,25 @@ class Gateway final : fabric::ends::CallEndListener,
   boost::asio::steady_timer load_timer_;
   boost::asio::steady_timer certificate_timer_;
   /// What was said of each last, by its subject.
-  std::map<std::string, fabric::Notice> certificates_published_;
+  std::map<std::string, fabric::Alarm> certificates_published_;
   /// What the log has of calls, once a minute.
   core::CallCounts calls_logged_;
   SteadyTime calls_logged_at_ = std::chrono::steady_clock::now();
   core::GatewayIdentity own_;
   fabric::dds::Participant participant_;
-  fabric::ends::CallEnd call_end_;
-  fabric::ends::CommandEnd command_end_;
-  fabric::ends::NoticeEnd notices_;
+  fabric::endpoints::CallEndpoint call_endpoint_;
+  fabric::endpoints::CommandEndpoint command_endpoint_;
+  fabric::endpoints::AlarmEndpoint alarms_;
   CommandHistory command_history_;
   /// What strangers may do ten thousand times a second is not told each time.
-  fabric::Complaints complaints_;
+  fabric::LogLimiter log_limiter_;
   fabric::Throttle instance_lines_{1000, std::chrono::seconds(10)};
-  fabric::ends::GatewayWatch watch_;
+  fabric::endpoints::GatewayMonitor gateway_monitor_;
   /// Once there is something to tell: until then nobody on the fabric hears of these writers.
-  std::optional<fabric::ends::DataEnd> data_;
+  std::optional<fabric::endpoints::DataEndpoint> data_;
   core::Core core_;
   /// The last, so that nobody asks a core that is half made or half gone.
-  fabric::ends::VariableAnswerEnd variables_;
+  fabric::endpoints::VariableReplyEndpoint variables_;
 };
 
 }  // namespace millrace::gateway::shell

@@ -53,7 +53,7 @@ void Gateway::on_instance_ready(const fabric::InstanceIdentity& instance) {
                name_of(instance),
                instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
-  notice_service(instance);
+  alarm_service(instance);
   core_.on_instance_ready(instance);
 }
 
@@ -62,22 +62,22 @@ void Gateway::on_instance_changed(const fabric::InstanceIdentity& instance) {
     log_->info("instance {} of {} changed: {}{}", instance.id.to_string(), instance.uuid,
                name_of(instance), instance.draining ? ": it is draining" : "");
   }
-  notice_service(instance);
+  alarm_service(instance);
   core_.on_instance_ready(instance);
 }
 
 /// Nothing but the log is told if that fails: it is no trouble of the gateway.
-void Gateway::notice_service(const fabric::InstanceIdentity& there) {
+void Gateway::alarm_service(const fabric::InstanceIdentity& there) {
   if (lost_services_.on_ready(there)) {
-    static_cast<void>(notices_.clear("service", there.uuid));
+    static_cast<void>(alarms_.clear("service", there.uuid));
   }
 }
 
 void Gateway::notice_lost(const core::LostService& lost) {
   const fabric::InstanceIdentity& last = lost.last;
-  static_cast<void>(notices_.raise(
+  static_cast<void>(alarms_.raise(
       {.key = {.kind = "service", .subject = lost.uuid},
-       .level = fabric::NoticeLevel::warning,
+       .level = fabric::AlarmLevel::warning,
        .text = fmt::format("{} ({}) has no instance: the last one, pid {} on {}, is gone without a "
                            "word",
                            last.name, lost.uuid, last.pid, last.host),
@@ -131,7 +131,7 @@ void Gateway::on_command(const fabric::Command& command) {
     log_->debug("{}", line);
   } else if (result.done) {
     log_->info("{}", line);
-  } else if (const auto first = complaints_.note("command", command.issuer, line, now().steady)) {
+  } else if (const auto first = log_limiter_.admit("command", command.issuer, line, now().steady)) {
     log_->info("{}", *first);
   }
   const fabric::Outcome outcome{own_.id, command.id, result.done, truncate_reason(result.detail),

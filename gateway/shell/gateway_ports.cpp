@@ -31,7 +31,7 @@ Level min_level_of(const base::program::Log& log) {
 }
 
 void Gateway::publish(const fabric::Request& request) {
-  if (const auto published = call_end_.publish(request); !published) {
+  if (const auto published = call_endpoint_.publish(request); !published) {
     log_->error("{}: call {} cannot be given out: {}", request.key.to_string(),
                 request.call.to_string(), published.error());
   }
@@ -39,71 +39,71 @@ void Gateway::publish(const fabric::Request& request) {
 }
 
 void Gateway::publish(const fabric::Event& event) {
-  if (const auto published = call_end_.publish(event); !published) {
+  if (const auto published = call_endpoint_.publish(event); !published) {
     log_->debug("{}: an event is lost: {}", event.key.to_string(), published.error());
   }
 }
 
 void Gateway::publish(const fabric::ChannelStatus& status) {
-  if (const auto published = call_end_.publish(status); !published) {
+  if (const auto published = call_endpoint_.publish(status); !published) {
     log_->debug("{}: a status is lost: {}", status.key.to_string(), published.error());
   }
 }
 
 void Gateway::publish(const fabric::MachineStatus& status) {
-  if (const auto published = call_end_.publish(status); !published) {
+  if (const auto published = call_endpoint_.publish(status); !published) {
     log_->debug("{}: a status is lost: {}", status.machine, published.error());
   }
 }
 
-fabric::ends::DataEnd& Gateway::data_end() {
+fabric::endpoints::DataEndpoint& Gateway::data_endpoint() {
   return data_ ? *data_ : data_.emplace(participant_);
 }
 
 void Gateway::publish(const fabric::DataSample& sample) {
-  if (const auto published = data_end().publish(sample); !published) {
+  if (const auto published = data_endpoint().publish(sample); !published) {
     log_->warn("{}: data {} cannot be told: {}", sample.key.to_string(), sample.group,
                published.error());
   }
 }
 
 void Gateway::publish(const fabric::ProgramEvent& event) {
-  if (const auto published = data_end().publish(event); !published) {
+  if (const auto published = data_endpoint().publish(event); !published) {
     log_->warn("{}: an event of its program cannot be told: {}", event.key.to_string(),
                published.error());
   }
 }
 
-void Gateway::publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) {
-  if (const auto published = variables_.publish(asker, reply); !published) {
+void Gateway::publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) {
+  if (const auto published = variables_.publish(requester, reply); !published) {
     log_->warn("an answer about variables cannot be told: {}", printable(published.error()));
   }
 }
 
 void Gateway::publish(const fabric::Outcome& outcome) {
-  if (const auto published = command_end_.publish(outcome); !published) {
+  if (const auto published = command_endpoint_.publish(outcome); !published) {
     log_->warn("the outcome of a command cannot be told: {}", published.error());
   }
 }
 
 void Gateway::dispose(const fabric::RequestKey& request) {
-  call_end_.withdraw(request);
+  call_endpoint_.withdraw(request);
 }
 
 void Gateway::dispose(const fabric::ChannelKey& status) {
-  call_end_.let_go(status);
+  call_endpoint_.unregister(status);
 }
 
 void Gateway::dispose(const fabric::MachineStatus& status) {
-  call_end_.let_go(status);
+  call_endpoint_.unregister(status);
 }
 
 void Gateway::dispose(const fabric::DataSample& sample) {
-  data_end().let_go(sample);
+  data_endpoint().unregister(sample);
 }
 
-void Gateway::watch_channels() {
-  watch_.watch_channels();
+void Gateway::subscribe_channels() {
+  gateway_monitor_.subscribe_channels();
 }
 
 Moment Gateway::now() const {
@@ -129,13 +129,13 @@ void Gateway::log(Level level, const std::string& text) {
   log_->log(level_of(level), text);
 }
 
-void Gateway::notice(const fabric::NoticeKey& key, const std::string& text,
-                     const std::string& advice) {
-  const auto told = text.empty() ? notices_.clear(key.kind, key.subject)
-                                 : notices_.raise({.key = key,
-                                                   .level = fabric::NoticeLevel::problem,
-                                                   .text = text,
-                                                   .advice = advice});
+void Gateway::set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                        const std::string& advice) {
+  const auto told =
+      text.empty()
+          ? alarms_.clear(key.kind, key.subject)
+          : alarms_.raise(
+                {.key = key, .level = fabric::AlarmLevel::problem, .text = text, .advice = advice});
   if (!told) {
     log_->warn("nobody but this log is told of it: {}", told.error());
   }

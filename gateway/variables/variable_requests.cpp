@@ -113,7 +113,7 @@ bool VariableRequests::answered_before(const VariableRequest& request) {
   }
   const auto done = std::ranges::find(done_writes_, request.token,
                                       [](const Output::Answer& one) { return one.reply.token; });
-  if (done != done_writes_.end() && done->asker == request.asker) {
+  if (done != done_writes_.end() && done->requester == request.requester) {
     output_.answers.push_back(*done);
   }
   return done != done_writes_.end();
@@ -143,8 +143,9 @@ void VariableRequests::on_request(const VariableRequest& request, Moment now) {
 }
 
 std::string VariableRequests::too_much(const VariableRequest& request) const {
-  const auto of_one = std::ranges::count_if(
-      requests_, [&](const auto& open) { return open.second.request.asker == request.asker; });
+  const auto of_one = std::ranges::count_if(requests_, [&](const auto& open) {
+    return open.second.request.requester == request.requester;
+  });
   if (static_cast<std::size_t>(of_one) >= most_of_one) {
     return fmt::format("{} requests of this program wait already; at most {} do", of_one,
                        most_of_one);

@@ -56,7 +56,7 @@ struct Page {
 /// What comes of an event.
 struct Output {
   struct Answer {
-    fabric::InstanceId asker{};
+    fabric::InstanceId requester{};
     fabric::VariableReply reply{};
   };
   std::vector<Answer> answers;

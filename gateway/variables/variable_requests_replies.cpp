@@ -167,7 +167,7 @@ void VariableRequests::answer(const VariableRequest& request, fabric::VariableRe
   reply.token = request.token;
   reply.reason = truncate_reason(std::move(reply.reason));
   reply.at = now.wall;
-  output_.answers.push_back({request.asker, std::move(reply)});
+  output_.answers.push_back({request.requester, std::move(reply)});
   if (request.action == VariableAction::write) {
     done_writes_.push_back(output_.answers.back());
     if (done_writes_.size() > most_done) {

@@ -36,7 +36,7 @@ archiver::CallInfo info(const sdk::Call& call) {
 }
 
 /// Responds once the row is on the disk; the SDK's threads do not wait for that.
-sdk::LaterHandler writing_to(archiver::Writer& writer) {
+sdk::AsyncHandler writing_to(archiver::Writer& writer) {
   return [&writer](const std::shared_ptr<const sdk::Call>& call) {
     auto put = archiver::put_of(info(*call), std::chrono::system_clock::now());
     if (!put) {
@@ -64,12 +64,12 @@ int serve(int argc, char** argv) {
   base::program::add_check(program.app());
   std::optional<archiver::Writer> writer;
   std::optional<archiver::ObserverThread> observer;
-  const std::function<sdk::LaterHandler()> make = [&] {
+  const std::function<sdk::AsyncHandler()> make = [&] {
     const archiver::Config config = configuration(file);
     const auto report = [log = program.log()](const std::string& news) { log->error("{}", news); };
     writer.emplace(
         archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now(), report),
-        program.log(), program.notices());
+        program.log(), program.alarms());
     if (config.record_events || config.record_channels || config.record_data ||
         config.record_programs) {
       const sdk::ServiceOptions& options = program.options();

@@ -34,9 +34,9 @@ std::size_t weight_of(const Row& row) {
 
 }  // namespace
 
-Writer::Writer(Archive archive, Log log, fabric::NoticeSink& notices)
+Writer::Writer(Archive archive, Log log, fabric::AlarmSink& alarms)
     : log_(std::move(log)),
-      notices_(notices),
+      alarms_(alarms),
       archive_(std::move(archive)),
       clock_("rows of the archive", archive_.last_written(), base::loop::clocks_now()),
       thread_([this] { run(); }) {}
@@ -98,8 +98,8 @@ void Writer::tidy_up() {
   try {
     archive_.tidy_up(now.wall, ages);
   } catch (const std::exception& error) {
-    complain("tidy", fmt::format("the archive {} cannot be tidied up: {}", archive_.file().string(),
-                                 error.what()));
+    warn_limited("tidy", fmt::format("the archive {} cannot be tidied up: {}",
+                                     archive_.file().string(), error.what()));
   }
   notice_foreign_files();
 }
@@ -141,8 +141,8 @@ void Writer::write(Batch batch) {
   try {
     ids = archive_.append(batch.rows, std::chrono::system_clock::now());
   } catch (const std::exception& error) {
-    complain(unwritable, fmt::format("the archive {} cannot be written: {}",
-                                     archive_.file().string(), error.what()));
+    warn_limited(unwritable, fmt::format("the archive {} cannot be written: {}",
+                                         archive_.file().string(), error.what()));
     notice_failure(error.what());
     for (const Done& done : batch.done) {
       done(tl::unexpected(std::string(error.what())));
@@ -174,18 +174,17 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   const std::uint64_t lost = lost_;
   guard.unlock();
   if (lost != 0) {
-    complain("lost", fmt::format("{} recorded rows are lost so far", lost));
-    notices_.raise(
-        {.key = {.kind = "lost_rows"},
-         .level = fabric::NoticeLevel::warning,
-         .text = fmt::format("{} rows are lost since the start: the archive "
-                             "could not be written for too long",
-                             lost),
-         .advice = "what is there is whole; a recording of that time may have the rest"});
+    warn_limited("lost", fmt::format("{} recorded rows are lost so far", lost));
+    alarms_.raise({.key = {.kind = "lost_rows"},
+                   .level = fabric::AlarmLevel::warning,
+                   .text = fmt::format("{} rows are lost since the start: the archive "
+                                       "could not be written for too long",
+                                       lost),
+                   .advice = "what is there is whole; a recording of that time may have the rest"});
   }
 }
 
-void Writer::complain(const std::string& kind, const std::string& text) {
+void Writer::warn_limited(const std::string& kind, const std::string& text) {
   if (const auto line = repeats_.note(kind, text, Clock::now())) {
     log_->error("{}", *line);
   }
@@ -193,9 +192,9 @@ void Writer::complain(const std::string& kind, const std::string& text) {
 
 void Writer::notice_failure(const std::string& reason) {
   failing_ = true;
-  notices_.raise(
+  alarms_.raise(
       {.key = {.kind = "archive"},
-       .level = fabric::NoticeLevel::problem,
+       .level = fabric::AlarmLevel::problem,
        .text =
            fmt::format("the archive {} cannot be written: {}", archive_.file().string(), reason),
        .advice = "make room on its disk, or give it its folder back; it goes on by itself"});
@@ -203,7 +202,7 @@ void Writer::notice_failure(const std::string& reason) {
 
 void Writer::notice_success() {
   if (std::exchange(failing_, false)) {
-    notices_.clear("archive", "");
+    alarms_.clear("archive", "");
     log_->info("the archive {} can be written again; {} attempts have failed",
                archive_.file().string(), repeats_.over(unwritable));
   }
@@ -212,9 +211,9 @@ void Writer::notice_success() {
 void Writer::notice_foreign_files() {
   const std::set<std::filesystem::path>& files = archive_.foreign();
   if (std::exchange(foreign_files_, files.size()) != files.size()) {
-    notices_.raise(
+    alarms_.raise(
         {.key = {.kind = "foreign_files"},
-         .level = fabric::NoticeLevel::warning,
+         .level = fabric::AlarmLevel::warning,
          .text = fmt::format("damaged, or no files of an archive, and left as they are: {}{}",
                              files.begin()->string(),
                              files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : ""),

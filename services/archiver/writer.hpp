@@ -22,7 +22,7 @@
 
 #include "base/loop/clock_watch.hpp"
 #include "base/program/repeats.hpp"
-#include "fabric/notice_sink.hpp"
+#include "fabric/alarm_sink.hpp"
 #include "services/archiver/archive.hpp"
 
 namespace spdlog {
@@ -39,9 +39,9 @@ class Writer {
  public:
   using Log = std::shared_ptr<spdlog::logger>;
 
-  /// `notices`, which must outlive it, gets the alarms of the archive: "archive", "lost_rows",
+  /// `alarms`, which must outlive it, gets the alarms of the archive: "archive", "lost_rows",
   /// "foreign_files".
-  Writer(Archive archive, Log log, fabric::NoticeSink& notices);
+  Writer(Archive archive, Log log, fabric::AlarmSink& alarms);
   /// Writes the waiting rows, then ends.
   ~Writer();
   Writer(const Writer&) = delete;
@@ -73,13 +73,13 @@ class Writer {
   /// Returns the recorded rows to the queue for another attempt.
   void keep(std::vector<Row> rows, std::size_t first_recorded);
   /// Logs an error that may repeat with each batch.
-  void complain(const std::string& kind, const std::string& text);
+  void warn_limited(const std::string& kind, const std::string& text);
   void notice_failure(const std::string& reason);
   void notice_success();
   void notice_foreign_files();
 
   Log log_;
-  fabric::NoticeSink& notices_;
+  fabric::AlarmSink& alarms_;
   Archive archive_;
   base::loop::ClockWatch clock_;
   std::chrono::steady_clock::time_point next_tidying_{};

@@ -10,7 +10,7 @@
 #include "fabric/profile/command_line.hpp"
 #include "services/batch/folder.hpp"
 #include "services/batch/one_script.hpp"
-#include "services/sdk/member.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace {
@@ -42,7 +42,7 @@ int serve_folder(int argc, char** argv) {
     // One process is one participant, independent of the number of scripts that it serves.
     const services::sdk::ServiceOptions options{
         .version = MILLRACE_VERSION,
-        .member = std::make_shared<services::sdk::Member>(join, log),
+        .participant = std::make_shared<services::sdk::SharedParticipant>(join, log),
         .domain = join.domain,
         .fabric = join.fabric,
         .lease = join.lease,

@@ -5,11 +5,11 @@
 #include <sstream>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/observer/notices.hpp"
+#include "fabric/observer/alarms.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/words.hpp"
 #include "services/c/participant.hpp"
-#include "tools/bus/notice_reader.hpp"
+#include "tools/bus/alarm_reader.hpp"
 #include "tools/bus/snapshot.hpp"
 
 namespace millrace::services::c {
@@ -34,7 +34,7 @@ struct Event {
   std::string instance{};
   std::string detail{};
   std::string level{};
-  fabric::Notice alarm{};
+  fabric::Alarm alarm{};
 };
 
 Event event_of(const fabric::Event& call) {
@@ -46,30 +46,30 @@ Event event_of(const fabric::Event& call) {
           .detail = call.detail};
 }
 
-Event event_of(const fabric::observer::NoticeNews& news) {
+Event event_of(const fabric::observer::AlarmNews& news) {
   return {.kind = news.over ? "alarm over" : "alarm",
           .at = news.over ? std::chrono::time_point_cast<fabric::Time::duration>(
                                 std::chrono::system_clock::now())
-                          : news.notice.since,
-          .instance = news.notice.key.responder.to_string(),
-          .detail = news.notice.text,
-          .level = std::string(fabric::name_of(news.notice.level)),
-          .alarm = news.notice};
+                          : news.alarm.since,
+          .instance = news.alarm.key.responder.to_string(),
+          .detail = news.alarm.text,
+          .level = std::string(fabric::name_of(news.alarm.level)),
+          .alarm = news.alarm};
 }
 
 /// Adds events to a queue on the loop of the process; another thread takes them.
 class Observing final : public fabric::observer::ObserverListener,
-                        public tools::bus::NoticeListener {
+                        public tools::bus::AlarmListener {
  public:
   Observing(Participant& participant, std::uint32_t what, std::size_t capacity)
       : capacity_(capacity) {
-    sdk::Member& member = *participant.member();
+    sdk::SharedParticipant& shared = *participant.shared();
     if ((what & MILLRACE_OBSERVE_CALLS) != 0) {
-      observer_.emplace(member.participant(), member.loop().get_executor(), *this,
+      observer_.emplace(shared.participant(), shared.loop().get_executor(), *this,
                         fabric::observer::Interest::calls);
     }
     if ((what & MILLRACE_OBSERVE_ALARMS) != 0) {
-      notices_.emplace(member.participant(), member.loop().get_executor(), *this);
+      alarms_.emplace(shared.participant(), shared.loop().get_executor(), *this);
     }
   }
 
@@ -92,12 +92,12 @@ class Observing final : public fabric::observer::ObserverListener,
       add(event_of(*call));
     }
   }
-  void on_notice(const fabric::Notice& notice) override {
-    if (const auto news = known_.said(notice)) {
+  void on_alarm(const fabric::Alarm& alarm) override {
+    if (const auto news = known_.said(alarm)) {
       add(event_of(*news));
     }
   }
-  void on_notice_gone(const fabric::NoticeKey& key) override {
+  void on_alarm_gone(const fabric::AlarmKey& key) override {
     if (const auto news = known_.over(key)) {
       add(event_of(*news));
     }
@@ -115,14 +115,14 @@ class Observing final : public fabric::observer::ObserverListener,
   }
 
   const std::size_t capacity_;
-  fabric::observer::Notices known_;
+  fabric::observer::Alarms known_;
   std::mutex lock_;
   std::condition_variable news_;
   std::deque<Event> waiting_;
   std::uint64_t lost_ = 0;
   // Last: they call the functions above until they are destroyed.
   std::optional<fabric::observer::Observer> observer_;
-  std::optional<tools::bus::NoticeReader> notices_;
+  std::optional<tools::bus::AlarmReader> alarms_;
 };
 
 }  // namespace
@@ -168,7 +168,7 @@ millrace_code millrace_list(millrace_participant* participant, millrace_instance
                   .delivery = one.identity.delivery == fabric::Delivery::at_most_once
                                   ? MILLRACE_AT_MOST_ONCE
                                   : MILLRACE_AT_LEAST_ONCE,
-                  .completion = one.identity.awaited == fabric::Awaited::response
+                  .completion = one.identity.completion_signal == fabric::CompletionSignal::response
                                     ? MILLRACE_RESPONSE
                                     : MILLRACE_RESPONSE_STATE,
                   .concurrent_calls = one.identity.concurrency,

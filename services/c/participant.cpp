@@ -136,13 +136,13 @@ Participant::Participant(const millrace_participant_options& options) : hears_(o
           why);
       const std::lock_guard guard(instances->lock);
       for (const fabric::InstanceId& instance : instances->all) {
-        instances->member->drain(instance);
+        instances->shared->drain(instance);
       }
     };
     join_.trust = std::move(trust);
   }
   try {
-    member_ = std::make_shared<sdk::Member>(
+    shared_ = std::make_shared<sdk::SharedParticipant>(
         join_, log_, hears_ ? fabric::dds::Finding::hears : fabric::dds::Finding::announces);
   } catch (const std::invalid_argument&) {
     throw;
@@ -150,7 +150,7 @@ Participant::Participant(const millrace_participant_options& options) : hears_(o
     throw Error(MILLRACE_NOT_CONNECTED, error.what());
   }
   const std::lock_guard guard(instances_->lock);
-  instances_->member = member_.get();
+  instances_->shared = shared_.get();
 }
 
 Participant::~Participant() {
@@ -181,7 +181,7 @@ void Participant::remove(const fabric::InstanceId& instance) {
 Requests& Participant::requests() {
   const std::lock_guard guard(lock_);
   if (!requests_) {
-    requests_ = on_loop([this] { return std::make_unique<Requests>(*member_); });
+    requests_ = on_loop([this] { return std::make_unique<Requests>(*shared_); });
   }
   return *requests_;
 }

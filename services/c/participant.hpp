@@ -18,7 +18,7 @@
 #include "base/program/log.hpp"
 #include "services/c/errors.hpp"
 #include "services/sdk/instance.hpp"
-#include "services/sdk/member.hpp"
+#include "services/sdk/shared_participant.hpp"
 
 namespace millrace::services::c {
 
@@ -41,7 +41,7 @@ class Participant {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  [[nodiscard]] const std::shared_ptr<sdk::Member>& member() const { return member_; }
+  [[nodiscard]] const std::shared_ptr<sdk::SharedParticipant>& shared() const { return shared_; }
   [[nodiscard]] const base::program::Log& log() const { return log_; }
   [[nodiscard]] std::uint32_t domain() const { return join_.domain; }
   /// For further participants of this process.
@@ -61,7 +61,7 @@ class Participant {
   template <typename Work>
   auto on_loop(const Work& work) {
     std::promise<std::invoke_result_t<Work>> done;
-    boost::asio::dispatch(member_->loop(), [&work, &done] {
+    boost::asio::dispatch(shared_->loop(), [&work, &done] {
       try {
         if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
           work();
@@ -80,7 +80,7 @@ class Participant {
   /// For the thread that checks the certificate. It ends with the member.
   struct Instances {
     std::mutex lock;
-    sdk::Member* member = nullptr;
+    sdk::SharedParticipant* shared = nullptr;
     std::set<fabric::InstanceId> all{};
   };
 
@@ -90,7 +90,7 @@ class Participant {
   const std::shared_ptr<Instances> instances_ = std::make_shared<Instances>();
   base::program::Log log_;
   fabric::dds::ParticipantOptions join_;
-  std::shared_ptr<sdk::Member> member_;
+  std::shared_ptr<sdk::SharedParticipant> shared_;
   std::mutex lock_;
   std::unique_ptr<Requests> requests_;
 };

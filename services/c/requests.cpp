@@ -65,10 +65,10 @@ Progress::Result Progress::wait(std::optional<std::chrono::milliseconds> limit) 
   return final_ ? *final_ : Result{};
 }
 
-Requests::Requests(sdk::Member& member)
-    : member_(member),
+Requests::Requests(sdk::SharedParticipant& shared)
+    : shared_(shared),
       machine_(tools::caller::unique_machine("call")),
-      caller_(member.participant(), member.loop().get_executor(), *this) {}
+      caller_(shared.participant(), shared.loop().get_executor(), *this) {}
 
 Requests::~Requests() {
   for (auto& [call, pending] : pending_) {
@@ -98,7 +98,7 @@ fabric::CallId Requests::send(tools::caller::Order order,
       *call, Pending{.progress = progress,
                      .order = std::move(order),
                      .time = {grace, Clock::now()},
-                     .timer = std::make_unique<boost::asio::steady_timer>(member_.loop())});
+                     .timer = std::make_unique<boost::asio::steady_timer>(shared_.loop())});
   wait_for_an_instance(*call);
   return *call;
 }

@@ -13,7 +13,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "services/c/errors.hpp"
-#include "services/sdk/member.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "tools/bus/listening_time.hpp"
 #include "tools/caller/caller.hpp"
 
@@ -46,7 +46,7 @@ class Progress {
 /// Construct, use and destroy it on the loop of the member.
 class Requests final : private tools::caller::CallerListener {
  public:
-  explicit Requests(sdk::Member& member);
+  explicit Requests(sdk::SharedParticipant& shared);
   ~Requests() override;
 
   /// Sets the key of `order`. Throws Error for a request that no NC program could make.
@@ -67,7 +67,7 @@ class Requests final : private tools::caller::CallerListener {
   void wait_for_an_instance(const fabric::CallId& call);
   std::uint16_t free_channel();
 
-  sdk::Member& member_;
+  sdk::SharedParticipant& shared_;
   const std::string machine_;
   std::uint16_t last_channel_ = 0;
   std::set<std::uint16_t> used_;

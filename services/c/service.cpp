@@ -12,7 +12,7 @@
 #include "base/program/barrier.hpp"
 #include "fabric/channel_scope.hpp"
 #include "services/c/participant.hpp"
-#include "services/sdk/call_desk.hpp"
+#include "services/sdk/call_scheduler.hpp"
 
 namespace millrace::services::c {
 
@@ -63,11 +63,11 @@ sdk::ServiceOptions options_of(const millrace_service_options& given,
           .channels = channels_of(given.channels),
           .delivery = choice(given.delivery, fabric::Delivery::at_least_once,
                              fabric::Delivery::at_most_once, "delivery"),
-          .awaited = choice(given.completion, fabric::Awaited::response_state,
-                            fabric::Awaited::response, "completion"),
+          .completion_signal = choice(given.completion, fabric::CompletionSignal::response_state,
+                                      fabric::CompletionSignal::response, "completion"),
           .concurrency = in_range(given.concurrent_calls, "concurrent_calls"),
           .error_state = given.error_state == 0 ? sdk::default_error_state : given.error_state,
-          .member = participant.member()};
+          .participant = participant.shared()};
 }
 
 }  // namespace
@@ -79,8 +79,11 @@ namespace sdk = millrace::services::sdk;
 namespace fabric = millrace::fabric;
 
 struct millrace_call {
-  millrace_call(std::shared_ptr<const sdk::Call> own_call, fabric::Awaited own_awaited)
-      : call(std::move(own_call)), awaited(own_awaited), id(call->id().to_string()) {
+  millrace_call(std::shared_ptr<const sdk::Call> own_call,
+                fabric::CompletionSignal own_completion_signal)
+      : call(std::move(own_call)),
+        completion_signal(own_completion_signal),
+        id(call->id().to_string()) {
     info = {.size = sizeof info,
             .text = call->text().c_str(),
             .text_length = call->text().size(),
@@ -103,7 +106,7 @@ struct millrace_call {
 
   const pid_t process = ::getpid();
   const std::shared_ptr<const sdk::Call> call;
-  const fabric::Awaited awaited;
+  const fabric::CompletionSignal completion_signal;
   const std::string id;
   millrace_call_info info{};
   std::atomic<bool> ended = false;
@@ -149,7 +152,7 @@ struct millrace_service {
   void work() {
     while (auto call = instance->next()) {
       millrace::base::program::contain("the handler of a service", [&] {
-        handler(new millrace_call(std::move(call), options.awaited), handler_context);
+        handler(new millrace_call(std::move(call), options.completion_signal), handler_context);
       });
     }
     const std::lock_guard guard(lock);
@@ -212,7 +215,7 @@ millrace_code millrace_next(millrace_service* service, uint32_t timeout_ms, mill
     auto next = timeout_ms == MILLRACE_FOREVER ? from.instance->next()
                                                : from.instance->next_for(c::limit_of(timeout_ms));
     if (next != nullptr) {
-      *call = new millrace_call(std::move(next), from.options.awaited);
+      *call = new millrace_call(std::move(next), from.options.completion_signal);
       return MILLRACE_OK;
     }
     return from.instance->drained() ? MILLRACE_CLOSED : MILLRACE_NOTHING;
@@ -303,7 +306,7 @@ millrace_code millrace_call_answer(millrace_call* call, const char* text, size_t
                                  .state = state};
     c::checked(call, "call").end();
     call->call->answer(response);
-    if (const std::string refusal = sdk::check_response(response, call->awaited);
+    if (const std::string refusal = sdk::check_response(response, call->completion_signal);
         !refusal.empty()) {
       throw c::Error(MILLRACE_INVALID, refusal);
     }

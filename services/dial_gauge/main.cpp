@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   base::program::add_check(program.app());
   std::optional<dial_gauge::RunningGauges> gauges;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
-    gauges.emplace(configuration(file), program.log(), program.notices());
+    gauges.emplace(configuration(file), program.log(), program.alarms());
     return [&](const sdk::Call& call) { return gauges->answer(call.text()); };
   };
   return program.run(argc, argv, make);

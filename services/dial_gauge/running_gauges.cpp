@@ -31,28 +31,28 @@ Zeros zeros_or_throw(const std::filesystem::path& file) {
 class Listener : public SerialLineListener {
  public:
   Listener(const LineConfig& config, std::mutex& lock, base::program::Log log,
-           fabric::NoticeSink& notices)
+           fabric::AlarmSink& alarms)
       : name_(config.name),
         lock_(lock),
         log_(std::move(log)),
-        notices_(notices),
+        alarms_(alarms),
         receiver_(std::make_shared<Receiver>(config.form, config.unit)) {}
 
   [[nodiscard]] std::shared_ptr<const Receiver> receiver() const { return receiver_; }
 
   void on_opened() override {
     log_->info("line {} is open", name_);
-    notices_.clear("gauge_line", name_);
+    alarms_.clear("gauge_line", name_);
     const std::lock_guard guard(lock_);
     receiver_->opened();
   }
 
   void on_closed(const std::string& reason) override {
     log_->error("line {} is gone and will be opened again: {}", name_, reason);
-    notices_.raise({.key = {.kind = "gauge_line", .subject = name_},
-                    .level = fabric::NoticeLevel::problem,
-                    .text = fmt::format("line {} is gone: {}", name_, reason),
-                    .advice = "look at its plug and its device; it is opened again by itself"});
+    alarms_.raise({.key = {.kind = "gauge_line", .subject = name_},
+                   .level = fabric::AlarmLevel::problem,
+                   .text = fmt::format("line {} is gone: {}", name_, reason),
+                   .advice = "look at its plug and its device; it is opened again by itself"});
     const std::lock_guard guard(lock_);
     receiver_->closed(reason);
   }
@@ -74,7 +74,7 @@ class Listener : public SerialLineListener {
   std::string name_;
   std::mutex& lock_;
   base::program::Log log_;
-  fabric::NoticeSink& notices_;
+  fabric::AlarmSink& alarms_;
   std::shared_ptr<Receiver> receiver_;
   std::uint64_t broken_ = 0;
 };
@@ -85,13 +85,13 @@ constexpr std::chrono::seconds pause{1};
 }  // namespace
 
 struct RunningGauges::Impl {
-  Impl(const Config& config, const base::program::Log& log, fabric::NoticeSink& own_notices)
-      : notices(own_notices),
+  Impl(const Config& config, const base::program::Log& log, fabric::AlarmSink& own_alarms)
+      : alarms(own_alarms),
         answering(zeros_or_throw(config.zero_file), [file = config.zero_file](const Zeros& zeros) {
           return keep_zeros(file, zeros);
         }) {
     for (const LineConfig& line : config.lines) {
-      listeners.push_back(std::make_unique<Listener>(line, lock, log, notices));
+      listeners.push_back(std::make_unique<Listener>(line, lock, log, alarms));
       lines.push_back(
           std::make_unique<SerialLine>(context.get_executor(), line, *listeners.back()));
     }
@@ -117,14 +117,14 @@ struct RunningGauges::Impl {
   /// Needs the lock.
   void tell_failing() {
     for (const auto& [gauge, why] : answering.failing()) {
-      notices.raise({.key = {.kind = "gauge", .subject = gauge},
-                     .level = fabric::NoticeLevel::problem,
-                     .text = "a program cannot read it: " + why,
-                     .advice = "look at the gauge, its battery and its radio"});
+      alarms.raise({.key = {.kind = "gauge", .subject = gauge},
+                    .level = fabric::AlarmLevel::problem,
+                    .text = "a program cannot read it: " + why,
+                    .advice = "look at the gauge, its battery and its radio"});
     }
     for (const auto& [gauge, why] : told) {
       if (!answering.failing().contains(gauge)) {
-        notices.clear("gauge", gauge);
+        alarms.clear("gauge", gauge);
       }
     }
     told = answering.failing();
@@ -145,7 +145,7 @@ struct RunningGauges::Impl {
 
   /// Protects the receivers and the Answering.
   std::mutex lock;
-  fabric::NoticeSink& notices;
+  fabric::AlarmSink& alarms;
   boost::asio::io_context context;
   boost::asio::steady_timer timer{context};
   std::vector<std::unique_ptr<Listener>> listeners;
@@ -157,8 +157,8 @@ struct RunningGauges::Impl {
 };
 
 RunningGauges::RunningGauges(const Config& config, const base::program::Log& log,
-                             fabric::NoticeSink& notices)
-    : impl_(std::make_unique<Impl>(config, log, notices)) {}
+                             fabric::AlarmSink& alarms)
+    : impl_(std::make_unique<Impl>(config, log, alarms)) {}
 
 RunningGauges::~RunningGauges() = default;
 

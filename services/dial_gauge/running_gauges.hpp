@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/program/log.hpp"
-#include "fabric/notice_sink.hpp"
+#include "fabric/alarm_sink.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/sdk/response.hpp"
 
@@ -14,10 +14,10 @@ namespace millrace::services::dial_gauge {
 
 class RunningGauges {
  public:
-  /// `notices`, which must outlive it, gets the alarms of lines that are down ("gauge_line") and of
+  /// `alarms`, which must outlive it, gets the alarms of lines that are down ("gauge_line") and of
   /// gauges whose requested reading failed ("gauge"). Throws program::UsageError for a file of zero
   /// points that cannot be read.
-  RunningGauges(const Config& config, const base::program::Log& log, fabric::NoticeSink& notices);
+  RunningGauges(const Config& config, const base::program::Log& log, fabric::AlarmSink& alarms);
   ~RunningGauges();
   RunningGauges(const RunningGauges&) = delete;
   RunningGauges& operator=(const RunningGauges&) = delete;

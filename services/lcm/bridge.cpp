@@ -43,20 +43,20 @@ Actions Bridge::on_message(std::string_view channel, std::string_view bytes, Sen
     if (const auto presence = parse_presence(bytes)) {
       on_presence(*presence, sender, now, actions);
     } else {
-      complain("presence", "",
-               fmt::format("a message on {} from {} is no presence: {}", channel,
-                           sender.to_string(), presence.error()),
-               now.steady, actions);
+      warn_limited("presence", "",
+                   fmt::format("a message on {} from {} is no presence: {}", channel,
+                               sender.to_string(), presence.error()),
+                   now.steady, actions);
     }
   } else if (channel.starts_with(reply_prefix)) {
     const std::string_view uuid = channel.substr(reply_prefix.size());
     if (const auto answered = parse_reply(bytes)) {
       on_reply(uuid, *answered, sender, now.steady, actions);
     } else {
-      complain("reply", uuid,
-               fmt::format("a message on {} from {} is no reply: {}", base::text::safe(channel),
-                           sender.to_string(), answered.error()),
-               now.steady, actions);
+      warn_limited("reply", uuid,
+                   fmt::format("a message on {} from {} is no reply: {}", base::text::safe(channel),
+                               sender.to_string(), answered.error()),
+                   now.steady, actions);
     }
   }
   return actions;
@@ -65,7 +65,7 @@ Actions Bridge::on_message(std::string_view channel, std::string_view bytes, Sen
 Actions Bridge::on_fragment(std::string_view channel, Sender sender, SteadyTime now) {
   Actions actions;
   if (is_ours(channel)) {
-    complain(
+    warn_limited(
         "fragment", channel,
         fmt::format("a message on {} from {} is longer than {} bytes, and is not read",
                     base::text::safe(channel), sender.to_string(), fabric::lcm::longest_packet),
@@ -92,30 +92,33 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
                                  fabric::Moment now, Actions& actions) {
   const auto& [uuid, number] = key;
   if (const auto off = std::chrono::abs(now.wall - presence.at); off > rules_.silence) {
-    complain("clock", uuid,
-             fmt::format("{} of {} at {} says that it is {} ms {} now: the clocks differ, or a log "
-                         "is played; it is not believed",
-                         program_name(number), uuid, sender.to_string(),
-                         std::chrono::duration_cast<std::chrono::milliseconds>(off).count(),
-                         presence.at < now.wall ? "before" : "after"),
-             now.steady, actions);
+    warn_limited(
+        "clock", uuid,
+        fmt::format("{} of {} at {} says that it is {} ms {} now: the clocks differ, or a log "
+                    "is played; it is not believed",
+                    program_name(number), uuid, sender.to_string(),
+                    std::chrono::duration_cast<std::chrono::milliseconds>(off).count(),
+                    presence.at < now.wall ? "before" : "after"),
+        now.steady, actions);
     return nullptr;
   }
   const bool is_named = rules_.find(uuid) != nullptr;
   if (!is_named && rules_.any_uuid && !fabric::is_uuid(uuid)) {
-    complain("no uuid", "",
-             fmt::format("{} at {} announces '{}', which is no UUID; it is not served unless the "
-                         "configuration names it (service {{ uuid }})",
-                         program_name(number), sender.to_string(), base::text::safe(uuid)),
-             now.steady, actions);
+    warn_limited(
+        "no uuid", "",
+        fmt::format("{} at {} announces '{}', which is no UUID; it is not served unless the "
+                    "configuration names it (service {{ uuid }})",
+                    program_name(number), sender.to_string(), base::text::safe(uuid)),
+        now.steady, actions);
     return nullptr;
   }
   if (!is_named && !rules_.any_uuid) {
-    complain("uuid", uuid,
-             fmt::format("{} at {} announces {}, which the configuration does not name; it is not "
-                         "served",
-                         program_name(number), sender.to_string(), uuid),
-             now.steady, actions);
+    warn_limited(
+        "uuid", uuid,
+        fmt::format("{} at {} announces {}, which the configuration does not name; it is not "
+                    "served",
+                    program_name(number), sender.to_string(), uuid),
+        now.steady, actions);
     return nullptr;
   }
   const auto place = programs_.find(key);
@@ -123,12 +126,13 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
     if (place->second.sender == sender) {
       return &place->second;
     }
-    complain("twice", uuid,
-             fmt::format("{} of {} is at {} and, so it says, at {}: two programs with one number, "
-                         "or one with two LCM instances; the second is not heard",
-                         program_name(number), uuid, place->second.sender.to_string(),
-                         sender.to_string()),
-             now.steady, actions);
+    warn_limited(
+        "twice", uuid,
+        fmt::format("{} of {} is at {} and, so it says, at {}: two programs with one number, "
+                    "or one with two LCM instances; the second is not heard",
+                    program_name(number), uuid, place->second.sender.to_string(),
+                    sender.to_string()),
+        now.steady, actions);
     return nullptr;
   }
   // LCM processes that the configuration does not name take no room from those that it names.
@@ -137,11 +141,12 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
         return (rules_.find(one.first.first) != nullptr) == is_named;
       }));
   if (there >= rules_.most_programs) {
-    complain("full", is_named ? "named" : "",
-             fmt::format("{} programs are there, and no more are let in (most_programs); {} of {} "
-                         "at {} is not served",
-                         there, program_name(number), uuid, sender.to_string()),
-             now.steady, actions);
+    warn_limited(
+        "full", is_named ? "named" : "",
+        fmt::format("{} programs are there, and no more are let in (most_programs); {} of {} "
+                    "at {} is not served",
+                    there, program_name(number), uuid, sender.to_string()),
+        now.steady, actions);
     return nullptr;
   }
   return &programs_.emplace(key, Program{.sender = sender}).first->second;
@@ -201,7 +206,7 @@ Actions Bridge::on_drained(Registration number) {
 Actions Bridge::on_refused(Registration number, const std::string& reason, SteadyTime now) {
   Actions actions;
   if (const auto [key, program] = find(number); program != nullptr) {
-    complain(
+    warn_limited(
         "refused", key->first,
         fmt::format("{} of {} cannot be served: {}", program_name(key->second), key->first, reason),
         now, actions);
@@ -240,7 +245,7 @@ Actions Bridge::on_time(SteadyTime now) {
     }
     ++place;
   }
-  for (std::string& line : complaints_.due(now)) {
+  for (std::string& line : log_limiter_.due(now)) {
     actions.emplace_back(Say{Level::warn, std::move(line)});
   }
   return actions;
@@ -273,15 +278,15 @@ void Bridge::register_anew(Program& program, const Key& key, const Announcement&
                                    key.first, program.sender.to_string(), program.announced.name)});
 }
 
-void Bridge::complain(const char* kind, std::string_view about, const std::string& text,
-                      SteadyTime now, Actions& actions) {
+void Bridge::warn_limited(const char* kind, std::string_view about, const std::string& text,
+                          SteadyTime now, Actions& actions) {
   // Foreign text in `about` must not create a kind of its own.
   const std::string uuid = fabric::canonical_uuid(about);
   const bool known =
       rules_.find(uuid) != nullptr || std::ranges::any_of(registered_, [&](const auto& registered) {
         return registered.second.first == uuid;
       });
-  if (auto line = complaints_.note(kind, known ? uuid : "", text, now)) {
+  if (auto line = log_limiter_.admit(kind, known ? uuid : "", text, now)) {
     actions.emplace_back(Say{Level::warn, *std::move(line)});
   }
 }

@@ -22,7 +22,7 @@
 #include <variant>
 #include <vector>
 
-#include "fabric/complaints.hpp"
+#include "fabric/log_limiter.hpp"
 #include "fabric/moment.hpp"
 #include "services/lcm/received.hpp"
 #include "services/lcm/rules.hpp"
@@ -172,8 +172,8 @@ class Bridge {
                      fabric::SteadyTime now, Actions& actions);
   void forgive_standstill(fabric::SteadyTime now);
   void lose(const Key& key, Program& program, Actions& actions);
-  void complain(const char* kind, std::string_view about, const std::string& text,
-                fabric::SteadyTime now, Actions& actions);
+  void warn_limited(const char* kind, std::string_view about, const std::string& text,
+                    fabric::SteadyTime now, Actions& actions);
   [[nodiscard]] Announcement ruled(Announcement announcement) const;
   [[nodiscard]] Encoding encoding_of(const std::string& uuid) const;
   [[nodiscard]] Publish request_for(const Key& key, const Given& given) const;
@@ -184,7 +184,7 @@ class Bridge {
   std::map<Registration, Key> registered_;
   Registration last_registration_ = 0;
   std::optional<fabric::SteadyTime> last_time_{};
-  fabric::Complaints complaints_;
+  fabric::LogLimiter log_limiter_;
 };
 
 }  // namespace millrace::services::lcm

@@ -97,21 +97,23 @@ void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender se
   const auto place = programs_.find(Key{fabric::canonical_uuid(uuid), answered.program});
   const std::string& call = answered.attempt.call;
   if (place == programs_.end()) {
-    complain("unknown", uuid,
-             fmt::format("{} of {} at {} answers call {}, but has not announced itself; ignored",
-                         program_name(answered.program), base::text::safe(uuid), sender.to_string(),
-                         call),
-             now, actions);
+    warn_limited(
+        "unknown", uuid,
+        fmt::format("{} of {} at {} answers call {}, but has not announced itself; ignored",
+                    program_name(answered.program), base::text::safe(uuid), sender.to_string(),
+                    call),
+        now, actions);
     return;
   }
   auto& [key, program] = *place;
   if (program.sender != sender) {
-    complain("forged", uuid,
-             fmt::format("an answer to call {} comes from {} in the name of {}, which is at {}; "
-                         "ignored",
-                         call, sender.to_string(), program_name(answered.program),
-                         program.sender.to_string()),
-             now, actions);
+    warn_limited(
+        "forged", uuid,
+        fmt::format("an answer to call {} comes from {} in the name of {}, which is at {}; "
+                    "ignored",
+                    call, sender.to_string(), program_name(answered.program),
+                    program.sender.to_string()),
+        now, actions);
     return;
   }
   const auto given = program.calls.find(answered.attempt.call);
@@ -121,12 +123,13 @@ void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender se
   }
   const std::uint32_t* const over = program.over.find(answered.attempt.call);
   if (over == nullptr || answered.attempt.number > *over) {
-    complain("stray", uuid,
-             fmt::format("{} of {} at {} answers attempt {} of call {}, which it was not given; "
-                         "ignored",
-                         program_name(answered.program), uuid, sender.to_string(),
-                         answered.attempt.number, call),
-             now, actions);
+    warn_limited(
+        "stray", uuid,
+        fmt::format("{} of {} at {} answers attempt {} of call {}, which it was not given; "
+                    "ignored",
+                    program_name(answered.program), uuid, sender.to_string(),
+                    answered.attempt.number, call),
+        now, actions);
   }
 }
 
@@ -149,10 +152,10 @@ void Bridge::take_interim(Program& program, Given& given, const Answered& answer
                           SteadyTime now, Actions& actions) {
   sdk::Result result = result_of(answered, encoding_of(key.first));
   if (const std::string why = why_unfit(result); !why.empty()) {
-    complain("interim", key.first,
-             fmt::format("an interim answer of {} to call {} is left out: {}",
-                         program_name(answered.program), given.request.call.to_string(), why),
-             now, actions);
+    warn_limited("interim", key.first,
+                 fmt::format("an interim answer of {} to call {} is left out: {}",
+                             program_name(answered.program), given.request.call.to_string(), why),
+                 now, actions);
     return;
   }
   given.interim = *std::move(result);

@@ -11,7 +11,7 @@
 
 #include "base/program/barrier.hpp"
 #include "base/program/supervisor.hpp"
-#include "fabric/complaints.hpp"
+#include "fabric/log_limiter.hpp"
 #include "services/lcm/bridge.hpp"
 #include "services/sdk/instance.hpp"
 
@@ -81,7 +81,7 @@ struct Host::Impl final : SocketListener {
   std::mutex lock;
   // Need the lock:
   Bridge bridge;
-  fabric::Complaints complaints;
+  fabric::LogLimiter log_limiter;
   std::map<Registration, std::unique_ptr<Hosted>> hosted;
   // On the loop:
   asio::io_context loop{1};
@@ -105,7 +105,7 @@ void Host::Impl::on_fragment(std::string_view channel, Sender sender) {
 
 void Host::Impl::on_foreign(Sender sender) {
   const Lock held(lock);
-  const auto line = complaints.note(
+  const auto line = log_limiter.admit(
       "foreign", "",
       fmt::format("{} is not on this host, and is not heard: the configuration has a ttl of 0",
                   sender.to_string()),
@@ -129,7 +129,7 @@ void Host::Impl::on_tick() {
       actions.push_back(std::move(action));
     }
   }
-  for (std::string& line : complaints.due(now().steady)) {
+  for (std::string& line : log_limiter.due(now().steady)) {
     actions.emplace_back(Say{Level::warn, std::move(line)});
   }
   perform(std::move(held), actions);
@@ -194,7 +194,7 @@ void Host::Impl::say(Level level, const std::string& text) const {
 /// Needs the lock.
 void Host::Impl::send(const Publish& publish) {
   if (const auto sent = socket.publish(publish.channel, publish.bytes); !sent) {
-    if (const auto line = complaints.note("lost", "", sent.error(), now().steady)) {
+    if (const auto line = log_limiter.admit("lost", "", sent.error(), now().steady)) {
       log->warn(*line);
     }
   }
@@ -230,7 +230,7 @@ void Host::Impl::open(const Register& action) {
   try {
     auto instance = std::make_unique<sdk::Instance>(
         options, log,
-        sdk::PassingOn{
+        sdk::InstanceCallbacks{
             .call = [this, number, one](const CallPointer& call) { pass_on(number, *one, call); },
             .cancelled =
                 [this, number](CallId call) {

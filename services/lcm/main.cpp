@@ -7,7 +7,7 @@
 #include "fabric/profile/command_line.hpp"
 #include "services/lcm/host.hpp"
 #include "services/lcm/mirror_thread.hpp"
-#include "services/sdk/member.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace {
@@ -72,7 +72,8 @@ int serve(int argc, char** argv) {
     services::sdk::StopSignals signals(log);
     // One process is one participant, independent of the number of LCM processes that it serves.
     const services::sdk::ServiceOptions options{
-        .version = MILLRACE_VERSION, .member = std::make_shared<services::sdk::Member>(join, log)};
+        .version = MILLRACE_VERSION,
+        .participant = std::make_shared<services::sdk::SharedParticipant>(join, log)};
     host.emplace(config, options, log);
     std::optional<lcm::MirrorThread> shown;
     if (config.mirror) {

@@ -7,8 +7,8 @@
 #include <spdlog/spdlog.h>
 
 #include "base/program/barrier.hpp"
-#include "fabric/complaints.hpp"
 #include "fabric/lcm/mirror.hpp"
+#include "fabric/log_limiter.hpp"
 #include "fabric/observer/observer.hpp"
 
 namespace millrace::services::lcm {
@@ -39,11 +39,11 @@ struct MirrorThread::Impl final : fabric::observer::ObserverListener {
       }
       const auto now = std::chrono::steady_clock::now();
       if (const auto sent = socket.publish(message->channel, message->bytes); !sent) {
-        if (const auto line = complaints.note("mirror", "", sent.error(), now)) {
+        if (const auto line = log_limiter.admit("mirror", "", sent.error(), now)) {
           log->warn(*line);
         }
       }
-      for (const std::string& line : complaints.due(now)) {
+      for (const std::string& line : log_limiter.due(now)) {
         log->warn(line);
       }
     });
@@ -52,7 +52,7 @@ struct MirrorThread::Impl final : fabric::observer::ObserverListener {
   const Mirror mirror;
   Socket& socket;
   const base::program::Log log;
-  fabric::Complaints complaints;
+  fabric::LogLimiter log_limiter;
   boost::asio::io_context context{1};
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};

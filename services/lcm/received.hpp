@@ -1,7 +1,7 @@
 // Parses and checks the messages of LCM processes: every message on LCM is untrusted. Pure.
 //
 //   const auto presence = parse_presence(bytes);
-//   if (!presence) complain(presence.error());
+//   if (!presence) warn_limited(presence.error());
 #pragma once
 
 #include <cstdint>

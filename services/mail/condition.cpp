@@ -6,7 +6,7 @@ namespace millrace::services::mail {
 
 namespace {
 
-using fabric::NoticeLevel;
+using fabric::AlarmLevel;
 
 std::string mails(std::uint64_t count, std::string_view does_one, std::string_view do_many) {
   return count == 1 ? fmt::format("1 mail {}", does_one)
@@ -37,42 +37,41 @@ void Condition::waiting(std::size_t mails, Time now) {
   now_ = now;
 }
 
-void Condition::tell(fabric::NoticeSink& notices) const {
+void Condition::tell(fabric::AlarmSink& alarms) const {
   if (server_trouble_) {
-    notices.raise({.key = {.kind = "mail_server"},
-                   .level = NoticeLevel::problem,
-                   .text = fmt::format("no login at {}, or no safe connection: {}", server_,
-                                       *server_trouble_),
-                   .advice = "put the server's user, password or certificate right"});
+    alarms.raise({.key = {.kind = "mail_server"},
+                  .level = AlarmLevel::problem,
+                  .text = fmt::format("no login at {}, or no safe connection: {}", server_,
+                                      *server_trouble_),
+                  .advice = "put the server's user, password or certificate right"});
   } else {
-    notices.clear("mail_server", "");
+    alarms.clear("mail_server", "");
   }
   if (waiting_ > 0) {
-    notices.raise(
+    alarms.raise(
         {.key = {.kind = "mail_queue"},
-         .level = now_ - waiting_since_ < patience ? NoticeLevel::warning : NoticeLevel::problem,
+         .level = now_ - waiting_since_ < patience ? AlarmLevel::warning : AlarmLevel::problem,
          .text = fmt::format("{} for {}: {}", mails(waiting_, "waits", "wait"), server_,
                              reason_.empty() ? "left by the last run, not tried yet" : reason_),
          .advice = "look at the mail server; they are tried again by themselves"});
   } else {
-    notices.clear("mail_queue", "");
+    alarms.clear("mail_queue", "");
   }
   if (not_sent_ > 0) {
-    notices.raise({.key = {.kind = "mails_not_sent"},
-                   .level = NoticeLevel::warning,
-                   .text = fmt::format("{} not sent, or not surely, since the start; the last: {}",
-                                       mails(not_sent_, "was", "were"), last_not_sent_),
-                   .advice = "they are in the spool; the log names their calls"});
+    alarms.raise({.key = {.kind = "mails_not_sent"},
+                  .level = AlarmLevel::warning,
+                  .text = fmt::format("{} not sent, or not surely, since the start; the last: {}",
+                                      mails(not_sent_, "was", "were"), last_not_sent_),
+                  .advice = "they are in the spool; the log names their calls"});
   }
   if (spool_trouble_) {
-    notices.raise({.key = {.kind = "spool"},
-                   .level = NoticeLevel::problem,
-                   .text = *spool_trouble_,
-                   .advice =
-                       "make room on its disk, or give it its folder back; until then no mail "
-                       "is sent"});
+    alarms.raise({.key = {.kind = "spool"},
+                  .level = AlarmLevel::problem,
+                  .text = *spool_trouble_,
+                  .advice = "make room on its disk, or give it its folder back; until then no mail "
+                            "is sent"});
   } else {
-    notices.clear("spool", "");
+    alarms.clear("spool", "");
   }
 }
 

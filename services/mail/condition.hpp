@@ -3,7 +3,7 @@
 //
 //   condition.tried(outcome, false, now);
 //   condition.waiting(3, now);
-//   condition.tell(notices);
+//   condition.tell(alarms);
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "fabric/notice_sink.hpp"
+#include "fabric/alarm_sink.hpp"
 #include "services/mail/mail.hpp"
 #include "services/mail/outcome.hpp"
 
@@ -38,7 +38,7 @@ class Condition {
 
   /// Raises "mail_server", "mail_queue", "mails_not_sent" and "spool"; clears all but
   /// "mails_not_sent" when they are over.
-  void tell(fabric::NoticeSink& notices) const;
+  void tell(fabric::AlarmSink& alarms) const;
 
  private:
   std::string server_;

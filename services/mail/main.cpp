@@ -83,7 +83,7 @@ int serve(int argc, char** argv) {
       throw program::UsageError(file + ": server: " + secret.error());
     }
     smtp.emplace(config.server);
-    postman.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.notices());
+    postman.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.alarms());
     if (!config.rules.empty()) {
       const sdk::ServiceOptions& options = service.options();
       rules.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,

@@ -22,12 +22,12 @@ constexpr std::chrono::seconds spool_pause{10};
 }  // namespace
 
 Postman::Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
-                 fabric::NoticeSink& notices)
+                 fabric::AlarmSink& alarms)
     : config_(std::move(config)),
       spool_(std::move(spool)),
       transport_(transport),
       log_(std::move(log)),
-      notices_(notices),
+      alarms_(alarms),
       condition_(fmt::format("{}:{}", config_.server.host, config_.server.port)) {
   read_spool();
   tell_condition();
@@ -67,7 +67,7 @@ void Postman::read_spool() {
 
 void Postman::tell_condition() {
   condition_.waiting(waiting_.size(), std::chrono::steady_clock::now());
-  condition_.tell(notices_);
+  condition_.tell(alarms_);
 }
 
 template <typename Value>

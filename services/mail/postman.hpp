@@ -26,10 +26,10 @@ namespace millrace::services::mail {
 /// Functions may be called from any thread.
 class Postman {
  public:
-  /// `transport` and `notices`, which gets its alarms, must outlive it. Mails that wait in the
+  /// `transport` and `alarms`, which gets its alarms, must outlive it. Mails that wait in the
   /// spool are tried from now on.
   Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
-          fabric::NoticeSink& notices);
+          fabric::AlarmSink& alarms);
   /// Cancels attempts that are not handed over; their mails are in the spool.
   ~Postman();
   Postman(const Postman&) = delete;
@@ -84,7 +84,7 @@ class Postman {
   Spool spool_;
   Transport& transport_;
   base::program::Log log_;
-  fabric::NoticeSink& notices_;
+  fabric::AlarmSink& alarms_;
   Condition condition_;
   mutable std::mutex lock_;
   std::condition_variable changed_;

@@ -5,7 +5,7 @@
 #include <tl/expected.hpp>
 
 #include "base/program/barrier.hpp"
-#include "services/sdk/call_desk.hpp"
+#include "services/sdk/call_scheduler.hpp"
 #include "services/sdk/call_sink.hpp"
 
 namespace millrace::services::sdk {
@@ -57,7 +57,7 @@ void Call::end(const Result& result) const {
   }
 }
 
-LaterHandler answer_at_once(Handler handler) {
+AsyncHandler as_async(Handler handler) {
   return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
     call->answer(handler(*call));
   };

@@ -78,9 +78,9 @@ class Call {
 /// Answers a call by returning; an exception becomes an error answer.
 using Handler = std::function<Response(const Call&)>;
 /// Answers a call now or later, from any thread, by Call::answer.
-using LaterHandler = std::function<void(std::shared_ptr<const Call>)>;
+using AsyncHandler = std::function<void(std::shared_ptr<const Call>)>;
 
-/// A Handler as a LaterHandler.
-LaterHandler answer_at_once(Handler handler);
+/// A Handler as an AsyncHandler.
+AsyncHandler as_async(Handler handler);
 
 }  // namespace millrace::services::sdk

@@ -1,7 +1,7 @@
 // What is remembered of the last so many calls. Pure.
 //
-//   CallMemory<CallName, Reply> answered(1024);
-//   answered.put(request.asker, name, reply);
+//   CallMemory<CallKey, Reply> answered(1024);
+//   answered.put(request.requester, name, reply);
 //   if (const Reply* reply = answered.find(name)) …
 #pragma once
 
@@ -20,12 +20,12 @@ class CallMemory {
   explicit CallMemory(std::size_t most) : most_(most) {}
 
   /// In place of what was known of it. If it is one too many, the oldest one is forgotten of the
-  /// asker that has most: whoever asks a lot pushes out its own calls and not those of others.
-  void put(std::uint64_t asker, const Key& call, Value value) {
+  /// requester that has most: whoever asks a lot pushes out its own calls and not those of others.
+  void put(std::uint64_t requester, const Key& call, Value value) {
     if (!known_.insert_or_assign(call, std::move(value)).second) {
       return;
     }
-    order_[asker].push_back(call);
+    order_[requester].push_back(call);
     if (known_.size() > most_) {
       const auto most =
           std::ranges::max_element(order_, {}, [](const auto& each) { return each.second.size(); });
@@ -46,7 +46,7 @@ class CallMemory {
  private:
   std::size_t most_;
   std::map<Key, Value> known_;
-  /// By asker, the oldest in front.
+  /// By requester, the oldest in front.
   std::map<std::uint64_t, std::deque<Key>> order_;
 };
 

@@ -8,7 +8,7 @@
 #include "fabric/words.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/main.hpp"
-#include "services/sdk/member.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace millrace::services::sdk {
@@ -37,18 +37,18 @@ void add_delivery(CLI::App& app, fabric::Delivery& delivery) {
       ->type_name("POLICY");
 }
 
-void add_awaited(CLI::App& app, fabric::Awaited& awaited) {
-  using fabric::Awaited;
+void add_completion_signal(CLI::App& app, fabric::CompletionSignal& completion_signal) {
+  using fabric::CompletionSignal;
   app.add_option_function<std::string>(
-         "--awaited",
-         [&awaited](const std::string& word) {
-           awaited = fabric::parse_awaited(word).value_or(awaited);
+         "--completion-signal",
+         [&completion_signal](const std::string& word) {
+           completion_signal = fabric::parse_completion_signal(word).value_or(completion_signal);
          },
          "What its programs wait for: RESPONSE_STATE, or a text in RESPONSE alone, which is then "
          "written last, and the state of an answer may be 0")
-      ->check(CLI::IsMember(
-          {std::string(name_of(Awaited::response_state)), std::string(name_of(Awaited::response))}))
-      ->default_str(std::string(name_of(awaited)))
+      ->check(CLI::IsMember({std::string(name_of(CompletionSignal::response_state)),
+                             std::string(name_of(CompletionSignal::response))}))
+      ->default_str(std::string(name_of(completion_signal)))
       ->type_name("VARIABLE");
 }
 
@@ -73,7 +73,7 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
       ->check(CLI::Range(1U, max_concurrency))
       ->capture_default_str();
   add_delivery(app_, options_.delivery);
-  add_awaited(app_, options_.awaited);
+  add_completion_signal(app_, options_.completion_signal);
   program::add_log_level(app_, level_);
   if (options_.version != MILLRACE_VERSION) {
     app_.set_version_flag("--version", fmt::format("{}{}{} (millrace {})", options_.name,
@@ -83,10 +83,10 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
 }
 
 int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& make) {
-  return run(argc, argv, [&]() -> LaterHandler { return answer_at_once(make()); });
+  return run(argc, argv, [&]() -> AsyncHandler { return as_async(make()); });
 }
 
-int ServiceProgram::run(int argc, char** argv, const std::function<LaterHandler()>& make) {
+int ServiceProgram::run(int argc, char** argv, const std::function<AsyncHandler()>& make) {
   return program::run(app_, argc, argv, [&] {
     take_channels();
     take_fabric();
@@ -98,17 +98,17 @@ int ServiceProgram::run(int argc, char** argv, const std::function<LaterHandler(
     signals.on_stop([&] { service->stop(); });
     program::ready(ready_line(*service, options_));
     service->wait();
-    notices_.leave();
+    alarms_.leave();
     return program::exit_done;
   });
 }
 
-std::unique_ptr<Service> ServiceProgram::open(LaterHandler handler) {
+std::unique_ptr<Service> ServiceProgram::open(AsyncHandler handler) {
   try {
     ServiceOptions options = options_;
-    options.member = std::make_shared<Member>(join_options(options), log_);
+    options.participant = std::make_shared<SharedParticipant>(join_options(options), log_);
     auto service = std::make_unique<Service>(options, std::move(handler), log_);
-    notices_.join(options.member, service->identity(), log_);
+    alarms_.join(options.participant, service->identity(), log_);
     return service;
   } catch (const std::invalid_argument& error) {
     throw program::UsageError(error.what());

@@ -18,7 +18,7 @@
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "services/sdk/notices.hpp"
+#include "services/sdk/alarms.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
@@ -37,18 +37,18 @@ class ServiceProgram {
   [[nodiscard]] const Service::Log& log() const { return log_; }
   /// What the service has to say of itself; for `make` and the handler. On the fabric while it
   /// serves.
-  [[nodiscard]] Notices& notices() { return notices_; }
+  [[nodiscard]] Alarms& alarms() { return alarms_; }
 
   /// Parses the command line, makes the handler (which may throw program::UsageError), serves,
   /// prints one ready line, and leaves on SIGTERM or SIGINT when the calls under way are answered;
   /// a second signal ends the program at once. Returns an exit code of
   /// base/program/command_line.hpp.
   int run(int argc, char** argv, const std::function<Handler()>& make);
-  int run(int argc, char** argv, const std::function<LaterHandler()>& make);
+  int run(int argc, char** argv, const std::function<AsyncHandler()>& make);
 
  private:
   void take_channels();
-  [[nodiscard]] std::unique_ptr<Service> open(LaterHandler handler);
+  [[nodiscard]] std::unique_ptr<Service> open(AsyncHandler handler);
   void take_fabric();
 
   ServiceOptions options_;
@@ -57,7 +57,7 @@ class ServiceProgram {
   spdlog::level::level_enum level_ = spdlog::level::info;
   std::vector<std::string> channels_;
   Service::Log log_;
-  Notices notices_;
+  Alarms alarms_;
 };
 
 }  // namespace millrace::services::sdk

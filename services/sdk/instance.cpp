@@ -12,11 +12,11 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/dds/trust.hpp"
-#include "fabric/ends/instance_commands.hpp"
-#include "fabric/ends/reply_end.hpp"
+#include "fabric/endpoints/instance_commands.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
 #include "services/sdk/call_summary.hpp"
-#include "services/sdk/member.hpp"
 #include "services/sdk/runner.hpp"
+#include "services/sdk/shared_participant.hpp"
 
 namespace millrace::services::sdk {
 
@@ -44,23 +44,24 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options,
       .pid = static_cast<std::uint32_t>(::getpid()),
       .channels = options.channels,
       .delivery = options.delivery,
-      .awaited = options.awaited,
+      .completion_signal = options.completion_signal,
       .concurrency = options.concurrency,
       .lease = lease,
   };
 }
 
-DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceIdentity& identity,
-                         bool proven_askers) {
+CallSchedulerOptions scheduler_options(const ServiceOptions& options,
+                                       const fabric::InstanceIdentity& identity,
+                                       bool authenticated_requesters) {
   return {.instance = identity.id,
           .concurrency = options.concurrency,
           .delivery = options.delivery,
-          .awaited = options.awaited,
+          .completion_signal = options.completion_signal,
           .error_state = options.error_state,
-          .proven_askers = proven_askers};
+          .authenticated_requesters = authenticated_requesters};
 }
 
-/// Has the log say now and then what became of the calls. On the member's loop, where it may
+/// Has the log say now and then what became of the calls. On the participant's loop, where it may
 /// outlive its instance for as long as a word is under way.
 class Summaries : public std::enable_shared_from_this<Summaries> {
  public:
@@ -113,20 +114,21 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .trust = options.trust};
 }
 
-struct Instance::Impl final : Hosted {
-  Impl(const ServiceOptions& options, const Service::Log& own_log, Prompt prompt,
+struct Instance::Impl final : HostedInstance {
+  Impl(const ServiceOptions& options, const Service::Log& own_log, InlineHandler inline_handler,
        std::function<void(const std::string& issuer)> tell_draining = nullptr)
       : log(own_log),
-        member(options.member ? options.member
-                              : std::make_shared<Member>(join_options(options), own_log)),
-        identity(make_identity(options, member->participant().options().lease)),
+        shared(options.participant
+                   ? options.participant
+                   : std::make_shared<SharedParticipant>(join_options(options), own_log)),
+        identity(make_identity(options, shared->participant().options().lease)),
         draining(std::move(tell_draining)),
         runner(std::make_shared<Runner>(
-            desk_options(options, identity, member->participant().badges() != nullptr), log,
-            std::move(prompt))),
-        end(std::in_place, member->participant(), identity, *runner),
-        summaries(std::make_shared<Summaries>(member->loop(), runner, log, identity.uuid)),
-        grace(member->loop()) {}
+            scheduler_options(options, identity, shared->participant().authenticator() != nullptr),
+            log, std::move(inline_handler))),
+        end(std::in_place, shared->participant(), identity, *runner),
+        summaries(std::make_shared<Summaries>(shared->loop(), runner, log, identity.uuid)),
+        grace(shared->loop()) {}
   ~Impl() override { leave(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -137,12 +139,12 @@ struct Instance::Impl final : Hosted {
   void on_drain(const std::string& issuer) override;
 
   const Service::Log log;
-  const std::shared_ptr<Member> member;
+  const std::shared_ptr<SharedParticipant> shared;
   const fabric::InstanceIdentity identity;
   const std::function<void(const std::string& issuer)> draining;
   const std::shared_ptr<Runner> runner;
-  std::optional<fabric::ends::ReplyEnd> end;
-  /// On the member's loop, both.
+  std::optional<fabric::endpoints::ReplyEndpoint> end;
+  /// On the participant's loop, both.
   std::shared_ptr<Summaries> summaries;
   asio::steady_timer grace;
   const fabric::Time started = std::chrono::system_clock::now();
@@ -150,20 +152,20 @@ struct Instance::Impl final : Hosted {
 };
 
 void Instance::Impl::start() {
-  runner->set_end(&*end);
-  member->enter(identity.id, *this);
-  asio::post(member->loop(), [begun = summaries] { begun->wait(); });
+  runner->set_endpoint(&*end);
+  shared->add_instance(identity.id, *this);
+  asio::post(shared->loop(), [begun = summaries] { begun->wait(); });
   there = true;
 }
 
 void Instance::Impl::leave() {
   runner->close();
   if (std::exchange(there, false)) {
-    member->leave(identity.id, [this] {
+    shared->remove_instance(identity.id, [this] {
       grace.cancel();
       summaries->tell();
       summaries.reset();
-      runner->set_end(nullptr);
+      runner->set_endpoint(nullptr);
       end.reset();
     });
   }
@@ -177,7 +179,7 @@ void Instance::Impl::on_drain(const std::string& issuer) {
     draining(issuer);
   }
   end->set_draining(true);
-  grace.expires_after(fabric::ends::InstanceCommands::drain_grace);
+  grace.expires_after(fabric::endpoints::InstanceCommands::drain_grace);
   grace.async_wait([runner = std::weak_ptr(runner)](const boost::system::error_code& error) {
     const auto alive = runner.lock();
     if (!error && alive) {
@@ -192,17 +194,20 @@ fabric::InstanceLoad Instance::Impl::load() const {
   return load;
 }
 
-Instance::Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt)
-    : impl_(std::make_unique<Impl>(options, log, Prompt{.handler = std::move(prompt)})) {
+Instance::Instance(const ServiceOptions& options, const Service::Log& log,
+                   AsyncHandler inline_handler)
+    : impl_(std::make_unique<Impl>(options, log,
+                                   InlineHandler{.handler = std::move(inline_handler)})) {
   impl_->start();
 }
 
-Instance::Instance(const ServiceOptions& options, const Service::Log& log, PassingOn to)
+Instance::Instance(const ServiceOptions& options, const Service::Log& log,
+                   InstanceCallbacks callbacks)
     : impl_(std::make_unique<Impl>(options, log,
-                                   Prompt{.handler = std::move(to.call),
-                                          .passes_on = true,
-                                          .cancelled = std::move(to.cancelled)},
-                                   std::move(to.draining))) {
+                                   InlineHandler{.handler = std::move(callbacks.call),
+                                                 .forwards = true,
+                                                 .cancelled = std::move(callbacks.cancelled)},
+                                   std::move(callbacks.draining))) {
   impl_->start();
 }
 
@@ -229,7 +234,7 @@ bool Instance::drained() const {
 }
 
 void Instance::drain() {
-  impl_->member->drain(impl_->identity.id);
+  impl_->shared->drain(impl_->identity.id);
 }
 
 }  // namespace millrace::services::sdk

@@ -1,5 +1,5 @@
-// One running instance of a service: keeps it on the fabric, as part of its member, and hands out
-// its calls to whoever asks. Service and the C face ask on their threads.
+// One running instance of a service: keeps it on the fabric, as part of its participant, and hands
+// out its calls to whoever asks. Service and the C face ask on their threads.
 //
 //   Instance instance(options, log);
 //   while (const auto call = instance.next()) call->answer(…);
@@ -22,22 +22,23 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
 /// For an instance whose calls are run elsewhere, in another process: next() has none of them.
 /// Called in any thread, in the order of what happened but for calls that are cancelled as they
 /// begin; must not wait, nor end the instance.
-struct PassingOn {
+struct InstanceCallbacks {
   /// Whoever takes the call answers it, in the end also one that is cancelled: until then it counts
   /// as running.
-  LaterHandler call;
+  AsyncHandler call;
   /// Nobody waits for this call any more; it may not have begun.
   std::function<void(fabric::CallId)> cancelled;
-  /// The instance is asked to leave; see Hosted::on_drain.
+  /// The instance is asked to leave; see HostedInstance::on_drain.
   std::function<void(const std::string& issuer)> draining;
 };
 
 class Instance {
  public:
-  /// Throws as Service does. Calls wait for next(), unless `prompt` runs them; see
-  /// ServiceOptions::prompt.
-  Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt = nullptr);
-  Instance(const ServiceOptions& options, const Service::Log& log, PassingOn to);
+  /// Throws as Service does. Calls wait for next(), unless `inline_handler` runs them; see
+  /// ServiceOptions::run_inline.
+  Instance(const ServiceOptions& options, const Service::Log& log,
+           AsyncHandler inline_handler = nullptr);
+  Instance(const ServiceOptions& options, const Service::Log& log, InstanceCallbacks callbacks);
   /// Leaves.
   ~Instance();
   Instance(const Instance&) = delete;

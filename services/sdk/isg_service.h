@@ -30,7 +30,7 @@
  *   MILLRACE_FABRIC         name of the fabric; default millrace
  *   MILLRACE_CHANNELS       channels to serve, as MACHINE/N with blanks between; default all
  *   MILLRACE_DELIVERY       at-least-once (default) or at-most-once
- *   MILLRACE_AWAITED        what its NC programs wait for: response-state (default), or response:
+ *   MILLRACE_COMPLETION_SIGNAL        what its NC programs wait for: response-state (default), or response:
  *                           a text in RESPONSE alone; then a state of 0 is an answer, too
  *   MILLRACE_LOG_LEVEL      error, warn, info (default), debug or trace
  */
@@ -77,7 +77,7 @@ typedef struct ISG_SERVICE {
 
 /* The service function: reads `request`, at most 127 bytes in CP1252 and a NUL, writes `response`,
  * at most `maxResponseSize` (128) bytes with the NUL, and a `*responseState` other than 0 (see
- * MILLRACE_AWAITED above).
+ * MILLRACE_COMPLETION_SIGNAL above).
  *
  * Documented: the form with a code, whose parameters are not const, and which ends with
  * `return ISG_SERVICE_CODE_OK;` as the manual's sample does. Ours: what another code does (it

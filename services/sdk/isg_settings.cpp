@@ -73,14 +73,14 @@ Read read_delivery(std::string_view value, IsgSettings& settings) {
   return {};
 }
 
-Read read_awaited(std::string_view value, IsgSettings& settings) {
-  const auto awaited = fabric::parse_awaited(value);
-  if (!awaited) {
-    return wrong("MILLRACE_AWAITED", value,
-                 fmt::format("{} or {}", name_of(fabric::Awaited::response_state),
-                             name_of(fabric::Awaited::response)));
+Read read_completion_signal(std::string_view value, IsgSettings& settings) {
+  const auto completion_signal = fabric::parse_completion_signal(value);
+  if (!completion_signal) {
+    return wrong("MILLRACE_COMPLETION_SIGNAL", value,
+                 fmt::format("{} or {}", name_of(fabric::CompletionSignal::response_state),
+                             name_of(fabric::CompletionSignal::response)));
   }
-  settings.options.awaited = *awaited;
+  settings.options.completion_signal = *completion_signal;
   return {};
 }
 
@@ -102,9 +102,12 @@ tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& envi
     Read (*read)(std::string_view, IsgSettings&);
   };
   constexpr Variable variables[] = {
-      {"MILLRACE_DOMAIN", read_domain},     {"MILLRACE_FABRIC", read_fabric},
-      {"MILLRACE_CHANNELS", read_channels}, {"MILLRACE_DELIVERY", read_delivery},
-      {"MILLRACE_AWAITED", read_awaited},   {"MILLRACE_LOG_LEVEL", read_log_level},
+      {"MILLRACE_DOMAIN", read_domain},
+      {"MILLRACE_FABRIC", read_fabric},
+      {"MILLRACE_CHANNELS", read_channels},
+      {"MILLRACE_DELIVERY", read_delivery},
+      {"MILLRACE_COMPLETION_SIGNAL", read_completion_signal},
+      {"MILLRACE_LOG_LEVEL", read_log_level},
   };
   IsgSettings settings;
   // First: a single setting wins over the file.

@@ -13,7 +13,7 @@ struct Response {
   /// At most 127 bytes in the controller's code page, CP1252, without NUL.
   std::string text{};
   /// Not 0, which would not release the NC program, unless its programs wait for RESPONSE alone
-  /// (ServiceOptions::awaited); what else it means is between program and service.
+  /// (ServiceOptions::completion_signal); what else it means is between program and service.
   std::uint32_t state = 1;
   bool operator==(const Response&) const = default;
 };

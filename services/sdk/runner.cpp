@@ -66,36 +66,36 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 
 }  // namespace
 
-Runner::Runner(DeskOptions options, Service::Log log, Prompt prompt)
-    : log_(std::move(log)), desk_(options), prompt_(std::move(prompt)) {}
+Runner::Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler)
+    : log_(std::move(log)), scheduler_(options), inline_handler_(std::move(inline_handler)) {}
 
-void Runner::set_end(fabric::ends::ReplyEnd* end) {
+void Runner::set_endpoint(fabric::endpoints::ReplyEndpoint* endpoint) {
   Lock lock(lock_);
-  end_ = end;
+  endpoint_ = endpoint;
   perform(std::move(lock), {});
 }
 
 void Runner::on_request(const fabric::Request& request) {
   Lock lock(lock_);
   if (closed_) {
-    perform(std::move(lock), desk_.decline(request, "it is leaving"));
+    perform(std::move(lock), scheduler_.decline(request, "it is leaving"));
     return;
   }
-  const Actions actions = desk_.on_request(request, now());
+  const Actions actions = scheduler_.on_request(request, now());
   // Before the end is known, an answer would lead nowhere.
-  const bool here = prompt_enough_ && end_ != nullptr;
+  const bool here = fast_enough_ && endpoint_ != nullptr;
   perform(std::move(lock), actions, here ? Place::here : Place::workers);
 }
 
 void Runner::on_withdrawn(const fabric::RequestKey& key) {
   Lock lock(lock_);
-  const Actions actions = desk_.on_withdrawn(key);
+  const Actions actions = scheduler_.on_withdrawn(key);
   perform(std::move(lock), actions);
 }
 
 void Runner::on_orphaned(const fabric::RequestKey& key) {
   Lock lock(lock_);
-  const Actions actions = desk_.on_orphaned(key);
+  const Actions actions = scheduler_.on_orphaned(key);
   perform(std::move(lock), actions);
 }
 
@@ -105,14 +105,14 @@ void Runner::on_ignored(const std::string& reason) {
 
 void Runner::interim(fabric::CallId call, const Response& response) {
   Lock lock(lock_);
-  const Actions actions = desk_.on_interim(call, response, now());
+  const Actions actions = scheduler_.on_interim(call, response, now());
   perform(std::move(lock), actions);
 }
 
 void Runner::finished(fabric::CallId call, const Result& result) {
   Lock lock(lock_);
   cancelled_.erase(call);
-  const Actions actions = desk_.on_result(call, result, now());
+  const Actions actions = scheduler_.on_result(call, result, now());
   perform(std::move(lock), actions);
   if (!result) {
     log_->warn("call {} failed: {}", call.to_string(), result.error());
@@ -122,7 +122,7 @@ void Runner::finished(fabric::CallId call, const Result& result) {
 void Runner::declined(fabric::CallId call, const std::string& reason) {
   Lock lock(lock_);
   cancelled_.erase(call);
-  const Actions actions = desk_.on_declined(call, reason, now());
+  const Actions actions = scheduler_.on_declined(call, reason, now());
   perform(std::move(lock), actions);
 }
 
@@ -147,7 +147,7 @@ std::shared_ptr<const Call> Runner::next(std::chrono::steady_clock::time_point e
 void Runner::close_when_idle() {
   const Lock lock(lock_);
   closing_ = true;
-  closed_ = closed_ || desk_.idle();
+  closed_ = closed_ || scheduler_.idle();
   changed_.notify_all();
 }
 
@@ -169,7 +169,7 @@ std::size_t Runner::remembered() const {
 
 fabric::InstanceLoad Runner::load() const {
   const Lock lock(lock_);
-  return desk_.load();
+  return scheduler_.load();
 }
 
 void Runner::perform(Lock lock, const Actions& actions, Place place) {
@@ -184,10 +184,10 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
       perform(*cancel, cancelled);
     }
   }
-  closed_ = closed_ || (closing_ && desk_.idle());
+  closed_ = closed_ || (closing_ && scheduler_.idle());
   const bool all = closed_;
   std::vector<std::shared_ptr<const Call>> here;
-  if (place == Place::here || (prompt_.passes_on && end_ != nullptr)) {
+  if (place == Place::here || (inline_handler_.forwards && endpoint_ != nullptr)) {
     here.assign(work_.begin(), work_.end());
     work_.clear();
   }
@@ -204,7 +204,7 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
   for (const std::string& lost : trouble) {
     log_->error(lost);
   }
-  tell_cancelled(actions);
+  report_cancelled(actions);
   for (const auto& call : here) {
     run_here(call);
   }
@@ -223,35 +223,35 @@ void Runner::wake_workers(const Actions& actions, bool all) {
   }
 }
 
-void Runner::tell_cancelled(const Actions& actions) const {
-  if (!prompt_.cancelled) {
+void Runner::report_cancelled(const Actions& actions) const {
+  if (!inline_handler_.cancelled) {
     return;
   }
   for (const Action& action : actions) {
     if (const auto* cancel = std::get_if<Cancel>(&action); cancel != nullptr && cancel->runs) {
-      prompt_.cancelled(cancel->call);
+      inline_handler_.cancelled(cancel->call);
     }
   }
 }
 
 void Runner::run_here(const std::shared_ptr<const Call>& call) {
   announce(*call);
-  if (prompt_.passes_on) {
-    prompt_.handler(call);
+  if (inline_handler_.forwards) {
+    inline_handler_.handler(call);
     return;
   }
   const auto start = std::chrono::steady_clock::now();
   const OwnTime before = own_time();
-  prompt_.handler(call);
+  inline_handler_.handler(call);
   const auto took = std::chrono::steady_clock::now() - start;
-  // A busy host takes the processor away from the promptest handler: that is not its doing.
-  if (took > prompt_.limit && own_time().is_to_blame(before, prompt_.limit)) {
+  // A busy host takes the processor away from the fastest handler: that is not its doing.
+  if (took > inline_handler_.limit && own_time().is_to_blame(before, inline_handler_.limit)) {
     log_->warn(
         "the handler took {:.3f} ms for call {} in the thread that receives, where {:.3f} ms are "
         "allowed; calls get threads of their own from now on. The service should not be declared "
-        "prompt",
-        milliseconds(took), call->id().to_string(), milliseconds(prompt_.limit));
-    prompt_enough_ = false;
+        "inline",
+        milliseconds(took), call->id().to_string(), milliseconds(inline_handler_.limit));
+    fast_enough_ = false;
   }
 }
 
@@ -269,10 +269,10 @@ void Runner::perform(const Start& start) {
 }
 
 void Runner::perform(const Send& send, std::vector<std::string>& trouble) {
-  if (end_ == nullptr) {
+  if (endpoint_ == nullptr) {
     return;
   }
-  if (const auto sent = end_->publish(send.reply); !sent) {
+  if (const auto sent = endpoint_->publish(send.reply); !sent) {
     trouble.push_back(fmt::format("the answer to call {} is lost: {}", send.reply.call.to_string(),
                                   sent.error()));
   }

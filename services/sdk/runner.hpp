@@ -1,4 +1,4 @@
-// Carries out what the call desk decides: calls to a prompt handler or into a queue of work,
+// Carries out what the call scheduler decides: calls to an inline handler or into a queue of work,
 // replies to the fabric, at debug a log line for each; what fails is a warning.
 #pragma once
 
@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "fabric/ends/reply_end.hpp"
-#include "services/sdk/call_desk.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
+#include "services/sdk/call_scheduler.hpp"
 #include "services/sdk/call_sink.hpp"
 #include "services/sdk/service.hpp"
 
@@ -20,13 +20,13 @@ namespace millrace::services::sdk {
 
 /// Runs calls where they arrive, a hand-over earlier. Nothing reaches this process from the fabric
 /// meanwhile: a handler that takes longer than the limit, once, loses this place.
-struct Prompt {
+struct InlineHandler {
   /// Null if all calls wait for Runner::next.
-  LaterHandler handler;
-  std::chrono::steady_clock::duration limit = prompt_limit;
+  AsyncHandler handler;
+  std::chrono::steady_clock::duration limit = inline_limit;
   /// It only passes calls on: it may be called in whichever thread lets a call begin, and keeps its
   /// place.
-  bool passes_on = false;
+  bool forwards = false;
   /// Told of each call that is cancelled after it was passed on; may be empty. As the handler it
   /// must not wait.
   std::function<void(fabric::CallId)> cancelled{};
@@ -35,13 +35,13 @@ struct Prompt {
 /// All functions may be called from any thread, requests in the one that receives them: nothing
 /// here waits but `next`. A lock keeps the order of decisions and replies.
 class Runner : public CallSink,
-               public fabric::ends::ReplyEndListener,
+               public fabric::endpoints::ReplyEndpointListener,
                public std::enable_shared_from_this<Runner> {
  public:
-  Runner(DeskOptions options, Service::Log log, Prompt prompt);
+  Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler);
 
   /// Where replies go; null to send no more. Calls that came before are passed on now.
-  void set_end(fabric::ends::ReplyEnd* end);
+  void set_endpoint(fabric::endpoints::ReplyEndpoint* endpoint);
 
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
@@ -73,7 +73,7 @@ class Runner : public CallSink,
   void perform(Lock lock, const Actions& actions, Place place = Place::workers);
   void wake_workers(const Actions& actions, bool all);
   void run_here(const std::shared_ptr<const Call>& call);
-  void tell_cancelled(const Actions& actions) const;
+  void report_cancelled(const Actions& actions) const;
   void announce(const Call& call) const;
   void perform(const Start& start);
   /// An answer that cannot be sent is told to `trouble`, for the log.
@@ -85,15 +85,15 @@ class Runner : public CallSink,
   Service::Log log_;
   mutable std::mutex lock_;
   std::condition_variable changed_;
-  CallDesk desk_;
-  fabric::ends::ReplyEnd* end_ = nullptr;
+  CallScheduler scheduler_;
+  fabric::endpoints::ReplyEndpoint* endpoint_ = nullptr;
   std::deque<std::shared_ptr<const Call>> work_;
   /// How calls that run, or wait for a thread, are told of their cancellation. Not the calls
   /// themselves: whoever lets go of one last ends it, and that takes the lock.
   std::map<fabric::CallId, std::stop_source> cancelled_;
-  const Prompt prompt_;
+  const InlineHandler inline_handler_;
   /// Calls run where they arrive. Of the thread that brings requests alone.
-  bool prompt_enough_ = prompt_.handler != nullptr;
+  bool fast_enough_ = inline_handler_.handler != nullptr;
   bool closing_ = false;
   bool closed_ = false;
 };

@@ -10,7 +10,7 @@ namespace millrace::services::sdk {
 namespace {
 
 /// A handler's exception ends its call, never its process.
-LaterHandler guarded(LaterHandler handler) {
+AsyncHandler guarded(AsyncHandler handler) {
   return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
     try {
       handler(call);
@@ -25,9 +25,9 @@ LaterHandler guarded(LaterHandler handler) {
 }  // namespace
 
 struct Service::Impl {
-  Impl(const ServiceOptions& options, LaterHandler own_handler, const Log& log)
+  Impl(const ServiceOptions& options, AsyncHandler own_handler, const Log& log)
       : handler(guarded(std::move(own_handler))),
-        instance(options, log, options.prompt ? handler : nullptr) {}
+        instance(options, log, options.run_inline ? handler : nullptr) {}
   /// Ends the threads, also where one of them could not be started: no call comes any more.
   ~Impl() { instance.leave(); }
   Impl(const Impl&) = delete;
@@ -43,15 +43,15 @@ struct Service::Impl {
     }
   }
 
-  const LaterHandler handler;
+  const AsyncHandler handler;
   Instance instance;
   std::vector<std::jthread> workers;
 };
 
 Service::Service(const ServiceOptions& options, Handler handler, const Log& log)
-    : Service(options, answer_at_once(std::move(handler)), log) {}
+    : Service(options, as_async(std::move(handler)), log) {}
 
-Service::Service(const ServiceOptions& options, LaterHandler handler, const Log& log)
+Service::Service(const ServiceOptions& options, AsyncHandler handler, const Log& log)
     : impl_(std::make_unique<Impl>(options, std::move(handler), log)) {
   impl_->start(options.concurrency);
 }

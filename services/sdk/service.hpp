@@ -23,15 +23,15 @@ class logger;
 
 namespace millrace::services::sdk {
 
-class Member;
+class SharedParticipant;
 
 /// The state of an answer that stands for a failure of the service itself, unless it names another.
 inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
 inline constexpr std::uint32_t max_concurrency = 256;
-/// What a prompt handler may take. It should be done in a thousandth of this; the rest is for a
+/// What an inline handler may take. It should be done in a thousandth of this; the rest is for a
 /// host that is busy.
-inline constexpr std::chrono::milliseconds prompt_limit{10};
+inline constexpr std::chrono::milliseconds inline_limit{10};
 
 struct ServiceOptions {
   /// What NC programs write to V.G.SERVICE.UUID; compared without regard to case.
@@ -45,19 +45,19 @@ struct ServiceOptions {
   /// What its programs wait for. Of those that wait for a text in RESPONSE alone an answer may have
   /// state 0 but no empty text, RESPONSE is written last, and interim answers are left out: they
   /// would release the program.
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that
   /// is held for long. It is run in the thread that receives, which spares a hand-over, until it
-  /// computes or waits for longer than prompt_limit once; that is logged. Time in which the host
+  /// computes or waits for longer than inline_limit once; that is logged. Time in which the host
   /// gives the processor to others does not count.
-  bool prompt = false;
+  bool run_inline = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
-  /// What services of one process share (services/sdk/member.hpp). None: one of its own, which
-  /// joins as what follows says.
-  std::shared_ptr<Member> member{};
+  /// What services of one process share (services/sdk/shared_participant.hpp). None: one of its
+  /// own, which joins as what follows says.
+  std::shared_ptr<SharedParticipant> participant{};
   /// How to join the fabric: as in fabric::dds::ParticipantOptions.
   std::uint32_t domain = 0;
   std::string fabric = "millrace";
@@ -74,7 +74,7 @@ class Service {
   /// Throws std::invalid_argument for options that make no sense, std::runtime_error if the fabric
   /// cannot be joined.
   Service(const ServiceOptions& options, Handler handler, const Log& log);
-  Service(const ServiceOptions& options, LaterHandler handler, const Log& log);
+  Service(const ServiceOptions& options, AsyncHandler handler, const Log& log);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;

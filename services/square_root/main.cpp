@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
       .name = "square_root",
       .description = "Answers a number with its square root",
       .version = MILLRACE_VERSION,
-      .prompt = true,
+      .run_inline = true,
   };
   return sdk::serve(argc, argv, options,
                     [](const sdk::Call& call) { return square_root::square_root(call.text()); });

@@ -23,7 +23,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "tests/bench/event_of.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -57,7 +57,7 @@ struct Sent {
 };
 
 /// A gateway's side of the fabric with a call under way in every channel.
-class Load : public fabric::ends::CallEndListener {
+class Load : public fabric::endpoints::CallEndpointListener {
  public:
   Load(std::uint32_t domain, std::uint64_t epoch)
       : epoch_(epoch),
@@ -187,7 +187,7 @@ class Load : public fabric::ends::CallEndListener {
   Clock::time_point begun_{};
   Clock::time_point stop_at_{};
   fabric::dds::Participant participant_;
-  fabric::ends::CallEnd end_;
+  fabric::endpoints::CallEndpoint end_;
 };
 
 /// What the recording has of the calls of an epoch.

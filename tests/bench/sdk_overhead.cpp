@@ -88,7 +88,7 @@ bool measure_calls(std::uint64_t calls) {
   dds_lset_data_available(listener.get(), &Arrival::note);
   const std::string partition = fabric::wire::service_partition("millrace", uuid);
   fabric::wire::Writer<fabric::Request> requests(
-      participant, fabric::wire::mailbox_partition("millrace", uuid, service.identity().id));
+      participant, fabric::wire::request_partition("millrace", uuid, service.identity().id));
   fabric::wire::Reader<fabric::Reply> replies(participant, partition, fabric::wire::Keep::last,
                                               {.listener = listener.get()});
 

@@ -26,7 +26,7 @@
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/trust/folder.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/own_network.hpp"
@@ -63,7 +63,7 @@ double median_of(std::vector<double> values) {
 }
 
 /// The fabric under one protection, and what was measured there.
-class Row : public fabric::ends::CallEndListener {
+class Row : public fabric::endpoints::CallEndpointListener {
  public:
   Row(std::string what, double goal, const fs::path& plant,
       std::optional<fabric::trust::Protection> protection)
@@ -76,11 +76,14 @@ class Row : public fabric::ends::CallEndListener {
         throw std::runtime_error(credentials.error());
       }
       options.configuration = credentials->cyclone_configuration;
-      options.trust = std::make_shared<const fabric::dds::Trust>(fabric::dds::Trust{
-          .name = credentials->name, .badge = credentials->badge, .until = credentials->until});
+      options.trust = std::make_shared<const fabric::dds::Trust>(
+          fabric::dds::Trust{.name = credentials->name,
+                             .identity_partitions = credentials->identity_partitions,
+                             .until = credentials->until});
     }
     participant_.emplace(options);
-    end_.emplace(*participant_, context_.get_executor(), *this, fabric::ends::CallEnd::Of::tool);
+    end_.emplace(*participant_, context_.get_executor(), *this,
+                 fabric::endpoints::CallEndpoint::Of::tool);
   }
 
   /// One process, until it can be called, in milliseconds.
@@ -194,7 +197,7 @@ class Row : public fabric::ends::CallEndListener {
   std::vector<double> times_;
   std::vector<double> joins_;
   double all_ = 0;
-  std::optional<fabric::ends::CallEnd> end_;
+  std::optional<fabric::endpoints::CallEndpoint> end_;
   std::vector<tests::Process> processes_;
 };
 

@@ -28,7 +28,7 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/readings.hpp"
-#include "fabric/ends/variable_end.hpp"
+#include "fabric/endpoints/variable_endpoints.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -95,7 +95,7 @@ class Plant {
         reply_ = one;
       }
     });
-    while (asking_->answerers() == 0) {
+    while (asking_->gateways() == 0) {
       io_.run_one_for(std::chrono::milliseconds(5));
       io_.restart();
     }
@@ -137,7 +137,7 @@ class Plant {
       }
     }
     const fabric::VariableRequest request{
-        .asker = asking_->id(), .token = next_token_, .key = {"cnc", 1}, .names = names};
+        .requester = asking_->id(), .token = next_token_, .key = {"cnc", 1}, .names = names};
     token_ = request.token;
     reply_.reset();
     const auto end = Clock::now() + std::chrono::seconds(5);
@@ -185,7 +185,7 @@ class Plant {
   fabric::InstanceId token_{};
   fabric::InstanceId next_token_ = fabric::InstanceId::random();
   std::optional<fabric::VariableReply> reply_;
-  std::optional<fabric::ends::VariableAskEnd> asking_;
+  std::optional<fabric::endpoints::VariableRequestEndpoint> asking_;
 };
 
 void measure(Series& series, int count, const std::function<void(int)>& ask) {

@@ -203,13 +203,13 @@ test('a recording shows what programs said of themselves', async () => {
   await second.ready();
   const third = plant.recorder(plant.file('third.mcap'));
   await third.ready();
-  await until(async () => (await (await fetch(`${web.url}/api/notices`)).json()).some((each) => /third/.test(each.text)), 'the word of the third recorder');
+  await until(async () => (await (await fetch(`${web.url}/api/alarms`)).json()).some((each) => /third/.test(each.text)), 'the word of the third recorder');
   // The second one has heard it, too: who comes later hears the end only.
   await until(() => readFileSync(`${file}.part`).includes('third.mcap'), 'the word of the third recorder in the second');
   await third.stop();
   await second.stop();
   const page = await browser.open(web.url, { view: '#/recordings/second.mcap' });
-  await awaitText(page, '.notices td', /third\.mcap/);
+  await awaitText(page, '.alarms td', /third\.mcap/);
   assert.deepEqual(await violations(page), []);
   await page.close();
 });

@@ -171,8 +171,8 @@ test('a call that waits while no instance is there has no service; one whose gat
   assert.equal(stateOf({ channel_state: 'waiting', link: 'up', instances: 1 }), 'waiting');
   const left = { channel_state: 'unserved', journal: 'the journal cannot be written' };
   const plant = [machine([left, left], [{ connected: true, gateway_host: 'here', gateway: 'g' }])];
-  const notice = { responder: 'g', kind: 'journal', subject: '', level: 'problem', program: 'gateway', host: 'here', since: iso(noon), text: left.journal };
-  const { concerns, counts } = assess(plant, noon + 10_000, [notice]);
+  const alarm = { responder: 'g', kind: 'journal', subject: '', level: 'problem', program: 'gateway', host: 'here', since: iso(noon), text: left.journal };
+  const { concerns, counts } = assess(plant, noon + 10_000, [alarm]);
   assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.kind, concern.reason]), [['cnc', 'journal', left.journal]]);
   assert.deepEqual([counts.person, counts.programs], [2, 0]);
 });
@@ -269,7 +269,7 @@ test('services with trouble come first, then the busiest', () => {
     .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
 });
 
-/** Sentences of these sources that are no reason of a channel, a link or a notice: answers to commands, parts of the log. */
+/** Sentences of these sources that are no reason of a channel, a link or an alarm: answers to commands, parts of the log. */
 const noReasons = new Set([
   'the program took the request back', 'the program put another request in its place', 'somebody else answered it with RESPONSE_STATE {}',
   'the program asks anew', 'no write was asked for', 'each read and write is answered before the link comes back', '{} after {} ms', '{} s',
@@ -303,7 +303,7 @@ function sentencesOf(source) {
   return [...text.matchAll(/"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*/g)].filter((found) => {
     const before = text.slice(0, found.index);
     const statement = before.slice(Math.max(before.lastIndexOf(';'), before.lastIndexOf('{\n'), before.lastIndexOf('}\n')));
-    return !/\b(say|log|complain)\w*\(|log_?->|Level::|#include/.test(statement);
+    return !/\b(say|log|warn_limited)\w*\(|log_?->|Level::|#include/.test(statement);
   }).map((found) => found[0].replace(/"\s*"/g, '').slice(1, -1).replace(/\{[^}]*\}/g, '{}').replace(/\\"/g, '"'))
     .filter((sentence) => /[a-z}] [a-z{]/.test(sentence))
     .map((sentence) => (/^[ ;]/.test(sentence) ? '{}' : '') + sentence + (sentence.endsWith(' ') ? '{}' : ''));
@@ -316,7 +316,7 @@ test('each reason of a gateway has a German sentence, with all its values', () =
   const root = process.env.MILLRACE_SOURCE;
   const rooms = ['channel', 'core', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
     .filter((file) => file.endsWith('.cpp') && file !== 'subscriptions.cpp').map((file) => `gateway/${room}/${file}`));
-  const files = [...rooms, 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp', 'gateway/shell/certificate_notices.cpp', 'gateway/shell/ads_controller.cpp',
+  const files = [...rooms, 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp', 'gateway/shell/certificate_alarms.cpp', 'gateway/shell/ads_controller.cpp',
     'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
     'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
   const known = reasons.map(([sentence]) => sentence);
@@ -338,8 +338,8 @@ test('a machine that was never reached is a concern, too; one that has a second 
 });
 
 test('a program with a problem needs attention, one with a warning is to be watched, one that is well is no concern', () => {
-  const notice = { responder: 'r', kind: 'archive', subject: '', program: 'archiver', host: 'vm', since: iso(noon - 5000), text: 'disk full', advice: 'make room' };
-  const { concerns, counts, level } = assess([], noon, [{ ...notice, level: 'problem' }, { ...notice, level: 'warning' }, { ...notice, level: 'fine' }]);
+  const alarm = { responder: 'r', kind: 'archive', subject: '', program: 'archiver', host: 'vm', since: iso(noon - 5000), text: 'disk full', advice: 'make room' };
+  const { concerns, counts, level } = assess([], noon, [{ ...alarm, level: 'problem' }, { ...alarm, level: 'warning' }, { ...alarm, level: 'fine' }]);
   assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.kind, concern.level]),
     [['archiver @ vm', 'trouble', 'person'], ['archiver @ vm', 'trouble', 'look']]);
   assert.deepEqual([concerns[0].reason, concerns[0].todo, concerns[0].since, counts.programs, level], ['disk full', 'make room', noon - 5000, 1, 'person']);
@@ -347,11 +347,11 @@ test('a program with a problem needs attention, one with a warning is to be watc
 
 test('what programs say stays until the whole of it is told anew', () => {
   const model = new Model();
-  model.takeSnapshot({ about: { time: iso(noon), started: iso(noon) }, notices: [{ kind: 'archive' }] }, noon);
+  model.takeSnapshot({ about: { time: iso(noon), started: iso(noon) }, alarms: [{ kind: 'archive' }] }, noon);
   model.takeChanges({ time: iso(noon) }, noon);
-  assert.equal(model.notices.length, 1);
-  model.takeChanges({ time: iso(noon), notices: [] }, noon);
-  assert.equal(model.notices.length, 0);
+  assert.equal(model.alarms.length, 1);
+  model.takeChanges({ time: iso(noon), alarms: [] }, noon);
+  assert.equal(model.alarms.length, 0);
 });
 
 test('an unknown state is to be watched', () => {

@@ -88,7 +88,7 @@ Flags Plant::joining(const std::string& host, const std::string& program) const 
   const auto own = profiles_.find(host);
   const std::string file = own == profiles_.end() ? default_profile : own->second;
   if (trust_) {
-    return {"--fabric-config", trust_->profile(TrustMaterial::member_of(program),
+    return {"--fabric-config", trust_->profile(TrustCredentials::member_of(program),
                                                replaced(read_file(hosts_->folder() / file),
                                                         "unprotected: true", "# trust below"))};
   }

@@ -22,7 +22,7 @@
 
 #include "tests/cluster/driver/hosts.hpp"
 #include "tests/cluster/history/verdict.hpp"
-#include "tests/support/trust_material.hpp"
+#include "tests/support/trust_credentials.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -110,7 +110,7 @@ class Plant {
   [[nodiscard]] std::string write_program(const Load& load) const;
 
   std::unique_ptr<Hosts> hosts_;
-  std::optional<TrustMaterial> trust_;
+  std::optional<TrustCredentials> trust_;
   /// By host.
   std::map<std::string, std::string> profiles_;
   std::map<std::string, std::unique_ptr<Task>> tasks_;

@@ -85,21 +85,21 @@ void Hostile::answer_nothing() {
 }
 
 void Hostile::ask(bool astray) {
-  auto mailbox = mailboxes_.find(last_.assigned);
-  if (mailbox == mailboxes_.end()) {
-    mailbox = mailboxes_
-                  .try_emplace(last_.assigned, participant_,
-                               wire::mailbox_partition("millrace", last_.uuid, last_.assigned))
-                  .first;
+  auto requests_to = request_writers_.find(last_.assigned);
+  if (requests_to == request_writers_.end()) {
+    requests_to = request_writers_
+                      .try_emplace(last_.assigned, participant_,
+                                   wire::request_partition("millrace", last_.uuid, last_.assigned))
+                      .first;
   }
   ++count_;
   static_cast<void>(
-      mailbox->second.write({.key = {"nobodys", static_cast<std::uint16_t>(1 + count_ % 8)},
-                             .call = {.epoch = 99, .number = count_},
-                             .assigned = astray ? InstanceId::random() : last_.assigned,
-                             .uuid = last_.uuid,
-                             .text = "for nobody",
-                             .state = 1}));
+      requests_to->second.write({.key = {"nobodys", static_cast<std::uint16_t>(1 + count_ % 8)},
+                                 .call = {.epoch = 99, .number = count_},
+                                 .assigned = astray ? InstanceId::random() : last_.assigned,
+                                 .uuid = last_.uuid,
+                                 .text = "for nobody",
+                                 .state = 1}));
 }
 
 void Hostile::claim(const std::string& machine, Time since, bool connected,
@@ -145,7 +145,7 @@ void Hostile::impersonate() {
                                              registry::format_instance(victim));
     const InstanceIdentity forged{
         .id = victim, .uuid = uuid_, .name = "impostor", .concurrency = 256, .draining = true};
-    announced_.emplace_back(second_, wire::mailbox_partition("millrace", uuid_, victim),
+    announced_.emplace_back(second_, wire::request_partition("millrace", uuid_, victim),
                             wire::Keep::last,
                             wire::EndpointOptions{.user_data = registry::format_identity(forged)});
   }
@@ -162,7 +162,7 @@ void Hostile::impersonate() {
 
 void Hostile::announce(const InstanceId& instance, const std::string& uuid,
                        const std::string& identity) {
-  announced_.emplace_back(participant_, wire::mailbox_partition("millrace", uuid, instance),
+  announced_.emplace_back(participant_, wire::request_partition("millrace", uuid, instance),
                           wire::Keep::last, wire::EndpointOptions{.user_data = identity});
 }
 

@@ -37,7 +37,7 @@ class Hostile {
   /// A reply to a call that was never asked, of a caller that there never was, another one each
   /// time.
   void answer_nothing();
-  /// A request from nobody's gateway, to who was asked last or, if `astray`, in his mailbox to
+  /// A request from nobody's gateway, to who was asked last or, if `astray`, in his partition to
   /// somebody else.
   void ask(bool astray);
   /// That a gateway claims the machine since then.
@@ -74,7 +74,7 @@ class Hostile {
   fabric::Request last_{.key = {"cnc", 1}, .call = {1, 1}};
   bool heard_ = false;
   std::uint64_t count_ = 0;
-  std::map<fabric::InstanceId, fabric::wire::Writer<fabric::Request>> mailboxes_;
+  std::map<fabric::InstanceId, fabric::wire::Writer<fabric::Request>> request_writers_;
   std::map<fabric::InstanceId, std::unique_ptr<LawlessWriter>> false_writers_;
   std::deque<fabric::wire::Reader<fabric::Request>> announced_;
   std::deque<fabric::wire::Writer<fabric::Reply>> joined_;

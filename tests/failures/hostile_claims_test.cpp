@@ -86,7 +86,7 @@ TEST_P(AnAnswerThatCannotBeWritten, FreesTheProgramWithAnErrorAtOnce) {
   dds::Participant participant({.domain = chain.domain()});
   LawlessWriter replies(participant, wire::service_partition("millrace", uuid),
                         registry::format_instance(odd.id));
-  wire::Reader<Request> requests(participant, wire::mailbox_partition("millrace", uuid, odd.id),
+  wire::Reader<Request> requests(participant, wire::request_partition("millrace", uuid, odd.id),
                                  wire::Keep::all, {.user_data = registry::format_identity(odd)});
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")}));
   gateway.emplace(chain.gateway());

@@ -8,7 +8,7 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "fabric/ends/notice_end.hpp"
+#include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/codec.hpp"
@@ -27,9 +27,9 @@ using testing::Field;
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
 /// Asks instances whatever it likes.
-class Asker {
+class Requester {
  public:
-  explicit Asker(const dds::ParticipantOptions& join)
+  explicit Requester(const dds::ParticipantOptions& join)
       : participant_(join),
         requests_(participant_, wire::all_services("millrace"), wire::Keep::all) {}
 
@@ -57,22 +57,22 @@ class Asker {
   /// With a sample, as a gateway does, and without.
   void take_back(const Request& request) {
     ask(withdrawal_of(key_of(request)), request.uuid);
-    mailbox(request.uuid, request.assigned).withdraw(request);
+    requests_to(request.uuid, request.assigned).withdraw(request);
   }
 
  private:
   void ask(const Request& request, const std::string& uuid) {
-    static_cast<void>(mailbox(uuid, request.assigned).write(request));
+    static_cast<void>(requests_to(uuid, request.assigned).write(request));
   }
-  wire::Writer<Request>& mailbox(const std::string& uuid, const InstanceId& instance) {
-    return mailboxes_
-        .try_emplace(instance, participant_, wire::mailbox_partition("millrace", uuid, instance))
+  wire::Writer<Request>& requests_to(const std::string& uuid, const InstanceId& instance) {
+    return request_writers_
+        .try_emplace(instance, participant_, wire::request_partition("millrace", uuid, instance))
         .first->second;
   }
 
   dds::Participant participant_;
   wire::Reader<Request> requests_;
-  std::map<InstanceId, wire::Writer<Request>> mailboxes_;
+  std::map<InstanceId, wire::Writer<Request>> request_writers_;
   std::set<InstanceId> instances_;
   std::optional<Request> last_;
 };
@@ -129,33 +129,34 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
       return;
     }
     chain.with_trust({slow_uuid}, GetParam());
-    chain.trust().run({"issue", "PLANT", "bench", "--role", "tester"});
-    chain.trust().run({"issue", "PLANT", "gateway-2", "--role", "gateway", "--machine", "other"});
-    chain.trust().run({"issue", "PLANT", "screen", "--role", "observer"});
-    chain.trust().run({"issue", "PLANT", "panel", "--role", "observer"});
+    chain.trust().run({"issue", "PKI", "bench", "--role", "tester"});
+    chain.trust().run({"issue", "PKI", "gateway-2", "--role", "gateway", "--machine", "other"});
+    chain.trust().run({"issue", "PKI", "screen", "--role", "observer"});
+    chain.trust().run({"issue", "PKI", "panel", "--role", "observer"});
   }
 
   [[nodiscard]] static bool with_trust() { return GetParam() != "Open"; }
 
-  /// As this member, where there is trust.
-  [[nodiscard]] dds::ParticipantOptions join(const std::string& member) const {
+  /// As this participant, where there is trust.
+  [[nodiscard]] dds::ParticipantOptions join(const std::string& holder) const {
     dds::ParticipantOptions options;
     if (with_trust()) {
-      options = profile::read_profile(chain.trust().profile(member)).value();
+      options = profile::read_profile(chain.trust().profile(holder)).value();
     }
     options.domain = chain.domain();
     return options;
   }
   /// With its certificate, but without showing what that lets it be.
-  [[nodiscard]] dds::ParticipantOptions join_without_badge(const std::string& member) const {
-    dds::ParticipantOptions options = join(member);
+  [[nodiscard]] dds::ParticipantOptions join_without_identity(const std::string& holder) const {
+    dds::ParticipantOptions options = join(holder);
     options.trust.reset();
     return options;
   }
 
-  /// As another member than the other participants of this process, which are all the same one.
-  [[nodiscard]] dds::ParticipantOptions join_elsewhere(const std::string& member) const {
-    dds::ParticipantOptions options = join(member);
+  /// As another participant than the other participants of this process, which are all the same
+  /// one.
+  [[nodiscard]] dds::ParticipantOptions join_elsewhere(const std::string& holder) const {
+    dds::ParticipantOptions options = join(holder);
     options.domain = elsewhere.number();
     options.configuration +=
         fmt::format("{}<Discovery><ExternalDomainId>{}</ExternalDomainId></Discovery>",
@@ -164,8 +165,8 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
   }
 
   /// Calls go on beside what it does, `rate` times a second: instances of this delivery start once
-  /// it has begun. `as`: all participants of a process are the same member. `beside`: who hears it,
-  /// besides the gateway and the instances.
+  /// it has begun. `as`: all participants of a process are the same participant. `beside`: who
+  /// hears it, besides the gateway and the instances.
   void attack(const dds::ParticipantOptions& as, const std::function<void(std::size_t)>& act,
               const std::string& delivery = "at-least-once",
               std::vector<const Process*> beside = {}, unsigned rate = 2000) {
@@ -211,7 +212,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
 TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
   prepare();
   const auto as = join("bench");
-  Asker sut(as);
+  Requester sut(as);
   attack(as, [&](std::size_t i) {
     if (const auto& heard = sut.overhear()) {
       for (const InstanceId& instance : sut.instances()) {
@@ -232,7 +233,7 @@ TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
 TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
   prepare();
   const auto as = join("gateway-2");
-  Asker sut(as);
+  Requester sut(as);
   attack(as, [&](std::size_t i) {
     if (const auto& heard = sut.overhear()) {
       Request request = *heard;
@@ -248,7 +249,7 @@ TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
 TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
   prepare();
   const auto as = join("gateway-2");
-  Asker sut(as);
+  Requester sut(as);
   attack(
       as,
       [&](std::size_t) {
@@ -264,14 +265,14 @@ TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
                              : sut.name() + " takes back a call of"));
 }
 
-/// On an open fabric nobody shows a badge.
+/// On an open fabric nobody shows an identity.
 class AnInsiderWithACertificate : public AnInsider {};
 
 // Gateway and instance believed it more than one that shows who it is.
-TEST_P(AnInsiderWithACertificate, WithoutABadgeTakesNothingBack) {
+TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
   prepare();
-  const auto as = join_without_badge("gateway-2");
-  Asker sut(as);
+  const auto as = join_without_identity("gateway-2");
+  Requester sut(as);
   attack(
       as,
       [&](std::size_t) {
@@ -281,10 +282,10 @@ TEST_P(AnInsiderWithACertificate, WithoutABadgeTakesNothingBack) {
       },
       "at-most-once");
   expect_each_ran_once();
-  const std::string unproven =
-      "a program that shows no badge of its certificate \\(participant "
+  const std::string unauthenticated =
+      "a process that announces no identity \\(participant "
       "[0-9a-f:]+\\): what it says on millrace/v3/request is not listened";
-  services.front().await_error(unproven);
+  services.front().await_error(unauthenticated);
 }
 
 // A standby gateway took the machine over from one that was there.
@@ -292,7 +293,7 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   prepare();
   Process second = chain.gateway();
   second.await_error("serves it already; this gateway stands by", allowed);
-  const auto as = join_without_badge("gateway-2");
+  const auto as = join_without_identity("gateway-2");
   dds::Participant participant(as);
   wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> sut(participant, "millrace");
@@ -313,12 +314,12 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
       },
       // Seldom: a host that is too busy to hear a gateway for its lease takes it for gone.
       "at-least-once", {&second}, 200);
-  second.await_error(
-      with_trust() ? "shows no badge of its certificate \\(participant [0-9a-f:]+\\): what it "
-                     "says on millrace/machine is not listened"
-                   : "participant [0-9a-f:]+ says what gateway \\S+ of cnc does, which is "
-                     "another's to say",
-      allowed);
+  second.await_error(with_trust()
+                         ? "announces no identity \\(participant [0-9a-f:]+\\): what it "
+                           "says on millrace/machine is not listened"
+                         : "participant [0-9a-f:]+ says what gateway \\S+ of cnc does, which is "
+                           "another's to say",
+                     allowed);
   EXPECT_THAT(second.error_output(), Not(HasSubstr("taken over")));
 }
 
@@ -356,7 +357,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
   Process recorder = chain.millrace({"record", "-o", file});
   recorder.await("^ready: ");
   const auto as = join("gateway-2");
-  Asker asker(as);
+  Requester requester(as);
   dds::Participant participant(as);
   wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> machines(participant, "millrace");
@@ -371,7 +372,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
                static_cast<void>(machines.write(taken.value));
              }
            }
-           if (const auto& asked = asker.overhear(); asked && i % 8 == 0) {
+           if (const auto& asked = requester.overhear(); asked && i % 8 == 0) {
              static_cast<void>(states.write({.key = asked->key, .reason = "FORGED"}));
              static_cast<void>(events.write({.key = asked->key,
                                              .call = asked->call,
@@ -380,7 +381,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
                                              .detail = "FORGED"}));
              static_cast<void>(
                  outcomes.write({.responder = asked->assigned, .done = true, .detail = "FORGED"}));
-             asker.take_back(*asked);
+             requester.take_back(*asked);
            }
          },
          "at-least-once", {&recorder});
@@ -399,31 +400,32 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
                                : "participant [0-9a-f:]+ [^\n]*, which is another's to say"));
 }
 
-TEST_P(AnInsider, ChangesNoNoticeOfAnotherAndSpeaksInItsOwnName) {
+TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
   start(2);
   boost::asio::io_context io;
   dds::Participant honest(join("screen"));
-  ends::NoticeEnd end(honest, io.get_executor(), {.program = "recorder", .host = "hall", .pid = 7});
+  endpoints::AlarmEndpoint end(honest, io.get_executor(),
+                               {.program = "recorder", .host = "hall", .pid = 7});
   ASSERT_TRUE(end.raise({.key = {.kind = "archive"}, .text = "the disk is full"}));
   dds::Participant participant(join_elsewhere("panel"));
-  wire::Reader<Notice> heard(participant, "millrace", wire::Keep::last);
-  wire::Writer<Notice> sut(participant, "millrace");
-  Notice notice;
-  await("the notice", [&] {
-    for (const wire::Taken<Notice>& taken : heard.take()) {
+  wire::Reader<Alarm> heard(participant, "millrace", wire::Keep::last);
+  wire::Writer<Alarm> sut(participant, "millrace");
+  Alarm alarm;
+  await("the alarm", [&] {
+    for (const wire::Taken<Alarm>& taken : heard.take()) {
       if (taken.valid && taken.value.key.kind == "archive") {
-        notice = taken.value;
+        alarm = taken.value;
       }
     }
-    return !notice.text.empty();
+    return !alarm.text.empty();
   });
   const Flood flood(200, [&](std::size_t) {
-    notice.text = "all is lost";
-    static_cast<void>(sut.write(notice));
-    Notice of_its_own{.key = {.responder = notice.key.responder, .kind = "made_up"},
-                      .text = "no such trouble",
-                      .program = "recorder",
-                      .host = "hall"};
+    alarm.text = "all is lost";
+    static_cast<void>(sut.write(alarm));
+    Alarm of_its_own{.key = {.responder = alarm.key.responder, .kind = "made_up"},
+                     .text = "no such trouble",
+                     .program = "recorder",
+                     .host = "hall"};
     static_cast<void>(sut.write(of_its_own));
     io.poll();
   });
@@ -442,45 +444,45 @@ TEST_P(AnInsider, ChangesNoNoticeOfAnotherAndSpeaksInItsOwnName) {
 }
 
 // 16 → 130 MB in 10 s.
-TEST_P(AnInsider, BeatsForEverNewProcessesAndFillsNoMemory) {
+TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
   start(2);
   dds::Participant participant(join("service"));
-  wire::Writer<Beat> sut(participant, "millrace");
+  wire::Writer<Heartbeat> sut(participant, "millrace");
   await("who hears it", [&] { return !sut.matched().empty(); });
   const Memory memory({&*gateway});
   for (int i = 0; i < 60'000; ++i) {
-    static_cast<void>(sut.write({.member = InstanceId::random()}));
+    static_cast<void>(sut.write({.process = InstanceId::random()}));
     if (i % 64 == 0) {
       std::this_thread::yield();
     }
   }
-  gateway->await_error("participant [0-9a-f:]+ tells of more than 4 things on millrace/v3/beat",
-                       allowed);
+  gateway->await_error(
+      "participant [0-9a-f:]+ tells of more than 4 things on millrace/v3/heartbeat", allowed);
   Process ping = chain.millrace({"health"});
   EXPECT_EQ(ping.wait(allowed), 0) << ping.error_output();
   memory.expect_less_than(8.0);
 }
 
-TEST_P(AnInsider, TellsOfEverNewOutcomesAndNoticesAndFillsNoMemory) {
+TEST_P(AnInsider, TellsOfEverNewOutcomesAndAlarmsAndFillsNoMemory) {
   start(2);
   Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   recorder.await("^ready: ");
   dds::Participant participant(join("service"));
   wire::Writer<Outcome> outcomes(participant, "millrace");
-  wire::Writer<Notice> notices(participant, "millrace");
-  await("who hears it", [&] { return !outcomes.matched().empty() && !notices.matched().empty(); });
+  wire::Writer<Alarm> alarms(participant, "millrace");
+  await("who hears it", [&] { return !outcomes.matched().empty() && !alarms.matched().empty(); });
   const Memory memory({&recorder});
   for (int i = 0; i < 60'000; ++i) {
     static_cast<void>(outcomes.write({.responder = InstanceId::random(), .done = true}));
     static_cast<void>(
-        notices.write({.key = {.responder = InstanceId::random(), .kind = "archive"}}));
+        alarms.write({.key = {.responder = InstanceId::random(), .kind = "archive"}}));
     if (i % 64 == 0) {
       std::this_thread::yield();
     }
   }
   recorder.await_error("participant [0-9a-f:]+ tells of more than 1024 things on millrace/outcome",
                        allowed);
-  recorder.await_error("participant [0-9a-f:]+ tells of more than 1024 things on millrace/notice",
+  recorder.await_error("participant [0-9a-f:]+ tells of more than 1024 things on millrace/alarm",
                        allowed);
   memory.expect_less_than(16.0);
   recorder.terminate();

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/gateway_watch.hpp"
+#include "fabric/endpoints/gateway_monitor.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/run_until.hpp"
@@ -57,7 +57,7 @@ std::optional<Spot> spot_of(Point point) {
 }
 
 /// Whether a gateway is on the fabric, as another gateway sees it.
-class Watch final : public fabric::ends::GatewayWatchListener {
+class Watch final : public fabric::endpoints::GatewayMonitorListener {
  public:
   explicit Watch(std::uint32_t domain)
       : participant_({.domain = domain}), watch_(participant_, context_.get_executor(), *this) {}
@@ -75,7 +75,7 @@ class Watch final : public fabric::ends::GatewayWatchListener {
   bool there_ = false;
   boost::asio::io_context context_;
   fabric::dds::Participant participant_;
-  fabric::ends::GatewayWatch watch_;
+  fabric::endpoints::GatewayMonitor watch_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Beats, declines and answers of those whom the calls do not concern, 10,000 a second: the calls go
-// on as if nothing was, and the log says it once.
+// Heartbeats, declines and answers of those whom the calls do not concern, 10,000 a second: the
+// calls go on as if nothing was, and the log says it once.
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/beat_end.hpp"
-#include "fabric/ends/reply_end.hpp"
+#include "fabric/endpoints/heartbeat_endpoint.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/reader.hpp"
@@ -133,10 +133,10 @@ class AStranger : public testing::Test {
   Request last{.call = {.epoch = 1, .number = 1}};
 };
 
-TEST_F(AStranger, ThatBeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) {
+TEST_F(AStranger, ThatSendsHeartbeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) {
   start();
   const InstanceId own = InstanceId::random();
-  wire::Writer<Beat> beats(participant, "millrace");
+  wire::Writer<Heartbeat> heartbeats(participant, "millrace");
   wire::Writer<Reply> replies(participant, wire::service_partition("millrace", slow_uuid),
                               {.user_data = registry::format_instance(own)});
   {
@@ -147,7 +147,7 @@ TEST_F(AStranger, ThatBeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) 
         // It has no room, and none of the calls that it was given.
         InstanceLoad load{.status = {.waiting = 1}, .calls = {CallId{9, number}}};
         load.status.instance = instances[number / 2 % 2];
-        static_cast<void>(beats.write({.member = own, .loads = {load}}));
+        static_cast<void>(heartbeats.write({.process = own, .loads = {load}}));
       } else {
         static_cast<void>(replies.write({.key = asked.key,
                                          .instance = asked.assigned,
@@ -160,18 +160,18 @@ TEST_F(AStranger, ThatBeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) 
       }
     });
     expect_calls_unharmed();
-    testing::Test::RecordProperty("beats and declines", std::to_string(flood.done()));
+    testing::Test::RecordProperty("heartbeats and declines", std::to_string(flood.done()));
     EXPECT_GT(flood.done(), 5000U);
   }
   const std::string said = gateway->error_output();
   // Once, and after each minute how many more there were: a busy machine may need one.
   EXPECT_GE(times(said, "in the name of instance"), 1U);
   EXPECT_LE(times(said, "in the name of instance"), 3U);
-  EXPECT_LE(times(said, "a beat that speaks for instance"), 3U);
+  EXPECT_LE(times(said, "a heartbeat that speaks for instance"), 3U);
 }
 
 /// Hears nobody: who is asked nothing may still speak.
-struct Deaf final : ends::ReplyEndListener {
+struct Deaf final : endpoints::ReplyEndpointListener {
   void on_request(const Request& /*request*/) override {}
   void on_withdrawn(const RequestKey& /*key*/) override {}
 };
@@ -181,8 +181,8 @@ TEST_F(AStranger, ThatIsAnInstanceAndAnswersWhatOthersWereAskedIsIgnoredAndSaidO
   boost::asio::io_context context;
   Deaf deaf;
   const InstanceId own = InstanceId::random();
-  ends::ReplyEnd end(participant, context.get_executor(),
-                     {.id = own, .uuid = other_uuid, .name = "stranger"}, deaf);
+  endpoints::ReplyEndpoint end(participant, context.get_executor(),
+                               {.id = own, .uuid = other_uuid, .name = "stranger"}, deaf);
   gateway->await_error("is ready: stranger");
   {
     std::uint64_t number = 0;

@@ -118,7 +118,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         fabric::VariableRequest request{
             .key = {"press", static_cast<std::uint16_t>(1 + in.byte() % 2U)},
             .action = static_cast<fabric::VariableAction>(in.byte() % 4U)};
-        request.asker.bytes[0] = in.byte();
+        request.requester.bytes[0] = in.byte();
         request.token.bytes[0] = static_cast<std::uint8_t>(++requests & 0xFFU);
         request.token.bytes[1] = static_cast<std::uint8_t>(requests >> 8U);
         request.patience = std::chrono::milliseconds(in.byte());

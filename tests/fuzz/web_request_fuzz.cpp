@@ -7,7 +7,7 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
-#include "tools/web/gate/gate.hpp"
+#include "tools/web/actions/user_actions.hpp"
 #include "tools/web/http/site.hpp"
 #include "tools/web/live/head.hpp"
 #include "tools/web/live/request_of.hpp"
@@ -17,10 +17,10 @@ namespace {
 using namespace millrace::tools::web;
 
 struct Server {
-  plant::Plant plant{{}};
+  plant::PlantModel plant{{}};
   http::Pages pages;
   int secrets = 0;
-  gate::Gate gate{
+  actions::UserActions user_actions{
       {.users = {{"anna", {.name = "anna", .may = {millrace::fabric::CommandKind::answer}}}}},
       [](const millrace::fabric::Command&) { return std::optional<millrace::fabric::Outcome>(); },
       [this] { return "s" + std::to_string(++secrets); },
@@ -29,7 +29,7 @@ struct Server {
                    .pages = pages,
                    .recordings = std::make_shared<http::Recordings>("/nonexistent"),
                    .metrics = [] { return std::string(); },
-                   .desk = &gate}};
+                   .action_handler = &user_actions}};
 };
 
 }  // namespace
@@ -55,18 +55,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     assert(head.find("\r\n\r\n") == head.size() - 4);
     assert(response->status >= 200 && response->status < 600);
   } else if (const auto* later = std::get_if<http::Later>(&outcome)) {
-    if (later->lane == http::Lane::recordings) {
+    if (later->worker == http::WorkerKind::recordings) {
       assert(later->work()().status >= 400);
     } else {
       // Nobody is logged in.
       assert(request.target.find("login") != std::string::npos ||
-             later->lane == http::Lane::doctor);
+             later->worker == http::WorkerKind::doctor);
     }
   } else {
     assert(std::holds_alternative<http::StreamLive>(outcome));
   }
-  static_cast<void>(gate::command_of("answer", request.body));
-  static_cast<void>(gate::command_of("retry", request.body));
-  static_cast<void>(gate::command_of("drain", request.body));
+  static_cast<void>(actions::command_of("answer", request.body));
+  static_cast<void>(actions::command_of("retry", request.body));
+  static_cast<void>(actions::command_of("drain", request.body));
   return 0;
 }

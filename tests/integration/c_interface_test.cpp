@@ -51,7 +51,7 @@ TEST_F(CService, ServesSeveralUuidsOnOneParticipant) {
   EXPECT_EQ(one.channels.size(), 3U);
   EXPECT_EQ(one.pid, caller.identity(second).pid);
   EXPECT_EQ(caller.identity(second).delivery, fabric::Delivery::at_most_once);
-  EXPECT_EQ(caller.identity(second).awaited, fabric::Awaited::response);
+  EXPECT_EQ(caller.identity(second).completion_signal, fabric::CompletionSignal::response);
   EXPECT_EQ(caller.call(first, "hello").text, "hello, attempt 1");
   const fabric::Reply length = caller.call(second, "hello");
   EXPECT_EQ(length.text, "5");
@@ -146,9 +146,8 @@ TEST_F(CService, IsListed) {
   EXPECT_THAT(sut_of_list.output(),
               HasSubstr(first + " obedient pid " + pid +
                         " channels 'cnc/* press/1 */1' delivery 0 completion 0 calls 4\n"));
-  EXPECT_THAT(sut_of_list.output(),
-              HasSubstr(second + " length pid " + pid +
-                        " channels '' delivery 1 completion 1 calls 1\n"));
+  EXPECT_THAT(sut_of_list.output(), HasSubstr(second + " length pid " + pid +
+                                              " channels '' delivery 1 completion 1 calls 1\n"));
   EXPECT_THAT(sut_of_list.output(), EndsWith("\nbeyond: 1\n"));
 }
 

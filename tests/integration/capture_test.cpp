@@ -113,7 +113,7 @@ class WhoListensOnTheWire : public testing::Test {
 
   /// What travels while a program calls, once all have found each other.
   std::string while_a_program_calls(const std::string& protection) {
-    const TrustMaterial plant(chain_.folder(), {uuid}, protection);
+    const TrustCredentials plant(chain_.folder(), {uuid}, protection);
     Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
     Process cnc = chain_.cnc({"--channels", "1", "--run", "1=" + secretive_program()});
     Process gateway =
@@ -145,7 +145,7 @@ TEST_F(WhoListensOnTheWire, FindsNeitherTextNorUuidOfACallThatIsEncrypted) {
 }
 
 TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
-  const TrustMaterial plant(chain_.folder(), {uuid}, "ENCRYPT");
+  const TrustCredentials plant(chain_.folder(), {uuid}, "ENCRYPT");
   Capture sut;
   Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
   Process cnc = chain_.cnc();
@@ -160,7 +160,7 @@ TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
 
 // The handshake of DDS Security shows certificates and permissions before there is a key.
 TEST_F(WhoListensOnTheWire, ReadsWhatPermissionsSayWhileAProgramJoins) {
-  const TrustMaterial plant(chain_.folder(), {uuid}, "ENCRYPT");
+  const TrustCredentials plant(chain_.folder(), {uuid}, "ENCRYPT");
   Capture sut;
   Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
   Process cnc = chain_.cnc();

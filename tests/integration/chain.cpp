@@ -24,7 +24,8 @@ void Chain::with_trust(const std::vector<std::string>& uuids, const std::string&
 Flags Chain::joining(const std::string& name) const {
   Flags flags{"--domain", std::to_string(domain_.number())};
   if (trust_) {
-    flags.insert(flags.end(), {"--fabric-config", trust_->profile(TrustMaterial::member_of(name))});
+    flags.insert(flags.end(),
+                 {"--fabric-config", trust_->profile(TrustCredentials::member_of(name))});
   }
   return flags;
 }

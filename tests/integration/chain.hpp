@@ -15,7 +15,7 @@
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tests/support/trust_material.hpp"
+#include "tests/support/trust_credentials.hpp"
 
 namespace millrace::tests::integration {
 
@@ -25,7 +25,7 @@ class Chain {
  public:
   /// From now on each program shows what it is, made for services of these UUIDs.
   void with_trust(const std::vector<std::string>& uuids, const std::string& protection = "SIGN");
-  [[nodiscard]] const TrustMaterial& trust() const { return trust_.value(); }
+  [[nodiscard]] const TrustCredentials& trust() const { return trust_.value(); }
 
   /// A virtual CNC with two channels unless the flags say otherwise, ready; the gateways started
   /// after it serve this one.
@@ -76,7 +76,7 @@ class Chain {
 
   Domain domain_;
   TemporaryFolder folder_;
-  std::optional<TrustMaterial> trust_;
+  std::optional<TrustCredentials> trust_;
   std::string port_;
 };
 

@@ -39,7 +39,8 @@ TEST(TheChain, HandsTheServicesErrorToTheProgram) {
 // that.
 TEST(TheChain, AnswersAProgramThatWaitsForTheTextAloneWithState0) {
   Chain sut;
-  Process service = sut.slow_service({"--awaited", "response", "--state", "0", "--interim", "50"});
+  Process service =
+      sut.slow_service({"--completion-signal", "response", "--state", "0", "--interim", "50"});
   Process cnc = sut.cnc({"--run", Chain::program(1, "waits_for_the_text.nc"), "--exit-when-idle"});
   Process gateway = sut.gateway();
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/command_end.hpp"
-#include "fabric/ends/reply_end.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
 #include "fabric/wire/endpoint.hpp"
 #include "tests/integration/chain.hpp"
 
@@ -134,7 +134,8 @@ TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
 }
 
 /// An instance on a host whose clock is wrong.
-class Elsewhere : public fabric::ends::ReplyEndListener, public fabric::ends::CommandListener {
+class Elsewhere : public fabric::endpoints::ReplyEndpointListener,
+                  public fabric::endpoints::CommandListener {
  public:
   Elsewhere(std::uint32_t domain, boost::asio::io_context& io, std::chrono::nanoseconds ahead)
       : ahead_(ahead),
@@ -167,8 +168,8 @@ class Elsewhere : public fabric::ends::ReplyEndListener, public fabric::ends::Co
   int asked_ = 0;
   fabric::dds::Participant participant_;
   fabric::InstanceIdentity identity_;
-  fabric::ends::CommandEnd commands_;
-  fabric::ends::ReplyEnd end_;
+  fabric::endpoints::CommandEndpoint commands_;
+  fabric::endpoints::ReplyEndpoint end_;
 };
 
 TEST_F(TheDoctor, MeasuresTheClocksOfOtherHosts) {

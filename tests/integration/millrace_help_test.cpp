@@ -136,7 +136,7 @@ Words options_in(const std::string& help) {
 }
 
 /// What a command line says that is wrong; it does nothing else.
-std::string complaint_about(Words command) {
+std::string error_of(Words command) {
   command.front() = binary(command.front());
   Process process(command);
   EXPECT_EQ(process.wait(), 2);
@@ -146,28 +146,28 @@ std::string complaint_about(Words command) {
 
 TEST(AMistake, IsACommandThatDoesNotExist) {
   EXPECT_EQ(
-      complaint_about({"millrace", "log", "ct", "run.mcap"}),
+      error_of({"millrace", "log", "ct", "run.mcap"}),
       "millrace: 'ct' is no command; expected one of: info, ls, cat, timeline, export, repair\n"
       "Try 'millrace log --help'.\n");
-  EXPECT_THAT(complaint_about({"millrace", "servces"}),
+  EXPECT_THAT(error_of({"millrace", "servces"}),
               HasSubstr("'servces' is no command; expected one of: doctor, services, "));
 }
 
 TEST(AMistake, IsACommandThatIsNotThere) {
-  EXPECT_THAT(complaint_about({"millrace", "vars", "cnc"}),
+  EXPECT_THAT(error_of({"millrace", "vars", "cnc"}),
               HasSubstr("a command is missing; expected one of: list, read, write\n"
                         "Try 'millrace vars --help'.\n"));
 }
 
 TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
-  EXPECT_EQ(complaint_about({"millrace", "services", "--uid", "x"}),
+  EXPECT_EQ(error_of({"millrace", "services", "--uid", "x"}),
             "millrace: not known here: --uid x\nTry 'millrace services --help'.\n");
-  EXPECT_EQ(complaint_about({"millrace-square-root", "--uid", "x"}),
+  EXPECT_EQ(error_of({"millrace-square-root", "--uid", "x"}),
             "millrace-square-root: not known here: --uid x\nTry 'millrace-square-root --help'.\n");
 }
 
 TEST(AMistake, NamesWhatIsNotKnownBesideWhatIsMissing) {
-  EXPECT_EQ(complaint_about({"millrace", "call", "--txt"}),
+  EXPECT_EQ(error_of({"millrace", "call", "--txt"}),
             "millrace: UUID is required; not known here: --txt\nTry 'millrace call --help'.\n");
 }
 

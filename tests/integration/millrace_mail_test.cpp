@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/data_end.hpp"
+#include "fabric/endpoints/data_endpoint.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
@@ -152,7 +152,7 @@ TEST_F(Mail, WritesWithoutACallWhatItsRulesSay) {
                                    HasSubstr("\r\nSubject: nobody serves 326de49a-633b")));
 
   fabric::dds::Participant there({.domain = domain.number()});
-  fabric::ends::DataEnd machine(there);
+  fabric::endpoints::DataEndpoint machine(there);
   const fabric::ProgramEvent event{.key = {"press", 2},
                                    .kind = fabric::ProgramEventKind::aborted,
                                    .at = std::chrono::system_clock::now(),

@@ -111,7 +111,7 @@ TEST_F(TheWeb, TellsWhatTheCommandsTell) {
   ASSERT_EQ(services.wait(), 0);
   const auto by_command = boost::json::parse(services.output());
   boost::json::value by_web;
-  // Load and times of an instance are told by its beats, some times a second.
+  // Load and times of an instance are told by its heartbeats, some times a second.
   await("all that the command says", [&] {
     by_web = get("/api/services");
     const auto& fields = by_command.at(0).as_object();
@@ -334,14 +334,14 @@ TEST_F(TheWeb, TellsWhatProgramsSayOfThemselves) {
   Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   recorder.await("^ready: ");
   await("word of the recorder", [&] {
-    const auto notices = get("/api/notices").as_array();
-    return !notices.empty() && notices.at(0).at("kind") == "recording";
+    const auto alarms = get("/api/alarms").as_array();
+    return !alarms.empty() && alarms.at(0).at("kind") == "recording";
   });
   EXPECT_THAT(HttpClient(port).get("/metrics").body,
               HasSubstr("kind=\"recording\",subject=\"\",level=\"fine\"} 1"));
   // Gone without a word, as its host may be.
   recorder.kill();
-  await("the end of its word", [&] { return get("/api/notices").as_array().empty(); });
+  await("the end of its word", [&] { return get("/api/alarms").as_array().empty(); });
 }
 
 }  // namespace

@@ -59,16 +59,16 @@ TEST_F(ServiceProcess, HasALineForManyCallsUnlessToldOtherwise) {
 }
 
 TEST_F(ServiceProcess, TellsWhatItsCommandLineSays) {
-  Process sut =
-      start({"--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel", "press/*",
-             "--concurrency", "4", "--delivery", "at-most-once", "--awaited", "response"});
+  Process sut = start({"--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel",
+                       "press/*", "--concurrency", "4", "--delivery", "at-most-once",
+                       "--completion-signal", "response"});
   ASSERT_TRUE(caller.await_instance("Weather"));
   const fabric::InstanceIdentity instance = caller.identity("Weather");
   EXPECT_EQ(instance.name, "weather");
   EXPECT_EQ(instance.channels.size(), 2U);
   EXPECT_EQ(instance.concurrency, 4U);
   EXPECT_EQ(instance.delivery, fabric::Delivery::at_most_once);
-  EXPECT_EQ(instance.awaited, fabric::Awaited::response);
+  EXPECT_EQ(instance.completion_signal, fabric::CompletionSignal::response);
   EXPECT_EQ(instance.pid, static_cast<std::uint32_t>(sut.pid()));
 }
 

@@ -70,7 +70,7 @@ class WhileAProgramCalls : public testing::Test {
 };
 
 TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGetsWhatIsNew) {
-  const TrustMaterial plant(sut_.folder(), {uuid});
+  const TrustCredentials plant(sut_.folder(), {uuid});
   // What a host has that nobody has brought anything new.
   fs::copy(plant.of("service"), sut_.folder() / "old", fs::copy_options::recursive);
   const fs::path of_old = sut_.folder() / "old.fabric.textproto";
@@ -80,7 +80,7 @@ TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGe
   Process old_gateway = gateway(plant.profile("gateway"));
   await_calls(first);
 
-  plant.run({"renew-authorities", "PLANT"});
+  plant.run({"renew-authorities", "PKI"});
   // With a gateway that has old authorities, a service that has new ones.
   Process second = service("second", plant.profile("service"));
   await_instance(old_gateway, "second");
@@ -103,8 +103,8 @@ TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGe
 // over.
 TEST_F(WhileAProgramCalls, AnotherPlantTakesOverInTheTimeThatAGatewayNeedsToStart) {
   fs::create_directory(sut_.folder() / "new");
-  const TrustMaterial old_plant(sut_.folder(), {uuid});
-  const TrustMaterial new_plant(sut_.folder() / "new", {uuid});
+  const TrustCredentials old_plant(sut_.folder(), {uuid});
+  const TrustCredentials new_plant(sut_.folder() / "new", {uuid});
   Process first = service("first", old_plant.profile("service"));
   Process old_gateway = gateway(old_plant.profile("gateway"));
   await_calls(first);

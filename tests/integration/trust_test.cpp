@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 
 #include "base/openssl/signed_text.hpp"
-#include "fabric/badge.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/integration/trusted_chain.hpp"
@@ -48,7 +48,7 @@ TEST_P(TrustedCalls, AreAnswered) {
   Process gateway = sut.gateway(sut.as("gateway-1", GetParam()));
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
-  // A badge is known before what its program says.
+  // An identity is known before what its program says.
   for (const Process* program : {&service, &gateway}) {
     EXPECT_THAT(program->error_output(), Not(HasSubstr("not listened to")));
   }
@@ -105,8 +105,8 @@ TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
   gateway.await_error("link up");
   EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as("office")),
               HasSubstr("V.G.BLOCK_NR"));
-  for (const char* member : {"screen", "bench"}) {
-    EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as(member), 1),
+  for (const char* holder : {"screen", "bench"}) {
+    EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as(holder), 1),
                 HasSubstr("may not write millrace/variable/request"));
   }
   EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR", "--timeout", "1s"}, Flags{}, 1),
@@ -115,13 +115,13 @@ TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
 
 TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
   Process cnc = sut.cnc();
-  for (const char* member : {"office", "screen", "bench", "square-root"}) {
-    Flags flags = sut.as(member);
+  for (const char* holder : {"office", "screen", "bench", "square-root"}) {
+    Flags flags = sut.as(holder);
     flags.insert(flags.end(),
                  {"--machine", "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"});
     EXPECT_THAT(refusal("millrace-gateway", flags, 2),
                 AllOf(HasSubstr("may not speak for cnc"), HasSubstr("names no machine")))
-        << member;
+        << holder;
   }
 }
 
@@ -154,25 +154,25 @@ TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
   const auto certificate = openssl::Certificate::read(content_of(folder / "certificate.pem"));
   const auto key = openssl::Key::read(content_of(folder / "key.pem"));
   ASSERT_TRUE(certificate && key);
-  using fabric::trust::Way;
+  using fabric::trust::Access;
   std::ofstream(folder / "permissions.p7s")
       << openssl::sign_text(fabric::trust::permissions_document(
-                                {{Way::write, "*", "*"}, {Way::read, "*", "*"}},
+                                {{Access::write, "*", "*"}, {Access::read, "*", "*"}},
                                 certificate->subject(), certificate->from(), certificate->until()),
                             *certificate, *key);
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
               AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
 }
 
-// Before there were badges: what a host got then is named by whatever is started with it.
+// Before there were identities: what a host got then is named by whatever is started with it.
 TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
-  const fabric::trust::Member member{
+  const fabric::trust::Participant holder{
       .name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}};
-  auto grants = fabric::trust::grants_of(member, "millrace");
+  auto grants = fabric::trust::grants_of(holder, "millrace");
   std::erase_if(grants, [](const fabric::trust::Grant& grant) {
-    return grant.topic == fabric::badge_topic_name;
+    return grant.topic == fabric::identity_topic_name;
   });
-  sut.sign_permissions(member.name, grants);
+  sut.sign_permissions(holder.name, grants);
   const auto named = AllOf(HasSubstr("permissions.p7s: is of an earlier version of millrace"),
                            HasSubstr("`millrace trust renew`"));
   EXPECT_THAT(refusal("millrace-square-root", sut.as("square-root"), 2), named);
@@ -215,7 +215,7 @@ TEST_F(Trust, IsPackedForItsHost) {
   EXPECT_THAT(sut.trust({"export", sut.plant(), "screen", "-o", "/dev/null"}, 2),
               HasSubstr("is there and no file"));
   EXPECT_THAT(sut.trust({"export", sut.plant(), "nobody", "-o", file}, 2),
-              HasSubstr("no member \"nobody\""));
+              HasSubstr("no participant \"nobody\""));
   EXPECT_EQ(content_of(file), archive);
 }
 
@@ -274,7 +274,7 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   EXPECT_THAT(report,
               AllOf(HasSubstr("this program is trusted as screen until"),
                     HasSubstr("believed here: square_root on"), HasSubstr("shows no certificate")));
-  // Only the badge tells it.
+  // Only the identity tells it.
   const std::string programs = sut.ask({"doctor", "--json"}, sut.as("screen"), 1);
   EXPECT_THAT(programs, HasSubstr(fmt::format(R"("pid":"{}")", service.pid())));
 }
@@ -343,7 +343,8 @@ TEST_F(Trust, IsListedAndShown) {
   EXPECT_THAT(sut.trust({"show", sut.plant(), "square-root"}),
               HasSubstr("millrace/" + root_uuid + "/*"));
   EXPECT_THAT(sut.trust({"list", sut.plant(), "--json"}), HasSubstr("\"name\":\"bench\""));
-  EXPECT_THAT(sut.trust({"show", sut.plant(), "nobody"}, 2), HasSubstr("no member \"nobody\""));
+  EXPECT_THAT(sut.trust({"show", sut.plant(), "nobody"}, 2),
+              HasSubstr("no participant \"nobody\""));
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "bench", "--role", "tester"}, 2),
               HasSubstr("trust renew"));
   EXPECT_THAT(sut.trust({"init", sut.plant()}, 2), HasSubstr("never overwritten"));

@@ -46,14 +46,14 @@ class TrustedChain : public Chain {
   }
 
   /// A host's profile that shows what `member` got.
-  [[nodiscard]] Flags as(const std::string& member, const std::string& protection = "SIGN") const {
-    return profile(plant() + "/" + member, protection);
+  [[nodiscard]] Flags as(const std::string& holder, const std::string& protection = "SIGN") const {
+    return profile(plant() + "/" + holder, protection);
   }
-  [[nodiscard]] Flags profile(const std::string& material,
+  [[nodiscard]] Flags profile(const std::string& credentials,
                               const std::string& protection = "SIGN") const {
     const fs::path file =
-        folder() / (fs::path(material).filename().string() + protection + ".fabric.textproto");
-    std::ofstream(file) << "trust { folder: \"" << material << "\" protection: " << protection
+        folder() / (fs::path(credentials).filename().string() + protection + ".fabric.textproto");
+    std::ofstream(file) << "trust { folder: \"" << credentials << "\" protection: " << protection
                         << " }\n";
     return Flags{"--fabric-config", file.string()};
   }
@@ -67,19 +67,19 @@ class TrustedChain : public Chain {
     trust({"issue", plant(), "bench", "--role", "tester"});
   }
 
-  /// A copy of a member's folder, which learns of no revocation.
-  [[nodiscard]] Flags unaware(const std::string& member) const {
-    const fs::path copy = folder() / ("unaware-" + member);
-    fs::copy(fs::path(plant()) / member, copy, fs::copy_options::recursive);
+  /// A copy of a participant's folder, which learns of no revocation.
+  [[nodiscard]] Flags unaware(const std::string& holder) const {
+    const fs::path copy = folder() / ("unaware-" + holder);
+    fs::copy(fs::path(plant()) / holder, copy, fs::copy_options::recursive);
     return profile(copy.string());
   }
 
-  /// Has the member's permissions say this, for the time of its certificate.
-  void sign_permissions(const std::string& member,
+  /// Has the participant's permissions say this, for the time of its certificate.
+  void sign_permissions(const std::string& holder,
                         const std::vector<fabric::trust::Grant>& grants) const {
     namespace openssl = base::openssl;
     const fs::path authorities = fs::path(plant()) / "authorities";
-    const fs::path folder = fs::path(plant()) / member;
+    const fs::path folder = fs::path(plant()) / holder;
     const auto certificate =
         openssl::Certificate::read(content_of(folder / "certificate.pem")).value();
     std::ofstream(folder / "permissions.p7s") << openssl::sign_text(
@@ -89,12 +89,12 @@ class TrustedChain : public Chain {
         openssl::Key::read(content_of(authorities / "permissions.key")).value());
   }
 
-  /// Has the member's certificate and permissions end in a moment; returns when.
-  std::chrono::sys_seconds shorten(const fabric::trust::Member& member,
+  /// Has the participant's certificate and permissions end in a moment; returns when.
+  std::chrono::sys_seconds shorten(const fabric::trust::Participant& holder,
                                    std::chrono::seconds from_now) const {
     namespace openssl = base::openssl;
     const fs::path authorities = fs::path(plant()) / "authorities";
-    const fs::path folder = fs::path(plant()) / member.name;
+    const fs::path folder = fs::path(plant()) / holder.name;
     const auto read = [](const fs::path& certificate, const fs::path& key) {
       return std::pair(openssl::Certificate::read(content_of(certificate)).value(),
                        openssl::Key::read(content_of(key)).value());
@@ -111,7 +111,7 @@ class TrustedChain : public Chain {
                                        .until = until},
                                       identity, identity_key);
     std::ofstream(folder / "certificate.pem") << brief.pem();
-    sign_permissions(member.name, fabric::trust::grants_of(member, "millrace"));
+    sign_permissions(holder.name, fabric::trust::grants_of(holder, "millrace"));
     return until;
   }
 

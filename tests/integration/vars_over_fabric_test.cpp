@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/variable_end.hpp"
+#include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
@@ -217,20 +217,20 @@ TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesUnderTheQuesti
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   fabric::dds::Participant participant({.domain = chain.domain()});
-  tools::bus::VariableAsker asker(participant, {"press", 1}, std::chrono::seconds(1));
-  ASSERT_TRUE(asker.ask({.names = {"V.E.LIMIT"}}));
+  tools::bus::VariableClient requester(participant, {"press", 1}, std::chrono::seconds(1));
+  ASSERT_TRUE(requester.ask({.names = {"V.E.LIMIT"}}));
   const VariableRequest write{
       .action = fabric::VariableAction::write, .names = {"V.E.LIMIT"}, .values = {{"1"}}};
   gateway.signal(SIGSTOP);
-  const auto hung = asker.ask({.names = {"V.E.LIMIT"}});
+  const auto hung = requester.ask({.names = {"V.E.LIMIT"}});
   ASSERT_FALSE(hung);
   EXPECT_THAT(hung.error(), AllOf(HasSubstr("has answered for press/1 within 1000 ms"),
                                   HasSubstr("or hangs"), Not(HasSubstr("nobody knows"))));
-  const auto unknown = asker.ask(write);
+  const auto unknown = requester.ask(write);
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error(), HasSubstr("nobody knows whether it was written, so read it"));
   gateway.kill();
-  const auto dead = asker.ask(write);
+  const auto dead = requester.ask(write);
   ASSERT_FALSE(dead);
   EXPECT_THAT(dead.error(), HasSubstr("nobody knows whether it was written, so read it"));
 }
@@ -241,7 +241,7 @@ struct Panel {
       : end(participant, io.get_executor(), [this](const VariableReply& reply) { last = reply; }) {}
 
   VariableRequest question(VariableRequest request) const {
-    request.asker = end.id();
+    request.requester = end.id();
     request.token = fabric::InstanceId::random();
     request.key = {"press", 1};
     request.issuer = "panel";
@@ -249,7 +249,7 @@ struct Panel {
   }
 
   std::optional<VariableReply> last;
-  fabric::ends::VariableAskEnd end;
+  fabric::endpoints::VariableRequestEndpoint end;
 };
 
 class ManyPanels : public VariablesOverTheFabric {
@@ -257,7 +257,7 @@ class ManyPanels : public VariablesOverTheFabric {
   std::optional<VariableReply> answer(Panel& panel, const VariableRequest& request) {
     panel.last.reset();
     const VariableRequest asked = panel.question(request);
-    EXPECT_TRUE(run_until(io, [&] { return panel.end.answerers() > 0; }));
+    EXPECT_TRUE(run_until(io, [&] { return panel.end.gateways() > 0; }));
     EXPECT_TRUE(panel.end.publish(asked));
     EXPECT_TRUE(run_until(io, [&] { return panel.last && panel.last->token == asked.token; }));
     return panel.last;

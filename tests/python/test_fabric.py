@@ -196,7 +196,7 @@ class APythonService(OnAFabric):
 
     def test_tells_what_its_command_line_says(self):
         self.start("obedient.py", "--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel", "press/*",
-                   "--concurrency", "4", "--delivery", "at-most-once", "--awaited", "response")
+                   "--concurrency", "4", "--delivery", "at-most-once", "--completion-signal", "response")
         (instance,) = millrace.services()
         self.assertEqual((instance.uuid, instance.name, instance.version), ("Weather", "weather", "1.2"))
         self.assertEqual(instance.description, "Does what its request says.")

@@ -40,7 +40,7 @@ TEST_P(EveryOrder, KeepsItsPromises) {
 
 constexpr auto once = fabric::Delivery::at_most_once;
 constexpr auto often = fabric::Delivery::at_least_once;
-constexpr auto text = fabric::Awaited::response;
+constexpr auto text = fabric::CompletionSignal::response;
 constexpr cnc::simulator::ServiceRules clears{.response_clears_request = true};
 constexpr WriteHabits late{.response = 5ms, .request_state = 10ms, .response_state = 5ms};
 constexpr cnc::simulator::ServiceRules resets{.reset_clears_states = true};
@@ -66,13 +66,14 @@ INSTANTIATE_TEST_SUITE_P(
                .rules = clears,
                .leftovers_dropped = true},
               true},
-        Named{"LinkCutTextAwaited",
-              {.mishap = Mishap::link_cut, .delivery = often, .awaited = text, .calls = 2}},
-        Named{"LinkSilentTextAwaited",
-              {.mishap = Mishap::link_silent, .delivery = often, .awaited = text},
+        Named{
+            "LinkCutResponseAwaited",
+            {.mishap = Mishap::link_cut, .delivery = often, .completion_signal = text, .calls = 2}},
+        Named{"LinkSilentResponseAwaited",
+              {.mishap = Mishap::link_silent, .delivery = often, .completion_signal = text},
               true},
-        Named{"GatewayKilledTextAwaited",
-              {.mishap = Mishap::gateway_killed, .delivery = often, .awaited = text}},
+        Named{"GatewayKilledResponseAwaited",
+              {.mishap = Mishap::gateway_killed, .delivery = often, .completion_signal = text}},
         Named{"LinkSilent", {.mishap = Mishap::link_silent, .delivery = once}, true},
         Named{"ProgramReset", {.mishap = Mishap::program_reset, .delivery = once}, true}),
     [](const auto& one) { return std::string(one.param.name); });

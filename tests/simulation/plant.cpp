@@ -62,13 +62,14 @@ void Plant::build_services() {
   for (std::size_t i = 0; i < count; ++i) {
     ServicePlan plan;
     plan.uuid = uuid_number(i);
-    plan.awaited = draw_awaited(i);
-    (plan.awaited == fabric::Awaited::response ? text_uuids_ : uuids_).push_back(plan.uuid);
+    plan.completion_signal = draw_completion_signal(i);
+    (plan.completion_signal == fabric::CompletionSignal::response ? text_uuids_ : uuids_)
+        .push_back(plan.uuid);
     plan.delivery =
         random_.chance(40) ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
-    // Beats tell a gateway that its call is gone, whatever has become of it.
-    plan.beats = random_.chance(80) && bug_ != Bug::withdraws_for_others;
+    // Heartbeats tell a gateway that its call is gone, whatever has become of it.
+    plan.heartbeats = random_.chance(80) && bug_ != Bug::withdraws_for_others;
     plan.habits.slow = static_cast<unsigned>(random_.below(40));
     plan.habits.fails = static_cast<unsigned>(random_.below(10));
     plan.habits.refused = random_.chance(30) ? 10 : 0;
@@ -93,10 +94,10 @@ void Plant::build_services() {
 }
 
 /// From a source of its own: what else a seed means stays what it was.
-fabric::Awaited Plant::draw_awaited(std::size_t service) const {
+fabric::CompletionSignal Plant::draw_completion_signal(std::size_t service) const {
   Random random(~random_.state());
-  return service > 0 && random.chance(30) ? fabric::Awaited::response
-                                          : fabric::Awaited::response_state;
+  return service > 0 && random.chance(30) ? fabric::CompletionSignal::response
+                                          : fabric::CompletionSignal::response_state;
 }
 
 /// Programs that wait for RESPONSE alone, and call services that know.
@@ -166,7 +167,7 @@ void Plant::build_controllers() {
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
-    cables_.back()->notices = draw_notices();
+    cables_.back()->notifications = draw_notifications();
     cables_.back()->writes = draw_writes();
     controllers_.push_back(std::move(controller));
   }
@@ -211,9 +212,9 @@ void Plant::build_queues() {
 }
 
 /// From a source of its own: what else a seed means stays what it was.
-NoticeHabits Plant::draw_notices() const {
+NotificationHabits Plant::draw_notifications() const {
   Random random(~random_.state());
-  NoticeHabits habits;
+  NotificationHabits habits;
   habits.refuses = random.chance(20);
   habits.silent = random.chance(5);
   habits.first_only = random.chance(10);

@@ -59,10 +59,10 @@ class Plant {
   void build_services();
   void build_controllers();
   void build_gateways();
-  [[nodiscard]] NoticeHabits draw_notices() const;
+  [[nodiscard]] NotificationHabits draw_notifications() const;
   [[nodiscard]] WriteHabits draw_writes() const;
   void let_kernel_clear(cnc::simulator::ServiceRules& rules) const;
-  [[nodiscard]] fabric::Awaited draw_awaited(std::size_t service) const;
+  [[nodiscard]] fabric::CompletionSignal draw_completion_signal(std::size_t service) const;
   void let_wait_for_text(ProgramHabits& habits) const;
   void exaggerate(ProgramHabits& habits) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);

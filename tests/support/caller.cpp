@@ -5,12 +5,12 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "tests/support/run_until.hpp"
 
 namespace millrace::tests {
 
-struct Caller::Impl : fabric::ends::CallEndListener {
+struct Caller::Impl : fabric::endpoints::CallEndpointListener {
   explicit Impl(std::uint32_t domain)
       : participant({.domain = domain}), end(participant, context.get_executor(), *this) {}
 
@@ -44,7 +44,7 @@ struct Caller::Impl : fabric::ends::CallEndListener {
   std::uint64_t epoch =
       static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
   fabric::dds::Participant participant;
-  fabric::ends::CallEnd end;
+  fabric::endpoints::CallEndpoint end;
 };
 
 namespace {

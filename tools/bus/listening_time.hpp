@@ -14,7 +14,7 @@ struct Patience {
   std::chrono::milliseconds at_most{5000};
   /// With trust: the longest wait for announced participants to be authenticated. A participant of
   /// another plant never is.
-  std::chrono::milliseconds proof{3000};
+  std::chrono::milliseconds authentication{3000};
 };
 
 /// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least again.
@@ -31,7 +31,7 @@ class ListeningTime {
   ListeningTime(Patience patience, Clock::time_point start)
       : patience_(patience),
         start_(start),
-        proof_until_(start + patience.proof),
+        authentication_until_(start + patience.authentication),
         until_(start + patience.at_least) {}
 
   /// A new process announced itself.
@@ -42,15 +42,16 @@ class ListeningTime {
       until_ = std::max(until_, now + patience_.at_least);
     }
   }
-  /// `unproven` while an announced participant is not authenticated.
-  [[nodiscard]] Clock::time_point end(bool unproven = false) const {
-    return std::min(unproven ? std::max(until_, proof_until_) : until_, start_ + patience_.at_most);
+  /// `unauthenticated` while an announced participant is not authenticated.
+  [[nodiscard]] Clock::time_point end(bool unauthenticated = false) const {
+    return std::min(unauthenticated ? std::max(until_, authentication_until_) : until_,
+                    start_ + patience_.at_most);
   }
 
  private:
   Patience patience_;
   Clock::time_point start_;
-  Clock::time_point proof_until_;
+  Clock::time_point authentication_until_;
   Clock::time_point until_;
 };
 

@@ -9,13 +9,13 @@
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
-#include "fabric/badge.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/dds/trust.hpp"
-#include "fabric/ends/command_end.hpp"
-#include "fabric/ends/discovery.hpp"
-#include "fabric/ends/gateway_watch.hpp"
-#include "fabric/registry/registry.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/discovery.hpp"
+#include "fabric/endpoints/gateway_monitor.hpp"
+#include "fabric/participant_identity.hpp"
+#include "fabric/registry/instance_registry.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 
@@ -28,9 +28,10 @@ using Clock = std::chrono::steady_clock;
 /// The command topic keeps nothing for those that are matched later, so it is said again.
 constexpr auto repeat_after = std::chrono::milliseconds(100);
 
-class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::GatewayWatchListener {
+class CommandSender : public std::enable_shared_from_this<CommandSender>,
+                      public fabric::endpoints::GatewayMonitorListener {
  public:
-  Desk(fabric::dds::Participant& participant, const std::vector<fabric::Command>& commands)
+  CommandSender(fabric::dds::Participant& participant, const std::vector<fabric::Command>& commands)
       : participant_(participant),
         commands_(commands),
         writer_(participant, participant.options().fabric) {}
@@ -42,7 +43,8 @@ class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::Gat
     const std::string& fabric = participant_.options().fabric;
     const fabric::wire::EndpointOptions options{.listener = on_outcome.get()};
     discovery_.emplace(participant_, on_outcome.get());
-    gateways_.emplace(participant_, io.get_executor(), *this, fabric::ends::GatewayWatch::Of::all);
+    gateways_.emplace(participant_, io.get_executor(), *this,
+                      fabric::endpoints::GatewayMonitor::Of::all);
     outcomes_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
   }
 
@@ -63,7 +65,7 @@ class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::Gat
 
   [[nodiscard]] bool done() const { return heard.size() == commands_.size(); }
 
-  std::map<fabric::InstanceId, Heard> heard;
+  std::map<fabric::InstanceId, CommandResult> heard;
 
  private:
   using Handle = dds_instance_handle_t;
@@ -99,19 +101,19 @@ class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::Gat
     for (const Said& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (is_asked(*command, said.participant)) {
-        heard.try_emplace(command->id, Heard{said.outcome, said.at - sent_.at(command->id),
-                                             std::chrono::system_clock::now()});
+        heard.try_emplace(command->id, CommandResult{said.outcome, said.at - sent_.at(command->id),
+                                                     std::chrono::system_clock::now()});
       }
     }
   }
 
   [[nodiscard]] bool is_asked(const fabric::Command& command, Handle participant) const {
-    return fabric::ends::is_for(participant, command, registry_, *gateways_);
+    return fabric::endpoints::is_for(participant, command, registry_, *gateways_);
   }
 
  public:
   /// What others have said than who was asked.
-  void complain() const {
+  void warn() const {
     std::set<std::string> told;
     for (const Said& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
@@ -132,33 +134,33 @@ class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::Gat
   std::map<fabric::InstanceId, Clock::time_point> sent_;
   // Before the reader that wakes it.
   std::optional<fabric::dds::PostOnce> post_;
-  std::optional<fabric::ends::Discovery> discovery_;
-  std::optional<fabric::ends::GatewayWatch> gateways_;
+  std::optional<fabric::endpoints::Discovery> discovery_;
+  std::optional<fabric::endpoints::GatewayMonitor> gateways_;
   std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
-  fabric::registry::Registry registry_;
+  fabric::registry::InstanceRegistry registry_;
   std::vector<Said> said_;
 };
 
 }  // namespace
 
-std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
-                                          const std::vector<fabric::Command>& commands,
-                                          std::chrono::milliseconds patience) {
+std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& participant,
+                                                  const std::vector<fabric::Command>& commands,
+                                                  std::chrono::milliseconds patience) {
   boost::asio::io_context io{1};
   const auto work = boost::asio::make_work_guard(io);
-  const auto desk = std::make_shared<Desk>(participant, commands);
-  desk->open(io);
+  const auto sender = std::make_shared<CommandSender>(participant, commands);
+  sender->open(io);
   const auto end = Clock::now() + patience;
   auto next_sending = Clock::now();
-  while (!desk->done() && Clock::now() < end) {
+  while (!sender->done() && Clock::now() < end) {
     if (Clock::now() >= next_sending) {
-      desk->send();
+      sender->send();
       next_sending = Clock::now() + repeat_after;
     }
     io.run_one_until(std::min(next_sending, end));
   }
-  desk->complain();
-  return std::move(desk->heard);
+  sender->warn();
+  return std::move(sender->heard);
 }
 
 std::string issuer_here() {

@@ -13,7 +13,7 @@
 namespace millrace::tools::bus {
 
 /// The word on a command, and how long it took from the last sending.
-struct Heard {
+struct CommandResult {
   fabric::Outcome outcome{};
   std::chrono::nanoseconds after{};
   /// When it was heard, by this host's clock.
@@ -23,9 +23,9 @@ struct Heard {
 /// Sends each command until its outcome is heard or `patience` is over; whoever hears one twice
 /// does it once. The result has the outcomes by the id of their command. Throws std::runtime_error
 /// if the fabric cannot be used.
-std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
-                                          const std::vector<fabric::Command>& commands,
-                                          std::chrono::milliseconds patience);
+std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& participant,
+                                                  const std::vector<fabric::Command>& commands,
+                                                  std::chrono::milliseconds patience);
 
 /// "user@host", for a command's issuer.
 std::string issuer_here();

@@ -9,7 +9,7 @@
 #include "fabric/dds/entity.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
-#include "tools/bus/notice_reader.hpp"
+#include "tools/bus/alarm_reader.hpp"
 
 namespace millrace::tools::bus {
 
@@ -17,7 +17,7 @@ namespace {
 
 using Clock = ListeningTime::Clock;
 
-struct Listener : fabric::observer::ObserverListener, NoticeListener {
+struct Listener : fabric::observer::ObserverListener, AlarmListener {
   explicit Listener(Patience patience) : time(patience, Clock::now()) {}
 
   void on_entry(recording::Entry entry) override {
@@ -26,22 +26,22 @@ struct Listener : fabric::observer::ObserverListener, NoticeListener {
       time.on_news(Clock::now());
     }
   }
-  void on_notice(const fabric::Notice& notice) override {
-    if (live.add(notice)) {
+  void on_alarm(const fabric::Alarm& alarm) override {
+    if (live.add(alarm)) {
       time.on_news(Clock::now());
     }
   }
-  void on_notice_gone(const fabric::NoticeKey& key) override { live.take_back(key); }
+  void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
 
-  Live live;
+  FabricModel live;
   ListeningTime time;
 };
 
 /// Participants that are announced and not authenticated yet. DDS Security lets a participant show
 /// its endpoints only after the proof, which takes a tenth of a second and, on a busy host, more.
-class Unproven {
+class Unauthenticated {
  public:
-  explicit Unproven(const fabric::dds::Participant& participant)
+  explicit Unauthenticated(const fabric::dds::Participant& participant)
       : participants_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT)),
         writers_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION)) {}
 
@@ -49,7 +49,8 @@ class Unproven {
   bool drain() {
     const auto announced = [&](const dds_builtintopic_participant_t& /*sample*/,
                                const dds_sample_info_t& info) {
-      if (info.valid_data && fabric::wire::presence_of(info) == fabric::wire::Presence::alive) {
+      if (info.valid_data &&
+          fabric::wire::instance_state_of(info) == fabric::wire::InstanceState::alive) {
         waiting_.insert(info.instance_handle);
       } else {
         waiting_.erase(info.instance_handle);
@@ -91,24 +92,24 @@ class Unproven {
 
 }  // namespace
 
-Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
-                   const std::function<bool(const Live&)>& enough) {
+FabricModel take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
+                          const std::function<bool(const FabricModel&)>& enough) {
   fabric::dds::Participant participant(options);
   boost::asio::io_context io;
   const auto work = boost::asio::make_work_guard(io);
   Listener listener(patience);
   fabric::observer::Observer observer(participant, io.get_executor(), listener,
                                       fabric::observer::Interest::states);
-  const NoticeReader notices(participant, io.get_executor(), listener);
-  std::optional<Unproven> unproven;
+  const AlarmReader alarms(participant, io.get_executor(), listener);
+  std::optional<Unauthenticated> unauthenticated;
   if (options.trust) {
-    unproven.emplace(participant);
+    unauthenticated.emplace(participant);
   }
   for (;;) {
-    if (unproven && unproven->drain()) {
+    if (unauthenticated && unauthenticated->drain()) {
       listener.time.on_news(Clock::now());
     }
-    const auto end = listener.time.end(unproven && unproven->any());
+    const auto end = listener.time.end(unauthenticated && unauthenticated->any());
     const auto begun = Clock::now();
     if (begun >= end || enough(listener.live)) {
       return std::move(listener.live);

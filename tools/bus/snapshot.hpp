@@ -4,15 +4,17 @@
 #include <functional>
 
 #include "fabric/dds/participant.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/bus/listening_time.hpp"
-#include "tools/bus/live.hpp"
 
 namespace millrace::tools::bus {
 
 /// Ends sooner once `enough` says so, after each change. Throws std::runtime_error if the fabric
 /// cannot be joined.
-Live take_snapshot(
+FabricModel take_snapshot(
     const fabric::dds::ParticipantOptions& options, Patience patience = {},
-    const std::function<bool(const Live&)>& enough = [](const Live&) { return false; });
+    const std::function<bool(const FabricModel&)>& enough = [](const FabricModel&) {
+      return false;
+    });
 
 }  // namespace millrace::tools::bus

@@ -8,7 +8,7 @@
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
-#include "fabric/ends/variable_end.hpp"
+#include "fabric/endpoints/variable_endpoints.hpp"
 #include "tools/bus/operator.hpp"
 
 namespace millrace::tools::bus {
@@ -24,7 +24,7 @@ constexpr auto look_after = std::chrono::milliseconds(5);
 
 }  // namespace
 
-struct VariableAsker::Impl {
+struct VariableClient::Impl {
   Impl(fabric::dds::Participant& own_participant, fabric::ChannelKey own_key,
        std::chrono::milliseconds own_patience)
       : participant(own_participant),
@@ -39,7 +39,7 @@ struct VariableAsker::Impl {
   /// The gateway that was asked to write is gone: nobody says what became of it, and another one
   /// must not do it again.
   [[nodiscard]] bool lost(const fabric::VariableRequest& request, std::size_t most) const {
-    return request.action == fabric::VariableAction::write && end.answerers() < most;
+    return request.action == fabric::VariableAction::write && end.gateways() < most;
   }
 
   [[nodiscard]] std::string unanswered(const fabric::VariableRequest& request, std::size_t most,
@@ -49,7 +49,7 @@ struct VariableAsker::Impl {
     const bool writes = request.action == fabric::VariableAction::write;
     const std::string unknown =
         writes ? "; nobody knows whether it was written, so read it" : "; ask again";
-    if (refused || end.answerers() < most) {
+    if (refused || end.gateways() < most) {
       return "a gateway that was asked is gone" + unknown;
     }
     if (most == 0) {
@@ -72,21 +72,21 @@ struct VariableAsker::Impl {
       boost::asio::make_work_guard(io);
   fabric::InstanceId token{};
   std::optional<fabric::VariableReply> reply;
-  fabric::ends::VariableAskEnd end;
+  fabric::endpoints::VariableRequestEndpoint end;
 };
 
-VariableAsker::VariableAsker(fabric::dds::Participant& participant, fabric::ChannelKey key,
-                             std::chrono::milliseconds patience)
+VariableClient::VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
+                               std::chrono::milliseconds patience)
     : impl_(std::make_unique<Impl>(participant, std::move(key), patience)) {}
 
-VariableAsker::~VariableAsker() = default;
+VariableClient::~VariableClient() = default;
 
-tl::expected<fabric::VariableReply, std::string> VariableAsker::ask(
+tl::expected<fabric::VariableReply, std::string> VariableClient::ask(
     fabric::VariableRequest request) {
   Impl& self = *impl_;
   self.token = fabric::InstanceId::random();
   self.reply.reset();
-  request.asker = self.end.id();
+  request.requester = self.end.id();
   request.token = self.token;
   request.key = self.key;
   request.patience = self.patience;
@@ -99,7 +99,7 @@ tl::expected<fabric::VariableReply, std::string> VariableAsker::ask(
   std::size_t most = 0;
   while (!self.reply && Clock::now() < end && !self.lost(request, most)) {
     const auto now = Clock::now();
-    const std::size_t there = self.end.answerers();
+    const std::size_t there = self.end.gateways();
     if (there > most || (there > 0 && now >= next_sending)) {
       most = std::max(most, there);
       next_sending = now + ask_again_after;

@@ -1,7 +1,7 @@
 // Asks gateways about variables and waits for the answer.
 //
-//   VariableAsker asker(participant, {"press", 1}, std::chrono::seconds(5));
-//   const auto reply = asker.ask({.names = {"V.E.LIMIT"}});
+//   VariableClient requester(participant, {"press", 1}, std::chrono::seconds(5));
+//   const auto reply = requester.ask({.names = {"V.E.LIMIT"}});
 //   if (!reply) …                                // nobody has answered, and why that may be
 #pragma once
 
@@ -16,15 +16,15 @@
 
 namespace millrace::tools::bus {
 
-class VariableAsker {
+class VariableClient {
  public:
   /// `participant` outlives it. Each question is given up after `patience`. Throws
   /// std::runtime_error if the fabric cannot be used.
-  VariableAsker(fabric::dds::Participant& participant, fabric::ChannelKey key,
-                std::chrono::milliseconds patience);
-  ~VariableAsker();
-  VariableAsker(const VariableAsker&) = delete;
-  VariableAsker& operator=(const VariableAsker&) = delete;
+  VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
+                 std::chrono::milliseconds patience);
+  ~VariableClient();
+  VariableClient(const VariableClient&) = delete;
+  VariableClient& operator=(const VariableClient&) = delete;
 
   /// Action, names, values and first are asked as they are, the rest is filled in. Said again until
   /// it is answered; who hears it twice does it once. The error is for people: what happened, and

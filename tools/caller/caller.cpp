@@ -6,7 +6,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "tools/caller/calls.hpp"
 
 namespace millrace::tools::caller {
@@ -27,15 +27,15 @@ std::uint64_t random_epoch() {
 
 }  // namespace
 
-struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_this<Impl> {
+struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_shared_from_this<Impl> {
   Impl(fabric::dds::Participant& participant, const asio::any_io_executor& own_executor,
        CallerListener& own_listener)
       : executor(own_executor),
         listener(&own_listener),
         calls(random_epoch()),
         timer(own_executor),
-        end(std::make_unique<fabric::ends::CallEnd>(participant, own_executor, *this,
-                                                    fabric::ends::CallEnd::Of::tool)) {}
+        end(std::make_unique<fabric::endpoints::CallEndpoint>(
+            participant, own_executor, *this, fabric::endpoints::CallEndpoint::Of::tool)) {}
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     calls.on_instance_ready(instance, now());
@@ -140,7 +140,7 @@ struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_thi
   bool carrying_out = false;
   asio::steady_timer timer;
   std::optional<SteadyTime> timer_at;
-  std::unique_ptr<fabric::ends::CallEnd> end;
+  std::unique_ptr<fabric::endpoints::CallEndpoint> end;
 };
 
 Caller::Caller(fabric::dds::Participant& participant, const asio::any_io_executor& executor,

@@ -90,7 +90,7 @@ class Calls {
     /// The newest attempt, and the instances of all.
     std::uint32_t attempt = 0;
     std::vector<fabric::InstanceId> asked{};
-    /// Those of them in whose mailboxes the request stands.
+    /// Those of them in whose partitions the request stands.
     std::vector<fabric::InstanceId> standing{};
     bool published = false;
     /// When it was, the first time.

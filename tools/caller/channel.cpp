@@ -11,7 +11,8 @@ std::string unique_machine(std::string_view prefix) {
   return fmt::format("{}.{:08x}", prefix, source());
 }
 
-std::optional<std::string> why_taken(const bus::Live& live, const fabric::ChannelKey& key) {
+std::optional<std::string> reason_taken(const bus::FabricModel& live,
+                                        const fabric::ChannelKey& key) {
   for (const auto& [channel, status] : live.channels()) {
     if (channel.machine == key.machine) {
       return fmt::format(

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "fabric/messages.hpp"
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 
 namespace millrace::tools::caller {
 
@@ -15,6 +15,7 @@ std::string unique_machine(std::string_view prefix);
 
 /// Why a call in this channel would disturb a live one: a gateway serves its machine. Nothing if it
 /// is free.
-std::optional<std::string> why_taken(const bus::Live& live, const fabric::ChannelKey& key);
+std::optional<std::string> reason_taken(const bus::FabricModel& live,
+                                        const fabric::ChannelKey& key);
 
 }  // namespace millrace::tools::caller

@@ -13,7 +13,7 @@ namespace millrace::tools::caller {
 /// A call that no controller made.
 struct Order {
   /// Where it stands on the fabric. One call at a time, as in a channel of a controller; nobody
-  /// else on the fabric may use the same channel (see why_taken).
+  /// else on the fabric may use the same channel (see reason_taken).
   fabric::ChannelKey key{};
   /// The channel for which an instance is chosen by its scope; `key` unless given.
   std::optional<fabric::ChannelKey> as{};

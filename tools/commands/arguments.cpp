@@ -87,7 +87,7 @@ void add_recording_filter(CLI::App& command, recording::Filter& filter) {
   command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
       ->check(
           CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status", "event",
-                         "command", "outcome", "machine", "data", "program", "notice"}));
+                         "command", "outcome", "machine", "data", "program", "alarm"}));
   add_time_filter(command, filter);
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "tools/doctor/look/look.hpp"
+#include "tools/doctor/checks/checks.hpp"
 
 namespace millrace::tools::doctor {
 
@@ -35,22 +35,22 @@ std::vector<bus::LostMachine> lost_machines(const Findings& found) {
 }
 
 std::vector<Diagnosis> diagnose(const Findings& findings) {
-  look::Report report;
-  look::at_the_interface(findings, report);
+  checks::Report report;
+  checks::at_the_interface(findings, report);
   if (!findings.obstacle.empty()) {
     report.problem("the fabric cannot be joined: " + findings.obstacle,
                    "put the configuration right (--fabric-config, CYCLONEDDS_URI)");
     return std::move(report).take();
   }
-  look::who_is_there(findings, report);
-  look::at_trust(findings, report);
-  look::at_peers(findings, report);
-  look::at_endpoints(findings, report);
-  look::at_machines(findings, report);
-  look::at_notices(findings, report);
-  look::at_channels(findings, report);
-  look::at_versions(findings, report);
-  look::at_clocks(findings, report);
+  checks::who_is_there(findings, report);
+  checks::at_trust(findings, report);
+  checks::at_peers(findings, report);
+  checks::at_endpoints(findings, report);
+  checks::at_machines(findings, report);
+  checks::at_alarms(findings, report);
+  checks::at_channels(findings, report);
+  checks::at_versions(findings, report);
+  checks::at_clocks(findings, report);
   return std::move(report).take();
 }
 

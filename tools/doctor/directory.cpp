@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "fabric/badge.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::tools::doctor {
@@ -60,7 +60,8 @@ fabric::dds::Entity builtin_reader(const fabric::dds::Participant& participant, 
 }
 
 bool is_gone(const dds_sample_info_t& info) {
-  return !info.valid_data || fabric::wire::presence_of(info) != fabric::wire::Presence::alive;
+  return !info.valid_data ||
+         fabric::wire::instance_state_of(info) != fabric::wire::InstanceState::alive;
 }
 
 }  // namespace
@@ -81,10 +82,10 @@ void Directory::drain() {
   drain_endpoints(publications_.handle(), true);
   for (const auto& [handle, endpoint] : endpoints_) {
     const auto owner = participants_.find(endpoint.participant);
-    if (endpoint.topic != fabric::badge_topic_name || owner == participants_.end()) {
+    if (endpoint.topic != fabric::identity_topic_name || owner == participants_.end()) {
       continue;
     }
-    if (const auto where = fabric::parse_whereabouts(endpoint.user_data)) {
+    if (const auto where = fabric::parse_process_info(endpoint.user_data)) {
       Announcement& who = owner->second.who;
       who.name = where->program;
       who.host = where->host;

@@ -22,7 +22,7 @@ namespace millrace::tools::doctor {
 using Handle = dds_instance_handle_t;
 
 struct SeenParticipant {
-  /// Host and process only if it is Cyclone's; with trust those that its badge tells.
+  /// Host and process only if it is Cyclone's; with trust those that its identity tells.
   Announcement who{};
   /// "10.77.0.3", …: where it listens, in Cyclone's form.
   std::string addresses{};

@@ -19,9 +19,9 @@ using fabric::wire::Keep;
 
 const fabric::wire::Topic* topic_named(const std::string& name) {
   static const std::array<const fabric::wire::Topic*, 9> topics{
-      &fabric::wire::request_topic, &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
-      &fabric::wire::beat_topic,    &fabric::wire::machine_topic, &fabric::wire::event_topic,
-      &fabric::wire::command_topic, &fabric::wire::outcome_topic, &fabric::wire::notice_topic};
+      &fabric::wire::request_topic,   &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
+      &fabric::wire::heartbeat_topic, &fabric::wire::machine_topic, &fabric::wire::event_topic,
+      &fabric::wire::command_topic,   &fabric::wire::outcome_topic, &fabric::wire::alarm_topic};
   const auto* const found = std::ranges::find_if(
       topics, [&](const fabric::wire::Topic* topic) { return topic->name == name; });
   return found == topics.end() ? nullptr : *found;
@@ -76,13 +76,13 @@ std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::
 TopicReaders::TopicReaders(const fabric::dds::Participant& participant)
     : requests_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
       replies_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
-      beats_(participant, participant.options().fabric, Keep::last),
+      heartbeats_(participant, participant.options().fabric, Keep::last),
       channels_(participant, participant.options().fabric, Keep::last),
       machines_(participant, participant.options().fabric, Keep::last),
       events_(participant, participant.options().fabric, Keep::last),
       commands_(participant, participant.options().fabric, Keep::last),
       outcomes_(participant, participant.options().fabric, Keep::last),
-      notices_(participant, participant.options().fabric, Keep::last) {}
+      alarms_(participant, participant.options().fabric, Keep::last) {}
 
 std::set<Handle> TopicReaders::matched() const {
   std::set<Handle> all;
@@ -92,13 +92,13 @@ std::set<Handle> TopicReaders::matched() const {
   };
   add(requests_);
   add(replies_);
-  add(beats_);
+  add(heartbeats_);
   add(channels_);
   add(machines_);
   add(events_);
   add(commands_);
   add(outcomes_);
-  add(notices_);
+  add(alarms_);
   return all;
 }
 
@@ -151,18 +151,19 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
 }
 
 std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
-                                 const fabric::dds::Badges* badges) {
+                                 const fabric::dds::Authenticator* authenticator) {
   std::map<Handle, Program> programs;
   for (const auto& [handle, participant] : directory.participants()) {
-    programs.emplace(handle, Program{.prefix = participant.who.prefix,
-                                     .name = participant.who.name.empty() ? participant.who.process
-                                                                          : participant.who.name,
-                                     .host = participant.who.host,
-                                     .pid = participant.who.pid,
-                                     .addresses = participant.addresses,
-                                     .self = participant.self,
-                                     .shows_badge = badges == nullptr || participant.self ||
-                                                    badges->look_up(handle).proof.badge});
+    programs.emplace(handle,
+                     Program{.prefix = participant.who.prefix,
+                             .name = participant.who.name.empty() ? participant.who.process
+                                                                  : participant.who.name,
+                             .host = participant.who.host,
+                             .pid = participant.who.pid,
+                             .addresses = participant.addresses,
+                             .self = participant.self,
+                             .announces_identity = authenticator == nullptr || participant.self ||
+                                                   authenticator->look_up(handle).status.identity});
   }
   for (const auto& [handle, endpoint] : directory.endpoints()) {
     const auto program = programs.find(endpoint.participant);
@@ -171,10 +172,10 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
     }
     for (const std::string& partition : endpoint.partitions) {
       program->second.fabrics.insert(fabric_of(partition));
-      const auto mailbox = fabric::wire::parse_mailbox(fabric, partition);
-      if (mailbox && !endpoint.writer && endpoint.topic == fabric::wire::request_topic.name &&
-          !endpoint.user_data.empty()) {
-        program->second.serves.insert(mailbox->uuid);
+      const auto request_partition = fabric::wire::parse_request_partition(fabric, partition);
+      if (request_partition && !endpoint.writer &&
+          endpoint.topic == fabric::wire::request_topic.name && !endpoint.user_data.empty()) {
+        program->second.serves.insert(request_partition->uuid);
       }
     }
     if (endpoint.writer && endpoint.topic == fabric::wire::machine_topic.name &&

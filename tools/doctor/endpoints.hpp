@@ -4,7 +4,7 @@
 #include <set>
 #include <vector>
 
-#include "fabric/dds/badges.hpp"
+#include "fabric/dds/authenticator.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tools/doctor/directory.hpp"
 #include "tools/doctor/findings.hpp"
@@ -22,13 +22,13 @@ class TopicReaders {
  private:
   fabric::wire::Reader<fabric::Request> requests_;
   fabric::wire::Reader<fabric::Reply> replies_;
-  fabric::wire::Reader<fabric::Beat> beats_;
+  fabric::wire::Reader<fabric::Heartbeat> heartbeats_;
   fabric::wire::Reader<fabric::ChannelStatus> channels_;
   fabric::wire::Reader<fabric::MachineStatus> machines_;
   fabric::wire::Reader<fabric::Event> events_;
   fabric::wire::Reader<fabric::Command> commands_;
   fabric::wire::Reader<fabric::Outcome> outcomes_;
-  fabric::wire::Reader<fabric::Notice> notices_;
+  fabric::wire::Reader<fabric::Alarm> alarms_;
 };
 
 /// What is wrong with the endpoints of this fabric that others have: those whose QoS or type fits
@@ -36,8 +36,8 @@ class TopicReaders {
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric);
 
-/// The others on the domain, and what each does. `badges` is null without trust.
+/// The others on the domain, and what each does. `authenticator` is null without trust.
 std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
-                                 const fabric::dds::Badges* badges);
+                                 const fabric::dds::Authenticator* authenticator);
 
 }  // namespace millrace::tools::doctor

@@ -7,10 +7,10 @@
 #include <boost/asio/io_context.hpp>
 
 #include "base/posix/host.hpp"
-#include "fabric/dds/badges.hpp"
-#include "fabric/ends/discovery.hpp"
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/endpoints/discovery.hpp"
 #include "fabric/observer/observer.hpp"
-#include "tools/bus/notice_reader.hpp"
+#include "tools/bus/alarm_reader.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/doctor/endpoints.hpp"
 
@@ -26,12 +26,12 @@ constexpr auto turn = std::chrono::milliseconds(50);
 constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
-struct Listener : fabric::observer::ObserverListener, bus::NoticeListener {
+struct Listener : fabric::observer::ObserverListener, bus::AlarmListener {
   void on_entry(recording::Entry entry) override { live.add(entry); }
   void on_ignored(const std::string& reason) override { doubts.push_back(reason); }
-  void on_notice(const fabric::Notice& notice) override { live.add(notice); }
-  void on_notice_gone(const fabric::NoticeKey& key) override { live.take_back(key); }
-  bus::Live live;
+  void on_alarm(const fabric::Alarm& alarm) override { live.add(alarm); }
+  void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
+  bus::FabricModel live;
   std::vector<std::string> doubts;
 };
 
@@ -42,7 +42,7 @@ std::string interface_name(const std::vector<Interface>& interfaces, const std::
 }
 
 /// Whom to ask for the time: one program of each other host.
-struct Witness {
+struct ClockSource {
   std::string host;
   std::string program;
   fabric::Command question;
@@ -52,19 +52,19 @@ fabric::Command question() {
   return {.kind = fabric::CommandKind::ping, .issuer = bus::issuer_here()};
 }
 
-std::vector<Witness> witnesses_in(const bus::Live& live) {
-  std::vector<Witness> witnesses;
+std::vector<ClockSource> clock_sources_in(const bus::FabricModel& live) {
+  std::vector<ClockSource> sources;
   const std::string own = base::posix::host_name();
   const auto is_new = [&](const std::string& host) {
     return !host.empty() && host != own &&
-           std::ranges::none_of(witnesses,
-                                [&](const Witness& witness) { return witness.host == host; });
+           std::ranges::none_of(sources,
+                                [&](const ClockSource& source) { return source.host == host; });
   };
   for (const auto& [id, instance] : live.instances()) {
     if (is_new(instance.identity.host)) {
       fabric::Command ask = question();
       ask.instance = id;
-      witnesses.push_back({instance.identity.host, instance.identity.name, std::move(ask)});
+      sources.push_back({instance.identity.host, instance.identity.name, std::move(ask)});
     }
   }
   for (const auto& [key, channel] : live.channels()) {
@@ -72,37 +72,37 @@ std::vector<Witness> witnesses_in(const bus::Live& live) {
       if (status.machine == key.machine && status.connected && is_new(status.host)) {
         fabric::Command ask = question();
         ask.key = key;
-        witnesses.push_back({status.host, "the gateway of " + key.machine, std::move(ask)});
+        sources.push_back({status.host, "the gateway of " + key.machine, std::move(ask)});
       }
     }
   }
-  return witnesses;
+  return sources;
 }
 
 /// Asks all of them, several times.
 std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
-                                      const bus::Live& live) {
-  const std::vector<Witness> witnesses = witnesses_in(live);
-  std::vector<ClockComparison> comparisons(witnesses.size());
-  for (int i = 0; i < exchanges && !witnesses.empty(); ++i) {
+                                      const bus::FabricModel& live) {
+  const std::vector<ClockSource> sources = clock_sources_in(live);
+  std::vector<ClockComparison> comparisons(sources.size());
+  for (int i = 0; i < exchanges && !sources.empty(); ++i) {
     std::vector<fabric::Command> commands;
-    for (const Witness& witness : witnesses) {
-      commands.push_back(witness.question);
+    for (const ClockSource& source : sources) {
+      commands.push_back(source.question);
       commands.back().id = fabric::InstanceId::random();
       commands.back().at = std::chrono::system_clock::now();
     }
     const auto heard = bus::issue(participant, commands, patience_for_the_time);
-    for (std::size_t w = 0; w < witnesses.size(); ++w) {
+    for (std::size_t w = 0; w < sources.size(); ++w) {
       if (const auto word = heard.find(commands[w].id); word != heard.end()) {
-        const bus::Heard& answer = word->second;
+        const bus::CommandResult& answer = word->second;
         comparisons[w].add({answer.at - answer.after, answer.outcome.at, answer.at});
       }
     }
   }
   std::vector<HostClock> clocks;
-  for (std::size_t w = 0; w < witnesses.size(); ++w) {
+  for (std::size_t w = 0; w < sources.size(); ++w) {
     if (const auto& difference = comparisons[w].result()) {
-      clocks.push_back({witnesses[w].host, witnesses[w].program, *difference});
+      clocks.push_back({sources[w].host, sources[w].program, *difference});
     }
   }
   return clocks;
@@ -116,10 +116,10 @@ class Visit {
         discovery_(participant_, nullptr),
         readers_(participant_),
         observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
-        notices_(participant_, io_.get_executor(), listener_),
+        alarms_(participant_, io_.get_executor(), listener_),
         found_(found) {}
 
-  void listen(std::chrono::milliseconds time, Hearing* hearing) {
+  void listen(std::chrono::milliseconds time, AnnouncementReceiver* receiver) {
     const auto end = Clock::now() + time;
     const auto work = boost::asio::make_work_guard(io_);
     while (Clock::now() < end) {
@@ -131,8 +131,8 @@ class Visit {
       for (const auto& one : news.ignored) {
         found_.ignored.push_back(one.reason);
       }
-      if (hearing != nullptr) {
-        hearing->take();
+      if (receiver != nullptr) {
+        receiver->take();
       }
     }
   }
@@ -142,14 +142,14 @@ class Visit {
     observer_.drain();
     found_.live = listener_.live;
     found_.doubts = listener_.doubts;
-    if (participant_.badges() != nullptr) {
-      for (const fabric::Proof& proof : participant_.badges()->all()) {
-        if (!proof.revoked) {
-          found_.badges.push_back(*proof.badge);
+    if (participant_.authenticator() != nullptr) {
+      for (const fabric::IdentityStatus& status : participant_.authenticator()->all()) {
+        if (!status.revoked) {
+          found_.identities.push_back(*status.identity);
         }
       }
     }
-    found_.programs = programs_in(directory_, fabric, participant_.badges());
+    found_.programs = programs_in(directory_, fabric, participant_.authenticator());
     found_.misfits = misfits_in(directory_, readers_.matched(), fabric);
     found_.clocks = compare_clocks(participant_, found_.live);
   }
@@ -159,11 +159,11 @@ class Visit {
   Listener listener_;
   fabric::dds::Participant participant_;
   Directory directory_;
-  fabric::registry::Registry registry_;
-  fabric::ends::Discovery discovery_;
+  fabric::registry::InstanceRegistry registry_;
+  fabric::endpoints::Discovery discovery_;
   TopicReaders readers_;
   fabric::observer::Observer observer_;
-  bus::NoticeReader notices_;
+  bus::AlarmReader alarms_;
   Findings& found_;
 };
 
@@ -178,15 +178,15 @@ Findings examine(const Examination& examination) {
   found.listening_interfaces = listening_interfaces_in(read_text("/proc/net/igmp"));
   try {
     Visit visit(examination, found);
-    std::optional<Hearing> hearing;
+    std::optional<AnnouncementReceiver> receiver;
     if (examination.joining.multicast) {
-      hearing.emplace(interface);
+      receiver.emplace(interface);
     }
-    visit.listen(examination.listen, hearing ? &*hearing : nullptr);
+    visit.listen(examination.listen, receiver ? &*receiver : nullptr);
     visit.finish();
-    if (hearing) {
-      found.deaf = hearing->trouble();
-      for (const auto& [prefix, heard] : hearing->heard()) {
+    if (receiver) {
+      found.deaf = receiver->trouble();
+      for (const auto& [prefix, heard] : receiver->heard()) {
         found.heard.push_back(heard);
       }
     }

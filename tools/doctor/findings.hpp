@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "fabric/badge.hpp"
-#include "tools/bus/live.hpp"
+#include "fabric/participant_identity.hpp"
+#include "tools/bus/fabric_model.hpp"
+#include "tools/doctor/announcement_receiver.hpp"
 #include "tools/doctor/clock.hpp"
-#include "tools/doctor/hearing.hpp"
 #include "tools/doctor/network.hpp"
 #include "tools/doctor/peer.hpp"
 
@@ -32,7 +32,7 @@ struct Joining {
   /// The name in the certificate that it shows, and how long that is valid; empty without trust.
   std::string trusted_as{};
   std::chrono::sys_seconds trusted_until{};
-  /// Whom the list of revoked members names, and when it was made.
+  /// Whom the list of revoked participants names, and when it was made.
   std::set<std::string> revoked{};
   std::chrono::sys_seconds revoked_as_of{};
   /// When this was looked at.
@@ -52,7 +52,7 @@ struct Program {
   /// It has what a gateway tells of its machines with; whether it is heard says is_heard().
   bool is_gateway = false;
   /// Where there is trust: it has shown what its certificate lets it be.
-  bool shows_badge = true;
+  bool announces_identity = true;
   /// It takes the requests of these UUIDs.
   std::set<std::string> serves{};
 };
@@ -81,19 +81,19 @@ struct Findings {
   /// Of this host.
   std::set<std::uint32_t> domains_here{};
   std::set<std::string> listening_interfaces{};
-  std::vector<Heard> heard{};
+  std::vector<ReceivedAnnouncement> heard{};
   std::string deaf{};
   std::vector<Program> programs{};
   std::vector<Misfit> misfits{};
   /// Instances that discovery shows but whose words about themselves make no sense.
   std::vector<std::string> ignored{};
   /// What the others have proved to be; only with trust.
-  std::vector<fabric::Badge> badges{};
+  std::vector<fabric::ParticipantIdentity> identities{};
   /// What is not believed, and of whom.
   std::vector<std::string> doubts{};
   std::vector<Peer> peers{};
   std::vector<HostClock> clocks{};
-  bus::Live live{};
+  bus::FabricModel live{};
   /// Machines whose gateways were gone before this looked, as somebody knows who was there then.
   std::vector<bus::LostMachine> lost{};
 };

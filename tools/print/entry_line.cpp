@@ -2,9 +2,9 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
+#include "tools/print/alarm_text.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
-#include "tools/print/notice_text.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
@@ -80,12 +80,12 @@ class Tail {
   }
   std::string operator()(const fabric::DataSample& sample) const { return print::line_of(sample); }
   std::string operator()(const fabric::ProgramEvent& event) const { return print::line_of(event); }
-  std::string operator()(const recording::NoticeNews& news) const {
-    const fabric::Notice& notice = news.notice;
-    return fmt::format("{}  {}{}{}", news.over ? "over" : name_of(notice.level),
-                       safe(notice.key.kind),
-                       notice.key.subject.empty() ? "" : " " + safe(notice.key.subject),
-                       notice.program.empty() ? "" : "  " + what_is_said(notice));
+  std::string operator()(const recording::AlarmNews& news) const {
+    const fabric::Alarm& alarm = news.alarm;
+    return fmt::format("{}  {}{}{}", news.over ? "over" : name_of(alarm.level),
+                       safe(alarm.key.kind),
+                       alarm.key.subject.empty() ? "" : " " + safe(alarm.key.subject),
+                       alarm.program.empty() ? "" : "  " + what_is_said(alarm));
   }
   std::string operator()(const fabric::Outcome& outcome) const {
     return fmt::format("{}{}  by {}  command {}", outcome.done ? "done" : "refused",

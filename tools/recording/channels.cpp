@@ -25,14 +25,14 @@ constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
     {"millrace/v3/request", "millrace::Request", last_calls},
     {"millrace/channel", "millrace::ChannelStatus", last_of_each_key},
     {"DCPSSubscription", "user data of the request reader", ""},
-    {"millrace/v3/beat", "millrace::Beat", "best effort, volatile, keep last 1"},
+    {"millrace/v3/heartbeat", "millrace::Heartbeat", "best effort, volatile, keep last 1"},
     {"millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
     {"millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
     {"millrace/outcome", "millrace::Outcome", "reliable, transient local, keep last 256"},
     {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
     {"millrace/data", "millrace::DataSample", "reliable, transient local, keep last 32"},
     {"millrace/program", "millrace::ProgramEvent", last_calls},
-    {"millrace/notice", "millrace::Notice", last_of_each_key},
+    {"millrace/alarm", "millrace::Alarm", last_of_each_key},
 }};
 
 }  // namespace
@@ -45,9 +45,9 @@ std::string topic_of(const Entry& entry) {
   if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
     return fmt::format("machine/{}/status", status->machine);
   }
-  if (const auto* news = std::get_if<NoticeNews>(&entry.sample)) {
-    const std::string& program = news->notice.program;
-    return fmt::format("program/{}/notice", program.empty() ? "unknown" : program);
+  if (const auto* news = std::get_if<AlarmNews>(&entry.sample)) {
+    const std::string& program = news->alarm.program;
+    return fmt::format("program/{}/alarm", program.empty() ? "unknown" : program);
   }
   if (const auto* data = std::get_if<fabric::DataSample>(&entry.sample)) {
     return fmt::format("machine/{}/{}/data/{}", data->key.machine, data->key.channel, data->group);

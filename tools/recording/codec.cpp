@@ -27,7 +27,7 @@ using fabric::encoding::Plan;
 constexpr std::array<const char*, std::variant_size_v<Sample>> names{
     "Request",        "Reply",        "Withdrawal", "ChannelStatus", "Instance",
     "InstanceStatus", "Event",        "Command",    "Outcome",       "MachineStatus",
-    "DataSample",     "ProgramEvent", "Notice"};
+    "DataSample",     "ProgramEvent", "Alarm"};
 
 const pb::FileDescriptor& file() {
   return *millrace::recording::Request::descriptor()->file();

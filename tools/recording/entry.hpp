@@ -5,10 +5,10 @@
 
 namespace millrace::tools::recording {
 
+using fabric::observer::AlarmNews;
 using fabric::observer::Change;
 using fabric::observer::Entry;
 using fabric::observer::InstanceNews;
-using fabric::observer::NoticeNews;
 using fabric::observer::Sample;
 using fabric::observer::Withdrawal;
 

@@ -28,40 +28,41 @@ AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executo
       end_timer_(executor_) {
   open(participant);
   commands_.emplace(participant, executor_, *this);
-  heart_.emplace(participant, executor_, [this] { return loads(); });
+  heartbeats_.emplace(participant, executor_, [this] { return loads(); });
 }
 
 void AsService::open(fabric::dds::Participant& participant) {
   std::map<std::string, std::set<fabric::ChannelKey>> channels;
   // An answer of state 0 was one because its program waits for the text.
-  std::set<std::string> text_awaited;
+  std::set<std::string> waits_for_response;
   for (const PlannedCall& call : plan_.calls) {
     const std::string uuid = fabric::canonical_uuid(call.uuid);
     channels[uuid].insert(options_.channels.at(call.channel));
     if (call.answer && call.answer->answer.state == 0) {
-      text_awaited.insert(uuid);
+      waits_for_response.insert(uuid);
     }
   }
   for (const auto& [uuid, keys] : channels) {
-    fabric::InstanceIdentity identity{.id = fabric::InstanceId::random(),
-                                      .uuid = uuid,
-                                      .name = options_.name,
-                                      .description = options_.description,
-                                      .version = options_.version,
-                                      .host = options_.host,
-                                      .pid = static_cast<std::uint32_t>(::getpid()),
-                                      .awaited = text_awaited.contains(uuid)
-                                                     ? fabric::Awaited::response
-                                                     : fabric::Awaited::response_state,
-                                      .concurrency = static_cast<std::uint32_t>(keys.size()),
-                                      .lease = participant.options().lease};
+    fabric::InstanceIdentity identity{
+        .id = fabric::InstanceId::random(),
+        .uuid = uuid,
+        .name = options_.name,
+        .description = options_.description,
+        .version = options_.version,
+        .host = options_.host,
+        .pid = static_cast<std::uint32_t>(::getpid()),
+        .completion_signal = waits_for_response.contains(uuid)
+                                 ? fabric::CompletionSignal::response
+                                 : fabric::CompletionSignal::response_state,
+        .concurrency = static_cast<std::uint32_t>(keys.size()),
+        .lease = participant.options().lease};
     for (const fabric::ChannelKey& key : keys) {
       identity.channels.push_back({key.machine, key.channel});
     }
     const fabric::InstanceId id = identity.id;
     statuses_[id] = {.instance = id, .started = std::chrono::system_clock::now()};
-    ends_.emplace(id, std::make_unique<fabric::ends::ReplyEnd>(participant, executor_,
-                                                               std::move(identity), *this));
+    ends_.emplace(id, std::make_unique<fabric::endpoints::ReplyEndpoint>(
+                          participant, executor_, std::move(identity), *this));
   }
 }
 
@@ -252,12 +253,12 @@ std::vector<fabric::InstanceLoad> AsService::loads() const {
 }
 
 void AsService::on_drain(const fabric::InstanceId& instance, const std::string& issuer) {
-  fabric::ends::ReplyEnd& end = *ends_.at(instance);
+  fabric::endpoints::ReplyEndpoint& end = *ends_.at(instance);
   end.set_draining(true);
   listener_.on_drain(end.identity(), issuer);
   const auto [timer, is_new] = draining_.try_emplace(instance, executor_);
   if (is_new) {
-    timer->second.expires_after(fabric::ends::InstanceCommands::drain_grace);
+    timer->second.expires_after(fabric::endpoints::InstanceCommands::drain_grace);
     timer->second.async_wait([this, instance](const boost::system::error_code& error) {
       if (!error) {
         leave_if_done(instance);
@@ -266,7 +267,7 @@ void AsService::on_drain(const fabric::InstanceId& instance, const std::string& 
   }
 }
 
-void AsService::on_untold(const fabric::Command& /*command*/, const std::string& /*reason*/) {
+void AsService::on_unreported(const fabric::Command& /*command*/, const std::string& /*reason*/) {
   // An operator who hears nothing asks again.
 }
 
@@ -281,7 +282,7 @@ void AsService::leave_if_done(const fabric::InstanceId& instance) {
     std::erase_if(pending_,
                   [&](const auto& one) { return one.second.request.assigned == instance; });
     ends_.erase(instance);
-    heart_->forget(instance);
+    heartbeats_->forget(instance);
     draining_.erase(instance);
     if (ends_.empty() && !complete_) {
       complete_ = true;
@@ -309,7 +310,7 @@ nanoseconds AsService::delay_of(const TimedAnswer& answer) const {
   return options_.pace.scaled(answer.work != nanoseconds{} ? answer.work : answer.after);
 }
 
-fabric::ends::ReplyEnd* AsService::end_of(const fabric::InstanceId& instance) {
+fabric::endpoints::ReplyEndpoint* AsService::end_of(const fabric::InstanceId& instance) {
   const auto found = ends_.find(instance);
   return found == ends_.end() ? nullptr : found->second.get();
 }

@@ -16,9 +16,9 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "fabric/dds/participant.hpp"
-#include "fabric/ends/instance_commands.hpp"
-#include "fabric/ends/reply_end.hpp"
-#include "tools/replay/heart.hpp"
+#include "fabric/endpoints/instance_commands.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
+#include "tools/replay/heartbeats.hpp"
 #include "tools/replay/matcher.hpp"
 #include "tools/replay/scheduler.hpp"
 
@@ -54,8 +54,8 @@ struct AsServiceOptions {
   std::string host{};
 };
 
-class AsService : public fabric::ends::ReplyEndListener,
-                  public fabric::ends::InstanceCommandsListener {
+class AsService : public fabric::endpoints::ReplyEndpointListener,
+                  public fabric::endpoints::InstanceCommandsListener {
  public:
   /// All but `executor` and `options` outlive this object. Throws std::runtime_error if the fabric
   /// cannot be used.
@@ -71,7 +71,7 @@ class AsService : public fabric::ends::ReplyEndListener,
   [[nodiscard]] std::optional<std::uint32_t> running(
       const fabric::InstanceId& instance) const override;
   void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
-  void on_untold(const fabric::Command& command, const std::string& reason) override;
+  void on_unreported(const fabric::Command& command, const std::string& reason) override;
 
  private:
   /// A live call that its gateway has not taken back.
@@ -100,7 +100,7 @@ class AsService : public fabric::ends::ReplyEndListener,
   void leave_if_done(const fabric::InstanceId& instance);
   [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
   [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
-  [[nodiscard]] fabric::ends::ReplyEnd* end_of(const fabric::InstanceId& instance);
+  [[nodiscard]] fabric::endpoints::ReplyEndpoint* end_of(const fabric::InstanceId& instance);
 
   boost::asio::any_io_executor executor_;
   const Plan& plan_;
@@ -110,12 +110,12 @@ class AsService : public fabric::ends::ReplyEndListener,
   std::map<fabric::RequestKey, Pending> pending_;
   bool complete_ = false;
   boost::asio::steady_timer end_timer_;
-  std::map<fabric::InstanceId, std::unique_ptr<fabric::ends::ReplyEnd>> ends_;
+  std::map<fabric::InstanceId, std::unique_ptr<fabric::endpoints::ReplyEndpoint>> ends_;
   std::map<fabric::InstanceId, fabric::InstanceStatus> statuses_;
   /// Of the instances that drain: from then on they leave as soon as they are done.
   std::map<fabric::InstanceId, boost::asio::steady_timer> draining_;
-  std::optional<fabric::ends::InstanceCommands> commands_;
-  std::optional<Heart> heart_;
+  std::optional<fabric::endpoints::InstanceCommands> commands_;
+  std::optional<InstanceHeartbeats> heartbeats_;
 };
 
 }  // namespace millrace::tools::replay

@@ -27,36 +27,37 @@ Matcher::Matcher(const Plan& plan, const std::map<fabric::ChannelKey, fabric::Ch
                  std::size_t rounds)
     : plan_(plan), rounds_(rounds) {
   for (std::size_t i = 0; i < plan.calls.size(); ++i) {
-    lanes_[channels.at(plan.calls[i].channel)].calls.push_back(i);
+    channels_[channels.at(plan.calls[i].channel)].calls.push_back(i);
   }
 }
 
 Match Matcher::on_request(const fabric::Request& request) {
-  const auto found = lanes_.find(request.key);
-  if (found == lanes_.end()) {
+  const auto found = channels_.find(request.key);
+  if (found == channels_.end()) {
     return mismatch(request, "ERROR: replay: no call of this channel is recorded",
                     fmt::format("no call of {} is recorded", request.key.to_string()));
   }
-  Lane& lane = found->second;
-  if (lane.last == request.call) {
-    Match again = lane.match;
+  ChannelCalls& channel_calls = found->second;
+  if (channel_calls.last == request.call) {
+    Match again = channel_calls.match;
     std::visit([](auto& what) { what.repeated = true; }, again);
     return again;
   }
-  lane.last = request.call;
-  lane.match = match(lane, request);
-  return lane.match;
+  channel_calls.last = request.call;
+  channel_calls.match = match(channel_calls, request);
+  return channel_calls.match;
 }
 
-Match Matcher::match(Lane& lane, const fabric::Request& request) {
-  if (is_over(lane)) {
+Match Matcher::match(ChannelCalls& channel_calls, const fabric::Request& request) {
+  if (is_over(channel_calls)) {
     return mismatch(request, "ERROR: replay: the recording has no more calls of this channel",
                     fmt::format("the recording has no more calls of {} after these {}",
-                                request.key.to_string(), lane.calls.size()));
+                                request.key.to_string(), channel_calls.calls.size()));
   }
-  const std::size_t index = lane.calls[lane.next];
+  const std::size_t index = channel_calls.calls[channel_calls.next];
   const PlannedCall& expected = plan_.calls[index];
-  const std::string number = fmt::format("{} of {}", lane.next + 1, lane.calls.size());
+  const std::string number =
+      fmt::format("{} of {}", channel_calls.next + 1, channel_calls.calls.size());
   const std::string expectation =
       fmt::format("expected next is call {} of this channel, {}: {} state {} to {}", number,
                   expected.recorded.to_string(), base::text::quoted(expected.text), expected.state,
@@ -80,9 +81,9 @@ Match Matcher::match(Lane& lane, const fabric::Request& request) {
                     fmt::format("ERROR: replay: call {} has state {}", number, expected.state),
                     "the state differs; " + expectation + answer);
   }
-  if (++lane.next == lane.calls.size()) {
-    ++lane.rounds_done;
-    lane.next = is_over(lane) ? lane.next : 0;
+  if (++channel_calls.next == channel_calls.calls.size()) {
+    ++channel_calls.rounds_done;
+    channel_calls.next = is_over(channel_calls) ? channel_calls.next : 0;
   }
   return Matched{.call = index};
 }
@@ -93,11 +94,13 @@ bool Matcher::complete() const {
 
 std::size_t Matcher::missing() const {
   std::size_t missing = 0;
-  for (const auto& [key, lane] : lanes_) {
+  for (const auto& [key, channel_calls] : channels_) {
     if (rounds_ == 0) {
-      missing += lane.rounds_done > 0 ? 0 : lane.calls.size() - lane.next;
-    } else if (!is_over(lane)) {
-      missing += lane.calls.size() * (rounds_ - lane.rounds_done) - lane.next;
+      missing +=
+          channel_calls.rounds_done > 0 ? 0 : channel_calls.calls.size() - channel_calls.next;
+    } else if (!is_over(channel_calls)) {
+      missing +=
+          channel_calls.calls.size() * (rounds_ - channel_calls.rounds_done) - channel_calls.next;
     }
   }
   return missing;

@@ -49,7 +49,7 @@ class Matcher {
   [[nodiscard]] std::size_t missing() const;
 
  private:
-  struct Lane {
+  struct ChannelCalls {
     std::vector<std::size_t> calls;
     std::size_t next = 0;
     std::size_t rounds_done = 0;
@@ -58,15 +58,15 @@ class Matcher {
     Match match{};
   };
 
-  Match match(Lane& lane, const fabric::Request& request);
-  [[nodiscard]] bool is_over(const Lane& lane) const {
-    return rounds_ != 0 && lane.rounds_done == rounds_;
+  Match match(ChannelCalls& channel_calls, const fabric::Request& request);
+  [[nodiscard]] bool is_over(const ChannelCalls& channel_calls) const {
+    return rounds_ != 0 && channel_calls.rounds_done == rounds_;
   }
 
   const Plan& plan_;
   std::size_t rounds_;
   /// By live channel.
-  std::map<fabric::ChannelKey, Lane> lanes_;
+  std::map<fabric::ChannelKey, ChannelCalls> channels_;
 };
 
 }  // namespace millrace::tools::replay

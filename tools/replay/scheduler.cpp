@@ -14,7 +14,7 @@ nanoseconds Pace::scaled(nanoseconds recorded) const {
 
 Scheduler::Scheduler(const Plan& plan, Pace pace) : plan_(plan), pace_(pace) {
   for (std::size_t i = 0; i < plan.calls.size(); ++i) {
-    lanes_[plan.calls[i].channel].waiting.push_back(i);
+    channels_[plan.calls[i].channel].waiting.push_back(i);
   }
 }
 
@@ -28,12 +28,12 @@ nanoseconds Scheduler::due(std::size_t call) const {
 
 std::optional<std::size_t> Scheduler::next_timed(nanoseconds now) {
   std::optional<std::size_t> first;
-  for (auto& [key, lane] : lanes_) {
-    if (lane.waiting.empty() || due(lane.waiting.front()) > now) {
+  for (auto& [key, channel_calls] : channels_) {
+    if (channel_calls.waiting.empty() || due(channel_calls.waiting.front()) > now) {
       continue;
     }
-    const std::size_t call = lane.waiting.front();
-    if (lane.busy) {
+    const std::size_t call = channel_calls.waiting.front();
+    if (channel_calls.busy) {
       held_up_.insert(call);
     } else if (!first || call < *first) {
       first = call;
@@ -43,7 +43,7 @@ std::optional<std::size_t> Scheduler::next_timed(nanoseconds now) {
 }
 
 std::optional<std::size_t> Scheduler::next_in_order() {
-  // Calls are issued in their order, so the next one is the first of its lane.
+  // Calls are issued in their order, so the next one is the first of its channel.
   if (issued_ == plan_.calls.size() || must_wait(plan_.calls[issued_])) {
     return std::nullopt;
   }
@@ -60,16 +60,16 @@ bool Scheduler::must_wait(const PlannedCall& call) const {
   if (pace_.timing == Timing::step) {
     return !open_.empty();
   }
-  return lanes_.at(call.channel).busy || std::ranges::any_of(open_, [&](std::size_t open) {
+  return channels_.at(call.channel).busy || std::ranges::any_of(open_, [&](std::size_t open) {
            const auto end = plan_.calls[open].end();
            return end && *end <= call.at;
          });
 }
 
 std::size_t Scheduler::issue(std::size_t call) {
-  Lane& lane = lanes_.at(plan_.calls[call].channel);
-  lane.waiting.pop_front();
-  lane.busy = true;
+  ChannelCalls& channel_calls = channels_.at(plan_.calls[call].channel);
+  channel_calls.waiting.pop_front();
+  channel_calls.busy = true;
   open_.insert(call);
   ++issued_;
   return call;
@@ -77,7 +77,7 @@ std::size_t Scheduler::issue(std::size_t call) {
 
 void Scheduler::ended(std::size_t call) {
   if (open_.erase(call) > 0) {
-    lanes_.at(plan_.calls[call].channel).busy = false;
+    channels_.at(plan_.calls[call].channel).busy = false;
   }
 }
 
@@ -86,9 +86,9 @@ std::optional<nanoseconds> Scheduler::next_time() const {
     return std::nullopt;
   }
   std::optional<nanoseconds> next;
-  for (const auto& [key, lane] : lanes_) {
-    if (!lane.busy && !lane.waiting.empty()) {
-      const nanoseconds time = due(lane.waiting.front());
+  for (const auto& [key, channel_calls] : channels_) {
+    if (!channel_calls.busy && !channel_calls.waiting.empty()) {
+      const nanoseconds time = due(channel_calls.waiting.front());
       next = next ? std::min(*next, time) : time;
     }
   }

@@ -62,7 +62,7 @@ class Scheduler {
   [[nodiscard]] std::size_t issued() const { return issued_; }
 
  private:
-  struct Lane {
+  struct ChannelCalls {
     std::deque<std::size_t> waiting;
     bool busy = false;
   };
@@ -74,7 +74,7 @@ class Scheduler {
 
   const Plan& plan_;
   Pace pace_;
-  std::map<fabric::ChannelKey, Lane> lanes_;
+  std::map<fabric::ChannelKey, ChannelCalls> channels_;
   std::set<std::size_t> open_;
   std::set<std::size_t> held_up_;
   std::size_t issued_ = 0;

@@ -1,9 +1,9 @@
-// The register of a plant's trust (PLANT/register.textproto): whom its authorities have believed
+// The register of a plant's trust (PKI/register.textproto): whom its authorities have believed
 // what.
 //
-//   auto members = read_register(folder);
-//   describe(*members->add_member(), member, options);
-//   write_register(folder, *members);
+//   auto participants = read_register(folder);
+//   describe(*participants->add_participant(), participant, options);
+//   write_register(folder, *participants);
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 #include <tl/expected.hpp>
 
-#include "tools/trust/plant.hpp"
+#include "tools/trust/pki_folder.hpp"
 
 namespace millrace::tools::trust {
 
@@ -24,15 +24,15 @@ inline constexpr const char* register_name = "register.textproto";
 tl::expected<std::unique_ptr<config::TrustRegister>, std::string> read_register(
     const std::filesystem::path& folder);
 tl::expected<void, std::string> write_register(const std::filesystem::path& folder,
-                                               const config::TrustRegister& members);
+                                               const config::TrustRegister& participants);
 
-/// Has the record say what the member may, and where it is meant to be.
-void describe(config::TrustMember& record, const fabric::trust::Member& member,
+/// Has the record say what the participant may, and where it is meant to be.
+void describe(config::TrustParticipant& record, const fabric::trust::Participant& participant,
               const IssueOptions& options);
-Entry entry_of(const config::TrustMember& record);
+Entry entry_of(const config::TrustParticipant& record);
 /// Whether it has got something, and all of that has been taken back.
-bool is_revoked(const config::TrustMember& record);
+bool is_revoked(const config::TrustParticipant& record);
 /// Every certificate that has been taken back, whosoever it was.
-std::vector<base::openssl::Revoked> revoked_in(const config::TrustRegister& members);
+std::vector<base::openssl::Revoked> revoked_in(const config::TrustRegister& participants);
 
 }  // namespace millrace::tools::trust

@@ -83,7 +83,7 @@ def argument_parser(services: Sequence[_service.Service] | None = None) -> argpa
     parser.add_argument("--delivery", choices=["at-least-once", "at-most-once"], help=(
         "What happens to a call whose instance is lost: at-least-once gives it to another one, at-most-once blocks it "
         "until an operator decides"))
-    parser.add_argument("--awaited", choices=["response-state", "response"], help=(
+    parser.add_argument("--completion-signal", choices=["response-state", "response"], help=(
         "What NC programs wait for: RESPONSE_STATE, or a text in RESPONSE alone, which is then written last, and the "
         "state of a response may be 0"))
     parser.add_argument("--log-level", choices=list(_LEVELS), default="info", help="What to log on standard error")
@@ -111,7 +111,7 @@ def _with_flags(service: _service.Service, arguments: argparse.Namespace) -> _se
     service.channels = arguments.channel or service.channels
     service.concurrency = arguments.concurrency or service.concurrency
     service.delivery = arguments.delivery or service.delivery
-    service.completion = arguments.awaited or service.completion
+    service.completion = arguments.completion_signal or service.completion
     return service
 
 

@@ -58,7 +58,7 @@ bool measure_call() {
       measure_raw(domain.number(), warm_up, 1, 1);
       raw.add(measure_raw(domain.number(), calls, 1, 1).round_trips);
     }
-    measure_ours("prompt", calls, ours, [&](MemoryGateway& gateway) {
+    measure_ours("inline", calls, ours, [&](MemoryGateway& gateway) {
       gateway.doze();
       dozing.add(gateway.run(calls).replied);
     });
@@ -158,7 +158,7 @@ bool measure_throughput() {
           raw,
           measure_raw(domain.number(), raw_calls, many_channels, many_instances).calls_per_second);
     }
-    ours.measure("prompt");
+    ours.measure("inline");
     threaded.measure("service");
   }
   fmt::print(
@@ -178,7 +178,7 @@ bool measure_cost() {
   std::map<std::size_t, double> cost;
   for (const std::size_t number : {std::size_t{1}, std::size_t{1000}}) {
     const tests::Domain domain;
-    const auto instance = start_service(domain.number(), 1, "prompt");
+    const auto instance = start_service(domain.number(), 1, "inline");
     // The looks at channels that wait are no part of a call: once a second.
     MemoryGateway gateway(domain.number(), number, number, std::chrono::seconds(1));
     gateway.await_instances(1);

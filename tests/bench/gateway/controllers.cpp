@@ -147,7 +147,7 @@ double requests_per_second(const Bench& bench) {
 Series program_with_gateway(std::size_t calls, const std::string& machine, bool pauses = false,
                             bool secure = false) {
   Bench bench(secure);
-  const Process service = start_peer(bench.peer("prompt"));
+  const Process service = start_peer(bench.peer("inline"));
   Process cnc = bench.cnc(1, calls, pauses);
   const Process gateway = bench.gateway(bench.machine("cnc", machine));
   cnc.wait(long_patience);
@@ -257,7 +257,7 @@ bool measure_controller_load() {
   const Process cnc = bench.cnc(channels, 0);
   std::vector<Process> instances;
   for (std::uint32_t i = 0; i < services; ++i) {
-    instances.push_back(start_peer(bench.peer("prompt")));
+    instances.push_back(start_peer(bench.peer("inline")));
   }
   const Process gateway = bench.gateway(bench.machine("cnc", "watch: POLL poll { idle_ms: 10 }"));
   std::this_thread::sleep_for(time);
@@ -360,7 +360,7 @@ void measure_over_ads(std::size_t channels) {
   Bench bench;
   std::vector<Process> instances;
   for (int i = 0; i < 4; ++i) {
-    PeerOptions options = bench.peer("prompt");
+    PeerOptions options = bench.peer("inline");
     options.concurrency = 64;
     instances.push_back(start_peer(options));
   }

@@ -39,7 +39,7 @@ double Fleet::processor_seconds() const {
   return seconds;
 }
 
-std::string Fleet::complaint() const {
+std::string Fleet::problem() const {
   for (const tests::Process& process : processes_) {
     if (std::string said = process.error_output(); !said.empty()) {
       return said;

@@ -1,6 +1,6 @@
 // The services, or the raw peers, of a measurement: so many instances, spread over processes.
 //
-//   Fleet services({.kind = "prompt", .domain = 1}, 64, 4);    // 16 in each of 4 processes
+//   Fleet services({.kind = "inline", .domain = 1}, 64, 4);    // 16 in each of 4 processes
 //   services.await_ready(limit);
 #pragma once
 
@@ -29,7 +29,7 @@ class Fleet {
   /// Processor time of all that still run, since their start.
   [[nodiscard]] double processor_seconds() const;
   /// What a process has written to its standard error: the first that has, nothing if none has.
-  [[nodiscard]] std::string complaint() const;
+  [[nodiscard]] std::string problem() const;
   /// How those that have ended did so, as a shell says it; nobody was asked to.
   [[nodiscard]] std::vector<int> ended();
 

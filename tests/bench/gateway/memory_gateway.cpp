@@ -12,7 +12,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/shell/spin_after_publish.hpp"
@@ -32,7 +32,9 @@ using namespace millrace::gateway;
 
 }  // namespace
 
-struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, core::Host {
+struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
+                                   core::Fabric,
+                                   core::Host {
   explicit Impl(const MemoryPlant& own_plant)
       : plant(own_plant),
         journal(journal::in_memory(io.get_executor())),
@@ -160,7 +162,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
     journal->append(entry, ticket);
   }
   void log(Level, const std::string&) override {}
-  void notice(const fabric::NoticeKey&, const std::string&, const std::string&) override {}
+  void set_alarm(const fabric::AlarmKey&, const std::string&, const std::string&) override {}
   void may_end(bool) override {}
   [[nodiscard]] Moment now() const override {
     return {Clock::now(), std::chrono::time_point_cast<std::chrono::nanoseconds>(
@@ -190,7 +192,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
   void dispose(const fabric::ChannelKey&) override {}
   void dispose(const fabric::MachineStatus&) override {}
   void dispose(const fabric::DataSample&) override {}
-  void watch_channels() override {}
+  void subscribe_channels() override {}
 
   void run(const std::function<bool()>& done) {
     io.restart();
@@ -232,7 +234,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, 
   fabric::InstanceId given_to;
   std::uint32_t given_attempt = 0;
   fabric::dds::Participant participant;
-  fabric::ends::CallEnd end;
+  fabric::endpoints::CallEndpoint end;
 };
 
 MemoryGateway::MemoryGateway(const MemoryPlant& plant) : impl_(std::make_unique<Impl>(plant)) {}

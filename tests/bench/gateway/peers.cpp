@@ -10,8 +10,8 @@
 
 #include "base/program/log.hpp"
 #include "fabric/wire/reader.hpp"
-#include "services/sdk/member.hpp"
 #include "services/sdk/service.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 
 namespace millrace::bench {
@@ -103,9 +103,9 @@ void wait_for_ever() {
 void serve_sdk(const PeerOptions& options) {
   const bool stuck = options.kind == "stuck";
   const bool uuids = options.kind == "uuids";
-  // That a prompt handler has lost its place changes what is measured.
+  // That an inline handler has lost its place changes what is measured.
   const auto log = base::program::make_log("bench", spdlog::level::warn);
-  const auto member = std::make_shared<services::sdk::Member>(
+  const auto participant = std::make_shared<services::sdk::SharedParticipant>(
       fabric::dds::ParticipantOptions{.domain = options.domain,
                                       .configuration = dds_configuration(options.interface)},
       log);
@@ -116,8 +116,8 @@ void serve_sdk(const PeerOptions& options) {
         services::sdk::ServiceOptions{.uuid = uuids ? own[number] : bench_uuid,
                                       .name = "bench",
                                       .concurrency = options.concurrency,
-                                      .prompt = uuids || options.kind == "prompt",
-                                      .member = member},
+                                      .run_inline = uuids || options.kind == "inline",
+                                      .participant = participant},
         [stuck](const services::sdk::Call& call) -> services::sdk::Response {
           while (stuck && !call.cancelled()) {
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -131,7 +131,7 @@ void serve_sdk(const PeerOptions& options) {
 }
 
 void serve_raw(const PeerOptions& options) {
-  const RawEnd end(options.domain);
+  const RawEndpoint end(options.domain);
   std::vector<RawEcho> echoes(options.count);
   for (std::uint32_t i = 0; i < options.count; ++i) {
     const std::string partition = raw_partition(options.number + i);

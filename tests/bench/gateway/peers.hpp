@@ -36,7 +36,7 @@ std::vector<std::string> numbered_uuids(std::uint32_t count);
 std::string dds_configuration(const std::string& interface);
 
 /// `count` services of the library that answer at once, from a thread of their own (kind "service")
-/// or from the one that receives ("prompt"; "uuids": each of a UUID of its own), or after a minute
+/// or from the one that receives ("inline"; "uuids": each of a UUID of its own), or after a minute
 /// ("stuck").
 void serve_sdk(const PeerOptions& options);
 /// Bare Cyclone readers and writers that answer in the listener, on one participant (kind "raw").

@@ -132,7 +132,7 @@ std::optional<std::pair<double, Series>> rate_and_times(std::optional<Result> re
 
 void measure_with_gateway(std::uint32_t instances, const PresenceOptions& options) {
   const tests::Domain domain;
-  const PeerOptions service{.kind = "prompt", .domain = domain.number()};
+  const PeerOptions service{.kind = "inline", .domain = domain.number()};
   MemoryGateway gateway(domain.number(), 1, 1);
   const auto run = [&](std::size_t count) {
     return rate_and_times(gateway.run_within(count, patience_of_calls),
@@ -159,7 +159,7 @@ void measure_with_gateway(std::uint32_t instances, const PresenceOptions& option
   }
   auto died = first.ended();
   std::ranges::copy(others.ended(), std::back_inserter(died));
-  remark(others.complaint());
+  remark(others.problem());
   tell_row({{"died", static_cast<double>(died.size())},
             {"lost", static_cast<double>(lost)},
             {"knows", static_cast<double>(gateway.instances())}});
@@ -172,15 +172,15 @@ void measure_with_raw(std::uint32_t peers, const PresenceOptions& options) {
   const tests::Domain domain;
   const PeerOptions peer{.kind = "raw", .domain = domain.number()};
   const Fleet echoes(peer, peers, peers);
-  RawAsker asker(domain.number(), peers);
-  if (!asker.await_peers(patience)) {
+  RawRequester requester(domain.number(), peers);
+  if (!requester.await_peers(patience)) {
     return;
   }
   tell_row({{"raw_known", seconds_since(echoes.started())}});
   tell_idle("raw_", {&echoes}, echoes.started(), options,
             [](seconds time) { std::this_thread::sleep_for(time); });
   tell_calls("raw_", peers, [&](std::size_t count) {
-    return rate_and_times(asker.run(count, 1, patience_of_calls), &RawResult::round_trips);
+    return rate_and_times(requester.run(count, 1, patience_of_calls), &RawResult::round_trips);
   });
 }
 

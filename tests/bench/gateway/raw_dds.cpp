@@ -44,7 +44,7 @@ Entity create_domain(std::uint32_t domain) {
 
 }  // namespace
 
-RawEnd::RawEnd(std::uint32_t domain)
+RawEndpoint::RawEndpoint(std::uint32_t domain)
     : domain_(create_domain(domain)),
       participant_(check(dds_create_participant(domain, nullptr, nullptr), "join the domain")),
       requests_(check(dds_create_topic(participant_.handle(), &bench_RawMessage_desc,
@@ -54,15 +54,15 @@ RawEnd::RawEnd(std::uint32_t domain)
                                       nullptr, nullptr),
                      "create the topic of replies")) {}
 
-dds_entity_t RawEnd::create_writer(dds_entity_t topic, const std::string& partition) const {
+dds_entity_t RawEndpoint::create_writer(dds_entity_t topic, const std::string& partition) const {
   const dds_entity_t publisher =
       check(dds_create_publisher(participant_.handle(), partition_qos(partition).get(), nullptr),
             "publish");
   return check(dds_create_writer(publisher, topic, endpoint_qos().get(), nullptr), "write");
 }
 
-dds_entity_t RawEnd::create_reader(dds_entity_t topic, const std::string& partition,
-                                   const dds_listener_t* listener) const {
+dds_entity_t RawEndpoint::create_reader(dds_entity_t topic, const std::string& partition,
+                                        const dds_listener_t* listener) const {
   const dds_entity_t subscriber =
       check(dds_create_subscriber(participant_.handle(), partition_qos(partition).get(), nullptr),
             "subscribe");
@@ -73,7 +73,7 @@ std::string raw_partition(std::uint32_t peer) {
   return fmt::format("raw{}", peer);
 }
 
-struct RawAsker::Impl {
+struct RawRequester::Impl {
   explicit Impl(std::uint32_t domain) : end(domain) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -112,11 +112,11 @@ struct RawAsker::Impl {
   }
 
   static void on_data(dds_entity_t reader, void* self) {
-    auto& asker = *static_cast<Impl*>(self);
+    auto& requester = *static_cast<Impl*>(self);
     while (fabric::wire::take_lent<bench_RawMessage>(
                reader, [&](const auto& reply, const dds_sample_info_t& info) {
                  if (info.valid_data) {
-                   asker.take(reply);
+                   requester.take(reply);
                  }
                }) > 0) {
     }
@@ -136,7 +136,7 @@ struct RawAsker::Impl {
     }
   }
 
-  RawEnd end;
+  RawEndpoint end;
   std::string text = "2.0000000000";
   std::vector<dds_entity_t> writers;
   dds_entity_t reader = 0;
@@ -149,7 +149,7 @@ struct RawAsker::Impl {
   std::binary_semaphore done{0};
 };
 
-RawAsker::RawAsker(std::uint32_t domain, std::uint32_t peers)
+RawRequester::RawRequester(std::uint32_t domain, std::uint32_t peers)
     : impl_(std::make_unique<Impl>(domain)) {
   for (std::uint32_t peer = 0; peer < peers; ++peer) {
     impl_->writers.push_back(impl_->end.create_writer(impl_->end.requests(), raw_partition(peer)));
@@ -159,9 +159,9 @@ RawAsker::RawAsker(std::uint32_t domain, std::uint32_t peers)
   impl_->reader = impl_->end.create_reader(impl_->end.replies(), "raw*", listener.get());
 }
 
-RawAsker::~RawAsker() = default;
+RawRequester::~RawRequester() = default;
 
-bool RawAsker::await_peers(std::chrono::milliseconds limit) {
+bool RawRequester::await_peers(std::chrono::milliseconds limit) {
   const auto end = Clock::now() + limit;
   const auto all_matched = [&] {
     for (const dds_entity_t writer : impl_->writers) {
@@ -184,8 +184,8 @@ bool RawAsker::await_peers(std::chrono::milliseconds limit) {
   return true;
 }
 
-std::optional<RawResult> RawAsker::run(std::size_t calls, std::size_t in_flight,
-                                       std::chrono::milliseconds limit) {
+std::optional<RawResult> RawRequester::run(std::size_t calls, std::size_t in_flight,
+                                           std::chrono::milliseconds limit) {
   impl_->places.reserve(in_flight);
   while (impl_->places.size() < in_flight) {
     impl_->add_place();
@@ -221,9 +221,9 @@ RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_fl
     options.number = i;
     peers.push_back(start_peer(options));
   }
-  RawAsker asker(domain, processes);
-  if (asker.await_peers(tests::patience)) {
-    if (auto result = asker.run(calls, in_flight, tests::patience)) {
+  RawRequester requester(domain, processes);
+  if (requester.await_peers(tests::patience)) {
+    if (auto result = requester.run(calls, in_flight, tests::patience)) {
       return std::move(*result);
     }
   }

@@ -1,8 +1,8 @@
 // Bare Cyclone DDS request and reply: the floor under a call. Each peer has a reader and a writer
 // in a partition of its own; the one that asks has a writer for each of them.
 //
-//   RawAsker asker(domain, 4);             // beside the peers 0 to 3 (PeerOptions, kind "raw")
-//   if (asker.await_peers(limit)) asker.run(10'000, 256, limit);
+//   RawRequester requester(domain, 4);             // beside the peers 0 to 3 (PeerOptions, kind "raw")
+//   if (requester.await_peers(limit)) requester.run(10'000, 256, limit);
 #pragma once
 
 #include <chrono>
@@ -26,10 +26,10 @@ struct RawResult {
 
 /// A participant with DDS's ordinary lease and the fabric's configuration of Cyclone, and what a
 /// raw peer makes in it.
-class RawEnd {
+class RawEndpoint {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
-  explicit RawEnd(std::uint32_t domain);
+  explicit RawEndpoint(std::uint32_t domain);
 
   [[nodiscard]] dds_entity_t requests() const { return requests_.handle(); }
   [[nodiscard]] dds_entity_t replies() const { return replies_.handle(); }
@@ -47,13 +47,13 @@ class RawEnd {
 /// The partition of a peer.
 std::string raw_partition(std::uint32_t peer);
 
-class RawAsker {
+class RawRequester {
  public:
   /// For the peers 0 to `peers` - 1.
-  RawAsker(std::uint32_t domain, std::uint32_t peers);
-  ~RawAsker();
-  RawAsker(const RawAsker&) = delete;
-  RawAsker& operator=(const RawAsker&) = delete;
+  RawRequester(std::uint32_t domain, std::uint32_t peers);
+  ~RawRequester();
+  RawRequester(const RawRequester&) = delete;
+  RawRequester& operator=(const RawRequester&) = delete;
 
   /// True once all peers are matched, both ways; false when `limit` is over.
   bool await_peers(std::chrono::milliseconds limit);

@@ -157,7 +157,7 @@ std::vector<std::string> dimensions() {
 
 bool measure_scale(const ScaleOptions& options) {
   fmt::print(
-      "controllers in memory, prompt handlers, every process on this machine. known: from the last "
+      "controllers in memory, inline handlers, every process on this machine. known: from the last "
       "start until\nall instances are; calls/s: a call under way on every channel; us: processor "
       "time for a call; p50: one\ncall at a time; idle: without calls, over {} s, % of one core\n",
       options.idle_seconds);

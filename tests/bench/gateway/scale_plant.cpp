@@ -248,7 +248,7 @@ class GrownPlant {
         std::min((in_flight + size_.instances - 1) / size_.instances, most_concurrency);
     for (std::uint32_t i = 0; i < size_.processes; ++i) {
       services_.tasks.push_back(
-          site_.start_service({.kind = size_.uuids > 0 ? "uuids" : "prompt",
+          site_.start_service({.kind = size_.uuids > 0 ? "uuids" : "inline",
                                .domain = domain_.number(),
                                .count = size_.instances / size_.processes +
                                         (i < size_.instances % size_.processes ? 1U : 0U),

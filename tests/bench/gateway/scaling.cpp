@@ -55,9 +55,9 @@ struct Rounds {
   throw std::runtime_error(fmt::format("{} within {} s", what, patience.count()));
 }
 
-/// A round of a gateway or a raw asker: warms up, then measures as many calls as fill its time.
-template <typename Asker>
-void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Asker& run) {
+/// A round of a gateway or a raw requester: warms up, then measures as many calls as fill its time.
+template <typename Requester>
+void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Requester& run) {
   const auto warm = run(warm_up);
   if (!warm) {
     give_up(fmt::format("the calls of {} to warm up were not answered", whose));
@@ -65,7 +65,7 @@ void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Aske
   const std::size_t calls = calls_of_round(warm->calls_per_second);
   const double before = fleet.processor_seconds();
   const auto result = run(calls);
-  remark(fleet.complaint());
+  remark(fleet.problem());
   if (!result) {
     give_up(fmt::format("the calls of {} were not answered", whose));
   }
@@ -75,7 +75,7 @@ void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Aske
 
 void add_round_of_gateway(Rounds& rounds, std::uint32_t instances, std::uint32_t processes) {
   const tests::Domain domain;
-  const Fleet services({.kind = "prompt",
+  const Fleet services({.kind = "inline",
                         .domain = domain.number(),
                         .concurrency = (in_flight + instances - 1) / instances},
                        instances, processes);
@@ -90,19 +90,19 @@ void add_round_of_gateway(Rounds& rounds, std::uint32_t instances, std::uint32_t
 void add_round_of_raw(Rounds& rounds, std::uint32_t peers, std::uint32_t processes) {
   const tests::Domain domain;
   const Fleet echoes({.kind = "raw", .domain = domain.number()}, peers, processes);
-  RawAsker asker(domain.number(), peers);
-  if (!asker.await_peers(patience)) {
+  RawRequester requester(domain.number(), peers);
+  if (!requester.await_peers(patience)) {
     give_up("the raw peers were not matched");
   }
   add_round("raw Cyclone", rounds, echoes,
-            [&](std::size_t calls) { return asker.run(calls, in_flight, patience); });
+            [&](std::size_t calls) { return requester.run(calls, in_flight, patience); });
 }
 
 std::string line(std::uint32_t instances, const Row& row) {
   return fmt::format("{:>3} instances{:>10}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}\n", instances,
                      row.text("calls_per_second"), row.text("raw_calls_per_second"),
                      row.text("ratio", 2), row.text("gateway", 1), row.text("services", 1),
-                     row.text("raw_asker", 1), row.text("raw_peers", 1));
+                     row.text("raw_requester", 1), row.text("raw_peers", 1));
 }
 
 /// One goal: says how it stands, and whether it is met.
@@ -135,12 +135,12 @@ bool judge(const std::map<std::uint32_t, Row>& rows) {
 
 bool measure_scaling(const ScalingOptions& options) {
   fmt::print(
-      "{} calls in flight, controllers in memory, prompt handlers; instances of one UUID in at\n"
+      "{} calls in flight, controllers in memory, inline handlers; instances of one UUID in at\n"
       "most {} processes, and as many peers of raw Cyclone; best of {} rounds. Processor time for\n"
       "each call in us: mean of the rounds, with the kernel's.\n"
       "{:>13}{:>10}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}\n",
       in_flight, options.processes, options.rounds, "", "calls/s", "raw calls/s", "ratio",
-      "us: gateway", "services", "raw: asker", "raw: peers");
+      "us: gateway", "services", "raw: requester", "raw: peers");
   std::map<std::uint32_t, Row> rows;
   bool complete = true;
   for (const std::uint32_t instances : options.instances) {
@@ -165,7 +165,7 @@ void measure_scaling_row(const ScalingOptions& options) {
   for (std::uint32_t round = 0; round < options.rounds; ++round) {
     add_round_of_raw(raw, instances, processes);
     tell_row({{"raw_calls_per_second", raw.calls_per_second},
-              {"raw_asker", raw.asking},
+              {"raw_requester", raw.asking},
               {"raw_peers", raw.answering}});
     add_round_of_gateway(ours, instances, processes);
     tell_row({{"calls_per_second", ours.calls_per_second},

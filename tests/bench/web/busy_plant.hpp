@@ -16,8 +16,8 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/ends/call_end.hpp"
-#include "fabric/ends/data_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
+#include "fabric/endpoints/data_endpoint.hpp"
 #include "tools/recording/histogram.hpp"
 
 namespace millrace::bench {
@@ -36,7 +36,7 @@ inline fabric::Time now() {
   return std::chrono::system_clock::now();
 }
 
-class BusyPlant : public fabric::ends::CallEndListener {
+class BusyPlant : public fabric::endpoints::CallEndpointListener {
  public:
   BusyPlant(std::uint32_t domain, std::uint64_t epoch);
 
@@ -84,8 +84,8 @@ class BusyPlant : public fabric::ends::CallEndListener {
   Clock::time_point begun_{};
   Clock::time_point stop_at_{};
   fabric::dds::Participant participant_;
-  fabric::ends::CallEnd end_;
-  fabric::ends::DataEnd data_;
+  fabric::endpoints::CallEndpoint end_;
+  fabric::endpoints::DataEndpoint data_;
   boost::asio::steady_timer beat_;
   double beats_ = 0;
 };

@@ -161,7 +161,7 @@ TEST_P(AHundredInstances, LoseNoCallAndDoubleNoneWhateverHappensToThem) {
   sut().network().heal();
   await_present(of_host(3), all);
 
-  // It is heard, and hears nothing: its beats come, and no call gets there.
+  // It is heard, and hears nothing: its heartbeats come, and no call gets there.
   sut().network().cut_one_way("gateway", host_of(3));
   expect_calls_go_on();
   expect_calls_go_on();

@@ -81,7 +81,7 @@ bool Caller::await_instance(std::chrono::seconds limit) {
   }
   called_ = instances_.begin()->second.id;
   lock.unlock();
-  // Its mailbox.
+  // Its partition.
   requests_ =
       fabric_.write("millrace/v3/request", dds::TypeSupport(new RequestPubSubType()),
                     {.partition = fabric_.name() + "/" + uuid_ + "/" + fastdds::text_of(called_)});

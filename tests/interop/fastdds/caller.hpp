@@ -1,5 +1,5 @@
 // A caller of the fabric's services on Fast DDS: finds an instance by what is announced, puts
-// requests into its mailbox and takes the replies.
+// requests into its partition and takes the replies.
 #pragma once
 
 #include <condition_variable>

@@ -109,7 +109,7 @@ class AForeignServiceThatShowsWhatItIs : public AForeignService,
     }
     chain.with_trust({square_root_uuid}, GetParam());
     chain.trust().run(
-        {"issue", "PLANT", "fastdds", "--role", "service", "--uuid", foreign_uuid, "--foreign"});
+        {"issue", "PKI", "fastdds", "--role", "service", "--uuid", foreign_uuid, "--foreign"});
   }
   Process shown(const std::string& member) {
     return service(
@@ -133,7 +133,7 @@ TEST_P(AForeignServiceThatShowsWhatItIs, AnswersCallsAndIsSeen) {
 // Nor may it be another UUID's because it is another vendor's.
 TEST_P(AForeignServiceThatShowsWhatItIs, AnswersNothingThatItsCertificateDoesNotSay) {
   chain.trust().run(
-      {"issue", "PLANT", "other", "--role", "service", "--uuid", square_root_uuid, "--foreign"});
+      {"issue", "PKI", "other", "--role", "service", "--uuid", square_root_uuid, "--foreign"});
   Process sut = start("fastdds_service", {"--trust", chain.trust().of("other"), "--protection",
                                           GetParam(), "--domain", std::to_string(chain.domain())});
   EXPECT_NE(sut.wait(), 0);

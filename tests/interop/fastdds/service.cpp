@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "badgePubSubTypes.h"
+#include "identityPubSubTypes.h"
 #include "millracePubSubTypes.h"
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 
@@ -11,7 +11,7 @@ namespace millrace::tests::interop::fastdds {
 namespace {
 
 /// In each lease.
-constexpr std::uint32_t beats_per_lease = 4;
+constexpr std::uint32_t heartbeats_per_lease = 4;
 
 Nanoseconds now() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -24,10 +24,10 @@ Nanoseconds now() {
 Service::Service(Fabric& fabric, Options options, Handler handler)
     : options_(std::move(options)),
       handler_(std::move(handler)),
-      desk_(options_.identity.id, options_.room) {
+      scheduler_(options_.identity.id, options_.room) {
   if (!options_.certificate.empty()) {
     const std::string prefix = fabric.name() + "/@";
-    fabric.write("millrace/badge", dds::TypeSupport(new BadgePubSubType()),
+    fabric.write("millrace/identity", dds::TypeSupport(new ParticipantIdentityPubSubType()),
                  {.partition = prefix + "name/" + options_.certificate,
                   .more_partitions = {prefix + "role/service"},
                   .best_effort = true});
@@ -37,9 +37,9 @@ Service::Service(Fabric& fabric, Options options, Handler handler)
                           {.partition = of_uuid,
                            .user_data = writer_data(options_.identity.id),
                            .max_instances = options_.max_instances});
-  beats_ = fabric.write("millrace/v3/beat", dds::TypeSupport(new BeatPubSubType()),
-                        {.partition = fabric.name(), .best_effort = true});
-  threads_.emplace_back([this] { beat(); });
+  heartbeats_ = fabric.write("millrace/v3/heartbeat", dds::TypeSupport(new HeartbeatPubSubType()),
+                             {.partition = fabric.name(), .best_effort = true});
+  threads_.emplace_back([this] { heartbeat(); });
   for (std::uint32_t i = 0; i < options_.room; ++i) {
     threads_.emplace_back([this] { work(); });
   }
@@ -68,8 +68,8 @@ void Service::leave() {
   identity.draining = true;
   Fabric::set_user_data(*requests_, reader_data(identity));
   std::unique_lock lock(mutex_);
-  desk_.leave();
-  changed_.wait(lock, [this] { return desk_.idle() && to_send_.empty() && sending_ == 0; });
+  scheduler_.leave();
+  changed_.wait(lock, [this] { return scheduler_.idle() && to_send_.empty() && sending_ == 0; });
   lock.unlock();
   replies_->wait_for_acknowledgments({2, 0});
 }
@@ -89,10 +89,10 @@ void Service::take(const Request& request, const dds::SampleInfo& info) {
   }
   const std::lock_guard lock(mutex_);
   if (info.valid_data && request.attempt() == 0) {
-    desk_.take_back(key_of(request));
+    scheduler_.take_back(key_of(request));
     std::cout << "taken back: channel " << request.channel() << std::endl;
   } else if (info.valid_data) {
-    if (auto reply = desk_.take(request, now())) {
+    if (auto reply = scheduler_.take(request, now())) {
       to_send_.push_back(std::move(*reply));
     }
   }
@@ -113,11 +113,11 @@ void Service::work() {
       lock.lock();
       --sending_;
       changed_.notify_all();
-    } else if (const auto call = desk_.begin(now())) {
+    } else if (const auto call = scheduler_.begin(now())) {
       lock.unlock();
       const Answer answer = handler_(*call);
       lock.lock();
-      if (auto reply = desk_.finish(*call, answer.text, answer.state, now())) {
+      if (auto reply = scheduler_.finish(*call, answer.text, answer.state, now())) {
         to_send_.push_back(std::move(*reply));
       }
       changed_.notify_all();
@@ -127,18 +127,18 @@ void Service::work() {
   }
 }
 
-void Service::beat() {
-  const Id member = random_id();
-  const std::chrono::milliseconds period(options_.identity.lease_ms / beats_per_lease);
+void Service::heartbeat() {
+  const Id process = random_id();
+  const std::chrono::milliseconds period(options_.identity.lease_ms / heartbeats_per_lease);
   auto next = std::chrono::steady_clock::now();
   std::unique_lock lock(mutex_);
   while (!stopping_) {
-    Beat beat;
-    beat.member(member);
-    beat.at(now());
-    beat.loads().push_back(desk_.load());
+    Heartbeat heartbeat;
+    heartbeat.process(process);
+    heartbeat.at(now());
+    heartbeat.loads().push_back(scheduler_.load());
     lock.unlock();
-    beats_->write(&beat);
+    heartbeats_->write(&heartbeat);
     lock.lock();
     // Late ones are not made up for.
     next = std::max(next + period, std::chrono::steady_clock::now());

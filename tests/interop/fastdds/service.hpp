@@ -1,4 +1,5 @@
-// A service of the fabric on Fast DDS: its three endpoints, the threads that work, and the beat.
+// A service of the fabric on Fast DDS: its three endpoints, the threads that work, and the
+// heartbeat.
 #pragma once
 
 #include <chrono>
@@ -10,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "desk.hpp"
+#include "call_scheduler.hpp"
 #include "fabric.hpp"
 #include "identity.hpp"
 
@@ -30,7 +31,7 @@ class Service final : dds::DataReaderListener {
     std::uint32_t room = 1;
     /// Of its reader and writers: Fast DDS's own limit is 10.
     int max_instances = 0;
-    /// With trust: the common name of its certificate, for its badge.
+    /// With trust: the common name of its certificate, for its identity.
     std::string certificate{};
     /// Called in the listener, in Fast DDS's own thread, for each request that comes.
     std::function<void(const Request&)> on_request;
@@ -50,18 +51,18 @@ class Service final : dds::DataReaderListener {
   void on_data_available(dds::DataReader* reader) override;
   void take(const Request& request, const dds::SampleInfo& info);
   void work();
-  void beat();
+  void heartbeat();
 
   const Options options_;
   const Handler handler_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  Desk desk_;
+  CallScheduler scheduler_;
   std::deque<Reply> to_send_;
   std::size_t sending_ = 0;
   bool stopping_ = false;
   dds::DataWriter* replies_;
-  dds::DataWriter* beats_;
+  dds::DataWriter* heartbeats_;
   dds::DataReader* requests_;
   std::vector<std::thread> threads_;
 };

@@ -2,7 +2,7 @@
 //
 //   --domain N --fabric NAME --uuid UUID --name NAME
 //   --trust FOLDER        what `millrace trust issue` has made for it; --protection SIGN or ENCRYPT
-//   --certificate NAME    with --trust: the name in its certificate, which its badge says
+//   --certificate NAME    with --trust: the name in its certificate, which its identity says
 //   --concurrency N       calls that it says it takes at once
 //   --room N              calls that it takes; the others it declines
 //   --work MS             how long each takes

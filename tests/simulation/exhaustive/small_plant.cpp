@@ -36,8 +36,7 @@ GatewayPlan gateway_plan(const SmallPlan& plan) {
   gateway::settings::MachineSettings machine;
   machine.name = "m0";
   machine.watch = gateway::SubscriptionMode::poll;
-  machine.intervals = {
-      .after_answer = 50ms, .after_answer_for = 0ms, .idle = 50ms, .full = 100ms};
+  machine.intervals = {.after_answer = 50ms, .after_answer_for = 0ms, .idle = 50ms, .full = 100ms};
   gateway.file.machines.push_back(machine);
   gateway.watches_itself = false;
   gateway.journal.sync = gateway::journal::Sync::always;
@@ -51,7 +50,7 @@ ServicePlan service_plan(const SmallPlan& plan, const std::string& name) {
   service.name = name;
   service.uuid = uuid;
   service.delivery = plan.delivery;
-  service.awaited = plan.awaited;
+  service.completion_signal = plan.completion_signal;
   service.habits = {.slow = 0, .fails = 0, .refused = 0, .interim = 0, .stuck = 0};
   service.bug = plan.bug;
   return service;
@@ -77,7 +76,7 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   habits.uuids = {uuid};
   habits.calls = plan.calls;
   habits.impatient = 0;
-  habits.waits_for_text = plan.awaited == fabric::Awaited::response;
+  habits.waits_for_text = plan.completion_signal == fabric::CompletionSignal::response;
   habits.services_know = true;
   controller_.add(plan.rules, habits, chance(plan, 5));
   gateway_.plug(controller_, cable_);

@@ -46,7 +46,7 @@ inline constexpr std::array mishap_names{
 struct SmallPlan {
   Mishap mishap = Mishap::none;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   cnc::simulator::ServiceRules rules{};
   /// Whether a controller does what it has received on a connection that is gone.
   bool leftovers_dropped = false;

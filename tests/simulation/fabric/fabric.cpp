@@ -13,7 +13,7 @@ EndNumber Fabric::add(Process& process) {
   return ends_.size() - 1;
 }
 
-EndNumber Fabric::join(Process& process, GatewayListener& listener, GatewayWatchListener& watch) {
+EndNumber Fabric::join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch) {
   const EndNumber number = add(process);
   ends_[number]->gateway = &listener;
   talk_.join(number, process, watch);

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "fabric/registry/registry.hpp"
+#include "fabric/registry/instance_registry.hpp"
 #include "fabric/request_key.hpp"
 #include "tests/simulation/fabric/gateway_talk.hpp"
 #include "tests/simulation/history/history.hpp"
@@ -26,7 +26,7 @@
 
 namespace millrace::tests::simulation {
 
-/// fabric::ends::CallEndListener, as the gateway hears it.
+/// fabric::endpoints::CallEndpointListener, as the gateway hears it.
 class GatewayListener {
  public:
   virtual ~GatewayListener() = default;
@@ -39,7 +39,7 @@ class GatewayListener {
   virtual void on_stranger(const fabric::Reply& reply) = 0;
 };
 
-/// fabric::ends::ReplyEndListener.
+/// fabric::endpoints::ReplyEndpointListener.
 class InstanceListener {
  public:
   virtual ~InstanceListener() = default;
@@ -66,7 +66,7 @@ class Fabric {
 
   FabricWeather weather;
 
-  EndNumber join(Process& process, GatewayListener& listener, GatewayWatchListener& watch);
+  EndNumber join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch);
   EndNumber join(Process& process, InstanceListener& listener,
                  const fabric::InstanceIdentity& identity);
   /// `told`: it says good-bye; otherwise the others find out by its lease.
@@ -75,11 +75,11 @@ class Fabric {
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
 
-  /// False if the mailbox of its instance is not open yet.
+  /// False if the partition of its instance is not open yet.
   bool publish(EndNumber gateway, const fabric::Request& request);
   void withdraw(EndNumber gateway, const fabric::RequestKey& key);
-  /// What an instance does, for whoever hears it now; a beat that is lost is lost.
-  void beat(EndNumber instance, const fabric::InstanceLoad& load);
+  /// What an instance does, for whoever hears it now; a heartbeat that is lost is lost.
+  void heartbeat(EndNumber instance, const fabric::InstanceLoad& load);
   void publish(EndNumber instance, const fabric::Reply& reply);
   void change_identity(EndNumber instance, const fabric::InstanceIdentity& identity);
 
@@ -108,12 +108,12 @@ class Fabric {
   };
   /// Which request, and in whose name it is answered.
   using ReplyKey = std::pair<fabric::RequestKey, fabric::InstanceId>;
-  /// As fabric::wire::Presence.
-  enum class Presence : std::uint8_t { alive, withdrawn, orphaned };
+  /// As fabric::wire::InstanceState.
+  enum class InstanceState : std::uint8_t { alive, disposed, no_writers };
   /// What a reader has and its process has not taken.
   struct Cached {
     fabric::Request value;
-    Presence presence = Presence::alive;
+    InstanceState instance_state = InstanceState::alive;
   };
   struct End {
     Process* process = nullptr;
@@ -123,10 +123,10 @@ class Fabric {
     GatewayListener* gateway = nullptr;
     InstanceListener* instance = nullptr;
     // A gateway's.
-    fabric::registry::Registry registry;
+    fabric::registry::InstanceRegistry registry;
     /// All that the registry was told and has told.
     Meaning registry_knows = 0;
-    /// The mailboxes of instances.
+    /// The partitions of instances.
     std::map<fabric::InstanceId, Writer<fabric::RequestKey, fabric::Request>> requests;
     /// With the end that has written it.
     std::map<std::pair<ReplyKey, EndNumber>, fabric::Reply> replies_in;

@@ -30,7 +30,7 @@ std::string Fabric::place_of_gateway(const End& end, EndNumber number) const {
 std::string Fabric::place_of_instance(const End& end, EndNumber number) const {
   std::string words = fmt::format("{} {}", end.drain_due, end.replies.last);
   for (const auto& [key, cached] : end.requests_in) {
-    words += fmt::format("|{} {} {} {} {}", key.epoch, static_cast<int>(cached.presence),
+    words += fmt::format("|{} {} {} {} {}", key.epoch, static_cast<int>(cached.instance_state),
                          cached.value.call.to_string(), cached.value.attempt,
                          cached.value.assigned.to_string());
   }

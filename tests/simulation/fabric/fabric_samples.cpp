@@ -38,7 +38,7 @@ void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {
   }
 }
 
-void Fabric::beat(EndNumber number, const fabric::InstanceLoad& load) {
+void Fabric::heartbeat(EndNumber number, const fabric::InstanceLoad& load) {
   for (const PairPointer& pair : pairs_of(number)) {
     if (!pair->of_instance.heard || random_.chance(weather.lost)) {
       continue;
@@ -110,10 +110,10 @@ void Fabric::arrive_requests(const PairPointer& pair) {
     }
     Cached& cached = instance.requests_in[key];
     if (sample.value) {
-      cached = {*sample.value, Presence::alive};
+      cached = {*sample.value, InstanceState::alive};
       instance.requested_by[key].insert(pair->gateway);
     } else {
-      cached.presence = Presence::withdrawn;
+      cached.instance_state = InstanceState::disposed;
       instance.requested_by[key].erase(pair->gateway);
     }
     news = true;
@@ -130,7 +130,7 @@ void Fabric::orphan(EndNumber number, EndNumber gateway) {
   bool news = false;
   for (auto& [key, gateways] : instance.requested_by) {
     if (gateways.erase(gateway) > 0 && gateways.empty()) {
-      instance.requests_in[key].presence = Presence::orphaned;
+      instance.requests_in[key].instance_state = InstanceState::no_writers;
       news = true;
     }
   }
@@ -159,15 +159,15 @@ void Fabric::take_requests(EndNumber number) {
   End& end = *ends_[number];
   end.drain_due = false;
   for (const auto& [key, cached] : std::exchange(end.requests_in, {})) {
-    switch (cached.presence) {
+    switch (cached.instance_state) {
       // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
-      case Presence::withdrawn:
+      case InstanceState::disposed:
         end.instance->on_withdrawn(key);
         break;
-      case Presence::orphaned:
+      case InstanceState::no_writers:
         end.instance->on_orphaned(key);
         break;
-      case Presence::alive:
+      case InstanceState::alive:
         end.instance->on_request(cached.value);
         break;
     }
@@ -208,7 +208,7 @@ void Fabric::take_replies(EndNumber number) {
     agenda_.touches(end.process->parties());
   }
   for (const auto& [key, reply] : std::exchange(end.replies_in, {})) {
-    // As fabric::ends::CallEnd judges it.
+    // As fabric::endpoints::CallEndpoint judges it.
     if (end.registry.speaks_for(writer_of(key.second), reply.instance)) {
       end.gateway->on_reply(reply);
     } else {

@@ -7,7 +7,7 @@
 
 namespace millrace::tests::simulation {
 
-void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchListener& listener) {
+void GatewayTalk::join(EndNumber number, Process& process, GatewayMonitorListener& listener) {
   End& end = ends_[number];
   end.process = &process;
   end.life = process.life();
@@ -152,7 +152,7 @@ void GatewayTalk::let_go(EndNumber number, const Key& key) {
   send(number);
 }
 
-void GatewayTalk::watch_channels(EndNumber end) {
+void GatewayTalk::subscribe_channels(EndNumber end) {
   if (!std::exchange(ends_.at(end).watches_channels, true)) {
     for (const WayPointer& way : ways_) {
       if (way->to == end) {

@@ -1,6 +1,6 @@
 // What gateways tell each other: the topics of machines and of channels, as
-// fabric::ends::GatewayWatch hears them. Reliable, transient local, keep last 1, by the same rules
-// as in fabric.hpp.
+// fabric::endpoints::GatewayMonitor hears them. Reliable, transient local, keep last 1, by the same
+// rules as in fabric.hpp.
 #pragma once
 
 #include <functional>
@@ -21,10 +21,10 @@ struct FabricWeather;
 /// Numbers of the ends in the fabric; each life of a process has its own.
 using EndNumber = std::size_t;
 
-/// fabric::ends::GatewayWatchListener.
-class GatewayWatchListener {
+/// fabric::endpoints::GatewayMonitorListener.
+class GatewayMonitorListener {
  public:
-  virtual ~GatewayWatchListener() = default;
+  virtual ~GatewayMonitorListener() = default;
   virtual void on_machine(const fabric::MachineStatus& status) = 0;
   virtual void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) = 0;
   virtual void on_channel(const fabric::ChannelStatus& status) = 0;
@@ -35,7 +35,7 @@ class GatewayTalk {
   GatewayTalk(Agenda& agenda, const FabricWeather& weather, Random random)
       : agenda_(agenda), weather_(weather), random_(random) {}
 
-  void join(EndNumber end, Process& process, GatewayWatchListener& listener);
+  void join(EndNumber end, Process& process, GatewayMonitorListener& listener);
   void leave(EndNumber end, bool told);
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
@@ -47,7 +47,7 @@ class GatewayTalk {
   void let_go(EndNumber end, const std::string& machine);
   void let_go(EndNumber end, const Key& key);
   /// From now on this end hears of channels too, as they are and as they change.
-  void watch_channels(EndNumber end);
+  void subscribe_channels(EndNumber end);
 
   /// Whether all that `from` says has come to `to`, and nothing keeps the next word from it.
   [[nodiscard]] bool hears(EndNumber to, EndNumber from) const;
@@ -62,7 +62,7 @@ class GatewayTalk {
   struct End {
     Process* process = nullptr;
     std::uint64_t life = 0;
-    GatewayWatchListener* listener = nullptr;
+    GatewayMonitorListener* listener = nullptr;
     bool there = true;
     bool awake = true;
     bool watches_channels = false;

@@ -95,8 +95,8 @@ void Storm::befalls(const Befallen& befallen) {
   for (const auto& gateway : plant_.gateways()) {
     for (const auto& [key, status] : gateway->statuses()) {
       if (befallen(*gateway, status)) {
-        ++reach_[{fault_, gateway->witness().step_of(key, status.state)}];
-        if (status.state == fabric::ChannelState::running && gateway->witness().at_most_once(key)) {
+        ++reach_[{fault_, gateway->checker().step_of(key, status.state)}];
+        if (status.state == fabric::ChannelState::running && gateway->checker().at_most_once(key)) {
           ++reach_[{fault_, "once"}];
         }
         if (status.call != fabric::CallId{} && !fabric::queue_of(key.machine).empty()) {

@@ -20,7 +20,7 @@
 namespace millrace::tests::simulation {
 
 /// How a controller keeps its word to tell of changes. In a hundred questions or tellings.
-struct NoticeHabits {
+struct NotificationHabits {
   bool refuses = false;
   /// Grants it and tells nothing, or nothing but the first values.
   bool silent = false;
@@ -58,7 +58,7 @@ struct WriteHabits {
 
 /// What lies between them; outlives both.
 struct Cable {
-  NoticeHabits notices{};
+  NotificationHabits notifications{};
   WriteHabits writes{};
   bool plugged = true;
   /// Nothing comes through, and nobody is told.
@@ -140,7 +140,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void answered(const RequestPointer& request);
   void timed_out(const RequestPointer& request);
   void fail(const Request& request, bool timeout);
-  // ads_link_notices.cpp
+  // ads_link_notifications.cpp
   void begin_telling(std::uint16_t channel);
   void sample_later(std::uint16_t channel);
   void take_sample(std::uint16_t channel);

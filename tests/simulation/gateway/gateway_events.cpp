@@ -11,18 +11,18 @@ using gateway::WriteOutcome;
 
 void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance) {
   note("sees instance " + instance.id.to_string().substr(0, 8));
-  witness_.on_ready(instance);
+  checker_.on_ready(instance);
   core_->on_instance_ready(mistakes_.seen(instance));
 }
 
 void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
-  witness_.on_ready(instance);
+  checker_.on_ready(instance);
   core_->on_instance_ready(mistakes_.seen(instance));
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
   note("loses instance " + instance.to_string().substr(0, 8));
-  witness_.on_gone(instance);
+  checker_.on_gone(instance);
   if (!mistakes_.makes(Bug::instance_loss_ignored)) {
     core_->on_instance_gone(instance);
   }
@@ -30,10 +30,10 @@ void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
 
 void GatewayProcess::on_reply(const fabric::Reply& reply) {
   if (mistakes_.forgets(reply)) {
-    witness_.on_reply(reply, [] {});
+    checker_.on_reply(reply, [] {});
     return;
   }
-  witness_.on_reply(reply, [&] { core_->on_reply(mistakes_.heard(reply, witness_)); });
+  checker_.on_reply(reply, [&] { core_->on_reply(mistakes_.heard(reply, checker_)); });
 }
 
 void GatewayProcess::on_load(const fabric::InstanceLoad& load) {
@@ -60,7 +60,7 @@ void GatewayProcess::on_machine_gone(const std::string& machine,
 }
 
 void GatewayProcess::on_channel(const fabric::ChannelStatus& status) {
-  witness_.on_heard(status);
+  checker_.on_heard(status);
   if (!mistakes_.makes(Bug::inheritance_forgotten)) {
     core_->on_channel(status);
   }
@@ -99,7 +99,7 @@ void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::s
   core_->on_other_event();
   const auto link = link_to(key.machine);
   if (const auto again = link ? mistakes_.again(key, outcome, reason) : std::nullopt) {
-    witness_.on_write(key, again->variable, again->value);
+    checker_.on_write(key, again->variable, again->value);
     link->write(key.channel, again->variable, again->value);
     return;
   }

@@ -22,7 +22,7 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
 
   void read(std::uint16_t channel, gateway::ReadSet set) override {
     const Key key{machine_, channel};
-    if (auto made_up = process_.mistakes_.instead_of(key, set, process_.witness_)) {
+    if (auto made_up = process_.mistakes_.instead_of(key, set, process_.checker_)) {
       process_.process().after(Time{}, [&process = process_, key, snapshot = *std::move(made_up)] {
         process.core_->on_read(key, snapshot);
       });
@@ -33,12 +33,12 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
   void write(std::uint16_t channel, gateway::Variable variable,
              const gateway::Value& value) override {
     const Key key{machine_, channel};
-    if (process_.mistakes_.keeps(key, {variable, value}, process_.witness_)) {
+    if (process_.mistakes_.keeps(key, {variable, value}, process_.checker_)) {
       process_.process().after(
           Time{}, [&process = process_, key] { process.on_write(key, WriteOutcome::written, ""); });
       return;
     }
-    process_.witness_.on_write(key, variable, value);
+    process_.checker_.on_write(key, variable, value);
     link_->write(channel, variable, value);
   }
   void subscribe(const std::vector<std::uint16_t>& channels) override {
@@ -83,7 +83,7 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
   }
   void ask(const Key& queue, const gateway::queues::Step& step) override {
     if (const auto* const write = std::get_if<gateway::queues::WriteLastGet>(&step)) {
-      process_.witness_.on_last_get(queue, write->element);
+      process_.checker_.on_last_get(queue, write->element);
     }
     queues_.at(queue).ask(step);
   }
@@ -106,17 +106,17 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
 
  private:
   void on_queue_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override {
-    Witness& witness = process_.witness_;
-    witness.on_shown(key, queue_snapshot(key));
+    GatewayChecker& checker = process_.checker_;
+    checker.on_shown(key, queue_snapshot(key));
     process_.history().add(
-        Looked{process_.plan_.number, witness.seen_as(key), snapshot, process_.Member::now()});
+        Looked{process_.plan_.number, checker.seen_as(key), snapshot, process_.Member::now()});
     Core::on_queue_read(key, snapshot);
   }
   void write_queue(const Key& key, const gateway::Write& write) override {
-    Witness& witness = process_.witness_;
-    witness.on_write(key, write.variable, write.value);
+    GatewayChecker& checker = process_.checker_;
+    checker.on_write(key, write.variable, write.value);
     Core::write_queue(key, write);
-    witness.on_window_written(key, write.variable, write.value, queue_snapshot(key));
+    checker.on_window_written(key, write.variable, write.value, queue_snapshot(key));
   }
 
   void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
@@ -143,7 +143,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
   }
   void on_not_owner(const Key& key, const std::string& reason) override {
     process_.leaves(key);
-    process_.witness_.on_not_owner(key);
+    process_.checker_.on_not_owner(key);
     Core::on_not_owner(key, reason);
   }
 
@@ -161,14 +161,14 @@ std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
 }
 
 void GatewayProcess::publish(const fabric::Request& request) {
-  witness_.on_publish(request);
+  checker_.on_publish(request);
   if (!fabric().publish(*end(), request)) {
     history().violated(fmt::format("{} cannot be given out: no writer", request.call.to_string()));
   }
 }
 
 void GatewayProcess::publish(const fabric::Event& event) {
-  witness_.on_tell(event.key, event, in_trouble_, ending_);
+  checker_.on_tell(event.key, event, in_trouble_, ending_);
 }
 
 void GatewayProcess::publish(const fabric::ChannelStatus& status) {
@@ -193,7 +193,7 @@ void GatewayProcess::publish(const fabric::InstanceId&, const fabric::VariableRe
 }
 
 void GatewayProcess::dispose(const fabric::RequestKey& request) {
-  witness_.on_dispose(request);
+  checker_.on_dispose(request);
   fabric().withdraw(*end(), request);
 }
 
@@ -206,8 +206,8 @@ void GatewayProcess::dispose(const fabric::MachineStatus& status) {
   fabric().talk().let_go(*end(), status.machine);
 }
 
-void GatewayProcess::watch_channels() {
-  fabric().talk().watch_channels(*end());
+void GatewayProcess::subscribe_channels() {
+  fabric().talk().subscribe_channels(*end());
 }
 
 gateway::Moment GatewayProcess::now() const {
@@ -236,7 +236,7 @@ std::unique_ptr<gateway::machines::Controller> GatewayProcess::connect(
 }
 
 void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
-  witness_.on_record(entry, ticket);
+  checker_.on_record(entry, ticket);
   if (mistakes_.skips(entry)) {
     process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else if (mistakes_.makes(Bug::recorded_before_forced)) {
@@ -249,7 +249,7 @@ void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::T
 
 void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
   if (ticket) {
-    witness_.on_recorded(ticket);
+    checker_.on_recorded(ticket);
     core_->on_recorded(ticket);
   }
 }
@@ -257,14 +257,14 @@ void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
 void GatewayProcess::log(gateway::Level, const std::string& text) {
   // That a call is given out again is said before anything comes of it.
   if (const auto call = std::exchange(retrying_, {}); call != fabric::CallId{}) {
-    witness_.on_retried(call);
+    checker_.on_retried(call);
   }
   note(text);
 }
 
-void GatewayProcess::notice(const fabric::NoticeKey& key, const std::string& text,
-                            const std::string&) {
-  note(fmt::format("notice {} {}: {}", key.kind, key.subject, text));
+void GatewayProcess::set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                               const std::string&) {
+  note(fmt::format("alarm {} {}: {}", key.kind, key.subject, text));
 }
 
 void GatewayProcess::served_no_more(const std::string& machine) {

@@ -11,8 +11,9 @@ using gateway::WriteOutcome;
 
 namespace {
 
-/// It beats eight times in its lease of half a second, and takes two seconds to end at the most.
-constexpr unsigned most_beats_to_end = 64;
+/// It sends heartbeats eight times in its lease of half a second, and takes two seconds to end at
+/// the most.
+constexpr unsigned most_heartbeats_to_end = 64;
 
 /// All that a gateway knows when it starts, but for times.
 std::string words_for(const journal::JournalState& journal_state) {
@@ -41,7 +42,7 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
       plan_(std::move(plan)),
       random_(random),
       disk_(process(), random_.fork(), plan_.bug),
-      witness_(plan_.number, history),
+      checker_(plan_.number, history),
       mistakes_(plan_.bug) {
   disk_.on_recorded = [this](const gateway::Ticket& ticket) { on_recorded(ticket); };
   disk_.on_write_error = [this](const std::string& error) {
@@ -74,7 +75,7 @@ void GatewayProcess::start() {
           process().agenda().meaning(random_.state(), words_for(journal_writer_->state()))) {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
-  witness_.on_start(journal_writer_->state().open_calls(), journal_writer_->state().numbers(),
+  checker_.on_start(journal_writer_->state().open_calls(), journal_writer_->state().numbers(),
                     plan_.file.policies);
   gateway::core::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
@@ -86,7 +87,7 @@ void GatewayProcess::start() {
   joined(fabric().join(process(), *this, *this));
   core_->start();
   if (plan_.watches_itself) {
-    beat();
+    heartbeat();
   }
   tick();
 }
@@ -95,7 +96,7 @@ void GatewayProcess::forget() {
   core_.reset();
   links_.clear();
   journal_writer_.reset();
-  witness_.on_end();
+  checker_.on_end();
   mistakes_.forget();
   ++wakes_;
   ending_ = false;
@@ -139,7 +140,7 @@ void GatewayProcess::stop() {
   }
   note("is asked to end");
   ending_ = true;
-  beats_to_end_ = 0;
+  heartbeats_to_end_ = 0;
   core_->stop();
 }
 
@@ -152,7 +153,7 @@ void GatewayProcess::reload(GatewayFile file) {
 
 void GatewayProcess::read_file() {
   note("reads its configuration again");
-  witness_.on_policies(plan_.file.policies);
+  checker_.on_policies(plan_.file.policies);
   core_->change(plan_.file.machines, plan_.file.policies);
 }
 
@@ -205,12 +206,12 @@ void GatewayProcess::tick() {
   });
 }
 
-void GatewayProcess::beat() {
-  if (ending_ && ++beats_to_end_ == most_beats_to_end) {
+void GatewayProcess::heartbeat() {
+  if (ending_ && ++heartbeats_to_end_ == most_heartbeats_to_end) {
     history().violated(fmt::format("gateway {} was asked to end and goes on", plan_.number));
   }
   const auto next = core_->heartbeat();
-  process().timer(next - now().steady, [this] { beat(); });
+  process().timer(next - now().steady, [this] { heartbeat(); });
 }
 
 }  // namespace millrace::tests::simulation

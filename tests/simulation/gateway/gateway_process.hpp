@@ -14,8 +14,8 @@
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/disk.hpp"
+#include "tests/simulation/gateway/gateway_checker.hpp"
 #include "tests/simulation/gateway/mistakes.hpp"
-#include "tests/simulation/gateway/witness.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -38,7 +38,7 @@ struct GatewayPlan {
 
 class GatewayProcess final : public Member,
                              private GatewayListener,
-                             private GatewayWatchListener,
+                             private GatewayMonitorListener,
                              private gateway::core::Fabric,
                              private gateway::core::Host,
                              public gateway::machines::ControllerEvents,
@@ -76,7 +76,7 @@ class GatewayProcess final : public Member,
 
   /// What an operator sees and can do.
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }
-  [[nodiscard]] const Witness& witness() const { return witness_; }
+  [[nodiscard]] const GatewayChecker& checker() const { return checker_; }
   void answer(const Key& key, const fabric::CallId& call);
   void retry(const Key& key, const fabric::CallId& call);
   /// Messages of its queues that are not answered, and calls that the journal holds open; nothing
@@ -121,7 +121,7 @@ class GatewayProcess final : public Member,
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,
                     const gateway::Value& value) override {
-    return witness_.describe(key, variable, value);
+    return checker_.describe(key, variable, value);
   }
 
   // Ports; gateway_ports.cpp.
@@ -131,27 +131,27 @@ class GatewayProcess final : public Member,
   void publish(const fabric::MachineStatus& status) override;
   void publish(const fabric::DataSample& sample) override;
   void publish(const fabric::ProgramEvent&) override {}
-  void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) override;
+  void publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) override;
   void publish(const fabric::Outcome&) override {}
   void dispose(const fabric::DataSample&) override {}
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const Key& status) override;
   void dispose(const fabric::MachineStatus& status) override;
-  void watch_channels() override;
+  void subscribe_channels() override;
   [[nodiscard]] gateway::Moment now() const override;
   void wake_at(std::optional<gateway::SteadyTime> time) override;
   std::unique_ptr<gateway::machines::Controller> connect(
       const gateway::settings::MachineSettings& machine) override;
   void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) override;
   void log(gateway::Level level, const std::string& text) override;
-  void notice(const fabric::NoticeKey& key, const std::string& text,
-              const std::string& advice) override;
+  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                 const std::string& advice) override;
   void may_end(bool half_written) override;
 
   std::unique_ptr<gateway::core::Core> make_core(const gateway::core::GatewayIdentity& own);
   void on_recorded(const gateway::Ticket& ticket);
   void tick();
-  void beat();
+  void heartbeat();
   void read_file();
   void forget();
   void served_no_more(const std::string& machine);
@@ -163,7 +163,7 @@ class GatewayProcess final : public Member,
   GatewayPlan plan_;
   Random random_;
   Disk disk_;
-  Witness witness_;
+  GatewayChecker checker_;
   Mistakes mistakes_;
   struct Machine {
     Controller* controller;
@@ -178,7 +178,7 @@ class GatewayProcess final : public Member,
   /// Counts what wake_at() has asked for.
   std::uint64_t wakes_ = 0;
   bool ending_ = false;
-  unsigned beats_to_end_ = 0;
+  unsigned heartbeats_to_end_ = 0;
   bool in_trouble_ = false;
   /// An operator wants it to be given out again.
   fabric::CallId retrying_{};

@@ -29,9 +29,9 @@ fabric::InstanceIdentity Mistakes::seen(const fabric::InstanceIdentity& instance
   return known;
 }
 
-fabric::Reply Mistakes::heard(const fabric::Reply& reply, const Witness& witness) const {
+fabric::Reply Mistakes::heard(const fabric::Reply& reply, const GatewayChecker& checker) const {
   fabric::Reply taken = reply;
-  const fabric::CallId current = witness.call_of(reply.key);
+  const fabric::CallId current = checker.call_of(reply.key);
   if (makes(Bug::reply_by_channel) && current != fabric::CallId{}) {
     taken.call = current;
   }
@@ -59,9 +59,9 @@ gateway::machines::Answer Mistakes::taken_for(const std::string& machine,
 }
 
 std::optional<ServiceSnapshot> Mistakes::instead_of(const Key& key, gateway::ReadSet set,
-                                                    const Witness& witness) {
+                                                    const GatewayChecker& checker) {
   const auto seen = last_looks_.find(key);
-  if (makes(Bug::answer_without_look) && set == ReadSet::request && witness.answering(key) &&
+  if (makes(Bug::answer_without_look) && set == ReadSet::request && checker.answering(key) &&
       seen != last_looks_.end()) {
     return seen->second;
   }
@@ -114,10 +114,10 @@ void Mistakes::on_write(const Key& key, gateway::WriteOutcome outcome) {
   }
 }
 
-bool Mistakes::keeps(const Key& key, const gateway::Write& write, const Witness& witness) {
+bool Mistakes::keeps(const Key& key, const gateway::Write& write, const GatewayChecker& checker) {
   last_writes_.insert_or_assign(key, write);
   return makes(Bug::state_before_text) && write.variable == gateway::Variable::response &&
-         witness.answering(key);
+         checker.answering(key);
 }
 
 std::optional<gateway::Write> Mistakes::again(const Key& key, gateway::WriteOutcome outcome,

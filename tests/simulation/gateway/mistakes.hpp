@@ -8,7 +8,7 @@
 #include "gateway/machines/controller.hpp"
 #include "gateway/outputs.hpp"
 #include "tests/simulation/gateway/bug.hpp"
-#include "tests/simulation/gateway/witness.hpp"
+#include "tests/simulation/gateway/gateway_checker.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -20,12 +20,13 @@ class Mistakes {
   void forget();
 
   [[nodiscard]] fabric::InstanceIdentity seen(const fabric::InstanceIdentity& instance) const;
-  [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply, const Witness& witness) const;
+  [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply,
+                                    const GatewayChecker& checker) const;
   /// Nobody cares for this reply.
   [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
   /// A look that is made up instead of taken.
   std::optional<gateway::ServiceSnapshot> instead_of(const Key& key, gateway::ReadSet set,
-                                                     const Witness& witness);
+                                                     const GatewayChecker& checker);
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot);
   /// What the gateway takes it for.
   [[nodiscard]] gateway::ServiceSnapshot taken_for(const Key& key,
@@ -34,7 +35,7 @@ class Mistakes {
                                                     gateway::machines::Answer answer);
   void on_write(const Key& key, gateway::WriteOutcome outcome);
   /// The write is not done, and nobody notices.
-  bool keeps(const Key& key, const gateway::Write& write, const Witness& witness);
+  bool keeps(const Key& key, const gateway::Write& write, const GatewayChecker& checker);
   /// What is written once more.
   std::optional<gateway::Write> again(const Key& key, gateway::WriteOutcome outcome,
                                       const std::string& reason) const;

@@ -106,7 +106,7 @@ void AnswerCheck::judge_value(const WriteAsked& fact) {
     expect(!text->starts_with(strange), "the word of a stranger");
     expect(!text->starts_with(unwanted), "what a handler returned that was told to stop");
   } else if (fact.variable == gateway::Variable::response_state &&
-             fact.awaited == fabric::Awaited::response_state) {
+             fact.completion_signal == fabric::CompletionSignal::response_state) {
     expect(fact.value != gateway::Value{std::uint32_t{0}}, "0, which releases nobody");
   }
 }
@@ -117,8 +117,8 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     clearing_.insert(fact.call);
     zeroed_.insert_or_assign({fact.gateway, fact.key}, fact.request);
   } else if (fact.variable == gateway::Variable::response &&
-             fact.awaited == fabric::Awaited::response && !clearing_.contains(fact.call) &&
-             !channels_[fact.key].kernel_clears) {
+             fact.completion_signal == fabric::CompletionSignal::response &&
+             !clearing_.contains(fact.call) && !channels_[fact.key].kernel_clears) {
     violations_.push_back(
         fmt::format("I3: {} releases its program by RESPONSE before REQUEST_STATE is cleared",
                     fact.call.to_string()));
@@ -162,7 +162,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     return writers.size() > writers.count(fact.gateway);
   };
   const bool answered_unseen = (channel.kernel_clears && others(channel.all_writers)) ||
-                               (fact.awaited == fabric::Awaited::response &&
+                               (fact.completion_signal == fabric::CompletionSignal::response &&
                                 (others(channel.writers) || others(channel.writers_before)));
   const auto zeroed = zeroed_.find({fact.gateway, fact.key});
   const bool seems_cleared = zeroed != zeroed_.end() && zeroed->second == fact.request &&

@@ -70,7 +70,7 @@ struct WriteAsked {
   gateway::Variable variable{};
   gateway::Value value;
   /// What the program waits for, as the gateway knows.
-  fabric::Awaited awaited{};
+  fabric::CompletionSignal completion_signal{};
 };
 /// A gateway has the final answer of this call.
 struct Answered {
@@ -165,9 +165,9 @@ struct ReplyTaken {
   GatewayNumber gateway = 0;
   fabric::Reply reply;
   /// The call stands in its channel, unanswered, and was given to this instance.
-  bool awaited = false;
+  bool completion_signal = false;
   /// What its program waits for.
-  fabric::Awaited program_awaits{};
+  fabric::CompletionSignal program_awaits{};
   /// Of the policy under which the call was accepted.
   std::optional<gateway::Rule> refused;
   /// What the call in the channel was answered with before, and is now.

@@ -51,7 +51,7 @@ void ReplyCheck::on(const ReplyTaken& fact) {
   const fabric::Reply& reply = fact.reply;
   const Said said{reply.call, reply.instance, reply.attempt, reply.answered};
   const bool known = refused_[fact.gateway].contains(said);
-  if (!fact.awaited || known || reply.kind != fabric::ReplyKind::final) {
+  if (!fact.completion_signal || known || reply.kind != fabric::ReplyKind::final) {
     expect(unchanged(fact) && !fact.refusal_told,
            "it is no answer to the call, and changes what becomes of it", reply);
     return;

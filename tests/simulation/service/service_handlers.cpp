@@ -39,14 +39,14 @@ void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& r
   // that may come just after it has asked.
   const bool takes = plan_.foreign || sdk::check_text(response.text).empty();
   if (takes && !run->cancelled && runs_[run->request.call] == run) {
-    perform(desk_->on_interim(run->request.call, response, moment()));
+    perform(scheduler_->on_interim(run->request.call, response, moment()));
   }
 }
 
 sdk::Response ServiceProcess::garbage(const fabric::Request& request) {
   switch (random_.below(3)) {
     case 0:
-      return awaited_text() ? sdk::Response{"", 1} : sdk::Response{answer_to(request), 0};
+      return waits_for_response() ? sdk::Response{"", 1} : sdk::Response{answer_to(request), 0};
     case 1:
       return {std::string(200, 'x'), 1};
     default:
@@ -70,7 +70,7 @@ sdk::Result ServiceProcess::result_of(const Run& run) {
     }
     garbled_[run.request.call] = response;
   }
-  return sdk::Response{answer, awaited_text() && random_.chance(50) ? 0U : 1U};
+  return sdk::Response{answer, waits_for_response() && random_.chance(50) ? 0U : 1U};
 }
 
 void ServiceProcess::finish(const RunPointer& run) {
@@ -82,7 +82,7 @@ void ServiceProcess::finish(const RunPointer& run) {
   history().add(Finished{identity_.id, call});
   const sdk::Result result = result_of(*run);
   told("result of " + call.to_string());
-  const sdk::Actions actions = desk_->on_result(call, result, moment());
+  const sdk::Actions actions = scheduler_->on_result(call, result, moment());
   if (plan_.bug == Bug::cancelled_result_sent && run->cancelled && result) {
     fabric::Reply reply;
     reply.key = run->request.key;

@@ -12,10 +12,10 @@ namespace sdk = services::sdk;
 
 namespace {
 
-/// fabric/ends/instance_commands.hpp
+/// fabric/endpoints/instance_commands.hpp
 constexpr Time drain_grace = 100ms;
-/// A quarter of the usual lease: fabric/ends/beat_end.hpp
-constexpr Time beat_period = 125ms;
+/// A quarter of the usual lease: fabric/endpoints/heartbeat_endpoint.hpp
+constexpr Time heartbeat_period = 125ms;
 
 }  // namespace
 
@@ -36,39 +36,39 @@ void ServiceProcess::start() {
   identity_.name = plan_.name;
   identity_.channels = plan_.channels;
   identity_.delivery = plan_.delivery;
-  identity_.awaited = plan_.awaited;
+  identity_.completion_signal = plan_.completion_signal;
   identity_.concurrency = plan_.concurrency;
   if (const auto born = process().agenda().meaning(identity_.id.to_string(), random_.state())) {
     process().agenda().becomes(process().parties() | process().outbox(), *born);
   }
-  open_desk();
+  open_scheduler();
   asked_.clear();
   runs_.clear();
   garbled_.clear();
   last_answer_ = {};
-  desk_knows_ = 0;
+  scheduler_knows_ = 0;
   closing_ = false;
   closed_ = false;
   stuck_ = false;
   note("starts as instance " + identity_.id.to_string().substr(0, 8));
   joined(fabric().join(process(), *this, identity_));
-  if (plan_.beats) {
-    beat();
+  if (plan_.heartbeats) {
+    heartbeat();
   }
 }
 
-void ServiceProcess::beat() {
-  process().timer(beat_period, [this] {
-    fabric().beat(*end(), desk_->load());
-    beat();
+void ServiceProcess::heartbeat() {
+  process().timer(heartbeat_period, [this] {
+    fabric().heartbeat(*end(), scheduler_->load());
+    heartbeat();
   });
 }
 
-void ServiceProcess::open_desk() {
-  desk_.emplace(sdk::DeskOptions{.instance = identity_.id,
-                                 .concurrency = plan_.concurrency,
-                                 .delivery = plan_.delivery,
-                                 .awaited = plan_.awaited});
+void ServiceProcess::open_scheduler() {
+  scheduler_.emplace(sdk::CallSchedulerOptions{.instance = identity_.id,
+                                               .concurrency = plan_.concurrency,
+                                               .delivery = plan_.delivery,
+                                               .completion_signal = plan_.completion_signal});
 }
 
 void ServiceProcess::kill() {
@@ -77,7 +77,7 @@ void ServiceProcess::kill() {
   }
   note("is killed");
   leave(false);
-  desk_.reset();
+  scheduler_.reset();
   process().end();
 }
 
@@ -93,7 +93,7 @@ void ServiceProcess::drain() {
 
 void ServiceProcess::close_when_idle() {
   closing_ = true;
-  closed_ = closed_ || desk_->idle();
+  closed_ = closed_ || scheduler_->idle();
   if (closed_) {
     leave_soon();
   }
@@ -103,7 +103,7 @@ void ServiceProcess::leave_soon() {
   process().after(Time{}, [this] {
     note("leaves");
     leave(true);
-    desk_.reset();
+    scheduler_.reset();
     process().end();
   });
 }
@@ -113,11 +113,11 @@ std::string ServiceProcess::place() const {
     return {};
   }
   return fmt::format("{} {} {} {} {} {} {}", identity_.id.to_string(), identity_.draining, closing_,
-                     closed_, stuck_, desk_knows_, fabric().place_of(*end()));
+                     closed_, stuck_, scheduler_knows_, fabric().place_of(*end()));
 }
 
 void ServiceProcess::told(const std::string& what) {
-  desk_knows_ = meaning_of(desk_knows_, what);
+  scheduler_knows_ = meaning_of(scheduler_knows_, what);
 }
 
 void ServiceProcess::calm_down() {
@@ -132,16 +132,16 @@ fabric::Moment ServiceProcess::moment() const {
 
 void ServiceProcess::on_request(const fabric::Request& request) {
   if (closed_) {
-    perform(desk_->decline(request, "it is leaving"));
+    perform(scheduler_->decline(request, "it is leaving"));
     return;
   }
-  if (plan_.bug == Bug::desk_without_memory) {
-    open_desk();
+  if (plan_.bug == Bug::scheduler_without_memory) {
+    open_scheduler();
   }
   told(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
                    request.assigned.to_string()));
   asked_.insert(key_of(request));
-  perform(desk_->on_request(request, moment()));
+  perform(scheduler_->on_request(request, moment()));
 }
 
 void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
@@ -149,24 +149,24 @@ void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
   if (plan_.bug == Bug::withdraws_for_others) {
     for (const fabric::RequestKey& asked : asked_) {
       if (asked.key == key.key) {
-        perform(desk_->on_withdrawn(asked));
+        perform(scheduler_->on_withdrawn(asked));
       }
     }
     return;
   }
-  perform(desk_->on_withdrawn(key));
+  perform(scheduler_->on_withdrawn(key));
 }
 
 void ServiceProcess::on_orphaned(const fabric::RequestKey& key) {
   told(fmt::format("orphaned {}", key.epoch));
-  perform(desk_->on_orphaned(key));
+  perform(scheduler_->on_orphaned(key));
 }
 
 void ServiceProcess::perform(const sdk::Actions& actions) {
   for (const sdk::Action& action : actions) {
     std::visit([this](const auto& each) { perform(each); }, action);
   }
-  if (closing_ && !closed_ && desk_->idle()) {
+  if (closing_ && !closed_ && scheduler_->idle()) {
     closed_ = true;
     leave_soon();
   }

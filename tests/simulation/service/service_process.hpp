@@ -1,5 +1,5 @@
-// An instance of a service: the real call desk of the SDK, with the simulation for its runner and
-// its handlers. Each start is an instance of its own.
+// An instance of a service: the real call scheduler of the SDK, with the simulation for its runner
+// and its handlers. Each start is an instance of its own.
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "services/sdk/call_desk.hpp"
+#include "services/sdk/call_scheduler.hpp"
 #include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 
@@ -32,14 +32,14 @@ struct ServicePlan {
   std::string uuid;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// Of those whose programs wait for RESPONSE alone half of the answers have state 0.
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   std::uint32_t concurrency = 1;
   std::vector<fabric::ChannelScope> channels;
   HandlerHabits habits;
   /// Not written with the SDK: what cannot be written goes out as it is.
   bool foreign = false;
   /// Says what it does, several times a second.
-  bool beats = false;
+  bool heartbeats = false;
   /// One of those that leaves the attempt out.
   bool counts_no_attempts = false;
   Bug bug = Bug::none;
@@ -64,7 +64,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   [[nodiscard]] const ServicePlan& plan() const { return plan_; }
   [[nodiscard]] const fabric::InstanceId& instance() const { return identity_.id; }
   [[nodiscard]] bool stuck() const { return stuck_; }
-  [[nodiscard]] bool idle() const { return !desk_ || desk_->idle(); }
+  [[nodiscard]] bool idle() const { return !scheduler_ || scheduler_->idle(); }
   /// All that its future follows from, but for what is on its way to it. For who tries all orders.
   [[nodiscard]] std::string place() const;
 
@@ -94,12 +94,14 @@ class ServiceProcess final : public Member, private InstanceListener {
   void say_meanwhile(const RunPointer& run, const services::sdk::Response& response);
   void finish(const RunPointer& run);
   [[nodiscard]] services::sdk::Result result_of(const Run& run);
-  [[nodiscard]] bool awaited_text() const { return plan_.awaited == fabric::Awaited::response; }
+  [[nodiscard]] bool waits_for_response() const {
+    return plan_.completion_signal == fabric::CompletionSignal::response;
+  }
   /// What no channel can take.
   [[nodiscard]] services::sdk::Response garbage(const fabric::Request& request);
   // service_process.cpp
-  void open_desk();
-  void beat();
+  void open_scheduler();
+  void heartbeat();
   void told(const std::string& what);
   void close_when_idle();
   void leave_soon();
@@ -110,7 +112,7 @@ class ServiceProcess final : public Member, private InstanceListener {
 
   // Of this life of the process.
   fabric::InstanceIdentity identity_;
-  std::optional<services::sdk::CallDesk> desk_;
+  std::optional<services::sdk::CallScheduler> scheduler_;
   /// Who has asked, for who mistakes one for the other.
   std::set<fabric::RequestKey> asked_;
   /// The newest of each call.
@@ -118,8 +120,8 @@ class ServiceProcess final : public Member, private InstanceListener {
   /// Final answers that the SDK would not let out.
   std::map<fabric::CallId, services::sdk::Response> garbled_;
   fabric::Reply last_answer_;
-  /// All that the desk was told, which is all that it knows.
-  Meaning desk_knows_ = 0;
+  /// All that the scheduler was told, which is all that it knows.
+  Meaning scheduler_knows_ = 0;
   bool closing_ = false;
   bool closed_ = false;
   bool stuck_ = false;

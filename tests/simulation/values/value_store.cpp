@@ -25,7 +25,7 @@ cnc::variables::Bytes bytes_of(std::int32_t value) {
 
 Answer answer_to(const Question& question) {
   Answer made;
-  made.asker = question.asker;
+  made.requester = question.requester;
   made.number = question.number;
   made.requests = 1;
   return made;

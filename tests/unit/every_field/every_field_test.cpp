@@ -112,7 +112,7 @@ TEST(EveryField, TravelsOverTheWireAndEachMemberOfTheIdlIsReached) {
     EXPECT_EQ(sent(value, [&](const auto& sample) { reached.add(type, sample); }), value) << type;
   };
   auto request = filled<fabric::Request>();
-  request.asker = 0;
+  request.requester = 0;
   travels("millrace_Request", request);
   travels("millrace_Reply", filled<fabric::Reply>());
   travels("millrace_ChannelStatus", filled<fabric::ChannelStatus>());
@@ -122,8 +122,8 @@ TEST(EveryField, TravelsOverTheWireAndEachMemberOfTheIdlIsReached) {
   travels("millrace_Outcome", filled<fabric::Outcome>());
   travels("millrace_DataSample", filled<fabric::DataSample>());
   travels("millrace_ProgramEvent", filled<fabric::ProgramEvent>());
-  travels("millrace_Notice", filled<fabric::Notice>());
-  travels("millrace_Beat", filled<fabric::Beat>());
+  travels("millrace_Alarm", filled<fabric::Alarm>());
+  travels("millrace_Heartbeat", filled<fabric::Heartbeat>());
   auto question = filled<fabric::VariableRequest>();
   question.excess.clear();
   travels("millrace_VariableRequest", question);
@@ -131,8 +131,9 @@ TEST(EveryField, TravelsOverTheWireAndEachMemberOfTheIdlIsReached) {
 
   sent(filled<fabric::Event>(),
        [&](const millrace_Event& event) { reached.add("millrace_CallId", event.call); });
-  sent(filled<fabric::Beat>(),
-       [&](const millrace_Beat& beat) { reached.add_all("millrace_InstanceLoad", beat.loads); });
+  sent(filled<fabric::Heartbeat>(), [&](const millrace_Heartbeat& heartbeat) {
+    reached.add_all("millrace_InstanceLoad", heartbeat.loads);
+  });
   sent(filled<fabric::DataSample>(),
        [&](const millrace_DataSample& data) { reached.add_all("millrace_Value", data.values); });
   sent(filled<fabric::VariableReply>(), [&](const millrace_VariableReply& reply) {
@@ -158,7 +159,7 @@ TEST(EveryField, HasTheBoundOfTheIdl) {
   expect_bounds_of<fabric::Request>("millrace_Request");
   expect_bounds_of<fabric::Event>("millrace_Event");
   expect_bounds_of<fabric::MachineStatus>("millrace_MachineStatus");
-  expect_bounds_of<fabric::Beat>("millrace_Beat");
+  expect_bounds_of<fabric::Heartbeat>("millrace_Heartbeat");
   expect_bounds_of<fabric::InstanceLoad>("millrace_InstanceLoad");
 }
 
@@ -200,7 +201,7 @@ TEST(EveryField, OfAnEnumerationHasOneOrderEverywhere) {
   expect_order<fabric::ValueType>("millrace_ValueType", "ValueType");
   expect_order<fabric::Quality>("millrace_Quality", "Quality");
   expect_order<fabric::ProgramEventKind>("millrace_ProgramEventKind", "ProgramEventKind");
-  expect_order<fabric::NoticeLevel>("millrace_NoticeLevel", "NoticeLevel");
+  expect_order<fabric::AlarmLevel>("millrace_AlarmLevel", "AlarmLevel");
   expect_order<fabric::Delivery>("", "Delivery");
   expect_order<fabric::observer::Change>("", "InstanceChange");
   EXPECT_EQ(static_cast<int>(fabric::VariableAction::list), millrace_variables_list);

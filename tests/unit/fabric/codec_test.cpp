@@ -31,11 +31,11 @@ TEST(Topics, HaveGatewayAndInstanceInTheKeyOfRequestsAndReplies) {
   EXPECT_THAT(keys_of(wire::command_topic), IsEmpty());
 }
 
-TEST(Codec, RefusesABeatWithMoreLoadsOrCallsThanFit) {
-  EXPECT_EQ(wire::Codec<Beat>::encode({.loads = std::vector<InstanceLoad>(65)}).error(),
+TEST(Codec, RefusesAHeartbeatWithMoreLoadsOrCallsThanFit) {
+  EXPECT_EQ(wire::Codec<Heartbeat>::encode({.loads = std::vector<InstanceLoad>(65)}).error(),
             "65 loads, at most 64 fit");
   const InstanceLoad busy{.calls = std::vector<CallId>(257)};
-  EXPECT_EQ(wire::Codec<Beat>::encode({.loads = {busy}}).error(),
+  EXPECT_EQ(wire::Codec<Heartbeat>::encode({.loads = {busy}}).error(),
             "loads[0]: 257 calls, at most 256 fit");
 }
 

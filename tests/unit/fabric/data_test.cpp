@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/data_end.hpp"
+#include "fabric/endpoints/data_endpoint.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/codec.hpp"
 #include "tests/support/domain.hpp"
@@ -91,7 +91,7 @@ class DataOnAFabric : public testing::Test, public observer::ObserverListener {
 };
 
 TEST_F(DataOnAFabric, IsSeenByWhoComesLaterAndEndsWithItsGateway) {
-  auto end = std::make_unique<ends::DataEnd>(there);
+  auto end = std::make_unique<endpoints::DataEndpoint>(there);
   ASSERT_TRUE(end->publish(some_data()));
   ASSERT_TRUE(end->publish(some_event()));
 
@@ -116,12 +116,12 @@ TEST_F(DataOnAFabric, IsSeenByWhoComesLaterAndEndsWithItsGateway) {
 }
 
 TEST_F(DataOnAFabric, OfAGroupThatIsLetGoNobodyTellsAnyMore) {
-  ends::DataEnd end(there);
+  endpoints::DataEndpoint end(there);
   const observer::Observer sut(here, io.get_executor(), *this, observer::Interest::data);
   ASSERT_TRUE(end.publish(some_data()));
   ASSERT_TRUE(tests::run_until(io, [&] { return last_data() != nullptr; }));
 
-  end.let_go(some_data());
+  end.unregister(some_data());
 
   ASSERT_TRUE(tests::run_until(io, [&] { return last_data()->values.empty(); }));
 }

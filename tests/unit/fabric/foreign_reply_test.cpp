@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/call_end.hpp"
-#include "fabric/ends/reply_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/reply_keys.hpp"
 #include "fabric/reply_kind.hpp"
@@ -79,7 +79,7 @@ class AForeignReply : public testing::Test {
   dds::Participant here{processes.here()};
   dds::Participant there{processes.there()};
   RecordingGateway gateway;
-  ends::CallEnd sut{here, context.get_executor(), gateway};
+  endpoints::CallEndpoint sut{here, context.get_executor(), gateway};
 };
 
 // It was dropped on its way, and the call hung without a word.
@@ -170,7 +170,7 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
 
 TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
   RecordingInstance heard;
-  const ends::ReplyEnd service(here, context.get_executor(), honest(), heard);
+  const endpoints::ReplyEndpoint service(here, context.get_executor(), honest(), heard);
   const InstanceId instance = service.identity().id;
   ASSERT_TRUE(until([&] { return gateway.ready.contains(instance); }));
   RawWriter stranger(there, registry::format_instance(instance));
@@ -187,7 +187,7 @@ TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
     stranger.withdraw(one);
   }
   ASSERT_TRUE(until([&] {
-    // A gateway says such a thing when somebody comes or goes, or beats.
+    // A gateway says such a thing when somebody comes or goes, or heartbeats.
     const wire::Writer<Reply> somebody(there, partition);
     return !gateway.ignored.empty();
   }));
@@ -199,10 +199,10 @@ TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {
   RecordingGateway late_gateway;
   // Looks at nothing while the instance answers and leaves.
   boost::asio::io_context asleep;
-  const ends::CallEnd late(here, asleep.get_executor(), late_gateway);
+  const endpoints::CallEndpoint late(here, asleep.get_executor(), late_gateway);
   {
     RecordingInstance heard;
-    ends::ReplyEnd service(here, context.get_executor(), who, heard);
+    endpoints::ReplyEndpoint service(here, context.get_executor(), who, heard);
     ASSERT_TRUE(until([&] { return gateway.ready.contains(who.id); }));
     ASSERT_TRUE(service.publish(reply(who.id, 1)));
     ASSERT_TRUE(until_replies(1));

@@ -44,7 +44,7 @@ TEST(IdentityText, ReadsWhatItWrites) {
   sut.name = "müller=\x01%\n";
   sut.channels = {{"cnc", 1}, {"", 0}};
   sut.draining = true;
-  sut.awaited = Awaited::response;
+  sut.completion_signal = CompletionSignal::response;
   EXPECT_EQ(registry::parse_identity(registry::format_identity(sut)), sut);
 }
 

@@ -101,7 +101,7 @@ TEST_F(AReader, HearsAWriterWithoutEndThatLetsItsOldKeysGo) {
   match();
   for (std::size_t key = 1; key <= most + 1'024; ++key) {
     ASSERT_TRUE(stranger.write(reply(key)));
-    stranger.let_go(reply(key));
+    stranger.unregister(reply(key));
     if (key % 64 == 0) {
       ASSERT_NO_FATAL_FAILURE(take_until([&] { return heard >= key; }));
     }

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "fabric/observer/alarms.hpp"
 #include "fabric/observer/context.hpp"
-#include "fabric/observer/notices.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::fabric::observer {
@@ -137,14 +137,17 @@ TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
 
 TEST(AContext, KnowsWhoHasAskedAndWhoWasAsked) {
   Context sut;
-  const Request request{
-      .key = {"cnc", 1}, .call = {7, 1}, .assigned = instance(1), .uuid = square_root, .asker = 5};
+  const Request request{.key = {"cnc", 1},
+                        .call = {7, 1},
+                        .assigned = instance(1),
+                        .uuid = square_root,
+                        .requester = 5};
   EXPECT_TRUE(sut.has_asked(key_of(request)));
   Entry asked = of(request);
   sut.complete(asked);
   RequestKey key = key_of(request);
   EXPECT_TRUE(sut.has_asked(key));
-  key.asker = 6;
+  key.requester = 6;
   EXPECT_FALSE(sut.has_asked(key));
   key.instance = instance(2);
   EXPECT_TRUE(sut.has_asked(key));
@@ -168,37 +171,37 @@ TEST(AContext, RemembersTheFirstCommandOfAnId) {
   EXPECT_EQ(sut.find_command(instance(2)), nullptr);
 }
 
-TEST(TheNotices, AreNewsOnceUntilTheySaySomethingElse) {
-  Notices sut;
-  Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full"};
-  ASSERT_TRUE(sut.said(notice));
-  EXPECT_FALSE(sut.said(notice));
-  notice.text = "disk gone";
-  const auto again = sut.said(notice);
+TEST(TheAlarms, AreNewsOnceUntilTheySaySomethingElse) {
+  Alarms sut;
+  Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full"};
+  ASSERT_TRUE(sut.said(alarm));
+  EXPECT_FALSE(sut.said(alarm));
+  alarm.text = "disk gone";
+  const auto again = sut.said(alarm);
   ASSERT_TRUE(again);
-  EXPECT_EQ(again->notice.text, "disk gone");
+  EXPECT_EQ(again->alarm.text, "disk gone");
   EXPECT_FALSE(again->over);
 }
 
-TEST(TheNotices, AreOverWithWhatWasSaidLast) {
-  Notices sut;
-  const Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full", .program = "a"};
-  sut.said(notice);
-  const auto over = sut.over(notice.key);
+TEST(TheAlarms, AreOverWithWhatWasSaidLast) {
+  Alarms sut;
+  const Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full", .program = "a"};
+  sut.said(alarm);
+  const auto over = sut.over(alarm.key);
   ASSERT_TRUE(over);
   EXPECT_TRUE(over->over);
-  EXPECT_EQ(over->notice, notice);
-  EXPECT_EQ(sut.over(notice.key)->notice.text, "");
-  EXPECT_TRUE(sut.said(notice));
+  EXPECT_EQ(over->alarm, alarm);
+  EXPECT_EQ(sut.over(alarm.key)->alarm.text, "");
+  EXPECT_TRUE(sut.said(alarm));
 }
 
-TEST(TheNotices, AreRememberedUpToABound) {
-  Notices sut;
-  for (std::size_t i = 0; i <= Notices::most; ++i) {
+TEST(TheAlarms, AreRememberedUpToABound) {
+  Alarms sut;
+  for (std::size_t i = 0; i <= Alarms::most; ++i) {
     EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(i)}}));
   }
   EXPECT_FALSE(sut.said({.key = {instance(1), "kind", "0"}}));
-  EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(Notices::most)}}));
+  EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(Alarms::most)}}));
 }
 
 }  // namespace

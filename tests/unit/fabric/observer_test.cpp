@@ -6,10 +6,10 @@
 
 #include <gmock/gmock.h>
 
-#include "fabric/ends/command_end.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/wire/writer.hpp"
-#include "tests/unit/fabric/ends.hpp"
+#include "tests/unit/fabric/endpoints.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -19,13 +19,15 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-class AnObserver : public Ends, public observer::ObserverListener, public ends::CommandListener {
+class AnObserver : public Endpoints,
+                   public observer::ObserverListener,
+                   public endpoints::CommandListener {
  protected:
   void SetUp() override {
     ASSERT_TRUE(until_ready(who));
-    ASSERT_TRUE(call_end->publish(machine));
+    ASSERT_TRUE(call_endpoint->publish(machine));
     asked = request(17, who);
-    ASSERT_TRUE(call_end->publish(asked));
+    ASSERT_TRUE(call_endpoint->publish(asked));
     ASSERT_TRUE(until([&] {
       return count<MachineStatus>() == 1 && count<observer::InstanceNews>() == 1 &&
              count<Request>() == 1;
@@ -42,8 +44,8 @@ class AnObserver : public Ends, public observer::ObserverListener, public ends::
 
   bool until(const std::function<bool()>& done) {
     return tests::run_until(context, [&] {
-      if (call_end) {
-        call_end->assert_machines();
+      if (call_endpoint) {
+        call_endpoint->assert_machines();
       }
       return done();
     });
@@ -70,7 +72,7 @@ class AnObserver : public Ends, public observer::ObserverListener, public ends::
   }
 
   const InstanceIdentity who = identity();
-  const std::string mailbox = wire::mailbox_partition("millrace", who.uuid, who.id);
+  const std::string request_partition = wire::request_partition("millrace", who.uuid, who.id);
   MachineStatus machine{.machine = "cnc",
                         .gateway = InstanceId::random(),
                         .claimed = earliest_claim + 2h,
@@ -79,9 +81,9 @@ class AnObserver : public Ends, public observer::ObserverListener, public ends::
   Request asked;
   dds::Participant elsewhere{processes.there()};
   dds::Participant watching{processes.here()};
-  std::unique_ptr<ends::CallEnd> call_end = open_gateway();
+  std::unique_ptr<endpoints::CallEndpoint> call_endpoint = open_gateway();
   std::unique_ptr<Instance> service = start(who);
-  ends::CommandEnd outcomes{there, context.get_executor(), *this};
+  endpoints::CommandEndpoint outcomes{there, context.get_executor(), *this};
   std::vector<observer::Entry> entries;
   std::vector<std::string> ignored;
   observer::Observer sut{watching, context.get_executor(), *this, observer::Interest::everything};
@@ -111,14 +113,14 @@ TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
 
   Request again = request(17, other->end.identity());
   again.attempt = 2;
-  ASSERT_TRUE(call_end->publish(again));
+  ASSERT_TRUE(call_endpoint->publish(again));
   ASSERT_TRUE(until([&] { return other->heard.requests.size() == 1; }));
   ASSERT_TRUE(other->end.publish(uncalled));
   EXPECT_TRUE(until([&] { return count<Reply>() == 1; }));
 }
 
 TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
-  wire::Writer<Request> stranger(elsewhere, mailbox);
+  wire::Writer<Request> stranger(elsewhere, request_partition);
   // Whoever finds it after the disposal sees nothing.
   constexpr std::size_t instance_and_observer = 2;
   ASSERT_TRUE(until([&] { return stranger.matched().size() == instance_and_observer; }));
@@ -127,7 +129,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
   EXPECT_TRUE(until_ignored("takes back a call"));
   EXPECT_EQ(count<observer::Withdrawal>(), 0U);
 
-  call_end->withdraw(key_of(asked));
+  call_endpoint->withdraw(key_of(asked));
   ASSERT_TRUE(until([&] { return count<observer::Withdrawal>() > 0; }));
   EXPECT_EQ(all<observer::Withdrawal>().front().call, asked.call);
 }
@@ -136,16 +138,16 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
 TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEpoch) {
   Request tools = asked;
   tools.key.machine = "tool";
-  ASSERT_TRUE(call_end->publish(tools));
+  ASSERT_TRUE(call_endpoint->publish(tools));
   ASSERT_TRUE(until([&] { return count<Request>() == 2; }));
-  wire::Writer<Request> stranger(elsewhere, mailbox);
+  wire::Writer<Request> stranger(elsewhere, request_partition);
   ASSERT_TRUE(stranger.write(withdrawal_of(key_of(tools))));
   EXPECT_TRUE(until_ignored("takes back a call"));
   EXPECT_EQ(count<observer::Withdrawal>(), 0U);
 }
 
 TEST_F(AnObserver, TakesRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
-  wire::Writer<Request> stranger(elsewhere, mailbox);
+  wire::Writer<Request> stranger(elsewhere, request_partition);
   Request forged = asked;
   forged.text = "forged";
   ASSERT_TRUE(stranger.write(forged));
@@ -183,7 +185,7 @@ TEST_F(AnObserver, TakesAnOutcomeFromNoInstanceThatWasNotCommanded) {
 }
 
 TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
-  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = asked.key, .calls = 1}));
+  ASSERT_TRUE(call_endpoint->publish(ChannelStatus{.key = asked.key, .calls = 1}));
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
   wire::Writer<ChannelStatus> channels(elsewhere, "millrace");
   wire::Writer<MachineStatus> machines(elsewhere, "millrace");
@@ -195,9 +197,9 @@ TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
   EXPECT_TRUE(until_ignored("says what gateway"));
   channels.withdraw({.key = asked.key});
   machines.withdraw(machine);
-  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = asked.key, .calls = 2}));
+  ASSERT_TRUE(call_endpoint->publish(ChannelStatus{.key = asked.key, .calls = 2}));
   machine.connected = true;
-  ASSERT_TRUE(call_end->publish(machine));
+  ASSERT_TRUE(call_endpoint->publish(machine));
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 1 && count<MachineStatus>() > 1; }));
   EXPECT_EQ(all<ChannelStatus>()[1].calls, 2U);
   EXPECT_TRUE(all<MachineStatus>()[1].connected);
@@ -210,7 +212,7 @@ TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
   const ChannelKey second{"cnc", 2};
   ASSERT_TRUE(stranger.write({.key = second, .reason = "forged"}));
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
-  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = second, .calls = 1}));
+  ASSERT_TRUE(call_endpoint->publish(ChannelStatus{.key = second, .calls = 1}));
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 2; }));
   EXPECT_EQ(all<ChannelStatus>().back().calls, 1U);
 
@@ -225,18 +227,18 @@ TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
   ASSERT_TRUE(successor.write({.key = second, .calls = 3}));
   EXPECT_TRUE(until_ignored("tells of cnc/2"));
   EXPECT_EQ(count<ChannelStatus>(), 2U);
-  call_end.reset();
+  call_endpoint.reset();
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 2; }));
   EXPECT_EQ(all<ChannelStatus>().back().calls, 3U);
 }
 
 TEST_F(AnObserver, SaysWhoTellsOfMoreThanItTakes) {
-  wire::Writer<Notice> stranger(elsewhere, "millrace");
+  wire::Writer<Alarm> stranger(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
-  for (std::size_t i = 0; i <= wire::Codec<Notice>::topic().most_keys; ++i) {
+  for (std::size_t i = 0; i <= wire::Codec<Alarm>::topic().most_keys; ++i) {
     ASSERT_TRUE(stranger.write({.key = {InstanceId::random(), "flood", std::to_string(i)}}));
   }
-  EXPECT_TRUE(until_ignored("things on millrace/notice: further ones are dropped"));
+  EXPECT_TRUE(until_ignored("things on millrace/alarm: further ones are dropped"));
 }
 
 }  // namespace

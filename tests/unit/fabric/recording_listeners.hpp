@@ -1,15 +1,15 @@
-// Listeners of both ends that note what they are told.
+// Listeners of both endpoints that note what they are told.
 #pragma once
 
 #include <map>
 #include <vector>
 
-#include "fabric/ends/call_end.hpp"
-#include "fabric/ends/reply_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
+#include "fabric/endpoints/reply_endpoint.hpp"
 
 namespace millrace::fabric {
 
-struct RecordingGateway : ends::CallEndListener {
+struct RecordingGateway : endpoints::CallEndpointListener {
   void on_instance_ready(const InstanceIdentity& instance) override {
     ready.insert_or_assign(instance.id, instance);
   }
@@ -35,17 +35,17 @@ struct RecordingGateway : ends::CallEndListener {
   std::vector<std::string> ignored;
 };
 
-struct RecordingInstance : ends::ReplyEndListener {
+struct RecordingInstance : endpoints::ReplyEndpointListener {
   void on_request(const Request& request) override { requests.push_back(request); }
   void on_withdrawn(const RequestKey& key) override {
-    withdrawn.push_back(without_asker(key));
-    withdrawn_by.push_back(key.asker);
+    withdrawn.push_back(without_requester(key));
+    withdrawn_by.push_back(key.requester);
   }
-  void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_asker(key)); }
+  void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_requester(key)); }
   void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
   /// As who has asked knows it.
-  static RequestKey without_asker(RequestKey key) {
-    key.asker = 0;
+  static RequestKey without_requester(RequestKey key) {
+    key.requester = 0;
     return key;
   }
 

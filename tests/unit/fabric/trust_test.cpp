@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/badge.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/trust/governance.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
@@ -24,97 +24,101 @@ using testing::UnorderedElementsAre;
 const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
 const std::string own = "hall/560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-Member service() {
+Participant service() {
   return {.name = "root", .roles = {Role::service}, .uuids = {uuid}};
 }
 
-std::vector<Grant> of_way(Way way, const std::vector<Grant>& grants) {
+std::vector<Grant> of_access(Access way, const std::vector<Grant>& grants) {
   std::vector<Grant> chosen;
   std::ranges::copy_if(grants, std::back_inserter(chosen),
-                       [&](const Grant& grant) { return grant.way == way; });
+                       [&](const Grant& grant) { return grant.access == way; });
   return chosen;
 }
 
 TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
   EXPECT_THAT(grants_of(service(), "hall"),
-              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/root"},
-                                   Grant{Way::write, "millrace/badge", "hall/@role/service"},
-                                   Grant{Way::read, "millrace/badge", "hall/@*"},
-                                   Grant{Way::write, "millrace/v3/reply", own},
-                                   Grant{Way::write, "millrace/v3/beat", "hall"},
-                                   Grant{Way::write, "millrace/outcome", "hall"},
-                                   Grant{Way::write, "millrace/notice", "hall"},
-                                   Grant{Way::read, "millrace/v3/request", own + "/*"},
-                                   Grant{Way::read, "millrace/command", "hall"}));
+              UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/root"},
+                                   Grant{Access::write, "millrace/identity", "hall/@role/service"},
+                                   Grant{Access::read, "millrace/identity", "hall/@*"},
+                                   Grant{Access::write, "millrace/v3/reply", own},
+                                   Grant{Access::write, "millrace/v3/heartbeat", "hall"},
+                                   Grant{Access::write, "millrace/outcome", "hall"},
+                                   Grant{Access::write, "millrace/alarm", "hall"},
+                                   Grant{Access::read, "millrace/v3/request", own + "/*"},
+                                   Grant{Access::read, "millrace/command", "hall"}));
 }
 
 TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
   const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
-  EXPECT_THAT(of_way(Way::write, sut),
-              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/o"},
-                                   Grant{Way::write, "millrace/badge", "hall/@role/observer"},
-                                   Grant{Way::write, "millrace/notice", "hall"}));
-  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v3/request", "hall/*"}));
-  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
+  EXPECT_THAT(of_access(Access::write, sut),
+              UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
+                                   Grant{Access::write, "millrace/identity", "hall/@role/observer"},
+                                   Grant{Access::write, "millrace/alarm", "hall"}));
+  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v3/request", "hall/*"}));
+  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/event", "hall"}));
 }
 
 TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
   std::set<std::string> topics;
   for (const Grant& grant :
-       of_way(Way::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
+       of_access(Access::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
     topics.insert(grant.topic);
   }
-  Member everybody{.name = "x",
-                   .roles = {all_roles().begin(), all_roles().end()},
-                   .uuids = {uuid},
-                   .machines = {"m"}};
-  for (const Grant& grant : of_way(Way::write, grants_of(everybody, "hall"))) {
+  Participant everybody{.name = "x",
+                        .roles = {all_roles().begin(), all_roles().end()},
+                        .uuids = {uuid},
+                        .machines = {"m"}};
+  for (const Grant& grant : of_access(Access::write, grants_of(everybody, "hall"))) {
     EXPECT_TRUE(topics.contains(grant.topic)) << grant.topic;
   }
 }
 
 TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
-  EXPECT_THAT(of_way(Way::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
-              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/o"},
-                                   Grant{Way::write, "millrace/badge", "hall/@role/operator"},
-                                   Grant{Way::write, "millrace/command", "hall"},
-                                   Grant{Way::write, "millrace/variable/request", "hall"}));
+  EXPECT_THAT(
+      of_access(Access::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
+      UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
+                           Grant{Access::write, "millrace/identity", "hall/@role/operator"},
+                           Grant{Access::write, "millrace/command", "hall"},
+                           Grant{Access::write, "millrace/variable/request", "hall"}));
 }
 
 TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
-  EXPECT_THAT(of_way(Way::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
-              AllOf(Contains(Grant{Way::write, "millrace/v3/request", "hall/*"}),
-                    Contains(Grant{Way::write, "millrace/data", "hall"}),
+  EXPECT_THAT(of_access(Access::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
+              AllOf(Contains(Grant{Access::write, "millrace/v3/request", "hall/*"}),
+                    Contains(Grant{Access::write, "millrace/data", "hall"}),
                     Not(Contains(Field(&Grant::topic, "millrace/machine")))));
 }
 
 TEST(Grants, OfAGatewayLetItAnswerNoCallsAndCommandNothing) {
-  const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
-  EXPECT_THAT(of_way(Way::write, grants_of(member, "hall")),
+  const Participant participant{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
+  EXPECT_THAT(of_access(Access::write, grants_of(participant, "hall")),
               AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
                     Not(Contains(Field(&Grant::topic, "millrace/v3/reply"))),
                     Not(Contains(Field(&Grant::topic, "millrace/command")))));
 }
 
-TEST(Grants, OfAGatewayLetItShowTheBadgeOfItsMachinesAndNoOthers) {
-  const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1", "a<b"}};
-  const auto sut = grants_of(member, "hall");
-  EXPECT_THAT(sut, AllOf(Contains(Grant{Way::write, "millrace/badge", "hall/@machine/press_1"}),
-                         Contains(Grant{Way::write, "millrace/badge", "hall/@machine/a<b"})));
-  const auto shown = badge_in(permissions_document(sut, "CN=g", {}, {}));
-  const auto badge = parse_badge("hall", shown);
-  ASSERT_TRUE(badge);
-  EXPECT_EQ(*badge, (Badge{.name = "g", .roles = {"gateway"}, .machines = {"press_1", "a<b"}}));
+TEST(Grants, OfAGatewayLetItShowTheIdentityOfItsMachinesAndNoOthers) {
+  const Participant participant{
+      .name = "g", .roles = {Role::gateway}, .machines = {"press_1", "a<b"}};
+  const auto sut = grants_of(participant, "hall");
+  EXPECT_THAT(sut,
+              AllOf(Contains(Grant{Access::write, "millrace/identity", "hall/@machine/press_1"}),
+                    Contains(Grant{Access::write, "millrace/identity", "hall/@machine/a<b"})));
+  const auto shown = identity_partitions_in(permissions_document(sut, "CN=g", {}, {}));
+  const auto identity = parse_participant_identity("hall", shown);
+  ASSERT_TRUE(identity);
+  EXPECT_EQ(*identity, (ParticipantIdentity{
+                           .name = "g", .roles = {"gateway"}, .machines = {"press_1", "a<b"}}));
 }
 
 TEST(Grants, AreOfOneFabric) {
   for (const Role role : all_roles()) {
-    const Member member{.name = "x", .roles = {role}, .uuids = {uuid}, .machines = {"m"}};
-    EXPECT_THAT(grants_of(member, "hall"), Each(Field(&Grant::partition, StartsWith("hall"))));
+    const Participant participant{.name = "x", .roles = {role}, .uuids = {uuid}, .machines = {"m"}};
+    EXPECT_THAT(grants_of(participant, "hall"), Each(Field(&Grant::partition, StartsWith("hall"))));
   }
 }
 
-TEST(Member, NeedsWhatItsRoleIsAbout) {
+TEST(Participant, NeedsWhatItsRoleIsAbout) {
   EXPECT_FALSE(mistake_in(service()));
   EXPECT_THAT(*mistake_in({.name = "s", .roles = {Role::service}}), HasSubstr("UUIDs"));
   EXPECT_THAT(*mistake_in({.name = "g", .roles = {Role::gateway}}), HasSubstr("machines"));
@@ -123,24 +127,24 @@ TEST(Member, NeedsWhatItsRoleIsAbout) {
   EXPECT_THAT(*mistake_in({.name = "o"}), HasSubstr("no role"));
 }
 
-TEST(Member, HasANameThatIsOneOfAFolderToo) {
+TEST(Participant, HasANameThatIsOneOfAFolderToo) {
   for (const char* name : {"", ".", "..", "../x", "a/b", "a b", "-x", ".hidden", "a\nb"}) {
-    EXPECT_FALSE(is_member_name(name)) << name;
+    EXPECT_FALSE(is_participant_name(name)) << name;
   }
-  EXPECT_FALSE(is_member_name(std::string(65, 'a')));
-  EXPECT_TRUE(is_member_name("gateway-1.hall_3"));
+  EXPECT_FALSE(is_participant_name(std::string(65, 'a')));
+  EXPECT_TRUE(is_participant_name("gateway-1.hall_3"));
 }
 
 // What a partition or a permission would take for a pattern.
-TEST(Member, MayAnswerNoPatternOfUuids) {
-  // A slash: who may answer "a" may read what is in the mailboxes of "a/b".
+TEST(Participant, MayAnswerNoPatternOfUuids) {
+  // A slash: who may answer "a" may read what is in the partitions of "a/b".
   for (const char* pattern :
        {"*", "560a*", "?", "[a]", "a\\b", "a,b", "", "a\nb", "a/b", "\xc3\xa4"}) {
     EXPECT_TRUE(mistake_in({.name = "s", .roles = {Role::service}, .uuids = {pattern}})) << pattern;
   }
 }
 
-TEST(Member, SpeaksForMachinesThatAGatewayCanHave) {
+TEST(Participant, SpeaksForMachinesThatAGatewayCanHave) {
   for (const char* name : {"press/*", "press 1",
                            "pr\xc3\xbc"
                            "f",
@@ -152,7 +156,7 @@ TEST(Member, SpeaksForMachinesThatAGatewayCanHave) {
 
 TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
   const std::string sut =
-      permissions_document({{Way::write, "a<b", "hall/x"}}, "CN=\"x\",O=plant",
+      permissions_document({{Access::write, "a<b", "hall/x"}}, "CN=\"x\",O=plant",
                            std::chrono::sys_seconds{0s}, std::chrono::sys_seconds{86'400s});
   EXPECT_THAT(sut, HasSubstr("<subject_name>CN=&quot;x&quot;,O=plant</subject_name>"));
   EXPECT_THAT(sut, HasSubstr("<not_before>1970-01-01T00:00:00Z</not_before>"));
@@ -165,25 +169,26 @@ TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
 
 // Cyclone allows an endpoint if one rule has all its partitions.
 TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
-  const std::string sut = permissions_document({{Way::write, "badge", "hall/@name/g"},
-                                                {Way::write, "badge", "hall/@role/gateway"},
-                                                {Way::write, "beat", "hall"},
-                                                {Way::write, "notice", "hall"}},
+  const std::string sut = permissions_document({{Access::write, "identity", "hall/@name/g"},
+                                                {Access::write, "identity", "hall/@role/gateway"},
+                                                {Access::write, "heartbeat", "hall"},
+                                                {Access::write, "alarm", "hall"}},
                                                "CN=g", {}, {});
   const auto first = sut.find("<publish>");
   const std::string rule = sut.substr(first, sut.find("</publish>") - first);
   EXPECT_THAT(sut, HasSubstr("hall/@role/gateway"));
-  const bool badge_first = rule.find("@name") != std::string::npos;
-  EXPECT_EQ(rule.find("@role") != std::string::npos, badge_first);
-  EXPECT_EQ(rule.find("<topic>beat</topic>") != std::string::npos, !badge_first);
-  EXPECT_EQ(rule.find("<topic>notice</topic>") != std::string::npos, !badge_first);
+  const bool identity_first = rule.find("@name") != std::string::npos;
+  EXPECT_EQ(rule.find("@role") != std::string::npos, identity_first);
+  EXPECT_EQ(rule.find("<topic>heartbeat</topic>") != std::string::npos, !identity_first);
+  EXPECT_EQ(rule.find("<topic>alarm</topic>") != std::string::npos, !identity_first);
 }
 
-TEST(Permissions, OfAnEarlierVersionSayNothingOfABadge) {
-  EXPECT_THAT(
-      badge_in(permissions_document({{Way::write, "millrace/v3/reply", "hall/x"}}, "CN=g", {}, {})),
-      testing::IsEmpty());
-  EXPECT_THAT(badge_in("<publish><topic>millrace/badge</topic><partition>"), testing::IsEmpty());
+TEST(Permissions, OfAnEarlierVersionSayNothingOfAnIdentity) {
+  EXPECT_THAT(identity_partitions_in(permissions_document(
+                  {{Access::write, "millrace/v3/reply", "hall/x"}}, "CN=g", {}, {})),
+              testing::IsEmpty());
+  EXPECT_THAT(identity_partitions_in("<publish><topic>millrace/identity</topic><partition>"),
+              testing::IsEmpty());
 }
 
 TEST(Permissions, AreOfOneCertificateAndOfItsTime) {

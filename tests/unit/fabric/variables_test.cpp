@@ -1,4 +1,4 @@
-// Questions about variables on the wire, and their two ends.
+// Questions about variables on the wire, and their two endpoints.
 #include <map>
 #include <memory>
 #include <optional>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/variable_end.hpp"
+#include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
@@ -26,7 +26,7 @@ Time at(int seconds) {
 }
 
 VariableRequest some_request() {
-  return {.asker = InstanceId::random(),
+  return {.requester = InstanceId::random(),
           .token = InstanceId::random(),
           .key = {"press", 2},
           .action = VariableAction::write,
@@ -102,21 +102,21 @@ TEST(VariablesOnTheWire, SayOfATooLongRequestWhatItHasTooMuchOf) {
 }
 
 /// A gateway here, who asks there.
-class VariableEnds : public testing::Test {
+class VariableEndpoints : public testing::Test {
  protected:
-  struct Asker {
-    Asker(const dds::Participant& participant, boost::asio::io_context& context)
+  struct Requester {
+    Requester(const dds::Participant& participant, boost::asio::io_context& context)
         : end(participant, context.get_executor(),
               [this](const VariableReply& reply) { replies.push_back(reply); }) {}
     std::vector<VariableReply> replies;
-    ends::VariableAskEnd end;
+    endpoints::VariableRequestEndpoint end;
   };
 
   bool until(const std::function<bool()>& done) { return run_until(context, done); }
 
-  VariableRequest question_of(const Asker& asker) {
+  VariableRequest question_of(const Requester& requester) {
     VariableRequest request = some_request();
-    request.asker = asker.end.id();
+    request.requester = requester.end.id();
     request.token = InstanceId::random();
     return request;
   }
@@ -126,14 +126,15 @@ class VariableEnds : public testing::Test {
   dds::Participant here{processes.here()};
   dds::Participant there{processes.there()};
   std::vector<VariableRequest> requests;
-  ends::VariableAnswerEnd sut{here, context.get_executor(),
-                              [this](const VariableRequest& one) { requests.push_back(one); }};
+  endpoints::VariableReplyEndpoint sut{
+      here, context.get_executor(),
+      [this](const VariableRequest& one) { requests.push_back(one); }};
 };
 
-TEST_F(VariableEnds, BringTheReplyToWhoHasAskedAndToNobodyElse) {
-  Asker one(there, context);
-  Asker other(there, context);
-  ASSERT_TRUE(until([&] { return one.end.answerers() == 1 && other.end.answerers() == 1; }));
+TEST_F(VariableEndpoints, BringTheReplyToWhoHasAskedAndToNobodyElse) {
+  Requester one(there, context);
+  Requester other(there, context);
+  ASSERT_TRUE(until([&] { return one.end.gateways() == 1 && other.end.gateways() == 1; }));
   const VariableRequest question = question_of(one);
   ASSERT_TRUE(one.end.publish(question));
   ASSERT_TRUE(until([&] { return !requests.empty(); }));
@@ -141,7 +142,7 @@ TEST_F(VariableEnds, BringTheReplyToWhoHasAskedAndToNobodyElse) {
 
   VariableReply reply = some_reply();
   reply.token = question.token;
-  ASSERT_TRUE(sut.publish(question.asker, reply));
+  ASSERT_TRUE(sut.publish(question.requester, reply));
   ASSERT_TRUE(until([&] { return !one.replies.empty(); }));
   EXPECT_EQ(one.replies[0], reply);
 
@@ -151,12 +152,12 @@ TEST_F(VariableEnds, BringTheReplyToWhoHasAskedAndToNobodyElse) {
   ASSERT_TRUE(until([&] { return !other.replies.empty(); }));
   EXPECT_EQ(one.replies.size(), 1U);
   EXPECT_EQ(other.replies.size(), 1U);
-  EXPECT_EQ(sut.askers(), 2U);
+  EXPECT_EQ(sut.requesters(), 2U);
 }
 
-TEST_F(VariableEnds, CarryAMegabyteThatIsRefusedThere) {
-  Asker one(there, context);
-  ASSERT_TRUE(until([&] { return one.end.answerers() == 1; }));
+TEST_F(VariableEndpoints, CarryAMegabyteThatIsRefusedThere) {
+  Requester one(there, context);
+  ASSERT_TRUE(until([&] { return one.end.gateways() == 1; }));
   VariableRequest question = question_of(one);
   question.names = {std::string(1U << 20U, 'A')};
   ASSERT_TRUE(one.end.publish(question));
@@ -165,12 +166,12 @@ TEST_F(VariableEnds, CarryAMegabyteThatIsRefusedThere) {
   EXPECT_EQ(requests[0].token, question.token);
 }
 
-TEST_F(VariableEnds, RememberSoManyWhoAskAndMeetTheOthersAnew) {
-  for (std::size_t i = 0; i < ends::VariableAnswerEnd::most_askers + 20; ++i) {
+TEST_F(VariableEndpoints, RememberSoManyWhoAskAndMeetTheOthersAnew) {
+  for (std::size_t i = 0; i < endpoints::VariableReplyEndpoint::most_requesters + 20; ++i) {
     ASSERT_TRUE(sut.publish(InstanceId::random(), some_reply()));
   }
-  EXPECT_LE(sut.askers(), ends::VariableAnswerEnd::most_askers);
-  Asker one(there, context);
+  EXPECT_LE(sut.requesters(), endpoints::VariableReplyEndpoint::most_requesters);
+  Requester one(there, context);
   ASSERT_TRUE(sut.publish(one.end.id(), some_reply()));
   ASSERT_TRUE(until([&] { return !one.replies.empty(); }));
 }

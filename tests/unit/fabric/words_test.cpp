@@ -24,8 +24,9 @@ TEST(Words, OfDeliveryAreReadAsTheyAreWritten) {
   for (const Delivery delivery : {Delivery::at_least_once, Delivery::at_most_once}) {
     EXPECT_EQ(parse_delivery(name_of(delivery)), delivery);
   }
-  for (const Awaited awaited : {Awaited::response_state, Awaited::response}) {
-    EXPECT_EQ(parse_awaited(name_of(awaited)), awaited);
+  for (const CompletionSignal completion_signal :
+       {CompletionSignal::response_state, CompletionSignal::response}) {
+    EXPECT_EQ(parse_completion_signal(name_of(completion_signal)), completion_signal);
   }
   EXPECT_EQ(parse_delivery("at most once"), std::nullopt);
   EXPECT_EQ(parse_delivery(""), std::nullopt);

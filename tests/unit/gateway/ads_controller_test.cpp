@@ -289,10 +289,10 @@ TEST_F(AdsControllerTest, TellsWhatCameOfAQuestionForValues) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
-  sut->ask({machines::Asker::variables, 7, data::Resolve{1, {"V.E.A"}}});
+  sut->ask({machines::Requester::variables, 7, data::Resolve{1, {"V.E.A"}}});
   EXPECT_TRUE(answers.empty()) << "not from within";
   ASSERT_TRUE(run([&] { return !answers.empty(); }));
-  EXPECT_EQ(answers[0].asker, machines::Asker::variables);
+  EXPECT_EQ(answers[0].requester, machines::Requester::variables);
   EXPECT_EQ(answers[0].number, 7U);
 }
 

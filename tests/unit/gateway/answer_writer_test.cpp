@@ -12,11 +12,14 @@ using namespace std::chrono_literals;
 
 class AnAnswer : public testing::Test {
  protected:
-  static AnswerWriter writer(std::uint32_t state, fabric::Awaited awaited) {
-    return {AnswerWriter::Kind::final, Response::of("1.4", state, awaited).value(), awaited};
+  static AnswerWriter writer(std::uint32_t state, fabric::CompletionSignal completion_signal) {
+    return {AnswerWriter::Kind::final, Response::of("1.4", state, completion_signal).value(),
+            completion_signal};
   }
-  static AnswerWriter resumed(std::uint32_t state, bool clearing, fabric::Awaited awaited) {
-    return AnswerWriter::resumed(Response::of("1.4", state, awaited).value(), clearing, awaited);
+  static AnswerWriter resumed(std::uint32_t state, bool clearing,
+                              fabric::CompletionSignal completion_signal) {
+    return AnswerWriter::resumed(Response::of("1.4", state, completion_signal).value(), clearing,
+                                 completion_signal);
   }
   ServiceSnapshot all(std::uint32_t request_state, std::uint32_t response_state,
                       const std::string& response, const std::string& text = "2") {
@@ -61,7 +64,7 @@ class AWrittenAnswer : public AnAnswer {
     EXPECT_EQ(sut.on_unknown(now), Step::read);
   }
 
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   /// Both writes are visible.
   const ServiceSnapshot shown = all(0, 0, "1.4");
 };
@@ -81,7 +84,7 @@ TEST_F(AWrittenAnswer, WaitsWhileReadsShowNeither) {
 }
 
 TEST_F(AnAnswer, IsReadSoonAfterItsLastWriteAlsoWhereTheJournalTookLongBeforeIt) {
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   read(sut, pending);
   sut.on_written(now);
   now += 100ms;
@@ -168,7 +171,7 @@ TEST_F(AWrittenAnswer, IsDroppedIfTheTextsOfTheNextRequestStandThereAlready) {
 }
 
 TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenWordForWordIsDone) {
-  AnswerWriter again = writer(1, fabric::Awaited::response_state);
+  AnswerWriter again = writer(1, fabric::CompletionSignal::response_state);
   read(again, all(1, 1, ""));
   again.on_written(now);
   again.on_recorded(true);
@@ -223,7 +226,7 @@ TEST_F(AWrittenAnswer, IsDoneIfTheProgramAsksTheSameAgainAfterAnUnknownRelease) 
 }
 
 TEST_F(AnAnswer, WaitsForAResponseOfUnknownOutcomeBeforeRequestStateIsCleared) {
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   ASSERT_EQ(read(sut, pending), Step::write_response);
   sut.on_unknown(now);
   EXPECT_EQ(read(sut, pending), Step::read);
@@ -233,7 +236,7 @@ TEST_F(AnAnswer, WaitsForAResponseOfUnknownOutcomeBeforeRequestStateIsCleared) {
 }
 
 TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared) {
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   read(sut, pending);
   sut.on_unknown(now);
   sut.on_link_up();
@@ -241,7 +244,7 @@ TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared
 }
 
 TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt) {
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   sut.set_clearing({.is_shown = false, .is_written = false});
   EXPECT_EQ(read(sut, pending), Step::write_response);
   EXPECT_EQ(sut.on_written(now), Step::record_clearing);
@@ -255,7 +258,7 @@ TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt
 // or an NC reset.
 TEST_F(AnAnswer,
        ToAKernelThatClearsRequestStateItselfIsNotReleasedOnceMoreWhereRequestStateIsZero) {
-  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   sut.set_clearing({.is_shown = false, .is_written = false});
   read(sut, pending);
   sut.on_written(now);
@@ -268,7 +271,7 @@ TEST_F(AnAnswer,
 }
 
 TEST_F(AnAnswer, OfAnEarlierRunThatWasNotBegunIsReleasedAlthoughItsResponseIsLate) {
-  AnswerWriter sut = resumed(1, false, fabric::Awaited::response_state);
+  AnswerWriter sut = resumed(1, false, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(1, 0, "another")), Step::write_response);
   EXPECT_EQ(sut.on_written(now), Step::record_clearing);
   EXPECT_EQ(sut.on_recorded(true), Step::clear);
@@ -278,27 +281,27 @@ TEST_F(AnAnswer, OfAnEarlierRunThatWasNotBegunIsReleasedAlthoughItsResponseIsLat
 }
 
 TEST_F(AnAnswer, OfAnEarlierRunToSuchAKernelIsNotReleasedWhereRequestStateIsZero) {
-  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   sut.set_clearing({.is_shown = false, .is_written = false});
   EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "1.4")), Step::done);
 }
 
 TEST_F(AnAnswer, OfAnEarlierRunWaitsASecondForARequestStateThatMayBeClearedYet) {
-  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 999ms, all(1, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::clear);
 }
 
 TEST_F(AnAnswer, OfAnEarlierRunThatReadsShowAsWrittenIsDoneAlsoWhereRequestStateIsNotCleared) {
-  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(1, 1, "1.4")), Step::done);
   EXPECT_FALSE(sut.zero_seen());
 }
 
 TEST_F(AnAnswer, OfAnEarlierRunIsDroppedWhereSomethingElseStandsInResponse) {
-  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(0, 0, "another")), Step::read) << "RESPONSE may be late";
   EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "another")), Step::dropped);
 }
@@ -329,10 +332,10 @@ TEST_F(AnInterimAnswer, OfUnknownOutcomeMayBeVisibleAfterRequestStateWasClearedB
 class TextLast : public AnAnswer {
  protected:
   static AnswerWriter writer(std::uint32_t state) {
-    return AnAnswer::writer(state, fabric::Awaited::response);
+    return AnAnswer::writer(state, fabric::CompletionSignal::response);
   }
   static AnswerWriter resumed(std::uint32_t state, bool clearing) {
-    return AnAnswer::resumed(state, clearing, fabric::Awaited::response);
+    return AnAnswer::resumed(state, clearing, fabric::CompletionSignal::response);
   }
   /// REQUEST_STATE is cleared, and the program, which has emptied RESPONSE before it asked, waits.
   const ServiceSnapshot waits = all(0, 0, "");

@@ -36,7 +36,7 @@ class AskingForValues : public testing::Test {
       source = std::make_shared<ValueSource>(*client, cnc::variables::Location{.group = cnc.group});
     }
     return tests::wait_for(
-        io, ask_values(source, {machines::Asker::variables, ++number, std::move(step)}));
+        io, ask_values(source, {machines::Requester::variables, ++number, std::move(step)}));
   }
   data::Read reading_of(const std::vector<std::string>& names) {
     data::Read read;
@@ -59,7 +59,7 @@ class AskingForValues : public testing::Test {
 
 TEST_F(AskingForValues, TellsWhatVariablesAreAndWhatTheyHave) {
   const auto known = ask(data::Resolve{1, {"V.E.A", "V.E.NONE"}});
-  EXPECT_EQ(known.asker, machines::Asker::variables);
+  EXPECT_EQ(known.requester, machines::Requester::variables);
   EXPECT_EQ(known.number, 1U);
   EXPECT_GT(known.requests, 0U);
   const auto& found = std::get<std::vector<data::Sampler::Resolved>>(known.found);

@@ -409,7 +409,7 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
 // The manual's words have the program wait for RESPONSE, its sample for RESPONSE_STATE
 // (IB/tf5200_service_interface/356533387, documented): a service says which (our choice).
 TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
-  fixture.awaited = fabric::Awaited::response;
+  fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 0));
   EXPECT_THAT(fixture.writes, ElementsAre("REQUEST_STATE=0", "RESPONSE=1.414"));
@@ -418,7 +418,7 @@ TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
 }
 
 TEST_F(ChannelAnswer, OfTheGatewayItselfToAProgramThatWaitsForTheTextEndsWithTheText) {
-  fixture.awaited = fabric::Awaited::response;
+  fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
   sut().answer_locally({response("by hand", 7), "an operator"}, fixture.now);
   fixture.settle();
@@ -427,7 +427,7 @@ TEST_F(ChannelAnswer, OfTheGatewayItselfToAProgramThatWaitsForTheTextEndsWithThe
 }
 
 TEST_F(ChannelAnswer, IsNotPrecededByAnInterimOneIfTheProgramWaitsForTheText) {
-  fixture.awaited = fabric::Awaited::response;
+  fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
   reply(fixture.interim("half way", 50));
   EXPECT_THAT(fixture.writes, IsEmpty());
@@ -435,7 +435,7 @@ TEST_F(ChannelAnswer, IsNotPrecededByAnInterimOneIfTheProgramWaitsForTheText) {
 }
 
 TEST_F(ChannelAnswer, OfState0IsCompletedByARestartedGateway) {
-  fixture.awaited = fabric::Awaited::response;
+  fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
   fixture.before_action = [&] { fixture.stop = fixture.channel.values().request_state == 0; };
   reply(fixture.reply("1.414", 0));

@@ -102,7 +102,7 @@ class ChannelFixture final : public Outputs {
             delivery,
             std::make_shared<const std::string>(fmt::format("instance {}", number)),
             false,
-            awaited};
+            completion_signal};
   }
 
   [[nodiscard]] fabric::Reply reply(const std::string& text, std::uint32_t state,
@@ -160,7 +160,7 @@ class ChannelFixture final : public Outputs {
   journal::JournalState journal_state;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  fabric::Awaited awaited = fabric::Awaited::response_state;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   Policy policy;
   bool served = true;
   bool deadline_passed = false;

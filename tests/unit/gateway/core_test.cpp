@@ -166,10 +166,10 @@ TEST_F(CoreTest, AcceptsNothingWhileItEndsAlsoWhenTheJournalCanBeWrittenAgain) {
   serve();
   sut->on_instance_ready(service);
   sut->on_journal_error("No space left on device");
-  EXPECT_EQ(notices["journal"], "No space left on device");
+  EXPECT_EQ(alarms["journal"], "No space left on device");
   sut->stop();
   sut->on_journal_error("");
-  EXPECT_EQ(notices["journal"], "");
+  EXPECT_EQ(alarms["journal"], "");
   program_asks();
   EXPECT_EQ(channel.call, fabric::CallId{});
   EXPECT_EQ(channel.reason, "the gateway is ending");
@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(
         Input{"stop", [](Core& core) { core.stop(); }},
         Input{"end", [](Core& core) { core.end(); }},
         Input{"on_time", [](Core& core) { core.on_time(); }},
-        Input{"beat", [](Core& core) { core.heartbeat(); }},
+        Input{"heartbeat", [](Core& core) { core.heartbeat(); }},
         Input{"tell_load", [](Core& core) { core.publish_load(); }},
         Input{"on_other_event", [](Core& core) { core.on_other_event(); }},
         Input{"on_link_up", [](Core& core) { core.on_link_up("cnc", {1}); }},

@@ -64,8 +64,8 @@ class DispatcherRoom : public testing::Test {
   std::vector<std::string> decline(std::uint64_t number, SteadyTime now = start) {
     return words(sut.decline(ours(number), now));
   }
-  std::vector<std::string> beat(std::uint8_t number, const std::vector<fabric::CallId>& calls,
-                                SteadyTime now = start, std::uint32_t waiting = 0) {
+  std::vector<std::string> heartbeat(std::uint8_t number, const std::vector<fabric::CallId>& calls,
+                                     SteadyTime now = start, std::uint32_t waiting = 0) {
     fabric::InstanceLoad load{.status = {.waiting = waiting}, .calls = calls};
     load.status.instance.bytes.fill(number);
     return words(sut.on_load(load, now));
@@ -80,14 +80,14 @@ TEST_F(DispatcherRoom, GivesADeclinedCallToTheNextAtOnce) {
   EXPECT_THAT(decline(1), ElementsAre("1→2#2"));
 }
 
-TEST_F(DispatcherRoom, AsksWhoDeclinedAgainWhenABeatSaysThatItHasRoom) {
+TEST_F(DispatcherRoom, AsksWhoDeclinedAgainWhenAHeartbeatSaysThatItHasRoom) {
   ready({1});
   add(1);
   EXPECT_THAT(decline(1), ElementsAre("1: the only instance is busy"));
-  EXPECT_THAT(beat(1, {}), ElementsAre("1→1#2"));
+  EXPECT_THAT(heartbeat(1, {}), ElementsAre("1→1#2"));
 }
 
-TEST_F(DispatcherRoom, AsksWhoDeclinedAndDoesNotBeatAgainAfterAWhile) {
+TEST_F(DispatcherRoom, AsksWhoDeclinedAndSendsNoHeartbeatAgainAfterAWhile) {
   ready({1});
   add(1);
   decline(1);
@@ -100,9 +100,9 @@ TEST_F(DispatcherRoom, DoesNotBelieveWhoDeclinesAgainAndAgainThatItHasRoom) {
   add(1);
   for (int i = 0; i < 8; ++i) {
     decline(1);
-    beat(1, {});
+    heartbeat(1, {});
   }
-  EXPECT_THAT(beat(1, {}), IsEmpty());
+  EXPECT_THAT(heartbeat(1, {}), IsEmpty());
   ASSERT_EQ(sut.next_time(), start + 5s);
   EXPECT_THAT(words(sut.on_time(start + 5s)), ElementsAre("1→1#9"));
 }
@@ -116,34 +116,34 @@ TEST_F(DispatcherRoom, IgnoresTheDeclineOfACallThatIsOver) {
 
 TEST_F(DispatcherRoom, PrefersWhoIsIdleToWhoRunsTheCallsOfOthers) {
   ready({1, 2});
-  beat(1, {of_others(1)});
+  heartbeat(1, {of_others(1)});
   EXPECT_THAT(add(1), ElementsAre("1→2#1"));
 }
 
 TEST_F(DispatcherRoom, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
   ready({1});
-  beat(1, {of_others(1)});
+  heartbeat(1, {of_others(1)});
   EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
-  EXPECT_THAT(beat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it waits still";
+  EXPECT_THAT(heartbeat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it waits still";
 }
 
-TEST_F(DispatcherRoom, CountsItsOwnCallsInABeatOnce) {
+TEST_F(DispatcherRoom, CountsItsOwnCallsInAHeartbeatOnce) {
   auto two = instance(1);
   two.concurrency = 2;
   sut.on_instance_ready(two);
   add(1);
-  beat(1, {ours(1)});
+  heartbeat(1, {ours(1)});
   EXPECT_THAT(add(2), ElementsAre("2→1#1"));
 }
 
-TEST_F(DispatcherRoom, TakesACallFromWhoBeatsWithoutEverHavingTakenIt) {
+TEST_F(DispatcherRoom, TakesACallFromAnInstanceThatSendsHeartbeatsWithoutEverHavingTakenIt) {
   ready({1, 2});
   add(1);
   sut.on_published(ours(1), start);
-  EXPECT_THAT(beat(1, {}, start + 600ms), IsEmpty());
-  EXPECT_THAT(beat(1, {}, start + 700ms), IsEmpty()) << "the answer may be on its way";
-  EXPECT_THAT(beat(1, {}, start + 800ms), ElementsAre("1 lost", "1→2#2"));
+  EXPECT_THAT(heartbeat(1, {}, start + 600ms), IsEmpty());
+  EXPECT_THAT(heartbeat(1, {}, start + 700ms), IsEmpty()) << "the answer may be on its way";
+  EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 lost", "1→2#2"));
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy")) << "who is deaf gets nothing";
   ASSERT_EQ(sut.next_time(), start + 800ms + 5s);
   EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "it is tried again";
@@ -155,8 +155,8 @@ TEST_F(DispatcherRoom, HoldsAnAtMostOnceCallOfWhoDoesNotHear) {
   sut.on_instance_ready(once);
   add(1);
   sut.on_published(ours(1), start);
-  beat(1, {}, start + 700ms);
-  EXPECT_THAT(beat(1, {}, start + 800ms), ElementsAre("1 held"));
+  heartbeat(1, {}, start + 700ms);
+  EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 held"));
 }
 
 TEST_F(DispatcherRoom, LeavesACallWithWhoHasIt) {
@@ -164,15 +164,15 @@ TEST_F(DispatcherRoom, LeavesACallWithWhoHasIt) {
   add(1);
   sut.on_published(ours(1), start);
   for (int i = 1; i < 100; ++i) {
-    ASSERT_THAT(beat(1, {ours(1)}, start + i * 100ms), IsEmpty());
+    ASSERT_THAT(heartbeat(1, {ours(1)}, start + i * 100ms), IsEmpty());
   }
 }
 
 TEST_F(DispatcherRoom, ForgivesACallThatWaitsForTheJournal) {
   ready({1, 2});
   add(1);
-  EXPECT_THAT(beat(1, {}, start + 10s), IsEmpty());
-  EXPECT_THAT(beat(1, {}, start + 11s), IsEmpty());
+  EXPECT_THAT(heartbeat(1, {}, start + 10s), IsEmpty());
+  EXPECT_THAT(heartbeat(1, {}, start + 11s), IsEmpty());
 }
 
 TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
@@ -189,7 +189,7 @@ TEST_F(DispatcherRoom, CountsACallThatMovedAwayAsLoadOfWhoStillRunsIt) {
   sut.on_instance_gone(instance(1).id, start);
   ASSERT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1 lost", "1→2#2"));
   ready({1});
-  beat(1, {ours(1)}, start + 1s);
+  heartbeat(1, {ours(1)}, start + 1s);
   EXPECT_THAT(add(2), ElementsAre("2→1#1 waits"));
 }
 
@@ -198,7 +198,7 @@ TEST_F(DispatcherRoom, BelievesWhoDeclinesAndAnswersInBetweenThatItHasRoom) {
   for (std::uint64_t number = 1; number <= 20; ++number) {
     ASSERT_THAT(add(number), ElementsAre(fmt::format("{}→1#1", number)));
     decline(number);
-    ASSERT_THAT(beat(1, {}), ElementsAre(fmt::format("{}→1#2", number)));
+    ASSERT_THAT(heartbeat(1, {}), ElementsAre(fmt::format("{}→1#2", number)));
     sut.remove(ours(number));
   }
 }
@@ -207,7 +207,7 @@ TEST_F(DispatcherRoom, LetsOneCallAloneWaitHoweverManyAnInstanceRunsAtOnce) {
   auto two = instance(1);
   two.concurrency = 2;
   sut.on_instance_ready(two);
-  beat(1, {of_others(1), of_others(2)});
+  heartbeat(1, {of_others(1), of_others(2)});
   EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
 }

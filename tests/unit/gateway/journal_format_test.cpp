@@ -27,7 +27,7 @@ DispatchedEntry dispatched(fabric::CallId call, std::uint16_t channel, std::uint
           fabric::Delivery::at_most_once,
           attempt,
           instance(static_cast<std::uint8_t>(attempt)),
-          fabric::Awaited::response};
+          fabric::CompletionSignal::response};
 }
 
 std::vector<JournalEntry> one_of_each() {

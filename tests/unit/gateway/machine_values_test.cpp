@@ -8,7 +8,7 @@ namespace millrace::gateway::core {
 namespace {
 
 using fabric::Quality;
-using machines::Asker;
+using machines::Requester;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -49,7 +49,7 @@ class AMachinesValues : public testing::Test {
   void calls_rest() { rests_since = ports.time.steady - 1s; }
 
   void request(fabric::VariableAction action, std::uint16_t channel = 1) {
-    fabric::VariableRequest one{.asker = gateway_id(3),
+    fabric::VariableRequest one{.requester = gateway_id(3),
                                 .token = gateway_id(++tokens),
                                 .key = {"press", channel},
                                 .action = action,
@@ -71,7 +71,7 @@ class AMachinesValues : public testing::Test {
   }
   void answer(const machines::Question& question) {
     machines::Answer told;
-    told.asker = question.asker;
+    told.requester = question.requester;
     told.number = question.number;
     told.requests = 1;
     if (std::holds_alternative<data::Resolve>(question.step)) {
@@ -141,12 +141,12 @@ TEST_F(AMachinesValues, DoNotWaitForEverForALinkThatNeverRests) {
   EXPECT_THAT(link.questions, IsEmpty());
   pass(1us);
   ASSERT_THAT(link.questions, SizeIs(1));
-  EXPECT_EQ(link.questions[0].asker, Asker::variables);
+  EXPECT_EQ(link.questions[0].requester, Requester::variables);
   pass(25ms - 1us);
   EXPECT_THAT(link.questions, SizeIs(1));
   pass(1us);
   ASSERT_THAT(link.questions, SizeIs(2));
-  EXPECT_EQ(link.questions[1].asker, Asker::data);
+  EXPECT_EQ(link.questions[1].requester, Requester::data);
 }
 
 TEST_F(AMachinesValues, WakeWhenTheLinkHasRestedLongEnough) {

@@ -45,7 +45,7 @@ class RecordedPorts : public Fabric, public Host {
   void dispose(const fabric::ChannelKey&) override {}
   void dispose(const fabric::MachineStatus&) override {}
   void dispose(const fabric::DataSample& sample) override { disposed.push_back(sample.group); }
-  void watch_channels() override {}
+  void subscribe_channels() override {}
 
   [[nodiscard]] Moment now() const override { return time; }
   void wake_at(std::optional<SteadyTime> at) override { wakes_at = at; }
@@ -58,8 +58,9 @@ class RecordedPorts : public Fabric, public Host {
     }
   }
   void log(Level, const std::string& text) override { said.push_back(text); }
-  void notice(const fabric::NoticeKey& key, const std::string& text, const std::string&) override {
-    notices[key.kind] = text;
+  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
+                 const std::string&) override {
+    alarms[key.kind] = text;
   }
   void may_end(bool half_written) override { ended = half_written; }
 
@@ -75,7 +76,7 @@ class RecordedPorts : public Fabric, public Host {
   std::vector<fabric::Outcome> outcomes;
   std::vector<Ticket> tickets;
   std::vector<std::string> said;
-  std::map<std::string, std::string> notices;
+  std::map<std::string, std::string> alarms;
   std::optional<bool> ended;
 };
 

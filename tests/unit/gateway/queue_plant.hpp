@@ -225,8 +225,8 @@ class QueuePlant : public core::RecordedPorts {
       todo.emplace_back([this, ticket] { core->on_recorded(ticket); });
     }
   }
-  void notice(const fabric::NoticeKey& about, const std::string& text,
-              const std::string&) override {
+  void set_alarm(const fabric::AlarmKey& about, const std::string& text,
+                 const std::string&) override {
     if (about.kind == "queue") {
       troubles.push_back(text);
     } else if (about.kind == "queue_filling") {

@@ -34,9 +34,9 @@ TEST(AResponse, SaysWhyAChannelCannotTakeIt) {
 }
 
 TEST(AResponse, ToAProgramThatWaitsForTheTextHasOneAndAnyState) {
-  EXPECT_TRUE(Response::of("x", 0, fabric::Awaited::response));
-  EXPECT_TRUE(Response::of("x", 99, fabric::Awaited::response));
-  EXPECT_THAT(Response::of("", 1, fabric::Awaited::response).error(),
+  EXPECT_TRUE(Response::of("x", 0, fabric::CompletionSignal::response));
+  EXPECT_TRUE(Response::of("x", 99, fabric::CompletionSignal::response));
+  EXPECT_THAT(Response::of("", 1, fabric::CompletionSignal::response).error(),
               HasSubstr("is empty, which releases no program"));
   EXPECT_TRUE(Response::of("", 1));
 }

@@ -14,7 +14,7 @@ class StallDetectorTest : public testing::Test {
   machines::StallDetector sut{400ms};
 };
 
-TEST_F(StallDetectorTest, BeatsEightTimesALease) {
+TEST_F(StallDetectorTest, SendsEightHeartbeatsALease) {
   EXPECT_EQ(sut.heartbeat(begin), begin + 50ms);
 }
 
@@ -31,7 +31,7 @@ TEST_F(StallDetectorTest, TellsEachStandstillOnce) {
   EXPECT_EQ(sut.take_overdue(due + 5s + 1s), 1s);
 }
 
-TEST_F(StallDetectorTest, IsNotLateBeforeItBeats) {
+TEST_F(StallDetectorTest, IsNotLateBeforeItsHeartbeat) {
   EXPECT_FALSE(sut.take_overdue(begin));
 }
 

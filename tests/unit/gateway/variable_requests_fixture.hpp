@@ -38,8 +38,9 @@ class VariableRequestsTest : public testing::Test {
     return made;
   }
 
-  fabric::VariableRequest request(std::vector<std::string> names, std::uint8_t asker = 1) {
-    fabric::VariableRequest one{.asker = id(asker), .key = {"press", 1}, .names = std::move(names)};
+  fabric::VariableRequest request(std::vector<std::string> names, std::uint8_t requester = 1) {
+    fabric::VariableRequest one{
+        .requester = id(requester), .key = {"press", 1}, .names = std::move(names)};
     one.token.bytes[0] = static_cast<std::uint8_t>(++tokens & 0xFF);
     one.token.bytes[1] = static_cast<std::uint8_t>(tokens >> 8);
     one.issuer = "she@panel";

@@ -21,7 +21,7 @@ TEST_F(VariableRequestsTest, ReadsManyNamesInOneRequest) {
   ask(asked);
   settle();
   ASSERT_THAT(answers, SizeIs(1));
-  EXPECT_EQ(answers[0].asker, asked.asker);
+  EXPECT_EQ(answers[0].requester, asked.requester);
   const VariableReply& reply = answers[0].reply;
   EXPECT_TRUE(reply.done);
   EXPECT_EQ(reply.token, asked.token);

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
@@ -81,7 +81,7 @@ class IsgService : public testing::Test {
   boost::asio::io_context context;
   fabric::dds::Participant participant{{.domain = domain.number()}};
   fabric::RecordingGateway gateway;
-  fabric::ends::CallEnd end{participant, context.get_executor(), gateway};
+  fabric::endpoints::CallEndpoint end{participant, context.get_executor(), gateway};
   std::uint64_t number = 0;
   ISG_SERVICE_CONNECTION connection;
   ISG_SERVICE sut{};

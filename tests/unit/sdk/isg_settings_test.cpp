@@ -36,7 +36,7 @@ TEST(IsgSettings, TakeWhatTheEnvironmentSays) {
                          {"MILLRACE_FABRIC", "shop"},
                          {"MILLRACE_CHANNELS", " cnc/1  press/* "},
                          {"MILLRACE_DELIVERY", "at-most-once"},
-                         {"MILLRACE_AWAITED", "response"},
+                         {"MILLRACE_COMPLETION_SIGNAL", "response"},
                          {"MILLRACE_LOG_LEVEL", "debug"}});
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->options.domain, 7U);
@@ -44,7 +44,7 @@ TEST(IsgSettings, TakeWhatTheEnvironmentSays) {
   EXPECT_THAT(sut->options.channels,
               ElementsAre(fabric::ChannelScope{"cnc", 1}, fabric::ChannelScope{"press", 0}));
   EXPECT_EQ(sut->options.delivery, fabric::Delivery::at_most_once);
-  EXPECT_EQ(sut->options.awaited, fabric::Awaited::response);
+  EXPECT_EQ(sut->options.completion_signal, fabric::CompletionSignal::response);
   EXPECT_EQ(sut->log_level, spdlog::level::debug);
 }
 
@@ -79,7 +79,7 @@ TEST(IsgSettings, NameTheVariableThatIsWrong) {
   EXPECT_THAT(read({{"MILLRACE_DOMAIN", "x"}}).error(), HasSubstr("MILLRACE_DOMAIN=x"));
   EXPECT_THAT(read({{"MILLRACE_CHANNELS", "cnc"}}).error(), HasSubstr("MACHINE/N"));
   EXPECT_THAT(read({{"MILLRACE_DELIVERY", "once"}}).error(), HasSubstr("at-least-once"));
-  EXPECT_THAT(read({{"MILLRACE_AWAITED", "text"}}).error(),
+  EXPECT_THAT(read({{"MILLRACE_COMPLETION_SIGNAL", "text"}}).error(),
               HasSubstr("response-state or response"));
   EXPECT_THAT(read({{"MILLRACE_LOG_LEVEL", "loud"}}).error(), HasSubstr("trace"));
 }

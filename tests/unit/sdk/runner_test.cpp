@@ -34,8 +34,8 @@ class RunnerTest : public testing::Test {
   std::shared_ptr<const Call> next() { return sut->next(std::chrono::steady_clock::now()); }
 
   const fabric::InstanceId self = fabric::InstanceId::random();
-  const std::shared_ptr<Runner> sut =
-      std::make_shared<Runner>(DeskOptions{.instance = self}, base::program::no_log(), Prompt{});
+  const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
+      CallSchedulerOptions{.instance = self}, base::program::no_log(), InlineHandler{});
 };
 
 TEST_F(RunnerTest, HandsOutACallAnewThatIsWantedAgainOnceItsCancelledRunHasEnded) {
@@ -138,13 +138,13 @@ class PassingRunner : public RunnerTest {
   std::vector<std::shared_ptr<const Call>> passed;
   std::vector<fabric::CallId> cancelled;
   const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
-      DeskOptions{.instance = self}, base::program::no_log(),
-      Prompt{.handler = [this](const auto& call) { passed.push_back(call); },
-             .passes_on = true,
-             .cancelled = [this](fabric::CallId call) { cancelled.push_back(call); }});
+      CallSchedulerOptions{.instance = self}, base::program::no_log(),
+      InlineHandler{.handler = [this](const auto& call) { passed.push_back(call); },
+                    .forwards = true,
+                    .cancelled = [this](fabric::CallId call) { cancelled.push_back(call); }});
   tests::Domain domain;
   fabric::dds::Participant participant{{.domain = domain.number()}};
-  fabric::ends::ReplyEnd end{
+  fabric::endpoints::ReplyEndpoint end{
       participant,
       {.id = self, .uuid = "weather", .name = "weather", .lease = std::chrono::milliseconds(500)},
       *sut};
@@ -153,14 +153,14 @@ class PassingRunner : public RunnerTest {
 TEST_F(PassingRunner, PassesOnWhatCameBeforeItsEndWasKnown) {
   sut->on_request(request(1));
   EXPECT_THAT(passed, testing::IsEmpty());
-  sut->set_end(&end);
+  sut->set_endpoint(&end);
   ASSERT_EQ(passed.size(), 1U);
   EXPECT_EQ(passed.front()->id().number, 1U);
-  sut->set_end(nullptr);
+  sut->set_endpoint(nullptr);
 }
 
 TEST_F(PassingRunner, PassesOnACallThatWaitedWhereTheOneBeforeItIsAnswered) {
-  sut->set_end(&end);
+  sut->set_endpoint(&end);
   sut->on_request(request(1));
   fabric::Request other = request(2);
   other.key.channel = 2;
@@ -172,16 +172,16 @@ TEST_F(PassingRunner, PassesOnACallThatWaitedWhereTheOneBeforeItIsAnswered) {
   first->answer({.text = "done"});
   ASSERT_EQ(passed.size(), 2U);
   EXPECT_EQ(passed.back()->id().number, 2U);
-  sut->set_end(nullptr);
+  sut->set_endpoint(nullptr);
 }
 
 TEST_F(PassingRunner, TellsOfACallThatIsCancelled) {
-  sut->set_end(&end);
+  sut->set_endpoint(&end);
   sut->on_request(request(1));
   sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1, self});
   EXPECT_THAT(cancelled, testing::ElementsAre(fabric::CallId{1, 1}));
   EXPECT_TRUE(passed.front()->cancelled());
-  sut->set_end(nullptr);
+  sut->set_endpoint(nullptr);
 }
 
 TEST_F(RunnerTest, LetsAStopCallbackAnswerTheCallThatIsCancelled) {

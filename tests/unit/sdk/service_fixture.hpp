@@ -10,7 +10,7 @@
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
 
-#include "fabric/ends/call_end.hpp"
+#include "fabric/endpoints/call_endpoint.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
@@ -72,7 +72,7 @@ class ServiceTest : public testing::Test {
   boost::asio::io_context context;
   fabric::dds::Participant participant{{.domain = domain.number()}};
   fabric::RecordingGateway gateway;
-  fabric::ends::CallEnd end{participant, context.get_executor(), gateway};
+  fabric::endpoints::CallEndpoint end{participant, context.get_executor(), gateway};
 
  private:
   std::size_t replies_read_ = 0;

@@ -172,8 +172,8 @@ TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasTheChannelOfOneThat
       },
       base::program::no_log());
   fabric::RecordingGateway other_gateway;
-  std::optional<fabric::ends::CallEnd> other(std::in_place, participant, context.get_executor(),
-                                             other_gateway);
+  std::optional<fabric::endpoints::CallEndpoint> other(std::in_place, participant,
+                                                       context.get_executor(), other_gateway);
   ASSERT_TRUE(until_ready(sut));
   ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
   Request first = request(sut, 1);

@@ -60,8 +60,8 @@ std::optional<std::vector<std::string>> known_uuids(const Options& options) {
     }
   }
   if (options.live) {
-    const bus::Live live = options.look();
-    for (const bus::LiveInstance* instance : live.instances_of("")) {
+    const bus::FabricModel live = options.look();
+    for (const bus::KnownInstance* instance : live.instances_of("")) {
       known.push_back(instance->identity.uuid);
     }
   }

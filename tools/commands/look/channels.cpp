@@ -25,7 +25,7 @@ std::string call_text(const fabric::ChannelStatus& status) {
 }
 
 /// Its state, or what is the cause of it.
-std::string state_text(const bus::Live& live, const fabric::ChannelStatus& status) {
+std::string state_text(const bus::FabricModel& live, const fabric::ChannelStatus& status) {
   switch (live.obstacle_of(status, std::chrono::system_clock::now())) {
     case bus::Obstacle::journal:
       return "no new calls";
@@ -36,7 +36,7 @@ std::string state_text(const bus::Live& live, const fabric::ChannelStatus& statu
   }
 }
 
-void print_channels(const bus::Live& live) {
+void print_channels(const bus::FabricModel& live) {
   print::Table table({{"CHANNEL"},
                       {"STATE"},
                       {"SINCE", Align::right},
@@ -55,7 +55,7 @@ void print_channels(const bus::Live& live) {
   fmt::print("{}", table.text());
 }
 
-boost::json::array channels_json(const bus::Live& live) {
+boost::json::array channels_json(const bus::FabricModel& live) {
   boost::json::array out;
   for (const auto& [key, status] : live.channels()) {
     out.push_back(print::json_of(status));
@@ -64,7 +64,7 @@ boost::json::array channels_json(const bus::Live& live) {
 }
 
 int list_channels(const LookOptions& options) {
-  const bus::Live live = options.look();
+  const bus::FabricModel live = options.look();
   if (options.json) {
     print::print_json(channels_json(live));
   } else if (live.channels().empty()) {

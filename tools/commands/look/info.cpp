@@ -17,7 +17,7 @@ struct InfoOptions : LookOptions {
   std::string what;
 };
 
-void print_instance(const bus::LiveInstance& instance) {
+void print_instance(const bus::KnownInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
   fmt::print("{} {}\n", base::text::safe(identity.name), identity.id.to_string());
   const auto line = [](std::string_view name, const std::string& value) {
@@ -29,7 +29,7 @@ void print_instance(const bus::LiveInstance& instance) {
   line("host", fmt::format("{}, process {}", base::text::safe(identity.host), identity.pid));
   line("channels", channels_text(identity));
   line("delivery", std::string(fabric::name_of(identity.delivery)));
-  line("awaited", std::string(fabric::name_of(identity.awaited)));
+  line("completion_signal", std::string(fabric::name_of(identity.completion_signal)));
   line("concurrency", std::to_string(identity.concurrency));
   line("draining", identity.draining ? "yes" : "no");
   if (!identity.certificate.empty()) {
@@ -39,10 +39,10 @@ void print_instance(const bus::LiveInstance& instance) {
 }
 
 int show(const InfoOptions& options) {
-  const bus::Live live = options.look();
+  const bus::FabricModel live = options.look();
   const auto instances = live.instances_of(options.what);
   boost::json::array out;
-  for (const bus::LiveInstance* instance : instances) {
+  for (const bus::KnownInstance* instance : instances) {
     if (options.json) {
       boost::json::object object;
       print::put_fields(object, instance->identity);

@@ -18,7 +18,7 @@ LookOptions::LookOptions(CLI::App& command)
   add_json(command, json);
 }
 
-bus::Live LookOptions::look() const {
+bus::FabricModel LookOptions::look() const {
   bus::Patience patience;
   patience.at_least = std::chrono::ceil<std::chrono::milliseconds>(wait);
   patience.at_most += patience.at_least;

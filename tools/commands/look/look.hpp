@@ -7,7 +7,7 @@
 #include <string>
 
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/commands/subcommand.hpp"
 
 namespace millrace::tools::commands::look {
@@ -24,7 +24,7 @@ struct LookOptions {
   explicit LookOptions(CLI::App& command);
 
   /// Joins, listens and leaves.
-  [[nodiscard]] bus::Live look() const;
+  [[nodiscard]] bus::FabricModel look() const;
 
   fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait;

@@ -15,7 +15,7 @@ namespace {
 
 using print::Align;
 
-void print_machines(const bus::Live& live) {
+void print_machines(const bus::FabricModel& live) {
   print::Table table({{"MACHINE"},
                       {"LINK"},
                       {"SINCE", Align::right},
@@ -39,7 +39,7 @@ void print_machines(const bus::Live& live) {
 }
 
 int list_machines(const LookOptions& options) {
-  const bus::Live live = options.look();
+  const bus::FabricModel live = options.look();
   if (options.json) {
     boost::json::array out;
     for (const auto& [key, status] : live.machines()) {

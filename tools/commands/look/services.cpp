@@ -8,8 +8,8 @@
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
+#include "tools/print/alarm_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/notice_text.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -20,11 +20,11 @@ namespace {
 using print::Align;
 
 /// What they have proved to be has a column where there is trust.
-bool has_proof(const bus::LiveInstance* instance) {
+bool has_proof(const bus::KnownInstance* instance) {
   return !instance->identity.certificate.empty();
 }
 
-std::vector<std::string> row_of(const bus::LiveInstance& instance) {
+std::vector<std::string> row_of(const bus::KnownInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
   const fabric::InstanceStatus status = instance.status.value_or(fabric::InstanceStatus{});
   return {base::text::safe(identity.uuid),
@@ -39,7 +39,7 @@ std::vector<std::string> row_of(const bus::LiveInstance& instance) {
           std::string(fabric::name_of(identity.delivery))};
 }
 
-void print_services(const std::vector<const bus::LiveInstance*>& instances) {
+void print_services(const std::vector<const bus::KnownInstance*>& instances) {
   std::vector<print::Column> columns{{"UUID"},
                                      {"NAME"},
                                      {"HOST"},
@@ -55,7 +55,7 @@ void print_services(const std::vector<const bus::LiveInstance*>& instances) {
     columns.push_back({"CERTIFICATE"});
   }
   print::Table table(columns);
-  for (const bus::LiveInstance* instance : instances) {
+  for (const bus::KnownInstance* instance : instances) {
     std::vector<std::string> row = row_of(*instance);
     if (proofs) {
       row.push_back(base::text::safe(instance->identity.certificate));
@@ -66,11 +66,11 @@ void print_services(const std::vector<const bus::LiveInstance*>& instances) {
 }
 
 /// What programs say of themselves, also those that are no services.
-void print_notices(const bus::Live& live) {
+void print_alarms(const bus::FabricModel& live) {
   print::Table table({{"STATE"}, {"PROGRAM"}, {"SINCE", Align::right}, {"WHAT"}, {"TO DO"}});
-  for (const auto& [key, notice] : live.notices()) {
-    table.add({std::string(fabric::name_of(notice.level)), print::said_by(notice),
-               ago(notice.since), notice.text, notice.advice});
+  for (const auto& [key, alarm] : live.alarms()) {
+    table.add({std::string(fabric::name_of(alarm.level)), print::said_by(alarm), ago(alarm.since),
+               alarm.text, alarm.advice});
   }
   if (!table.empty()) {
     fmt::print("\n{}", table.text());
@@ -78,7 +78,7 @@ void print_notices(const bus::Live& live) {
 }
 
 /// Discovery still shows them, and they send no heartbeat.
-void print_silent(const bus::Live& live) {
+void print_silent(const bus::FabricModel& live) {
   for (const auto& [id, gone] : live.gone()) {
     const fabric::InstanceIdentity& identity = gone.last.identity;
     fmt::print("\n{} {} ({}) on {}, pid {}: no heartbeat; its process is frozen or has ended\n",
@@ -87,18 +87,18 @@ void print_silent(const bus::Live& live) {
   }
 }
 
-boost::json::array services_json(const bus::Live& live) {
+boost::json::array services_json(const bus::FabricModel& live) {
   boost::json::array out;
-  for (const bus::LiveInstance* instance : live.instances_of("")) {
+  for (const bus::KnownInstance* instance : live.instances_of("")) {
     boost::json::object object = print::json_of(instance->identity, instance->status);
-    boost::json::array notices;
-    for (const auto& [key, notice] : live.notices()) {
+    boost::json::array alarms;
+    for (const auto& [key, alarm] : live.alarms()) {
       if (key.responder == instance->identity.id) {
-        notices.push_back(print::json_of(notice));
+        alarms.push_back(print::json_of(alarm));
       }
     }
-    if (!notices.empty()) {
-      object["notices"] = std::move(notices);
+    if (!alarms.empty()) {
+      object["alarms"] = std::move(alarms);
     }
     out.push_back(std::move(object));
   }
@@ -106,7 +106,7 @@ boost::json::array services_json(const bus::Live& live) {
 }
 
 int list_services(const LookOptions& options) {
-  const bus::Live live = options.look();
+  const bus::FabricModel live = options.look();
   const auto instances = live.instances_of("");
   if (options.json) {
     print::print_json(services_json(live));
@@ -119,7 +119,7 @@ int list_services(const LookOptions& options) {
   }
   if (!options.json) {
     print_silent(live);
-    print_notices(live);
+    print_alarms(live);
   }
   return base::program::exit_done;
 }

@@ -20,7 +20,7 @@ struct StatsOptions : LookOptions {
   std::string what;
 };
 
-void print_stats(const std::vector<const bus::LiveInstance*>& instances) {
+void print_stats(const std::vector<const bus::KnownInstance*>& instances) {
   print::Table table({{"NAME"},
                       {"INSTANCE"},
                       {"RUNNING", Align::right},
@@ -30,7 +30,7 @@ void print_stats(const std::vector<const bus::LiveInstance*>& instances) {
                       {"CANCELLED", Align::right},
                       {"MEAN", Align::right},
                       {"LAST CALL", Align::right}});
-  for (const bus::LiveInstance* instance : instances) {
+  for (const bus::KnownInstance* instance : instances) {
     const fabric::InstanceStatus status = instance->status.value_or(fabric::InstanceStatus{});
     table.add({base::text::safe(instance->identity.name), instance->identity.id.to_string(),
                std::to_string(status.running), std::to_string(status.answered),
@@ -42,11 +42,11 @@ void print_stats(const std::vector<const bus::LiveInstance*>& instances) {
 }
 
 int show(const StatsOptions& options) {
-  const bus::Live live = options.look();
+  const bus::FabricModel live = options.look();
   const auto instances = live.instances_of(options.what);
   if (options.json) {
     boost::json::array out;
-    for (const bus::LiveInstance* instance : instances) {
+    for (const bus::KnownInstance* instance : instances) {
       boost::json::object object{{"instance", instance->identity.id.to_string()},
                                  {"uuid", print::utf8(instance->identity.uuid)},
                                  {"name", print::utf8(instance->identity.name)}};

@@ -67,7 +67,7 @@ caller::Order order_of(const CallOptions& options) {
     const fabric::ChannelKey named{options.machine, options.channel};
     order.as = named;
     // In a live machine's place a call would disturb that machine's own.
-    if (!caller::why_taken(bus::take_snapshot(options.fabric.options()), named)) {
+    if (!caller::reason_taken(bus::take_snapshot(options.fabric.options()), named)) {
       order.key = named;
     }
   }

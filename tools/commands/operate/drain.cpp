@@ -19,16 +19,16 @@ struct DrainOptions : OperateOptions {
 };
 
 /// Services that have an instance now and will have none.
-std::map<std::string, std::string> services_that_end(const bus::Live& live,
+std::map<std::string, std::string> services_that_end(const bus::FabricModel& live,
                                                      const std::string& what) {
   std::set<fabric::InstanceId> leaving;
-  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+  for (const bus::KnownInstance* instance : live.instances_of(what)) {
     leaving.insert(instance->identity.id);
   }
   std::map<std::string, std::string> ending;
-  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+  for (const bus::KnownInstance* instance : live.instances_of(what)) {
     const auto others = live.instances_of(instance->identity.uuid);
-    const bool is_last = std::ranges::all_of(others, [&](const bus::LiveInstance* other) {
+    const bool is_last = std::ranges::all_of(others, [&](const bus::KnownInstance* other) {
       return leaving.contains(other->identity.id) || other->identity.draining;
     });
     if (is_last && !instance->identity.draining) {
@@ -39,7 +39,7 @@ std::map<std::string, std::string> services_that_end(const bus::Live& live,
 }
 
 int drain(const DrainOptions& options) {
-  const bus::Live live = bus::take_snapshot(options.fabric.options());
+  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
   const int code = tell_instances(options, live, fabric::CommandKind::drain, options.what);
   if (!options.what.empty()) {
     for (const auto& [uuid, name] : services_that_end(live, options.what)) {

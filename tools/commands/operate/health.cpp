@@ -15,8 +15,8 @@
 #include "fabric/channel_scope.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
+#include "tools/print/alarm_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/notice_text.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -59,10 +59,10 @@ struct Programs {
   std::vector<fabric::InstanceIdentity> instances;
   /// What they say of themselves, and others of the host that have no calls, such as a recorder.
   /// Whose loop hangs says nothing any more.
-  std::vector<fabric::Notice> notices;
+  std::vector<fabric::Alarm> alarms;
 };
 
-Programs programs_on(const bus::Live& live, const std::string& host) {
+Programs programs_on(const bus::FabricModel& live, const std::string& host) {
   Programs found;
   for (const auto& [id, status] : live.gateways()) {
     if (status.host == host) {
@@ -72,14 +72,14 @@ Programs programs_on(const bus::Live& live, const std::string& host) {
            .host = status.host});
     }
   }
-  for (const bus::LiveInstance* instance : live.instances_of("")) {
+  for (const bus::KnownInstance* instance : live.instances_of("")) {
     if (instance->identity.host == host) {
       found.instances.push_back(instance->identity);
     }
   }
-  for (const auto& [key, notice] : live.notices()) {
-    if (notice.host == host) {
-      found.notices.push_back(notice);
+  for (const auto& [key, alarm] : live.alarms()) {
+    if (alarm.host == host) {
+      found.alarms.push_back(alarm);
     }
   }
   return found;
@@ -87,8 +87,8 @@ Programs programs_on(const bus::Live& live, const std::string& host) {
 
 /// Prints, or adds to `out`, what the gateways tell of their machines. A link that is down is no
 /// fault of the gateway.
-void show_machines(const HealthOptions& options, const bus::Live& live, const Programs& programs,
-                   boost::json::array& out) {
+void show_machines(const HealthOptions& options, const bus::FabricModel& live,
+                   const Programs& programs, boost::json::array& out) {
   for (const auto& [key, status] : live.machines()) {
     if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
         programs.gateways.end()) {
@@ -132,7 +132,8 @@ bool is_heard(const fabric::MachineStatus& status) {
 }
 
 /// What the operator said must be there.
-void look_for_the_expected(const HealthOptions& options, const bus::Live& live, Wrongs& wrongs) {
+void look_for_the_expected(const HealthOptions& options, const bus::FabricModel& live,
+                           Wrongs& wrongs) {
   for (const std::string& name : options.gateways) {
     const bool is_there = std::ranges::any_of(live.machines(), [&](const auto& one) {
       return is_heard(one.second) && (one.second.machine == name || one.second.host == name);
@@ -147,7 +148,8 @@ void look_for_the_expected(const HealthOptions& options, const bus::Live& live, 
   for (const auto& [what, count] : options.services) {
     const auto instances = live.instances_of(what);
     const auto there = static_cast<std::size_t>(std::ranges::count_if(
-        instances, [](const bus::LiveInstance* instance) { return !instance->identity.draining; }));
+        instances,
+        [](const bus::KnownInstance* instance) { return !instance->identity.draining; }));
     if (there < count) {
       wrongs.note(base::program::exit_failed,
                   fmt::format("service '{}' has {} of {} expected instances; start the others",
@@ -156,8 +158,8 @@ void look_for_the_expected(const HealthOptions& options, const bus::Live& live, 
   }
 }
 
-/// Discovery shows them, and they do not beat.
-void look_at_the_silent(const bus::Live& live, Wrongs& wrongs) {
+/// Discovery shows them, and they send no heartbeat.
+void look_at_the_silent(const bus::FabricModel& live, Wrongs& wrongs) {
   for (const auto& [id, gone] : live.gone()) {
     const fabric::InstanceIdentity& identity = gone.last.identity;
     wrongs.note(base::program::exit_failed,
@@ -167,7 +169,7 @@ void look_at_the_silent(const bus::Live& live, Wrongs& wrongs) {
 }
 
 /// The links of these gateways and the channels of their machines.
-void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& wrongs) {
+void look_at_machines(const bus::FabricModel& live, const Programs& programs, Wrongs& wrongs) {
   if (std::ranges::none_of(live.machines(), [](const auto& one) { return is_heard(one.second); })) {
     wrongs.note(exit_link_down,
                 "no gateway reports on this fabric: no controller is asked for calls; start "
@@ -215,24 +217,24 @@ void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& w
 }
 
 /// Gateways tell of services that have lost their last instance without a word.
-void look_at_lost_services(const bus::Live& live, Wrongs& wrongs) {
+void look_at_lost_services(const bus::FabricModel& live, Wrongs& wrongs) {
   std::set<std::string> said;
-  for (const auto& [key, notice] : live.notices()) {
+  for (const auto& [key, alarm] : live.alarms()) {
     if (key.kind == "service" && live.instances_of(key.subject).empty() &&
         said.insert(key.subject).second) {
-      wrongs.note(exit_unserved, notice.text);
+      wrongs.note(exit_unserved, alarm.text);
     }
   }
 }
 
 /// What the programs of the host say of themselves. A warning is told, and is no failure.
-void look_at_notices(const std::vector<fabric::Notice>& notices, Wrongs& wrongs) {
-  for (const fabric::Notice& notice : notices) {
+void look_at_alarms(const std::vector<fabric::Alarm>& alarms, Wrongs& wrongs) {
+  for (const fabric::Alarm& alarm : alarms) {
     const std::string what =
-        print::what_is_said(notice) + (notice.advice.empty() ? "" : " -> " + notice.advice);
-    if (notice.level == fabric::NoticeLevel::warning && notice.key.kind != "service") {
+        print::what_is_said(alarm) + (alarm.advice.empty() ? "" : " -> " + alarm.advice);
+    if (alarm.level == fabric::AlarmLevel::warning && alarm.key.kind != "service") {
       wrongs.say(what);
-    } else if (notice.level != fabric::NoticeLevel::fine && notice.key.kind != "service") {
+    } else if (alarm.level != fabric::AlarmLevel::fine && alarm.key.kind != "service") {
       wrongs.note(exit_trouble, what);
     }
   }
@@ -252,14 +254,14 @@ boost::json::array take_gateways(boost::json::array& answers, std::size_t gatewa
 }
 
 int check(const HealthOptions& options) {
-  const bus::Live live = bus::take_snapshot(options.fabric.options());
+  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
   const Programs programs = programs_on(live, options.host);
   boost::json::array machines;
   boost::json::array answers;
   show_machines(options, live, programs, machines);
   std::vector<fabric::InstanceIdentity> asked = programs.gateways;
   asked.insert(asked.end(), programs.instances.begin(), programs.instances.end());
-  const bool nobody = asked.empty() && programs.notices.empty();
+  const bool nobody = asked.empty() && programs.alarms.empty();
   Wrongs wrongs;
   if (nobody) {
     wrongs.note(base::program::exit_failed,
@@ -276,20 +278,20 @@ int check(const HealthOptions& options) {
     look_at_the_silent(live, wrongs);
     look_at_machines(live, programs, wrongs);
     look_at_lost_services(live, wrongs);
-    look_at_notices(programs.notices, wrongs);
+    look_at_alarms(programs.alarms, wrongs);
   }
   const bool healthy = wrongs.exit_code() == base::program::exit_done;
   if (options.json) {
     boost::json::array gateways = take_gateways(answers, programs.gateways.size());
-    boost::json::array notices;
-    for (const fabric::Notice& notice : programs.notices) {
-      notices.push_back(print::json_of(notice));
+    boost::json::array alarms;
+    for (const fabric::Alarm& alarm : programs.alarms) {
+      alarms.push_back(print::json_of(alarm));
     }
     print::print_json(boost::json::object{{"healthy", healthy},
                                           {"machines", std::move(machines)},
                                           {"gateways", std::move(gateways)},
                                           {"instances", std::move(answers)},
-                                          {"notices", std::move(notices)}});
+                                          {"alarms", std::move(alarms)}});
   }
   return wrongs.exit_code();
 }

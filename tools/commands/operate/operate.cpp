@@ -20,7 +20,8 @@ std::chrono::milliseconds patience_of(const OperateOptions& options) {
   return std::chrono::ceil<std::chrono::milliseconds>(options.timeout);
 }
 
-boost::json::object json_of(const fabric::InstanceIdentity& identity, const bus::Heard* heard) {
+boost::json::object json_of(const fabric::InstanceIdentity& identity,
+                            const bus::CommandResult* heard) {
   boost::json::object out{{"instance", identity.id.to_string()},
                           {"name", print::utf8(identity.name)},
                           {"answered", heard != nullptr}};
@@ -32,7 +33,7 @@ boost::json::object json_of(const fabric::InstanceIdentity& identity, const bus:
   return out;
 }
 
-std::string line_of(const fabric::InstanceIdentity& identity, const bus::Heard* heard) {
+std::string line_of(const fabric::InstanceIdentity& identity, const bus::CommandResult* heard) {
   const std::string who = fmt::format("{} {} on {}", base::text::safe(identity.name),
                                       identity.id.to_string(), base::text::safe(identity.host));
   return heard == nullptr
@@ -67,7 +68,7 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
   bool all_done = true;
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const auto word = heard.find(commands[i].id);
-    const bus::Heard* answer = word != heard.end() ? &word->second : nullptr;
+    const bus::CommandResult* answer = word != heard.end() ? &word->second : nullptr;
     all_done = all_done && answer != nullptr && answer->outcome.done;
     if (options.json) {
       out.push_back(json_of(instances[i], answer));
@@ -78,10 +79,10 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
   return all_done;
 }
 
-int tell_instances(const OperateOptions& options, const bus::Live& live, fabric::CommandKind kind,
-                   const std::string& what) {
+int tell_instances(const OperateOptions& options, const bus::FabricModel& live,
+                   fabric::CommandKind kind, const std::string& what) {
   std::vector<fabric::InstanceIdentity> instances;
-  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+  for (const bus::KnownInstance* instance : live.instances_of(what)) {
     instances.push_back(instance->identity);
   }
   if (what.empty() || instances.empty()) {
@@ -116,11 +117,11 @@ void add_channel_key(CLI::App& command, fabric::ChannelKey& key) {
 
 int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                  fabric::Command command) {
-  const auto is_pending = [&key](const bus::Live& seen) {
+  const auto is_pending = [&key](const bus::FabricModel& seen) {
     const auto found = seen.channels().find(key);
     return found != seen.channels().end() && found->second.call != fabric::CallId{};
   };
-  bus::Live live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
+  bus::FabricModel live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
   if (!live.channels().contains(key)) {
     // On a busy host its gateway may be heard later than what is announced first.
     live = bus::take_snapshot(options.fabric.options(), {.at_least = std::chrono::seconds(3)},

@@ -9,7 +9,7 @@
 #include <boost/json/array.hpp>
 
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/commands/subcommand.hpp"
 
@@ -41,8 +41,8 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
 
 /// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
 /// says. Fails if there is none, or one does not answer or refuses.
-int tell_instances(const OperateOptions& options, const bus::Live& live, fabric::CommandKind kind,
-                   const std::string& what);
+int tell_instances(const OperateOptions& options, const bus::FabricModel& live,
+                   fabric::CommandKind kind, const std::string& what);
 
 /// Adds the argument CHANNEL, as in "cnc/1".
 void add_channel_key(CLI::App& command, fabric::ChannelKey& key);

@@ -24,7 +24,7 @@ void add_ping(CLI::App& app, Chosen& chosen) {
       ->required();
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      const bus::Live live = bus::take_snapshot(options->fabric.options());
+      const bus::FabricModel live = bus::take_snapshot(options->fabric.options());
       return tell_instances(*options, live, fabric::CommandKind::ping, options->what);
     };
   });

@@ -11,7 +11,7 @@ namespace millrace::tools::commands::record {
 
 namespace {
 
-fabric::Notice this_recorder(const fabric::InstanceId& responder) {
+fabric::Alarm this_recorder(const fabric::InstanceId& responder) {
   return {.key = {.responder = responder},
           .program = "millrace record",
           .host = base::posix::host_name(),
@@ -28,7 +28,7 @@ RecordRun::RecordRun(fabric::dds::Participant& participant, recorder::Options op
       timer_(io_),
       signals_(io_, SIGINT, SIGTERM),
       observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything),
-      notices_(participant, io_.get_executor(), this_recorder(responder_)) {}
+      alarms_(participant, io_.get_executor(), this_recorder(responder_)) {}
 
 recorder::Recorder::Result RecordRun::run() {
   signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
@@ -47,8 +47,8 @@ recorder::Recorder::Result RecordRun::run() {
 void RecordRun::on_entry(recording::Entry entry) {
   // What it says of itself is in the metadata of its file, and does not make it somebody who was
   // heard.
-  const auto* news = std::get_if<recording::NoticeNews>(&entry.sample);
-  if (news != nullptr && news->notice.key.responder == responder_) {
+  const auto* news = std::get_if<recording::AlarmNews>(&entry.sample);
+  if (news != nullptr && news->alarm.key.responder == responder_) {
     ++own_;
     return;
   }
@@ -126,13 +126,13 @@ void RecordRun::tell_condition() {
   condition_.lost = counts().lost;
   condition_.missing = recorder_.missing();
   std::set<std::string> kinds;
-  for (const fabric::Notice& notice : recorder::notices_of(condition_)) {
-    kinds.insert(notice.key.kind);
-    note(notices_.raise(notice));
+  for (const fabric::Alarm& alarm : recorder::alarms_of(condition_)) {
+    kinds.insert(alarm.key.kind);
+    note(alarms_.raise(alarm));
   }
   for (const std::string& kind : told_) {
     if (!kinds.contains(kind)) {
-      note(notices_.clear(kind));
+      note(alarms_.clear(kind));
     }
   }
   told_ = std::move(kinds);

@@ -15,9 +15,9 @@
 #include <tl/expected.hpp>
 
 #include "base/loop/watchdog.hpp"
-#include "fabric/ends/notice_end.hpp"
+#include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/observer/observer.hpp"
-#include "tools/recorder/notices.hpp"
+#include "tools/recorder/alarms.hpp"
 #include "tools/recorder/recorder.hpp"
 
 namespace millrace::tools::commands::record {
@@ -76,7 +76,7 @@ class RecordRun : public fabric::observer::ObserverListener {
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
   fabric::observer::Observer observer_;
-  fabric::ends::NoticeEnd notices_;
+  fabric::endpoints::AlarmEndpoint alarms_;
 };
 
 }  // namespace millrace::tools::commands::record

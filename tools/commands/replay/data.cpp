@@ -11,7 +11,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/dds/participant.hpp"
-#include "fabric/ends/data_end.hpp"
+#include "fabric/endpoints/data_endpoint.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/replay/channels.hpp"
 #include "tools/commands/replay/progress.hpp"
@@ -121,7 +121,7 @@ class DataReplay {
   void publish(const fabric::DataSample& sample) {
     told_.add(sample);
     if (sample.values.empty()) {
-      end_.let_go(sample);
+      end_.unregister(sample);
     } else {
       check(end_.publish(sample));
     }
@@ -147,10 +147,10 @@ class DataReplay {
     io_.restart();
     io_.run_for(time_to_be_found);
     for (const fabric::DataSample& group : told_.groups()) {
-      end_.let_go(group);
+      end_.unregister(group);
     }
     for (const fabric::ProgramEvent& event : told_.programs()) {
-      end_.let_go(event);
+      end_.unregister(event);
     }
   }
 
@@ -204,7 +204,7 @@ class DataReplay {
   boost::asio::io_context io_{1};
   boost::asio::signal_set signals_;
   fabric::dds::Participant participant_;
-  fabric::ends::DataEnd end_;
+  fabric::endpoints::DataEndpoint end_;
   Progress progress_;
   tools::replay::Told told_;
   recording::Histogram late_;

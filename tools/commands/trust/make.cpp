@@ -8,37 +8,37 @@
 
 #include "base/program/command_line.hpp"
 #include "fabric/dds/participant.hpp"
-#include "tools/commands/trust/plants.hpp"
+#include "tools/commands/trust/pki_options.hpp"
 
 namespace millrace::tools::commands::trust {
 
 namespace {
 
 using base::program::UsageError;
-using fabric::trust::Member;
+using fabric::trust::Participant;
 
-struct InitOptions : PlantOptions {
+struct InitOptions : PkiOptions {
   std::string fabric = "millrace";
   std::string name;
   int days = 3650;
 };
 
-struct IssueOptions : PlantOptions {
-  Member member;
+struct IssueOptions : PkiOptions {
+  Participant participant;
   std::vector<std::string> roles;
   tools::trust::IssueOptions how;
   bool renew = false;
 };
 
-struct NamedOptions : PlantOptions {
+struct NamedOptions : PkiOptions {
   std::string name;
   int days = tools::trust::IssueOptions{}.days;
 };
 
-void say_where(const tools::trust::Plant& plant, const tools::trust::Entry& entry, int days) {
+void say_where(const tools::trust::PkiFolder& pki, const tools::trust::Entry& entry, int days) {
   fmt::print("{}: valid until {:%F}; copy it to its host, and nothing else of {}\n",
-             plant.folder_of(entry.member.name).string(), entry.until,
-             plant.folder_of("").parent_path().string());
+             pki.folder_of(entry.participant.name).string(), entry.until,
+             pki.folder_of("").parent_path().string());
   if (entry.until < entry.from + std::chrono::days(days)) {
     fmt::print("that is when the authorities end: {} days would be longer\n", days);
   }
@@ -57,8 +57,8 @@ int init(const InitOptions& options) {
   const std::filesystem::path last =
       whole.has_filename() ? whole.filename() : whole.parent_path().filename();
   const std::string name = options.name.empty() ? last.string() : options.name;
-  must(tools::trust::Plant::create(folder, name, options.fabric, options.days,
-                                   passphrase_of(options), now()));
+  must(tools::trust::PkiFolder::create(folder, name, options.fabric, options.days,
+                                       passphrase_of(options), now()));
   fmt::print(
       "{0}: the authorities of {1}, for the fabric {2}. Keep {0}/authorities where only you can "
       "read it: who has it can be anything\n"
@@ -67,7 +67,7 @@ int init(const InitOptions& options) {
   return base::program::exit_done;
 }
 
-bool is_another(const Member& before, const Member& after) {
+bool is_another(const Participant& before, const Participant& after) {
   return before.roles != after.roles || before.uuids != after.uuids ||
          before.machines != after.machines;
 }
@@ -79,53 +79,54 @@ int issue(IssueOptions options) {
       throw UsageError(
           fmt::format("--role {}: expected gateway, service, operator, observer or tester", text));
     }
-    options.member.roles.insert(*role);
+    options.participant.roles.insert(*role);
   }
-  tools::trust::Plant plant = open(options);
-  const auto before = plant.entry(options.member.name);
+  tools::trust::PkiFolder pki = open(options);
+  const auto before = pki.entry(options.participant.name);
   const std::string passphrase = passphrase_of(options);
   const bool again = options.renew && before;
-  const auto entry = must(again ? plant.reissue(options.member, options.how, passphrase, now())
-                                : plant.issue(options.member, options.how, passphrase, now()));
-  say_where(plant, entry, options.how.days);
-  if (again && before->until > now() && is_another(before->member, entry.member)) {
+  const auto entry = must(again ? pki.reissue(options.participant, options.how, passphrase, now())
+                                : pki.issue(options.participant, options.how, passphrase, now()));
+  say_where(pki, entry, options.how.days);
+  if (again && before->until > now() && is_another(before->participant, entry.participant)) {
     fmt::print(
         "it may other things now; what it has got before goes on counting for what that says, "
         "until "
         "{:%F}, unless {} is revoked\n",
-        before->until, entry.member.name);
+        before->until, entry.participant.name);
   }
   return base::program::exit_done;
 }
 
 int renew(const NamedOptions& options) {
-  tools::trust::Plant plant = open(options);
-  say_where(plant, must(plant.renew(options.name, options.days, passphrase_of(options), now())),
+  tools::trust::PkiFolder pki = open(options);
+  say_where(pki, must(pki.renew(options.name, options.days, passphrase_of(options), now())),
             options.days);
   return base::program::exit_done;
 }
 
-struct AuthoritiesOptions : PlantOptions {
+struct AuthoritiesOptions : PkiOptions {
   int days = InitOptions{}.days;
-  int member_days = tools::trust::IssueOptions{}.days;
+  int participant_days = tools::trust::IssueOptions{}.days;
 };
 
 int renew_authorities(const AuthoritiesOptions& options) {
-  tools::trust::Plant plant = open(options);
-  must(plant.renew_authorities(options.days, options.member_days, passphrase_of(options), now()));
+  tools::trust::PkiFolder pki = open(options);
+  must(
+      pki.renew_authorities(options.days, options.participant_days, passphrase_of(options), now()));
   fmt::print(
-      "{0}: the authorities are valid until {1:%F}, and all members are renewed. Copy each "
-      "member's "
+      "{0}: the authorities are valid until {1:%F}, and all participants are renewed. Copy each "
+      "participant's "
       "folder to its host and restart its programs, one after the other: what hosts have until "
       "then "
       "goes on counting until its time is over\n",
-      options.folder, must(plant.authorities_until()));
+      options.folder, must(pki.authorities_until()));
   return base::program::exit_done;
 }
 
 int revoke(const NamedOptions& options) {
-  tools::trust::Plant plant = open(options);
-  must(plant.revoke(options.name, passphrase_of(options), now()));
+  tools::trust::PkiFolder pki = open(options);
+  must(pki.revoke(options.name, passphrase_of(options), now()));
   fmt::print(
       "{0} is revoked. Copy {1}/revoked.pem to all hosts, into the folder that each has: those of "
       "{1} have it already. Programs that have it take {0} no more\n",
@@ -139,7 +140,7 @@ void add_init(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(trust, "init", "Make the authorities of a plant", "millrace trust init plant");
   auto options = std::make_shared<InitOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_passphrase(command, *options);
   command.add_option("--fabric", options->fabric, "The fabric it is for")->capture_default_str();
   command.add_option("--name", options->name,
@@ -154,17 +155,18 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
       add_subcommand(trust, "issue", "Make what a host needs to be something",
                      "millrace trust issue plant gateway-1 --role gateway --machine press_1");
   auto options = std::make_shared<IssueOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_passphrase(command, *options);
-  command.add_option("name", options->member.name, "Whom: its folder in the plant's")->required();
+  command.add_option("name", options->participant.name, "Whom: its folder in the plant's")
+      ->required();
   command
       .add_option("--role", options->roles,
                   "gateway, service, operator, observer or tester; several times for several")
       ->required()
       ->allow_extra_args(false);
-  command.add_option("--uuid", options->member.uuids, "A UUID that the service may answer")
+  command.add_option("--uuid", options->participant.uuids, "A UUID that the service may answer")
       ->allow_extra_args(false);
-  command.add_option("--machine", options->member.machines, "A machine of the gateway")
+  command.add_option("--machine", options->participant.machines, "A machine of the gateway")
       ->allow_extra_args(false);
   command.add_option("--host", options->how.host, "Where it is meant to be, for people");
   command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
@@ -177,10 +179,10 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
 }
 
 void add_renew(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "renew", "Make new material for a member",
+  CLI::App& command = add_subcommand(trust, "renew", "Make new credentials for a participant",
                                      "millrace trust renew plant gateway-1");
   auto options = std::make_shared<NamedOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_passphrase(command, *options);
   command.add_option("name", options->name, "Whose")->required();
   command.add_option("--days", options->days, "How long it is valid")->capture_default_str();
@@ -188,25 +190,27 @@ void add_renew(CLI::App& trust, Chosen& chosen) {
 }
 
 void add_renew_authorities(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(
-      trust, "renew-authorities", "Have the authorities be valid for longer, and renew all members",
-      "millrace trust renew-authorities plant");
+  CLI::App& command =
+      add_subcommand(trust, "renew-authorities",
+                     "Have the authorities be valid for longer, and renew all participants",
+                     "millrace trust renew-authorities plant");
   auto options = std::make_shared<AuthoritiesOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_passphrase(command, *options);
   command.add_option("--days", options->days, "How long the authorities are valid from now on")
       ->capture_default_str();
-  command.add_option("--member-days", options->member_days, "How long the members are")
+  command
+      .add_option("--participant-days", options->participant_days, "How long the participants are")
       ->capture_default_str();
   command.callback(
       [options, &chosen] { chosen.run = [options] { return renew_authorities(*options); }; });
 }
 
 void add_revoke(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "revoke", "Take back all that a member ever got",
+  CLI::App& command = add_subcommand(trust, "revoke", "Take back all that a participant ever got",
                                      "millrace trust revoke plant square-root");
   auto options = std::make_shared<NamedOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_passphrase(command, *options);
   command.add_option("name", options->name, "Whose")->required();
   command.callback([options, &chosen] { chosen.run = [options] { return revoke(*options); }; });

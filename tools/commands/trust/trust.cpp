@@ -17,7 +17,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/trust/grants.hpp"
 #include "tools/commands/trust/make.hpp"
-#include "tools/commands/trust/plants.hpp"
+#include "tools/commands/trust/pki_options.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 
@@ -31,7 +31,7 @@ using tools::trust::Entry;
 /// From when on a certificate is named for running out.
 constexpr auto soon = std::chrono::days(30);
 
-struct ListOptions : PlantOptions {
+struct ListOptions : PkiOptions {
   bool json = false;
 };
 
@@ -39,15 +39,15 @@ struct ShowOptions : ListOptions {
   std::string name;
 };
 
-struct ExportOptions : PlantOptions {
+struct ExportOptions : PkiOptions {
   std::string name;
   std::string output;
 };
 
 std::vector<std::string> roles_of(const Entry& entry) {
   std::vector<std::string> names;
-  names.reserve(entry.member.roles.size());
-  for (const fabric::trust::Role role : entry.member.roles) {
+  names.reserve(entry.participant.roles.size());
+  for (const fabric::trust::Role role : entry.participant.roles) {
     names.emplace_back(fabric::trust::name_of(role));
   }
   return names;
@@ -67,10 +67,10 @@ boost::json::object json_of(const Entry& entry) {
   const auto strings = [](const std::vector<std::string>& texts) {
     return boost::json::array(texts.begin(), texts.end());
   };
-  return {{"name", entry.member.name},
+  return {{"name", entry.participant.name},
           {"roles", strings(roles_of(entry))},
-          {"uuids", strings(entry.member.uuids)},
-          {"machines", strings(entry.member.machines)},
+          {"uuids", strings(entry.participant.uuids)},
+          {"machines", strings(entry.participant.machines)},
           {"host", entry.host},
           {"foreign", entry.foreign},
           {"serial", entry.serial},
@@ -80,24 +80,24 @@ boost::json::object json_of(const Entry& entry) {
 }
 
 int list(const ListOptions& options) {
-  const tools::trust::Plant plant = look(options);
-  const tools::trust::Time end = must(plant.authorities_until());
+  const tools::trust::PkiFolder pki = look(options);
+  const tools::trust::Time end = must(pki.authorities_until());
   if (options.json) {
-    boost::json::array members;
-    for (const Entry& entry : plant.entries()) {
-      members.push_back(json_of(entry));
+    boost::json::array participants;
+    for (const Entry& entry : pki.entries()) {
+      participants.push_back(json_of(entry));
     }
-    print::print_json(boost::json::object{{"plant", plant.name()},
-                                          {"fabric", plant.fabric()},
+    print::print_json(boost::json::object{{"plant", pki.name()},
+                                          {"fabric", pki.fabric()},
                                           {"until", fmt::format("{:%FT%TZ}", end)},
-                                          {"members", std::move(members)}});
+                                          {"participants", std::move(participants)}});
     return base::program::exit_done;
   }
   print::Table table({{"NAME"}, {"ROLE"}, {"OF"}, {"HOST"}, {"UNTIL"}, {"STATE"}});
-  for (const Entry& entry : plant.entries()) {
-    std::vector<std::string> of = entry.member.uuids;
-    of.insert(of.end(), entry.member.machines.begin(), entry.member.machines.end());
-    table.add({entry.member.name, fmt::format("{}", fmt::join(roles_of(entry), ", ")),
+  for (const Entry& entry : pki.entries()) {
+    std::vector<std::string> of = entry.participant.uuids;
+    of.insert(of.end(), entry.participant.machines.begin(), entry.participant.machines.end());
+    table.add({entry.participant.name, fmt::format("{}", fmt::join(roles_of(entry), ", ")),
                fmt::format("{}", fmt::join(of, ", ")), entry.host,
                fmt::format("{:%F}", entry.until), state_of(entry)});
   }
@@ -114,11 +114,11 @@ int list(const ListOptions& options) {
 }
 
 int show(const ShowOptions& options) {
-  const tools::trust::Plant plant = look(options);
-  const Entry entry = must(plant.entry(options.name));
-  const auto grants = fabric::trust::grants_of(entry.member, plant.fabric());
+  const tools::trust::PkiFolder pki = look(options);
+  const Entry entry = must(pki.entry(options.name));
+  const auto grants = fabric::trust::grants_of(entry.participant, pki.fabric());
   const auto word = [](const fabric::trust::Grant& grant) {
-    return grant.way == fabric::trust::Way::write ? "writes" : "reads";
+    return grant.access == fabric::trust::Access::write ? "writes" : "reads";
   };
   if (options.json) {
     boost::json::object out = json_of(entry);
@@ -131,7 +131,7 @@ int show(const ShowOptions& options) {
     print::print_json(out);
     return base::program::exit_done;
   }
-  fmt::print("{} of {}: {}, {} until {:%F}, serial {}\n", entry.member.name, plant.name(),
+  fmt::print("{} of {}: {}, {} until {:%F}, serial {}\n", entry.participant.name, pki.name(),
              fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
   if (!entry.host.empty()) {
     fmt::print("meant for {}\n", base::text::safe(entry.host));
@@ -139,7 +139,7 @@ int show(const ShowOptions& options) {
   if (entry.foreign) {
     fmt::print("on another DDS: the others begin the handshake with it\n");
   }
-  for (const std::string& machine : entry.member.machines) {
+  for (const std::string& machine : entry.participant.machines) {
     fmt::print("machine {}\n", machine);
   }
   print::Table table({{"MAY"}, {"TOPIC"}, {"PARTITION"}});
@@ -162,8 +162,8 @@ void print_archive(const std::string& archive) {
 }
 
 int write_archive(const ExportOptions& options) {
-  const tools::trust::Plant plant = open(options);
-  const std::string archive = must(plant.archive_of(options.name));
+  const tools::trust::PkiFolder pki = open(options);
+  const std::string archive = must(pki.archive_of(options.name));
   if (options.output == "-") {
     print_archive(archive);
     return base::program::exit_done;
@@ -188,26 +188,26 @@ void add_list(CLI::App& trust, Chosen& chosen) {
   CLI::App& command = add_subcommand(trust, "list", "Who is believed what, and how long",
                                      "millrace trust list plant");
   auto options = std::make_shared<ListOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
 }
 
 void add_show(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "show", "What a member may write and read",
+  CLI::App& command = add_subcommand(trust, "show", "What a participant may write and read",
                                      "millrace trust show plant square-root");
   auto options = std::make_shared<ShowOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   add_json(command, options->json);
   command.add_option("name", options->name, "Who")->required();
   command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
 }
 
 void add_export(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "export", "Pack a member's folder for its host",
+  CLI::App& command = add_subcommand(trust, "export", "Pack a participant's folder for its host",
                                      "millrace trust export plant square-root -o square-root.tar");
   auto options = std::make_shared<ExportOptions>();
-  add_plant(command, *options);
+  add_pki_folder(command, *options);
   command.add_option("name", options->name, "Who")->required();
   command
       .add_option("-o,--output", options->output,
@@ -219,17 +219,17 @@ void add_export(CLI::App& trust, Chosen& chosen) {
 
 }  // namespace
 
-void add_plant(CLI::App& command, PlantOptions& options) {
-  command.add_option("plant", options.folder, "Folder of the plant's trust")->required();
+void add_pki_folder(CLI::App& command, PkiOptions& options) {
+  command.add_option("pki", options.folder, "PKI folder")->required();
 }
 
-void add_passphrase(CLI::App& command, PlantOptions& options) {
+void add_passphrase(CLI::App& command, PkiOptions& options) {
   command.add_option("--passphrase-file", options.passphrase_file,
                      "File whose first line encrypts the authorities' keys; without, only the "
                      "folder's mode protects them");
 }
 
-std::string passphrase_of(const PlantOptions& options) {
+std::string passphrase_of(const PkiOptions& options) {
   if (options.passphrase_file.empty()) {
     return {};
   }
@@ -242,12 +242,12 @@ std::string passphrase_of(const PlantOptions& options) {
   return line;
 }
 
-tools::trust::Plant open(const PlantOptions& options) {
-  return must(tools::trust::Plant::open(options.folder));
+tools::trust::PkiFolder open(const PkiOptions& options) {
+  return must(tools::trust::PkiFolder::open(options.folder));
 }
 
-tools::trust::Plant look(const PlantOptions& options) {
-  return must(tools::trust::Plant::look(options.folder));
+tools::trust::PkiFolder look(const PkiOptions& options) {
+  return must(tools::trust::PkiFolder::look(options.folder));
 }
 
 tools::trust::Time now() {

@@ -1,4 +1,4 @@
-// `millrace trust`: who may be what on a fabric. Makes and keeps the material that proves it.
+// `millrace trust`: who may be what on a fabric. Makes and keeps the credentials that proves it.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

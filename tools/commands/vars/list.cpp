@@ -50,7 +50,7 @@ int list_families(const ListOptions& options, Source& source) {
     }
     const auto found = source.list(std::string(family));
     if (!found) {
-      complain(options, found.error());
+      print_failure(options, found.error());
       exit_code = program::exit_failed;
       continue;
     }

@@ -67,8 +67,8 @@ class Gateway final : public Source {
  public:
   explicit Gateway(const VarsOptions& options)
       : participant_(options.fabric.options()),
-        asker_(participant_, {options.name(), static_cast<std::uint16_t>(options.channel)},
-               std::chrono::duration_cast<std::chrono::milliseconds>(options.timeout)) {}
+        requester_(participant_, {options.name(), static_cast<std::uint16_t>(options.channel)},
+                   std::chrono::duration_cast<std::chrono::milliseconds>(options.timeout)) {}
 
   tl::expected<std::vector<Description>, Failure> list(const std::string& family) override {
     std::vector<Description> all;
@@ -138,7 +138,7 @@ class Gateway final : public Source {
 
  private:
   tl::expected<fabric::VariableReply, Failure> ask(fabric::VariableRequest request) {
-    auto reply = asker_.ask(std::move(request));
+    auto reply = requester_.ask(std::move(request));
     if (!reply) {
       return tl::unexpected(Failure{std::move(reply.error())});
     }
@@ -149,7 +149,7 @@ class Gateway final : public Source {
   }
 
   fabric::dds::Participant participant_;
-  bus::VariableAsker asker_;
+  bus::VariableClient requester_;
 };
 
 }  // namespace

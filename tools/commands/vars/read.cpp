@@ -46,7 +46,7 @@ int read_all(const ReadOptions& options, Source& source) {
     if (reading) {
       readings.push_back(std::move(*reading));
     } else {
-      complain(options, reading.error());
+      print_failure(options, reading.error());
     }
   }
   if (!readings.empty() || options.json) {

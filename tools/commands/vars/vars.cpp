@@ -65,7 +65,7 @@ int with_source(const VarsOptions& options, const std::function<int(Source&)>& w
   return work(**source);
 }
 
-void complain(const VarsOptions& options, const Failure& failure) {
+void print_failure(const VarsOptions& options, const Failure& failure) {
   fmt::print(stderr, "millrace: {}, channel {}: {}{}\n", base::text::safe(options.name()),
              options.channel, base::text::safe(failure.what), advice_on(options, failure.error));
 }

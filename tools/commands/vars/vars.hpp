@@ -94,7 +94,7 @@ std::unique_ptr<Source> gateway(const VarsOptions& options);
 int with_source(const VarsOptions& options, const std::function<int(Source&)>& work);
 
 /// "millrace: cnc, channel 1: WHAT: 0x710 symbol not found" to standard error, with what to do.
-void complain(const VarsOptions& options, const Failure& failure);
+void print_failure(const VarsOptions& options, const Failure& failure);
 
 /// The values in CP1252; the failure names the one that a controller has no letters for.
 tl::expected<std::vector<std::string>, Failure> controller_texts(const NewValue& value);

@@ -33,7 +33,7 @@ void show(const WriteOptions& options, const Reading& before, const Reading& aft
 int write_it(const WriteOptions& options, Source& source) {
   const auto change = source.write(options.value);
   if (!change) {
-    complain(options, change.error());
+    print_failure(options, change.error());
     return program::exit_failed;
   }
   show(options, change->before, change->after);

@@ -57,7 +57,7 @@ void Board::add(const recording::FollowedCall& call, fabric::Time now) {
   }
 }
 
-std::string Board::table(const bus::Live& live, const recording::CallFollower& follower,
+std::string Board::table(const bus::FabricModel& live, const recording::CallFollower& follower,
                          fabric::Time now) const {
   using print::Align;
   std::set<fabric::ChannelKey> keys;
@@ -91,7 +91,7 @@ std::string Board::table(const bus::Live& live, const recording::CallFollower& f
   return table.text();
 }
 
-std::string Board::text(const bus::Live& live, const recording::CallFollower& follower,
+std::string Board::text(const bus::FabricModel& live, const recording::CallFollower& follower,
                         fabric::Time now, std::size_t rows, std::size_t columns) const {
   std::string text;
   const std::string channels = table(live, follower, now);

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/recording/call_follower.hpp"
 #include "tools/recording/rates.hpp"
 
@@ -19,8 +19,9 @@ class Board {
   void add(const recording::FollowedCall& call, fabric::Time now);
 
   /// At most `rows` lines of at most `columns` characters.
-  [[nodiscard]] std::string text(const bus::Live& live, const recording::CallFollower& follower,
-                                 fabric::Time now, std::size_t rows, std::size_t columns) const;
+  [[nodiscard]] std::string text(const bus::FabricModel& live,
+                                 const recording::CallFollower& follower, fabric::Time now,
+                                 std::size_t rows, std::size_t columns) const;
 
  private:
   struct Channel {
@@ -28,8 +29,8 @@ class Board {
     std::string last_response;
   };
 
-  [[nodiscard]] std::string table(const bus::Live& live, const recording::CallFollower& follower,
-                                  fabric::Time now) const;
+  [[nodiscard]] std::string table(const bus::FabricModel& live,
+                                  const recording::CallFollower& follower, fabric::Time now) const;
 
   std::map<fabric::ChannelKey, Channel> channels_;
   /// The newest last.

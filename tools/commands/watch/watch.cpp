@@ -103,7 +103,7 @@ class Watch : public fabric::observer::ObserverListener {
 
   const Options& options_;
   std::optional<Screen> screen_;
-  bus::Live live_;
+  bus::FabricModel live_;
   recording::CallFollower follower_;
   Board board_;
   std::uint64_t seen_ = 0;

@@ -6,7 +6,7 @@
 
 #include "base/program/command_line.hpp"
 #include "tools/commands/hidden_input.hpp"
-#include "tools/web/gate/users.hpp"
+#include "tools/web/actions/users.hpp"
 
 namespace millrace::tools::commands::web {
 
@@ -15,7 +15,7 @@ int print_hash() {
   if (password.empty()) {
     throw base::program::UsageError("--hash-password: expected a password on standard input");
   }
-  fmt::print("{}\n", tools::web::gate::hash_of(password));
+  fmt::print("{}\n", tools::web::actions::hash_of(password));
   return base::program::exit_done;
 }
 

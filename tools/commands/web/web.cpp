@@ -112,7 +112,7 @@ WebOptions web_options(const Options& options) {
   web.behind_proxy = options.behind_proxy;
   web.recordings = options.recordings;
   if (!options.users.empty()) {
-    auto users = tools::web::gate::read_users(options.users);
+    auto users = tools::web::actions::read_users(options.users);
     if (!users) {
       throw program::UsageError(users.error());
     }

@@ -56,11 +56,12 @@ struct Download {
 };
 
 /// Threads beside the loop, one each: what waits in one does not wait for what the others do.
-enum class Lane : std::uint8_t { recordings, operators, doctor };
+enum class WorkerKind : std::uint8_t { recordings, operators, doctor };
 
-/// What would hold up the loop. `work` runs in the thread of its lane, what it returns on the loop.
+/// What would hold up the loop. `work` runs in the thread of its worker, what it returns on the
+/// loop.
 struct Later {
-  Lane lane = Lane::recordings;
+  WorkerKind worker = WorkerKind::recordings;
   std::function<std::function<Response()>()> work{};
 };
 

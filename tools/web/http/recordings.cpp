@@ -119,12 +119,12 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
                                                           std::size_t skip,
                                                           std::size_t most) const {
   return source(name).map([&](mcap::FileSource file) {
-    plant::CallBook book({.ended = 1, .failed = 0}, normal_);
+    plant::CallStore call_store({.ended = 1, .failed = 0}, normal_);
     boost::json::array list;
     bool more = false;
     try {
       recording::read_entries(file, {}, [&](const recording::Entry& entry) {
-        const plant::EndedCall* ended = book.add(entry);
+        const plant::EndedCall* ended = call_store.add(entry);
         if (*stopped_) {
           throw Enough();
         }
@@ -147,13 +147,13 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
   });
 }
 
-Recordings::Result<boost::json::object> Recordings::notices(const std::string& name,
-                                                            std::size_t most) const {
+Recordings::Result<boost::json::object> Recordings::alarms(const std::string& name,
+                                                           std::size_t most) const {
   return source(name).map([&](mcap::FileSource file) {
     boost::json::array list;
     bool more = false;
     try {
-      recording::read_entries(file, {.kinds = {"notice"}}, [&](const recording::Entry& entry) {
+      recording::read_entries(file, {.kinds = {"alarm"}}, [&](const recording::Entry& entry) {
         if (*stopped_) {
           throw Enough();
         }
@@ -166,7 +166,7 @@ Recordings::Result<boost::json::object> Recordings::notices(const std::string& n
     } catch (const Enough&) {
       // Whoever wants the rest reads the file.
     }
-    return boost::json::object{{"notices", std::move(list)}, {"more", more}};
+    return boost::json::object{{"alarms", std::move(list)}, {"more", more}};
   });
 }
 

@@ -18,7 +18,7 @@
 #include "fabric/messages.hpp"
 #include "tools/mcap/file.hpp"
 #include "tools/web/http/message.hpp"
-#include "tools/web/plant/call_book.hpp"
+#include "tools/web/plant/call_store.hpp"
 
 namespace millrace::tools::web::http {
 
@@ -44,10 +44,9 @@ class Recordings {
   [[nodiscard]] Result<boost::json::object> calls(const std::string& name,
                                                   const plant::CallFilter& filter, std::size_t skip,
                                                   std::size_t most) const;
-  /// {notices, more}: what programs said of themselves, in the order of the file, as `log cat
-  /// --kind notice --json` has it; at most `most`.
-  [[nodiscard]] Result<boost::json::object> notices(const std::string& name,
-                                                    std::size_t most) const;
+  /// {alarms, more}: what programs said of themselves, in the order of the file, as `log cat
+  /// --kind alarm --json` has it; at most `most`.
+  [[nodiscard]] Result<boost::json::object> alarms(const std::string& name, std::size_t most) const;
   /// As `log timeline --json`.
   [[nodiscard]] Result<boost::json::object> timeline(const std::string& name,
                                                      const fabric::CallId& call) const;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t calls_unless_asked = 200;
 constexpr std::size_t most_calls = 2'000;
 /// Of a recording.
-constexpr std::size_t most_notices = 500;
+constexpr std::size_t most_alarms = 500;
 constexpr std::size_t runs_unless_asked = 100;
 constexpr std::size_t most_runs = 2'000;
 /// Lines over time in one answer.
@@ -37,8 +37,8 @@ Response response_of(Recordings::Result<Value> result) {
 }
 
 template <typename Work>
-Later later(Lane lane, Work work) {
-  return {lane, [work = std::move(work)] { return [response = work()] { return response; }; }};
+Later later(WorkerKind worker, Work work) {
+  return {worker, [work = std::move(work)] { return [response = work()] { return response; }; }};
 }
 
 /// A number that the query names, or `otherwise`; nothing if it is none.
@@ -157,8 +157,8 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   const std::vector<std::string> path(target.path.begin() + 1, target.path.end());
   const std::string what = path.empty() ? std::string() : path.front();
   if (what == "session" || what == "login" || what == "logout" || what == "actions") {
-    if (parts_.desk != nullptr) {
-      return parts_.desk->answer(path, request, now);
+    if (parts_.action_handler != nullptr) {
+      return parts_.action_handler->answer(path, request, now);
     }
     if (what == "session" && path.size() == 1 && request.method != "POST") {
       return json_response(boost::json::object{{"actions", false}});
@@ -204,14 +204,14 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   if (what == "events") {
     return json_response(parts_.plant.events());
   }
-  if (what == "notices") {
-    return json_response(parts_.plant.notices());
+  if (what == "alarms") {
+    return json_response(parts_.plant.alarms());
   }
   if (what == "history") {
     return json_response(parts_.plant.history());
   }
   if (what == "doctor" && parts_.doctor) {
-    return later(Lane::doctor, [look = parts_.doctor()] { return json_response(look()); });
+    return later(WorkerKind::doctor, [look = parts_.doctor()] { return json_response(look()); });
   }
   return not_found("such thing");
 }
@@ -229,7 +229,7 @@ Outcome Site::calls(const Target& target) const {
   if (!call) {
     return not_found("such call");
   }
-  const recording::Timeline timeline = parts_.plant.book().timeline(*call);
+  const recording::Timeline timeline = parts_.plant.call_store().timeline(*call);
   if (timeline.steps.empty()) {
     return error_response(404, fmt::format("call {} is no longer stored; a recording may "
                                            "have it",
@@ -239,21 +239,21 @@ Outcome Site::calls(const Target& target) const {
 }
 
 Outcome Site::data(const Target& target, const fabric::Moment& now) const {
-  const plant::DataBook& book = parts_.plant.data();
+  const plant::DataStore& store = parts_.plant.data();
   if (target.path.size() == 2) {
     const auto channel = channel_of(target);
     const auto elements = number_in(target, "elements", std::numeric_limits<std::size_t>::max());
     if (!channel || !elements) {
       return error_response(400, channel ? "elements is no number" : channel.error());
     }
-    return json_response(book.samples({.machine = target.value("machine"),
-                                       .channel = *channel,
-                                       .group = target.value("group"),
-                                       .most_elements = *elements}));
+    return json_response(store.samples({.machine = target.value("machine"),
+                                        .channel = *channel,
+                                        .group = target.value("group"),
+                                        .most_elements = *elements}));
   }
   if (target.path.size() == 3 && target.path[2] == "machines") {
     std::set<std::string> machines;
-    book.add_machines(machines);
+    store.add_machines(machines);
     parts_.plant.programs().add_machines(machines);
     boost::json::array names;
     for (const std::string& machine : machines) {
@@ -284,11 +284,11 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
     }
     wanted.push_back({variables[i], fabric::Time(std::chrono::milliseconds(*from))});
   }
-  return json_response(book.history(target.value("machine"), wanted, now.wall));
+  return json_response(store.history(target.value("machine"), wanted, now.wall));
 }
 
 Outcome Site::programs(const Target& target) const {
-  const plant::ProgramBook& book = parts_.plant.programs();
+  const plant::ProgramStore& store = parts_.plant.programs();
   const auto channel = channel_of(target);
   const auto limit = number_in(target, "limit", runs_unless_asked);
   if (!channel || !limit) {
@@ -296,10 +296,10 @@ Outcome Site::programs(const Target& target) const {
   }
   const plant::ProgramFilter filter{.machine = target.value("machine"), .channel = *channel};
   if (target.path.size() == 2) {
-    return json_response(book.last(filter));
+    return json_response(store.last(filter));
   }
   if (target.path.size() == 3 && target.path[2] == "runs") {
-    return json_response(book.runs(filter, std::min(*limit, most_runs)));
+    return json_response(store.runs(filter, std::min(*limit, most_runs)));
   }
   return not_found("such thing of programs");
 }
@@ -311,20 +311,20 @@ Outcome Site::recordings(const Target& target) const {
   }
   const std::vector<std::string>& path = target.path;
   if (path.size() == 2) {
-    return later(Lane::recordings, [files] { return response_of(files->list()); });
+    return later(WorkerKind::recordings, [files] { return response_of(files->list()); });
   }
   const std::string name = path[2];
   if (path.size() == 3) {
-    return later(Lane::recordings, [files, name] { return response_of(files->info(name)); });
+    return later(WorkerKind::recordings, [files, name] { return response_of(files->info(name)); });
   }
   if (path.size() == 4 && path[3] == "file") {
     auto file = files->download(name);
     return file ? Outcome(std::move(*file))
                 : Outcome(error_response(file.error().status, file.error().what));
   }
-  if (path.size() == 4 && path[3] == "notices") {
-    return later(Lane::recordings,
-                 [files, name] { return response_of(files->notices(name, most_notices)); });
+  if (path.size() == 4 && path[3] == "alarms") {
+    return later(WorkerKind::recordings,
+                 [files, name] { return response_of(files->alarms(name, most_alarms)); });
   }
   if (path[3] != "calls" || path.size() > 5) {
     return not_found("such thing of a recording");
@@ -334,7 +334,7 @@ Outcome Site::recordings(const Target& target) const {
     if (!call) {
       return not_found("such call");
     }
-    return later(Lane::recordings,
+    return later(WorkerKind::recordings,
                  [files, name, id = *call] { return response_of(files->timeline(name, id)); });
   }
   const auto filter = filter_of(target);
@@ -343,8 +343,8 @@ Outcome Site::recordings(const Target& target) const {
   if (!filter || !limit || !skip) {
     return error_response(400, filter ? "limit or skip is no number" : filter.error());
   }
-  return later(Lane::recordings, [files, name, wanted = *filter, skipped = *skip,
-                                  most = std::min(*limit, most_calls)] {
+  return later(WorkerKind::recordings, [files, name, wanted = *filter, skipped = *skip,
+                                        most = std::min(*limit, most_calls)] {
     return response_of(files->calls(name, wanted, skipped, most));
   });
 }

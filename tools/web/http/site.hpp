@@ -18,21 +18,21 @@
 #include "tools/web/http/pages.hpp"
 #include "tools/web/http/recordings.hpp"
 #include "tools/web/http/target.hpp"
-#include "tools/web/plant/plant.hpp"
+#include "tools/web/plant/plant_model.hpp"
 
 namespace millrace::tools::web::http {
 
 /// What acts for a user; where nobody may act there is none.
-class Desk {
+class ActionHandler {
  public:
-  virtual ~Desk() = default;
+  virtual ~ActionHandler() = default;
   /// /api/session, /api/login, /api/logout and /api/actions/…; `path` is what follows /api/.
   virtual Outcome answer(const std::vector<std::string>& path, const Request& request,
                          const fabric::Moment& now) = 0;
 };
 
 struct SiteParts {
-  const plant::Plant& plant;
+  const plant::PlantModel& plant;
   const Pages& pages;
   /// Nothing: no folder was given.
   std::shared_ptr<const Recordings> recordings{};
@@ -41,7 +41,7 @@ struct SiteParts {
   /// Called on the loop; what it returns blocks, and gives what `doctor --json` prints, of the last
   /// seconds.
   std::function<std::function<boost::json::object()>()> doctor{};
-  Desk* desk = nullptr;
+  ActionHandler* action_handler = nullptr;
   /// Names of this server that a browser may use, besides addresses and "localhost": a page of
   /// somebody else, whose name was made to mean this host, does not get in.
   std::set<std::string> names{};

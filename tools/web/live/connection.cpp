@@ -141,10 +141,11 @@ class BrowserConnection : public Connection,
     news.expires_after(patience_for_work);
     tcp().expires_never();
     const auto self = this->shared_from_this();
-    const bool taken = shared_.lanes.run(std::move(later), [answer, self](http::Response response) {
-      *answer = std::move(response);
-      self->news_.cancel();
-    });
+    const bool taken =
+        shared_.workers.run(std::move(later), [answer, self](http::Response response) {
+          *answer = std::move(response);
+          self->news_.cancel();
+        });
     if (!taken) {
       co_return http::error_response(503, "the server is busy; try again in a few seconds");
     }

@@ -13,8 +13,8 @@
 #include "base/program/log.hpp"
 #include "tools/web/http/site.hpp"
 #include "tools/web/live/feed.hpp"
-#include "tools/web/live/lanes.hpp"
 #include "tools/web/live/server.hpp"
+#include "tools/web/live/workers.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -22,7 +22,7 @@ namespace millrace::tools::web::live {
 struct Shared {
   const http::Site& site;
   const ServerOptions& options;
-  Lanes& lanes;
+  Workers& workers;
   Feeds& feeds;
   ServerCounts& counts;
   std::function<std::string()>& greeting;

@@ -79,8 +79,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
         tls(tls_context(options)),
         log(std::move(destination)),
         feeds(options.most_browsers),
-        lanes(executor),
-        shared{site, options, lanes, feeds, counts, greeting, log},
+        workers(executor),
+        shared{site, options, workers, feeds, counts, greeting, log},
         acceptor(listen(executor, options)),
         port(acceptor.local_endpoint().port()) {}
 
@@ -96,7 +96,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   ServerCounts counts;
   std::function<std::string()> greeting = [] { return std::string(); };
   Feeds feeds;
-  Lanes lanes;
+  Workers workers;
   Shared shared;
   tcp::acceptor acceptor;
   std::uint16_t port;
@@ -144,7 +144,7 @@ void Server::Impl::stop() {
     connection->close();
   }
   // What works there belongs to others, who end after the server.
-  lanes.stop();
+  workers.stop();
 }
 
 Server::Server(const asio::any_io_executor& executor, ServerOptions options, const http::Site& site,

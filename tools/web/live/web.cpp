@@ -13,7 +13,7 @@
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/print/json.hpp"
-#include "tools/web/gate/gate.hpp"
+#include "tools/web/actions/user_actions.hpp"
 #include "tools/web/live/examiner.hpp"
 #include "tools/web/live/process.hpp"
 #include "tools/web/metrics/metrics.hpp"
@@ -56,7 +56,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
 
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
   void on_ignored(const std::string& reason) override { log->warn("{}", reason); }
-  std::optional<gate::Gate> make_gate();
+  std::optional<actions::UserActions> make_user_actions();
   void run();
   void await_hangup();
   void schedule_tick();
@@ -70,12 +70,12 @@ struct Web::Impl : fabric::observer::ObserverListener {
   /// Before all that needs descriptors: Cyclone's select() knows 1024.
   fabric::dds::Participant participant;
   fabric::Time started = std::chrono::system_clock::now();
-  plant::Plant plant;
+  plant::PlantModel plant;
   metrics::Metrics metrics;
   http::Pages pages;
   std::shared_ptr<http::Recordings> recordings;
   std::shared_ptr<Examiner> examiner;
-  std::optional<gate::Gate> gate;
+  std::optional<actions::UserActions> user_actions;
   http::Site site;
   Server server;
   const base::loop::Watchdog watchdog{io.get_executor()};
@@ -102,7 +102,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
                                                   options.recordings, options.normal_states)),
       examiner(std::make_shared<Examiner>(
           doctor::Examination{.join = options.join, .joining = options.joining})),
-      gate(make_gate()),
+      user_actions(make_user_actions()),
       site({.plant = plant,
             .pages = pages,
             .recordings = recordings,
@@ -112,7 +112,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
                 return examiner->report(lost);
               };
             },
-            .desk = gate ? &*gate : nullptr,
+            .action_handler = user_actions ? &*user_actions : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
       observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
@@ -120,16 +120,16 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
       [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
 }
 
-std::optional<gate::Gate> Web::Impl::make_gate() {
+std::optional<actions::UserActions> Web::Impl::make_user_actions() {
   if (options.users.empty()) {
     return std::nullopt;
   }
   const bool secure = !options.server.certificate.empty() || options.behind_proxy;
-  return std::optional<gate::Gate>(
+  return std::optional<actions::UserActions>(
       std::in_place,
-      gate::GateOptions{
+      actions::UserActionsOptions{
           .users = options.users, .host = base::posix::host_name(), .secure_cookie = secure},
-      [this](const fabric::Command& command) { return issue(command); }, gate::draw_secret, log);
+      [this](const fabric::Command& command) { return issue(command); }, actions::draw_secret, log);
 }
 
 /// In the thread of operators: DDS lets threads share a participant.

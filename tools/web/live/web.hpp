@@ -14,9 +14,9 @@
 #include "base/program/log.hpp"
 #include "fabric/dds/participant.hpp"
 #include "tools/doctor/findings.hpp"
-#include "tools/web/gate/users.hpp"
+#include "tools/web/actions/users.hpp"
 #include "tools/web/live/server.hpp"
-#include "tools/web/plant/call_book.hpp"
+#include "tools/web/plant/call_store.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -28,7 +28,7 @@ struct WebOptions {
   /// Empty: no recordings are shown.
   std::filesystem::path recordings{};
   /// Who may act; nobody if it is empty.
-  gate::Users users{};
+  actions::Users users{};
   /// A proxy does TLS.
   bool behind_proxy = false;
   /// Which states of services are no errors.

@@ -91,14 +91,14 @@ void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
   }
 }
 
-std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& program) const {
+std::string Metrics::text(const plant::PlantModel& plant, const ProgramFigures& program) const {
   Families families;
   put_program(families, program);
   put_calls(families);
   put_channels(families, plant.live());
   put_links(families, plant.live());
   put_services(families, plant.live());
-  put_notices(families, plant.live());
+  put_alarms(families, plant.live());
   put_data(families, plant.data());
   put_queues(families, plant.data());
   put_runs(families);
@@ -130,7 +130,7 @@ void Metrics::put_calls(Families& families) const {
   observed.add({{"seen", "nothing"}}, static_cast<double>(missing.unseen));
 }
 
-void Metrics::put_services(Families& families, const bus::Live& live) const {
+void Metrics::put_services(Families& families, const bus::FabricModel& live) const {
   Family instances =
       families.gauge("millrace_service_instances", "Instances of the service that are there.");
   Family draining = families.gauge("millrace_service_draining_instances",

@@ -20,7 +20,7 @@
 #include "tools/recording/completeness.hpp"
 #include "tools/recording/hops.hpp"
 #include "tools/web/metrics/families.hpp"
-#include "tools/web/plant/plant.hpp"
+#include "tools/web/plant/plant_model.hpp"
 
 namespace millrace::tools::web::metrics {
 
@@ -54,7 +54,8 @@ class Metrics {
   /// `ended`: the call that ends with the entry, or nullptr.
   void add(const recording::Entry& entry, const plant::EndedCall* ended);
 
-  [[nodiscard]] std::string text(const plant::Plant& plant, const ProgramFigures& program) const;
+  [[nodiscard]] std::string text(const plant::PlantModel& plant,
+                                 const ProgramFigures& program) const;
 
  private:
   /// Service, machine, result.
@@ -65,7 +66,7 @@ class Metrics {
   void add(const fabric::ProgramEvent& event, fabric::Time received);
   std::string known(std::set<std::string>& names, const std::string& name, std::size_t most);
   void put_calls(Families& families) const;
-  void put_services(Families& families, const bus::Live& live) const;
+  void put_services(Families& families, const bus::FabricModel& live) const;
   void put_runs(Families& families) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 

@@ -11,7 +11,7 @@
 
 namespace millrace::tools::web::metrics {
 
-void put_channels(Families& families, const bus::Live& live) {
+void put_channels(Families& families, const bus::FabricModel& live) {
   using fabric::ChannelState;
   constexpr std::array<ChannelState, 7> states{ChannelState::link_down, ChannelState::idle,
                                                ChannelState::unserved,  ChannelState::waiting,
@@ -67,7 +67,7 @@ void put_channels(Families& families, const bus::Live& live) {
     machine.waiting += waits ? 1 : 0;
   }
   for (auto& [name, machine] : machines) {
-    machine.journal_is_well = live.journal_trouble(name) == nullptr;
+    machine.journal_is_well = live.journal_alarm(name) == nullptr;
   }
   for (const auto& [name, machine] : machines) {
     in_flight.add({{"machine", name}}, machine.in_flight);
@@ -76,7 +76,7 @@ void put_channels(Families& families, const bus::Live& live) {
   }
 }
 
-void put_links(Families& families, const bus::Live& live) {
+void put_links(Families& families, const bus::FabricModel& live) {
   Family up = families.gauge("millrace_link_up",
                              "1 if a gateway has a connection to the machine's controller.");
   Family rate = families.gauge("millrace_link_requests_per_second",
@@ -136,27 +136,27 @@ void put_links(Families& families, const bus::Live& live) {
   }
 }
 
-void put_notices(Families& families, const bus::Live& live) {
-  Family notices = families.gauge("millrace_notice",
-                                  "1 for what a program says of itself: a problem, a warning, or "
-                                  "that it is there and well.");
+void put_alarms(Families& families, const bus::FabricModel& live) {
+  Family alarms = families.gauge("millrace_alarm",
+                                 "1 for what a program says of itself: a problem, a warning, or "
+                                 "that it is there and well.");
   std::size_t shown = 0;
   std::set<Labels> told;
-  for (const auto& [key, notice] : live.notices()) {
-    Labels labels{{"program", notice.program},
-                  {"host", notice.host},
+  for (const auto& [key, alarm] : live.alarms()) {
+    Labels labels{{"program", alarm.program},
+                  {"host", alarm.host},
                   {"kind", key.kind},
                   {"subject", key.subject},
-                  {"level", std::string(name_of(notice.level))}};
+                  {"level", std::string(name_of(alarm.level))}};
     // Two of one name on one host may say the same.
-    if (shown < most_notices && told.insert(labels).second) {
+    if (shown < most_alarms && told.insert(labels).second) {
       ++shown;
-      notices.add(labels, 1);
+      alarms.add(labels, 1);
     }
   }
 }
 
-void put_data(Families& families, const plant::DataBook& data) {
+void put_data(Families& families, const plant::DataStore& data) {
   Family values = families.gauge("millrace_data_values",
                                  "Sampled values of the machine by quality: good, stale because "
                                  "the controller has not answered since, refused by it.");
@@ -179,7 +179,7 @@ void put_data(Families& families, const plant::DataBook& data) {
   }
 }
 
-void put_queues(Families& families, const plant::DataBook& data) {
+void put_queues(Families& families, const plant::DataStore& data) {
   Family filled = families.gauge("millrace_queue_filled_messages",
                                  "Messages that stand in the controller's queue.");
   Family room = families.gauge("millrace_queue_capacity_messages",

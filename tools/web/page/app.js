@@ -7,13 +7,13 @@ import { listen } from './stream.js';
 import { age, clock } from './time.js';
 import { language, words } from './words.js';
 import { makeSession } from './session.js';
-import { notice } from './parts/marks.js';
+import { placeholder } from './parts/marks.js';
 import { plantView } from './views/plant.js';
 
 const parameters = new URLSearchParams(location.search);
 const themes = ['auto', 'light', 'dark'];
 const isDark = matchMedia('(prefers-color-scheme: dark)');
-/** On a wall nobody closes a notice. */
+/** On a wall nobody closes a message. */
 const wallNoticeMs = 60_000;
 
 const app = {
@@ -121,7 +121,7 @@ function route() {
 const callOf = async (id, path, back) => (await import('./views/call.js')).callView(app, id, path, back);
 
 /** In the place of a view that could not be loaded. */
-const missingView = () => ({ node: notice('failure', words.failure.title, words.failure.unreachable), title: () => words.failure.title, update() {} });
+const missingView = () => ({ node: placeholder('failure', words.failure.title, words.failure.unreachable), title: () => words.failure.title, update() {} });
 
 let latest = null;
 
@@ -167,9 +167,9 @@ function schedule() {
 
 /** How many causes need attention: in the title of the window, where it is seen behind others, and at the tab. */
 function tellState(level, count) {
-  const { count: badge } = tabs.get('plant');
-  badge.hidden = !(count > 0);
-  setText(badge, String(count));
+  const { count: counter } = tabs.get('plant');
+  counter.hidden = !(count > 0);
+  setText(counter, String(count));
   const mark = level === 'person' ? `(${count}) ` : level === 'unknown' ? '(?) ' : '';
   const title = `${mark}${view?.title() ?? ''} – ${words.title}`;
   if (document.title !== title) {
@@ -181,7 +181,7 @@ function update() {
   const { model } = app;
   updateConnection();
   // What needs attention is told wherever the reader is.
-  const { level, counts } = assess(model.plant(), app.now(), model.notices);
+  const { level, counts } = assess(model.plant(), app.now(), model.alarms);
   tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.causes);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
   tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);

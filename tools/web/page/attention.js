@@ -149,9 +149,9 @@ function concernOfMachine(machine) {
 }
 
 /** A problem or a warning that a program reports of itself. */
-const concernOfNotice = (notice) => ({
-  machines: [`${notice.program} @ ${notice.host}`], channels: [], kind: 'trouble', level: notice.level === 'warning' ? 'look' : 'person',
-  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, notice, cause: `trouble ${notice.responder} ${notice.kind} ${notice.subject}`,
+const concernOfAlarm = (alarm) => ({
+  machines: [`${alarm.program} @ ${alarm.host}`], channels: [], kind: 'trouble', level: alarm.level === 'warning' ? 'look' : 'person',
+  since: milliseconds(alarm.since), reason: alarm.text, todo: alarm.advice, alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
 });
 
 /** Adds a concern, or what it concerns to one that has the same cause: as urgent and as long as the worst of them. */
@@ -172,10 +172,10 @@ function put(causes, concern) {
 /**
  * The concerns of the whole plant (Model.plant()), one for each cause: a gateway that is gone is one with all its machines,
  * a service without an instance is one with all channels that wait for it. `counts` are of channels, machines without
- * channels, and programs; `causes` of concerns that need attention. `notices` is what programs report of themselves; a
+ * channels, and programs; `causes` of concerns that need attention. `alarms` is what programs report of themselves; a
  * service that a gateway has lost stands among the services, and concerns those that call it.
  */
-export function assess(plant, now, notices = []) {
+export function assess(plant, now, alarms = []) {
   const causes = new Map();
   const counts = { person: 0, look: 0, machines: 0, programs: 0 };
   for (const machine of plant) {
@@ -195,9 +195,9 @@ export function assess(plant, now, notices = []) {
   // What a gateway says of its journal stands with the channels that wait for it.
   const blocked = new Set([...causes.values()].filter(({ kind }) => kind === 'journal').flatMap(({ machines }) => machines));
   const explained = new Set(plant.filter(({ name }) => blocked.has(name)).flatMap(({ links }) => links.map((link) => link.gateway)));
-  for (const notice of notices) {
-    if (notice.level !== 'fine' && notice.kind !== 'service' && !(notice.kind === 'journal' && explained.has(notice.responder))) {
-      const concern = concernOfNotice(notice);
+  for (const alarm of alarms) {
+    if (alarm.level !== 'fine' && alarm.kind !== 'service' && !(alarm.kind === 'journal' && explained.has(alarm.responder))) {
+      const concern = concernOfAlarm(alarm);
       counts.programs += concern.level === 'person' ? 1 : 0;
       // Two may say the same of the same.
       causes.set(causes.has(concern.cause) ? `${concern.cause} ${causes.size}` : concern.cause, concern);

@@ -38,7 +38,7 @@ export class Model {
   /** Instances; those that are gone have `goneAt`, in milliseconds. */
   services = new Map();
   /** What programs report of themselves. */
-  notices = [];
+  alarms = [];
   /** What has happened, the newest first, as /api/events. */
   events = [];
   /**
@@ -175,7 +175,7 @@ export class Model {
   }
 
   #merge(data, browserTime) {
-    this.notices = data.notices ?? this.notices;
+    this.alarms = data.alarms ?? this.alarms;
     if (data.events) {
       const changed = new Set(data.events.map((event) => event.number));
       this.events = [...data.events, ...this.events.filter((event) => !changed.has(event.number))]

@@ -56,7 +56,7 @@ boost::json::object json_of(const PlantEvent& event) {
 
 }  // namespace
 
-void EventBook::add(const recording::Entry& entry, const bus::Live& live) {
+void EventBook::add(const recording::Entry& entry, const bus::FabricModel& live) {
   if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     add(*news, entry.at, live);
   } else if (const auto* instance = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
@@ -69,12 +69,13 @@ void EventBook::add(const recording::Entry& entry, const bus::Live& live) {
     add(*event);
   } else if (const auto* program = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
     add(*program);
-  } else if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
+  } else if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
     add(*said, entry.at, live);
   }
 }
 
-void EventBook::add(const recording::InstanceNews& news, fabric::Time at, const bus::Live& live) {
+void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
+                    const bus::FabricModel& live) {
   const auto known = live.instances().find(news.identity.id);
   if (news.change != recording::Change::gone || known == live.instances().end()) {
     return;
@@ -94,7 +95,7 @@ void EventBook::add(const recording::InstanceNews& news, fabric::Time at, const 
 }
 
 /// When an instance started it says itself, also one that was there before this server.
-void EventBook::add(const fabric::InstanceStatus& status, const bus::Live& live) {
+void EventBook::add(const fabric::InstanceStatus& status, const bus::FabricModel& live) {
   const auto known = live.instances().find(status.instance);
   if (known == live.instances().end() || known->second.status || status.started == fabric::Time{}) {
     return;
@@ -109,7 +110,7 @@ void EventBook::add(const fabric::InstanceStatus& status, const bus::Live& live)
        .who = is.id});
 }
 
-void EventBook::add(const fabric::MachineStatus& status, const bus::Live& live) {
+void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel& live) {
   const auto known = live.machines().find({status.machine, status.gateway});
   const bool was_heard = known != live.machines().end() && !known->second.host.empty();
   if (status.host.empty()) {
@@ -139,7 +140,7 @@ void EventBook::add(const fabric::MachineStatus& status, const bus::Live& live) 
   }
 }
 
-void EventBook::add(const fabric::ChannelStatus& status, const bus::Live& live) {
+void EventBook::add(const fabric::ChannelStatus& status, const bus::FabricModel& live) {
   const auto known = live.channels().find(status.key);
   const bool was_known = known != live.channels().end();
   const auto before = was_known ? known->second.state : fabric::ChannelState::idle;
@@ -193,16 +194,17 @@ void EventBook::add(const fabric::ProgramEvent& event) {
        .error = event.error});
 }
 
-void EventBook::add(const recording::NoticeNews& news, fabric::Time at, const bus::Live& live) {
-  const auto known = live.notices().find(news.notice.key);
+void EventBook::add(const recording::AlarmNews& news, fabric::Time at,
+                    const bus::FabricModel& live) {
+  const auto known = live.alarms().find(news.alarm.key);
   const bool was_problem =
-      known != live.notices().end() && known->second.level == fabric::NoticeLevel::problem;
-  const bool is_problem = !news.over && news.notice.level == fabric::NoticeLevel::problem;
+      known != live.alarms().end() && known->second.level == fabric::AlarmLevel::problem;
+  const bool is_problem = !news.over && news.alarm.level == fabric::AlarmLevel::problem;
   // What a gateway says of a lost service stands with the instance that ended.
-  if (was_problem == is_problem || news.notice.key.kind == "service") {
+  if (was_problem == is_problem || news.alarm.key.kind == "service") {
     return;
   }
-  const fabric::Notice& said = is_problem ? news.notice : known->second;
+  const fabric::Alarm& said = is_problem ? news.alarm : known->second;
   put({.at = is_problem ? said.since : at,
        .kind = is_problem ? "problem" : "problem over",
        .name = said.program,

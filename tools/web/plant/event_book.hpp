@@ -17,7 +17,7 @@
 #include <boost/json/object.hpp>
 
 #include "fabric/observer/entry.hpp"
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -50,7 +50,7 @@ class EventBook {
   static constexpr std::size_t most_events = 500;
 
   /// Takes what `entry` changes, compared with what `live` knows before it gets the entry.
-  void add(const recording::Entry& entry, const bus::Live& live);
+  void add(const recording::Entry& entry, const bus::FabricModel& live);
 
   /// The newest first, at most `most`.
   [[nodiscard]] boost::json::array list(std::size_t most) const;
@@ -59,13 +59,13 @@ class EventBook {
   [[nodiscard]] bool has_news() const { return !news_.empty(); }
 
  private:
-  void add(const recording::InstanceNews& news, fabric::Time at, const bus::Live& live);
-  void add(const fabric::InstanceStatus& status, const bus::Live& live);
-  void add(const fabric::MachineStatus& status, const bus::Live& live);
-  void add(const fabric::ChannelStatus& status, const bus::Live& live);
+  void add(const recording::InstanceNews& news, fabric::Time at, const bus::FabricModel& live);
+  void add(const fabric::InstanceStatus& status, const bus::FabricModel& live);
+  void add(const fabric::MachineStatus& status, const bus::FabricModel& live);
+  void add(const fabric::ChannelStatus& status, const bus::FabricModel& live);
   void add(const fabric::Event& event);
   void add(const fabric::ProgramEvent& event);
-  void add(const recording::NoticeNews& news, fabric::Time at, const bus::Live& live);
+  void add(const recording::AlarmNews& news, fabric::Time at, const bus::FabricModel& live);
   void put(PlantEvent event);
   /// One event for all machines of a gateway.
   void put_gateway(std::string_view kind, const fabric::MachineStatus& of, fabric::Time at);

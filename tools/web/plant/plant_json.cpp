@@ -1,9 +1,9 @@
 // Plant: the objects that a page is told.
 #include "fabric/channel_scope.hpp"
+#include "tools/print/alarm_text.hpp"
 #include "tools/print/call_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/notice_text.hpp"
-#include "tools/web/plant/plant.hpp"
+#include "tools/web/plant/plant_model.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -20,8 +20,8 @@ void put_duration(boost::json::object& out, const char* name,
   }
 }
 
-boost::json::object program_json(const ProgramBook::Condition& program) {
-  using Kind = ProgramBook::Condition::Kind;
+boost::json::object program_json(const ProgramStore::Condition& program) {
+  using Kind = ProgramStore::Condition::Kind;
   boost::json::object out{{"state", program.kind == Kind::aborted  ? "aborted"
                                     : program.kind == Kind::stands ? "held"
                                                                    : "running"},
@@ -35,7 +35,7 @@ boost::json::object program_json(const ProgramBook::Condition& program) {
 
 }  // namespace
 
-bool Plant::is_former(const fabric::MachineStatus& status) const {
+bool PlantModel::is_former(const fabric::MachineStatus& status) const {
   // An observer leaves nothing but the name of one that is gone.
   if (!status.host.empty()) {
     return false;
@@ -49,14 +49,14 @@ bool Plant::is_former(const fabric::MachineStatus& status) const {
   return false;
 }
 
-bool Plant::has_another_gateway(const fabric::MachineStatus& status) const {
+bool PlantModel::has_another_gateway(const fabric::MachineStatus& status) const {
   const auto known = live_.machines().lower_bound({status.machine, {}});
   const bool had_one = known != live_.machines().end() && known->first.first == status.machine;
   return had_one && !status.host.empty() && link_of(status.machine) != "up" &&
          !live_.machines().contains({status.machine, status.gateway});
 }
 
-std::string_view Plant::link_of(const std::string& machine) const {
+std::string_view PlantModel::link_of(const std::string& machine) const {
   bool is_heard = false;
   for (auto link = live_.machines().lower_bound({machine, {}});
        link != live_.machines().end() && link->first.first == machine; ++link) {
@@ -68,7 +68,7 @@ std::string_view Plant::link_of(const std::string& machine) const {
   return is_heard ? "down" : "gone";
 }
 
-std::string Plant::name_of_service(const std::string& uuid) const {
+std::string PlantModel::name_of_service(const std::string& uuid) const {
   const std::string canonical = fabric::canonical_uuid(uuid);
   const std::string* name = nullptr;
   for (const auto& [id, instance] : live_.instances()) {
@@ -87,8 +87,8 @@ std::string Plant::name_of_service(const std::string& uuid) const {
   return name == nullptr ? std::string() : print::utf8(*name);
 }
 
-boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
-                                        const fabric::Moment& now) const {
+boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status,
+                                             const fabric::Moment& now) const {
   boost::json::object out = print::json_of(status);
   out["link"] = link_of(std::string(fabric::machine_of(status.key.machine)));
   if (const auto instance = live_.instances().find(status.instance);
@@ -102,14 +102,14 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
     }
   }
   if (!status.uuid.empty()) {
-    out["instances"] = live_.takers(status.uuid, status.key);
+    out["instances"] = live_.instances_for(status.uuid, status.key);
   }
-  if (const auto* trouble = live_.journal_trouble(fabric::machine_of(status.key.machine));
+  if (const auto* trouble = live_.journal_alarm(fabric::machine_of(status.key.machine));
       trouble != nullptr) {
     out["journal"] = print::utf8(trouble->text);
   }
-  const auto call = book_.under_way().find(status.key);
-  if (call != book_.under_way().end() && call->second.id == status.call && call->second.request) {
+  const auto call = calls_.under_way().find(status.key);
+  if (call != calls_.under_way().end() && call->second.id == status.call && call->second.request) {
     out["request"] = print::text_json(*call->second.request);
     out["request_state"] = call->second.request_state;
     print::put_time(out, "seen", call->second.seen);
@@ -122,20 +122,20 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
   if (const auto program = programs_.condition(status.key)) {
     out["program"] = program_json(*program);
   }
-  const auto pace = channel_pace_.find(status.key);
+  const auto throughput = channel_pace_.find(status.key);
   const Figures figures =
-      pace == channel_pace_.end() ? Figures{} : pace->second.figures(now.steady);
+      throughput == channel_pace_.end() ? Figures{} : throughput->second.figures(now.steady);
   out["calls_per_second"] = figures.per_second;
   put_duration(out, "recent_mean_ms", figures.mean);
   return out;
 }
 
-boost::json::object Plant::service_json(const bus::LiveInstance& instance,
-                                        const fabric::Moment& now) const {
+boost::json::object PlantModel::service_json(const bus::KnownInstance& instance,
+                                             const fabric::Moment& now) const {
   boost::json::object out = print::json_of(instance.identity, instance.status);
-  const auto pace = instance_pace_.find(instance.identity.id);
+  const auto throughput = instance_pace_.find(instance.identity.id);
   const Figures figures =
-      pace == instance_pace_.end() ? Figures{} : pace->second.figures(now.steady);
+      throughput == instance_pace_.end() ? Figures{} : throughput->second.figures(now.steady);
   out["calls_per_second"] = figures.per_second;
   out["errors_per_second"] = figures.errors_per_second;
   put_duration(out, "p50_ms", figures.p50);
@@ -145,7 +145,7 @@ boost::json::object Plant::service_json(const bus::LiveInstance& instance,
   return out;
 }
 
-boost::json::object Plant::json_of(const EndedCall& ended) const {
+boost::json::object PlantModel::json_of(const EndedCall& ended) const {
   boost::json::object out = print::json_of(ended.call);
   out["failed"] = ended.failed;
   out["result"] = ended.result();
@@ -158,8 +158,8 @@ boost::json::object Plant::json_of(const EndedCall& ended) const {
   return out;
 }
 
-boost::json::object Plant::totals(const fabric::Moment& now) const {
-  const Figures figures = pace_.figures(now.steady);
+boost::json::object PlantModel::totals(const fabric::Moment& now) const {
+  const Figures figures = throughput_.figures(now.steady);
   boost::json::object out{{"calls", ended_},
                           {"failed", failed_},
                           {"other_states", other_states_},
@@ -178,7 +178,7 @@ boost::json::object Plant::totals(const fabric::Moment& now) const {
   return out;
 }
 
-boost::json::object Plant::about(const fabric::Moment& now) const {
+boost::json::object PlantModel::about(const fabric::Moment& now) const {
   boost::json::object out{{"version", about_.version},
                           {"host", print::utf8(about_.host)},
                           {"fabric", print::utf8(about_.fabric)},
@@ -190,7 +190,7 @@ boost::json::object Plant::about(const fabric::Moment& now) const {
   return out;
 }
 
-boost::json::array Plant::machines() const {
+boost::json::array PlantModel::machines() const {
   boost::json::array out;
   for (const auto& [key, status] : live_.machines()) {
     if (is_former(status)) {
@@ -202,7 +202,7 @@ boost::json::array Plant::machines() const {
 }
 
 /// Of one that is gone nothing is left but its name, and where it was heard last.
-boost::json::object Plant::machine_json(const fabric::MachineStatus& status) const {
+boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status) const {
   boost::json::object machine;
   print::put_machine(machine, status);
   if (const fabric::MachineStatus* told = live_.told(status); status.host.empty() && told) {
@@ -212,7 +212,7 @@ boost::json::object Plant::machine_json(const fabric::MachineStatus& status) con
   return machine;
 }
 
-boost::json::array Plant::channels(const fabric::Moment& now) const {
+boost::json::array PlantModel::channels(const fabric::Moment& now) const {
   boost::json::array out;
   for (const auto& [key, status] : live_.channels()) {
     out.push_back(channel_json(status, now));
@@ -220,7 +220,7 @@ boost::json::array Plant::channels(const fabric::Moment& now) const {
   return out;
 }
 
-boost::json::array Plant::services(const fabric::Moment& now) const {
+boost::json::array PlantModel::services(const fabric::Moment& now) const {
   boost::json::array out;
   for (const auto& [id, instance] : live_.instances()) {
     out.push_back(service_json(instance, now));
@@ -233,30 +233,30 @@ boost::json::array Plant::services(const fabric::Moment& now) const {
   return out;
 }
 
-boost::json::array Plant::notices() const {
+boost::json::array PlantModel::alarms() const {
   boost::json::array out;
-  for (const auto& [key, notice] : live_.notices()) {
-    out.push_back(print::json_of(notice));
+  for (const auto& [key, alarm] : live_.alarms()) {
+    out.push_back(print::json_of(alarm));
   }
   return out;
 }
 
-boost::json::object Plant::calls(const CallFilter& filter, std::size_t most) const {
+boost::json::object PlantModel::calls(const CallFilter& filter, std::size_t most) const {
   boost::json::array list;
-  for (const EndedCall* call : book_.list(filter, most)) {
+  for (const EndedCall* call : calls_.list(filter, most)) {
     list.push_back(json_of(*call));
   }
-  boost::json::object out{{"calls", std::move(list)}, {"kept", book_.size()}};
-  if (const EndedCall* oldest = book_.oldest()) {
+  boost::json::object out{{"calls", std::move(list)}, {"kept", calls_.size()}};
+  if (const EndedCall* oldest = calls_.oldest()) {
     print::put_time(out, "oldest", oldest->call.ended);
   }
   return out;
 }
 
-boost::json::object Plant::snapshot(const fabric::Moment& now) const {
+boost::json::object PlantModel::snapshot(const fabric::Moment& now) const {
   return {{"about", about(now)},       {"machines", machines()},
           {"channels", channels(now)}, {"services", services(now)},
-          {"notices", notices()},      {"calls", calls({}, calls_in_snapshot).at("calls")},
+          {"alarms", alarms()},        {"calls", calls({}, calls_in_snapshot).at("calls")},
           {"totals", totals(now)},     {"events", events_.list(events_in_snapshot)}};
 }
 

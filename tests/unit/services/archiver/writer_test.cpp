@@ -13,7 +13,7 @@
 
 #include "base/program/log.hpp"
 #include "tests/support/await.hpp"
-#include "tests/support/kept_notices.hpp"
+#include "tests/support/kept_alarms.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -32,11 +32,11 @@ class WriterTest : public testing::Test {
   }
 
   tests::TemporaryFolder folder;
-  tests::KeptNotices notices;
+  tests::KeptAlarms alarms;
 };
 
 TEST_F(WriterTest, TellsTheIdOfAPutOnceItIsWritten) {
-  Writer sut(archive(), base::program::no_log(), notices);
+  Writer sut(archive(), base::program::no_log(), alarms);
   std::promise<Written> written;
   std::int64_t rows = -1;
   sut.put(put(1), [&](const Written& id) {
@@ -52,7 +52,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
   constexpr std::uint64_t puts = 50;
   std::atomic<std::uint64_t> written = 0;
   {
-    Writer sut(archive(), base::program::no_log(), notices);
+    Writer sut(archive(), base::program::no_log(), alarms);
     std::vector<std::thread> callers;
     for (std::uint64_t thread = 0; thread < threads; ++thread) {
       callers.emplace_back([&, thread] {
@@ -72,7 +72,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
 }
 
 TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
-  Writer sut(archive(), base::program::no_log(), notices);
+  Writer sut(archive(), base::program::no_log(), alarms);
   // An example of any failed write.
   SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
   database.exec(
@@ -81,17 +81,17 @@ TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
   sut.record(event(1));
   sut.put(put(1), [&](const Written& id) { failed.set_value(id); });
   EXPECT_EQ(failed.get_future().get().error(), "disk full");
-  const auto notice = notices.of("archive");
-  ASSERT_TRUE(notice);
-  EXPECT_EQ(notice->level, fabric::NoticeLevel::problem);
-  EXPECT_THAT(notice->text, testing::EndsWith("archive-000001.db cannot be written: disk full"));
+  const auto alarm = alarms.of("archive");
+  ASSERT_TRUE(alarm);
+  EXPECT_EQ(alarm->level, fabric::AlarmLevel::problem);
+  EXPECT_THAT(alarm->text, testing::EndsWith("archive-000001.db cannot be written: disk full"));
 
   database.exec("DROP TRIGGER full");
   std::promise<Written> written;
   sut.put(put(1), [&](const Written& id) { written.set_value(id); });
   EXPECT_EQ(written.get_future().get(), 1);
   tests::await("the recorded row", [&] { return count("event") > 0; });
-  EXPECT_TRUE(notices.empty());
+  EXPECT_TRUE(alarms.empty());
 }
 
 /// The lines of a log.
@@ -119,7 +119,7 @@ class Lines {
 TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
   const Lines lines;
   {
-    Writer sut(archive(), lines.log(), notices);
+    Writer sut(archive(), lines.log(), alarms);
     SQLite::Database database((folder.path() / "archive-000001.db").string(),
                               SQLite::OPEN_READWRITE);
     database.exec(
@@ -141,10 +141,10 @@ TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
 
 TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
   std::ofstream(folder.path() / "archive-000001.db") << "not a database, whatever its name says";
-  Writer sut(Archive(folder.path(), {}, morning), base::program::no_log(), notices);
-  tests::await("word of the file", [&] { return notices.of("foreign_files").has_value(); });
-  EXPECT_THAT(notices.of("foreign_files")->text, testing::HasSubstr("archive-000001.db"));
-  EXPECT_EQ(notices.of("foreign_files")->level, fabric::NoticeLevel::warning);
+  Writer sut(Archive(folder.path(), {}, morning), base::program::no_log(), alarms);
+  tests::await("word of the file", [&] { return alarms.of("foreign_files").has_value(); });
+  EXPECT_THAT(alarms.of("foreign_files")->text, testing::HasSubstr("archive-000001.db"));
+  EXPECT_EQ(alarms.of("foreign_files")->level, fabric::AlarmLevel::warning);
 }
 
 // The weight of rows that were taken from the queue, and returned to it when the disk was full, was
@@ -153,7 +153,7 @@ TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
   constexpr std::uint64_t rows = 50;
   constexpr std::int64_t together = 5;
   {
-    Writer sut(archive(), base::program::no_log(), notices);
+    Writer sut(archive(), base::program::no_log(), alarms);
     SQLite::Database database((folder.path() / "archive-000001.db").string(),
                               SQLite::OPEN_READWRITE);
     database.exec(
@@ -170,7 +170,7 @@ TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
       sut.record(event(number));
     }
     go_on.set_value();
-    tests::await("a failure", [&] { return notices.of("archive").has_value(); });
+    tests::await("a failure", [&] { return alarms.of("archive").has_value(); });
     database.exec("DROP TRIGGER full");
     tests::await("the recorded rows", [&] { return count("event") == together; });
     for (std::uint64_t number = together + 1; number <= rows; ++number) {
@@ -178,7 +178,7 @@ TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
     }
   }
   EXPECT_EQ(count("event"), static_cast<std::int64_t>(rows));
-  EXPECT_FALSE(notices.of("lost_rows"));
+  EXPECT_FALSE(alarms.of("lost_rows"));
 }
 
 }  // namespace

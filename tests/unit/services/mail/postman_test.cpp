@@ -13,7 +13,7 @@
 
 #include "services/mail/answering.hpp"
 #include "tests/support/await.hpp"
-#include "tests/support/kept_notices.hpp"
+#include "tests/support/kept_alarms.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/mail/sample.hpp"
 
@@ -117,7 +117,7 @@ class MailPostman : public testing::Test {
     Config config = sample_config();
     config.retry = {.first = 1ms, .longest = 4ms};
     config.send_replayed = send_replayed;
-    sut.emplace(config, Spool(spool), server, base::program::no_log(), notices);
+    sut.emplace(config, Spool(spool), server, base::program::no_log(), alarms);
   }
   /// The entry on the disk, as the next process reads it.
   std::optional<Entry> on_disk() {
@@ -137,8 +137,8 @@ class MailPostman : public testing::Test {
   tests::TemporaryFolder folder;
   std::filesystem::path spool = folder.path() / "spool";
   FakeServer server;
-  tests::KeptNotices notices;
-  std::optional<fabric::Notice> seen_while_it_waits;
+  tests::KeptAlarms alarms;
+  std::optional<fabric::Alarm> seen_while_it_waits;
   std::optional<Postman> sut;
 };
 
@@ -189,15 +189,15 @@ TEST_F(MailPostman, SaysThatAMailWaitsAndWhyUntilItIsTaken) {
   server.will({later});
   server.on_attempt = [&](std::size_t attempt) {
     if (attempt == 2) {
-      seen_while_it_waits = notices.of("mail_queue");
+      seen_while_it_waits = alarms.of("mail_queue");
     }
   };
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, 2U);
   server.await_taken(1);
-  tests::await("an end of the queue", [&] { return notices.empty(); });
+  tests::await("an end of the queue", [&] { return alarms.empty(); });
   ASSERT_TRUE(seen_while_it_waits);
-  EXPECT_EQ(seen_while_it_waits->level, fabric::NoticeLevel::warning);
+  EXPECT_EQ(seen_while_it_waits->level, fabric::AlarmLevel::warning);
   EXPECT_THAT(seen_while_it_waits->text, testing::StartsWith("1 mail waits for "));
   EXPECT_THAT(seen_while_it_waits->text, testing::EndsWith(": 451 busy"));
 }
@@ -206,11 +206,11 @@ TEST_F(MailPostman, SaysThatItIsNotLetInUntilItIs) {
   server.will({{.verdict = Verdict::login, .reply = "535 wrong password"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_no_login);
-  ASSERT_TRUE(notices.of("mail_server"));
-  EXPECT_EQ(notices.of("mail_server")->level, fabric::NoticeLevel::problem);
-  EXPECT_THAT(notices.of("mail_server")->text, testing::EndsWith(": 535 wrong password"));
+  ASSERT_TRUE(alarms.of("mail_server"));
+  EXPECT_EQ(alarms.of("mail_server")->level, fabric::AlarmLevel::problem);
+  EXPECT_THAT(alarms.of("mail_server")->text, testing::EndsWith(": 535 wrong password"));
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
-  EXPECT_TRUE(notices.empty());
+  EXPECT_TRUE(alarms.empty());
 }
 
 TEST_F(MailPostman, LetsARepeatWaitForTheAttemptUnderWay) {
@@ -393,7 +393,7 @@ TEST_F(MailPostmanAfterAWhile, TriesFirstWhatIsDueTheLongest) {
   wait_for("b@example.com", 1, 10s);
   wait_for("b@example.com", 2, 30s);
   wait_for("b@example.com", 3, 20s);
-  Postman postman(sample_config(), Spool(spool), pit, base::program::no_log(), notices);
+  Postman postman(sample_config(), Spool(spool), pit, base::program::no_log(), alarms);
   tests::await("all mails", [&] { return pit.taken().size() == 3; });
   EXPECT_THAT(pit.taken(), testing::ElementsAre("2", "3", "1"));
 }
@@ -408,7 +408,7 @@ TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
   Config config = sample_config();
   config.retry = {.first = 1ms, .longest = 4ms};
   std::optional<Postman> postman;
-  postman.emplace(config, Spool(spool), pit, base::program::no_log(), notices);
+  postman.emplace(config, Spool(spool), pit, base::program::no_log(), alarms);
   tests::await("all that can be sent", [&] { return pit.taken().size() == 17; });
   const std::jthread releasing([&](const std::stop_token& end) {
     tests::await("an end", [&] {

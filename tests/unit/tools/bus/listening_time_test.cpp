@@ -11,7 +11,8 @@ using namespace std::chrono_literals;
 class ListeningTimeTest : public testing::Test {
  protected:
   const ListeningTime::Clock::time_point start{1h};
-  ListeningTime sut{{.at_least = 700ms, .quiet = 200ms, .at_most = 5s, .proof = 3s}, start};
+  ListeningTime sut{{.at_least = 700ms, .quiet = 200ms, .at_most = 5s, .authentication = 3s},
+                    start};
 };
 
 TEST_F(ListeningTimeTest, IsAsLongAsDiscoveryTakes) {

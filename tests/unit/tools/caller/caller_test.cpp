@@ -12,7 +12,7 @@
 #include "tests/support/await.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
-#include "tools/bus/live.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/caller/channel.hpp"
 
 namespace millrace::tools::caller {
@@ -101,11 +101,11 @@ TEST_F(CallerTest, EndsACallOverItsPatience) {
 }
 
 TEST(CallerChannel, IsTakenWhileAGatewayServesItsMachine) {
-  bus::Live live;
+  bus::FabricModel live;
   live.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}}});
-  EXPECT_THAT(why_taken(live, {"cnc", 7}).value_or(""),
+  EXPECT_THAT(reason_taken(live, {"cnc", 7}).value_or(""),
               HasSubstr("a gateway serves machine 'cnc'"));
-  EXPECT_EQ(why_taken(live, {"call.1", 1}), std::nullopt);
+  EXPECT_EQ(reason_taken(live, {"call.1", 1}), std::nullopt);
 }
 
 TEST(CallerChannel, NamesAreUnique) {

@@ -137,14 +137,14 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 24 hours", "trust renew")));
 }
 
-TEST_F(TheDoctor, NamesWhoShowsNoBadge) {
+TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
   be_healthy();
-  add_program(9, "old").shows_badge = false;
+  add_program(9, "old").announces_identity = false;
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "old on host-old, pid 17 is of this plant",
                                  "millrace trust renew")));
   found.programs.back().fabrics = {"another"};
-  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "shows no badge"))));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "announces no identity"))));
 }
 
 TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
@@ -364,7 +364,7 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
                             .uuid = "x",
                             .reason = "the journal cannot be written"});
   found.live.add(
-      fabric::Notice{.key = {.kind = "journal"}, .text = "the journal cannot be written"});
+      fabric::Alarm{.key = {.kind = "journal"}, .text = "the journal cannot be written"});
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "which nobody serves"))));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "the journal cannot be written")).Times(1));
 }
@@ -418,35 +418,34 @@ TEST_F(TheDoctor, TellsHowFarAClockIsAheadApartFromHowSureThatIs) {
 
 TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
   be_healthy();
-  fabric::Notice notice{.key = {.kind = "recording"},
-                        .level = fabric::NoticeLevel::fine,
-                        .text = "records to run.mcap",
-                        .program = "millrace record",
-                        .host = "vm",
-                        .pid = 17};
-  found.live.add(notice);
+  fabric::Alarm alarm{.key = {.kind = "recording"},
+                      .level = fabric::AlarmLevel::fine,
+                      .text = "records to run.mcap",
+                      .program = "millrace record",
+                      .host = "vm",
+                      .pid = 17};
+  found.live.add(alarm);
   EXPECT_THAT(sut(),
               Contains(is(Severity::fine, "millrace record on vm, pid 17: records to run.mcap")));
   EXPECT_TRUE(is_healthy(sut()));
-  notice.key.kind = "disk";
-  notice.level = fabric::NoticeLevel::warning;
-  notice.text = "the disk is nearly full";
-  notice.advice = "make room";
-  found.live.add(notice);
+  alarm.key.kind = "disk";
+  alarm.level = fabric::AlarmLevel::warning;
+  alarm.text = "the disk is nearly full";
+  alarm.advice = "make room";
+  found.live.add(alarm);
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "the disk is nearly full", "make room")));
   EXPECT_TRUE(is_healthy(sut()));
-  notice.key.kind = "archive";
-  notice.level = fabric::NoticeLevel::problem;
-  notice.text = "cannot be written: \x1b[2J";
-  found.live.add(notice);
+  alarm.key.kind = "archive";
+  alarm.level = fabric::AlarmLevel::problem;
+  alarm.text = "cannot be written: \x1b[2J";
+  found.live.add(alarm);
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cannot be written: \\x1b[2J")));
   EXPECT_FALSE(is_healthy(sut()));
 }
 
 TEST_F(TheDoctor, TakesALevelThatItDoesNotKnowForAProblem) {
   be_healthy();
-  found.live.add(
-      fabric::Notice{.level = static_cast<fabric::NoticeLevel>(9), .text = "of tomorrow"});
+  found.live.add(fabric::Alarm{.level = static_cast<fabric::AlarmLevel>(9), .text = "of tomorrow"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "of tomorrow")));
 }
 

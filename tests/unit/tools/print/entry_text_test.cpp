@@ -27,20 +27,20 @@ TEST(EntryLine, TellsTheSizeOfAWithheldText) {
 
 TEST(EntryLine, TellsWhatAProgramSaysAndThatItIsOver) {
   Entry entry{.at = recording::tests::at(0),
-              .sample = recording::NoticeNews{.notice = {.key = {{}, "archive", "main"},
-                                                         .text = "disk full",
-                                                         .program = "archiver",
-                                                         .host = "vm",
-                                                         .pid = 17}}};
+              .sample = recording::AlarmNews{.alarm = {.key = {{}, "archive", "main"},
+                                                       .text = "disk full",
+                                                       .program = "archiver",
+                                                       .host = "vm",
+                                                       .pid = 17}}};
   EXPECT_EQ(line_of(entry),
-            "2026-03-01T07:00:00.000000Z  notice      problem  archive main  archiver on vm, pid "
+            "2026-03-01T07:00:00.000000Z  alarm       problem  archive main  archiver on vm, pid "
             "17: disk full");
-  std::get<recording::NoticeNews>(entry.sample).over = true;
+  std::get<recording::AlarmNews>(entry.sample).over = true;
   EXPECT_EQ(line_of(entry),
-            "2026-03-01T07:00:00.000000Z  notice      over  archive main  archiver on vm, pid 17: "
+            "2026-03-01T07:00:00.000000Z  alarm       over  archive main  archiver on vm, pid 17: "
             "disk full");
-  EXPECT_EQ(json_of(entry).at("kind"), "notice");
-  EXPECT_EQ(json_of(entry).at("notice"), "archive");
+  EXPECT_EQ(json_of(entry).at("kind"), "alarm");
+  EXPECT_EQ(json_of(entry).at("alarm"), "archive");
   EXPECT_EQ(json_of(entry).at("text"), "disk full");
   EXPECT_EQ(json_of(entry).at("over"), true);
 }

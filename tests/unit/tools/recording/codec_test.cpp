@@ -79,14 +79,14 @@ TEST(RecordingCodec, SaysInAFileHowItsSamplesTravel) {
   says(fabric::Reply{}, fabric::wire::reply_topic);
   says(Withdrawal{}, fabric::wire::request_topic);
   says(fabric::ChannelStatus{}, fabric::wire::channel_topic);
-  says(fabric::InstanceStatus{}, fabric::wire::beat_topic);
+  says(fabric::InstanceStatus{}, fabric::wire::heartbeat_topic);
   says(fabric::Event{}, fabric::wire::event_topic);
   says(fabric::Command{}, fabric::wire::command_topic);
   says(fabric::Outcome{}, fabric::wire::outcome_topic);
   says(fabric::MachineStatus{}, fabric::wire::machine_topic);
   says(fabric::DataSample{}, fabric::wire::data_topic);
   says(fabric::ProgramEvent{}, fabric::wire::program_topic);
-  says(NoticeNews{}, fabric::wire::notice_topic);
+  says(AlarmNews{}, fabric::wire::alarm_topic);
 }
 
 TEST(RecordingCodec, KeepsOnlyTheSizeOfAWithheldText) {
@@ -127,14 +127,14 @@ TEST(RecordingCodec, NamesTheStreamsOfDataProgramsAndNotices) {
   EXPECT_EQ(topic_of({.sample = fabric::DataSample{.key = key, .group = "axes"}}),
             "machine/press/2/data/axes");
   EXPECT_EQ(topic_of({.sample = fabric::ProgramEvent{.key = key}}), "machine/press/2/program");
-  EXPECT_EQ(topic_of({.sample = NoticeNews{.notice = {.program = "millrace-archiver"}}}),
-            "program/millrace-archiver/notice");
+  EXPECT_EQ(topic_of({.sample = AlarmNews{.alarm = {.program = "millrace-archiver"}}}),
+            "program/millrace-archiver/alarm");
 }
 
-TEST(RecordingCodec, KnowsSinceWhenANoticeHolds) {
-  Entry entry{.at = at(3), .sample = NoticeNews{.notice = {.since = at(1)}}};
+TEST(RecordingCodec, KnowsSinceWhenAnAlarmHolds) {
+  Entry entry{.at = at(3), .sample = AlarmNews{.alarm = {.since = at(1)}}};
   EXPECT_EQ(origin_of(entry), at(1));
-  std::get<NoticeNews>(entry.sample).over = true;
+  std::get<AlarmNews>(entry.sample).over = true;
   EXPECT_EQ(origin_of(entry), at(3));
 }
 

@@ -82,16 +82,16 @@ TEST_F(AsServiceTest, IsNotEndedByTheTimerOfACallThatWasWithdrawn) {
   EXPECT_THAT(listener.mismatches, IsEmpty());
 }
 
-TEST_F(AsServiceTest, BeatsForItsInstancesAndNamesTheCallsTheyHave) {
+TEST_F(AsServiceTest, SendsHeartbeatsForItsInstancesAndNamesTheCallsTheyHave) {
   fabric::dds::Participant gateway{{.domain = domain.number()}};
-  fabric::wire::Reader<fabric::Beat> beats(gateway, "millrace", fabric::wire::Keep::last);
+  fabric::wire::Reader<fabric::Heartbeat> heartbeats(gateway, "millrace", fabric::wire::Keep::last);
   stand_in({.calls = {planned(1, 0ms, 1h), planned(1, 20ms, 0ms)}});
   EXPECT_EQ(sut->instances().at(0).lease, participant.options().lease);
 
   fabric::InstanceLoad told;
   const auto until_told = [&](const std::function<bool()>& enough) {
     return run_until(io, [&] {
-      for (const auto& taken : beats.take()) {
+      for (const auto& taken : heartbeats.take()) {
         for (const fabric::InstanceLoad& load : taken.value.loads) {
           told = load;
         }

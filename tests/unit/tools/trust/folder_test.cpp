@@ -4,7 +4,7 @@
 #include "base/openssl/signed_text.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
-#include "tests/unit/tools/trust/plant_fixture.hpp"
+#include "tests/unit/tools/trust/pki_folder_fixture.hpp"
 
 namespace millrace::tools::trust {
 namespace {
@@ -17,8 +17,8 @@ class FolderTest : public PlantTest {
   void SetUp() override {
     create();
     open().issue(service(), {.days = 10}, {}, now).value();
-    ASSERT_TRUE(Plant::create(temporary.path() / "other", "plant", "millrace", 3650, {}, now));
-    Plant::open(temporary.path() / "other")->issue(service(), {}, {}, now).value();
+    ASSERT_TRUE(PkiFolder::create(temporary.path() / "other", "plant", "millrace", 3650, {}, now));
+    PkiFolder::open(temporary.path() / "other")->issue(service(), {}, {}, now).value();
   }
   void take_from_the_other(std::string_view file) const {
     fs::copy(temporary.path() / "other/root" / file, folder / "root" / file,
@@ -64,13 +64,13 @@ TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
 }
 
 TEST_F(FolderTest, RefusesPermissionsOfAnotherMemberOrAnotherTime) {
-  Plant plant = open();
-  plant.issue(service("another"), {}, {}, now).value();
+  PkiFolder pki = open();
+  pki.issue(service("another"), {}, {}, now).value();
   fs::copy(folder / "root", folder / "kept", fs::copy_options::recursive);
   fs::copy(folder / "another/permissions.p7s", folder / "root/permissions.p7s",
            fs::copy_options::overwrite_existing);
   EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"), HasSubstr("is about CN=another")));
-  plant.renew("root", 10, {}, now + 1s).value();
+  pki.renew("root", 10, {}, now + 1s).value();
   fs::copy(folder / "kept/permissions.p7s", folder / "root/permissions.p7s",
            fs::copy_options::overwrite_existing);
   EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"), HasSubstr("is valid from")));
@@ -108,13 +108,13 @@ TEST_F(SignedByTheAuthority, ARelaxedGovernanceIsRefused) {
               AllOf(HasSubstr("governance_sign.p7s"), HasSubstr("millrace trust renew")));
 }
 
-// Before there were badges.
+// Before there were identities.
 TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
   const auto certificate =
       base::openssl::Certificate::read(content_of(folder / "root/certificate.pem")).value();
   auto grants = fabric::trust::grants_of(service(), "millrace");
-  std::erase_if(grants,
-                [](const fabric::trust::Grant& grant) { return grant.topic == "millrace/badge"; });
+  std::erase_if(
+      grants, [](const fabric::trust::Grant& grant) { return grant.topic == "millrace/identity"; });
   sign("permissions.p7s",
        fabric::trust::permissions_document(grants, certificate.subject(), certificate.from(),
                                            certificate.until()));
@@ -127,8 +127,8 @@ TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
 
 TEST_F(FolderTest, RefusesAListThatIsOlderThanItsCertificate) {
   fs::copy(folder / "root/revoked.pem", folder / "older");
-  Plant plant = open();
-  plant.renew("root", 10, {}, now + 1s).value();
+  PkiFolder pki = open();
+  pki.renew("root", 10, {}, now + 1s).value();
   EXPECT_EQ(why_refused(), "not refused");
   fs::copy(folder / "older", folder / "root/revoked.pem", fs::copy_options::overwrite_existing);
   EXPECT_THAT(why_refused(),

@@ -28,7 +28,7 @@ class TheBoard : public testing::Test {
   }
 
   Board sut;
-  bus::Live live;
+  bus::FabricModel live;
   recording::CallFollower follower;
 };
 

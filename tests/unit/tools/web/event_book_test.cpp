@@ -28,8 +28,8 @@ class AnEventBook : public testing::Test {
     const Entry entry{.at = at(ms), .sample = std::move(sample)};
     sut.add(entry, live_);
     live_.add(entry);
-    if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
-      said->over ? live_.take_back(said->notice.key) : static_cast<void>(live_.add(said->notice));
+    if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
+      said->over ? live_.take_back(said->alarm.key) : static_cast<void>(live_.add(said->alarm));
     }
   }
   void tell_instance(Change change, std::uint8_t byte, double ms = 0) {
@@ -73,7 +73,7 @@ class AnEventBook : public testing::Test {
   EventBook sut;
 
  private:
-  bus::Live live_;
+  bus::FabricModel live_;
 };
 
 TEST_F(AnEventBook, NamesAnInstanceThatEndedAndWhetherItWasTheLast) {
@@ -162,8 +162,8 @@ TEST_F(AnEventBook, CountsAnAbortedProgramOnce) {
 }
 
 TEST_F(AnEventBook, SaysWhatAProgramReportsAndWhenThatIsOver) {
-  recording::NoticeNews news{
-      .notice = {
+  recording::AlarmNews news{
+      .alarm = {
           .key = {.kind = "archive"}, .text = "disk full", .since = at(0), .program = "archiver"}};
   tell(news);
   tell(news, 1000);

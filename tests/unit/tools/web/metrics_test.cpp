@@ -45,7 +45,7 @@ class TheMetrics : public testing::Test {
   }
   [[nodiscard]] std::string text() const { return sut.text(plant, {.version = "1.2"}); }
 
-  plant::Plant plant{{}};
+  plant::PlantModel plant{{}};
   Metrics sut;
 };
 
@@ -167,20 +167,20 @@ TEST_F(TheMetrics, KeepForeignNamesInTheirQuotes) {
 }
 
 TEST_F(TheMetrics, TellWhatProgramsSayOfThemselves) {
-  fabric::Notice notice{.key = {id(0x11), "gauge", "G1"},
-                        .text = "it is silent",
-                        .program = "dial_gauge",
-                        .host = "press"};
-  plant.add(notice);
+  fabric::Alarm alarm{.key = {id(0x11), "gauge", "G1"},
+                      .text = "it is silent",
+                      .program = "dial_gauge",
+                      .host = "press"};
+  plant.add(alarm);
   EXPECT_THAT(text(),
-              HasSubstr("millrace_notice{program=\"dial_gauge\",host=\"press\",kind=\"gauge\","
+              HasSubstr("millrace_alarm{program=\"dial_gauge\",host=\"press\",kind=\"gauge\","
                         "subject=\"G1\",level=\"problem\"} 1\n"));
-  plant.take_back(notice.key);
-  EXPECT_THAT(text(), Not(HasSubstr("millrace_notice{")));
+  plant.take_back(alarm.key);
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_alarm{")));
 }
 
 TEST_F(TheMetrics, ShowNoControlCharactersOfOthers) {
-  plant.add(fabric::Notice{.key = {id(0x44), "gauge", "G1\x1b[2J\x7f\n"}});
+  plant.add(fabric::Alarm{.key = {id(0x44), "gauge", "G1\x1b[2J\x7f\n"}});
   EXPECT_THAT(text(), HasSubstr("subject=\"G1\\\\x1b[2J\\\\x7f\\n\""));
 }
 
@@ -190,7 +190,7 @@ TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
   add_channel(fabric::ChannelState::idle);
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
   plant.add(
-      fabric::Notice{.key = {id(0x33), "journal", ""}, .text = "the journal cannot be written"});
+      fabric::Alarm{.key = {id(0x33), "journal", ""}, .text = "the journal cannot be written"});
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 0\n"));
   plant.take_back({id(0x33), "journal", ""});
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));

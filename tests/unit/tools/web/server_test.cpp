@@ -50,7 +50,7 @@ class AServer : public testing::Test {
   boost::asio::io_context io{1};
   const boost::asio::executor_work_guard<boost::asio::io_context::executor_type> stay{
       io.get_executor()};
-  plant::Plant plant{{}};
+  plant::PlantModel plant{{}};
   http::Pages pages;
   std::promise<void> examined;
   http::Site site{{.plant = plant, .pages = pages, .doctor = [this] {

@@ -47,7 +47,7 @@ class ASite : public testing::Test {
   }
 
   const tests::TemporaryFolder folder;
-  plant::Plant plant{{.fabric = "hall-3"}};
+  plant::PlantModel plant{{.fabric = "hall-3"}};
   Pages pages;
   std::shared_ptr<const Recordings> recordings;
 };

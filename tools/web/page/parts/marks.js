@@ -57,9 +57,9 @@ export function scrolling(label, ...content) {
   return element('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': label }, content);
 }
 
-/** A notice in the place of something that is not there. */
-export function notice(kind, title, text) {
-  return element('div', { class: 'notice', 'data-kind': kind }, element('p', { class: 'notice-title' }, title),
+/** What stands in the place of something that is not there. */
+export function placeholder(kind, title, text) {
+  return element('div', { class: 'placeholder', 'data-kind': kind }, element('p', { class: 'placeholder-title' }, title),
     text && element('p', {}, text));
 }
 

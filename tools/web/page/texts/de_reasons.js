@@ -183,7 +183,7 @@ export const reasons = [
   ['start its service, or see why it does not answer', 'Starten Sie den Dienst, oder prüfen Sie, warum er nicht antwortet.'],
   ['the link is down', 'die Verbindung ist unterbrochen'],
 
-  // Was in anderen Sätzen ein Wert ist: gateway/shell/certificate_notices.cpp
+  // Was in anderen Sätzen ein Wert ist: gateway/shell/certificate_alarms.cpp
   ['{} and {} more', '{} und {} weitere'],
 ];
 

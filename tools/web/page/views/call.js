@@ -1,7 +1,7 @@
 // One call over every hop: what it was, and its waterfall. While it is under way the view follows it.
 import { get } from '../api.js';
 import { element, replace, slot } from '../dom.js';
-import { facts, notice, reasonOf, said, stateMark, visible } from '../parts/marks.js';
+import { facts, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { words } from '../words.js';
@@ -75,8 +75,8 @@ export function callView(app, id, path, back) {
         timer = setTimeout(ask, followMs);
       }
     } catch (problem) {
-      replace(content, problem.status === 404 ? notice('missing', text.notKept, path[0] === 'recordings' ? problem.message : text.notKeptWhat)
-        : notice('failure', words.failure.title, problem.message));
+      replace(content, problem.status === 404 ? placeholder('missing', text.notKept, path[0] === 'recordings' ? problem.message : text.notKeptWhat)
+        : placeholder('failure', words.failure.title, problem.message));
     }
   }
 

@@ -1,6 +1,6 @@
 // What `millrace doctor` finds: what is wrong first, with what to do about it.
 import { get } from '../api.js';
-import { notice, scrolling, tableHead, visible } from '../parts/marks.js';
+import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { element, replace } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, milliseconds } from '../time.js';
@@ -63,7 +63,7 @@ export function doctorView(app) {
           found.clocks.map((each) => element('li', {}, text.clock(visible(each.host), duration(each.ahead_ms), duration(each.error_ms)))))));
       replace(status, text.looked(clock(milliseconds(found.time) - app.clockOffset())));
     } catch (problem) {
-      replace(content, notice('failure', words.failure.title, problem.message));
+      replace(content, placeholder('failure', words.failure.title, problem.message));
       replace(status);
     }
     again.disabled = false;

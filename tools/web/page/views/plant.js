@@ -106,7 +106,7 @@ export function plantView(app) {
       const { model } = app;
       const now = app.now();
       const plant = model.plant();
-      const assessment = assess(plant, now, model.notices);
+      const assessment = assess(plant, now, model.alarms);
       const { concerns } = assessment;
       const isKnown = model.about !== null && !model.isLost;
       const urgent = assessment.level === 'person' ? concerns.filter((concern) => concern.level === 'person') : concerns;

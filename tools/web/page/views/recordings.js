@@ -1,7 +1,7 @@
 // The recordings in the server's folder: a list; of one its summary, its calls and its file.
 import { get } from '../api.js';
 import { callsTable } from '../parts/calls_table.js';
-import { facts, notice, scrolling, tableHead, visible } from '../parts/marks.js';
+import { facts, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { element, replace } from '../dom.js';
 import { duration, milliseconds, moment } from '../time.js';
 import { number, size, words } from '../words.js';
@@ -10,7 +10,7 @@ const text = words.recordings;
 const perPage = 100;
 
 const fileOf = (name) => `/api/recordings/${encodeURIComponent(name)}/file`;
-const failure = (problem) => notice('failure', words.failure.title, problem.message);
+const failure = (problem) => placeholder('failure', words.failure.title, problem.message);
 
 export function recordingsView(app) {
   const content = element('div', {}, element('p', {}, words.showing));
@@ -28,7 +28,7 @@ export function recordingsView(app) {
     async enter() {
       try {
         const { recordings } = await get(['recordings']);
-        replace(content, recordings.length === 0 ? notice('empty', text.none, text.noneWhat)
+        replace(content, recordings.length === 0 ? placeholder('empty', text.none, text.noneWhat)
           : element('table', { class: 'recordings' }, element('caption', { class: 'for-readers' }, text.title),
             tableHead(['name', 'size', 'modified', 'download'], text.columns),
             element('tbody', {}, recordings.map(row))));
@@ -52,7 +52,7 @@ function summary(info) {
       [text.writer, visible(info.library)],
       [text.state, info.closed ? text.closed : text.open],
     ]),
-    info.problems?.length > 0 && element('div', { class: 'notice', 'data-kind': 'failure' }, element('p', { class: 'notice-title' }, text.problems),
+    info.problems?.length > 0 && element('div', { class: 'placeholder', 'data-kind': 'failure' }, element('p', { class: 'placeholder-title' }, text.problems),
       element('ul', {}, info.problems.map((problem) => element('li', { lang: 'en' }, text.problem(number(problem.offset), visible(problem.text)))))),
     info.hops?.length > 0 && scrolling(text.hops,
       element('table', { class: 'hops' }, element('caption', {}, text.hops),
@@ -65,13 +65,13 @@ function summary(info) {
 }
 
 /** What programs said of themselves while it was recorded. */
-function noticeTable({ notices, more }) {
-  return notices.length > 0 && [scrolling(text.notices,
-    element('table', { class: 'notices' }, element('caption', {}, text.notices), tableHead(['time', 'program', 'level', 'what'], text.noticeColumns),
-      element('tbody', {}, notices.map((each) => element('tr', {},
+function alarmTable({ alarms, more }) {
+  return alarms.length > 0 && [scrolling(text.alarms,
+    element('table', { class: 'alarms' }, element('caption', {}, text.alarms), tableHead(['time', 'program', 'level', 'what'], text.alarmColumns),
+      element('tbody', {}, alarms.map((each) => element('tr', {},
         element('td', {}, moment(milliseconds(each.time))), element('th', { scope: 'row' }, `${visible(each.program || each.responder)} · ${visible(each.host)}`),
         element('td', {}, each.over ? text.over : words.doctor.severity[each.level] ?? each.level),
-        element('td', { lang: 'en' }, visible(each.text || each.notice), element('span', { class: 'detail' }, visible(each.advice)))))))),
+        element('td', { lang: 'en' }, visible(each.text || each.alarm), element('span', { class: 'detail' }, visible(each.advice)))))))),
   more && element('p', { class: 'list-status' }, text.more)];
 }
 
@@ -111,7 +111,7 @@ export function recordingView(app, name, query) {
     async enter() {
       get(['recordings', name]).then((info) => replace(about, ...summary(info)), (problem) => replace(about, failure(problem)));
       // Where it cannot be read the summary says why.
-      get(['recordings', name, 'notices']).then((answer) => replace(said, noticeTable(answer)), () => {});
+      get(['recordings', name, 'alarms']).then((answer) => replace(said, alarmTable(answer)), () => {});
       try {
         const { calls, more } = await get(['recordings', name, 'calls'], { failed, other_state: other, limit: perPage, skip: skip || '' });
         table.show(calls);

@@ -6,7 +6,7 @@ import { busyOfMinute, byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds } from '../time.js';
 import { plot, sparkline } from '../parts/plot.js';
-import { notice, scrolling, tableHead, visible } from '../parts/marks.js';
+import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { busyBar, instanceSquares } from '../parts/services_strip.js';
 import { number, perSecond, words } from '../words.js';
 
@@ -194,7 +194,7 @@ export function servicesView(app, open) {
   };
   const list = element('div', { class: 'services' });
   const labels = element('div', { class: 'service-row service-labels', 'aria-hidden': 'true' }, sums.map((name) => element('span', { class: `sum-${name}` }, text.sums[name])));
-  const empty = element('div', { hidden: true }, notice('empty', text.none, text.noneWhat));
+  const empty = element('div', { hidden: true }, placeholder('empty', text.none, text.noneWhat));
   const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), labels, list, empty);
   const parts = new Map();
   const cards = new Keyed(list, (datum) => {

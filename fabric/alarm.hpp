@@ -1,0 +1,61 @@
+// What a program says of its own condition, for whoever looks at the fabric: a trouble that
+// somebody should know of, or that it is there and well.
+//
+//   Alarm{.kind = "archive", .level = AlarmLevel::problem,
+//          .text = "/var/lib/millrace/archive cannot be written: disk full", .advice = "make room
+//          on the disk"}
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+enum class AlarmLevel : std::uint8_t {
+  /// How a program that has no calls shows that it is there.
+  fine,
+  /// It does its work, but something is not as it should be.
+  warning,
+  /// It does not do its work, or not all of it.
+  problem
+};
+
+/// "fine", "warning", "problem"; "unknown" for a value from a fabric newer than this program.
+std::string_view name_of(AlarmLevel level);
+
+/// One thing that one program has to say.
+struct AlarmKey {
+  /// An instance's id; of other programs one that is drawn when they start.
+  InstanceId responder{};
+  /// One word, the same for all that say such a thing: "archive", "mail_queue". At most 31 bytes.
+  std::string kind{};
+  /// Which of several of this kind: a gauge, a file. At most 63 bytes.
+  std::string subject{};
+  auto operator<=>(const AlarmKey&) const = default;
+};
+MILLRACE_FIELDS(AlarmKey, responder, (kind, .json = "alarm"), subject)
+
+struct Alarm {
+  AlarmKey key{};
+  AlarmLevel level = AlarmLevel::problem;
+  /// What is the matter, and what to do about it: one sentence each, UTF-8, at most 255 bytes.
+  std::string text{};
+  std::string advice{};
+  Time since{};
+  /// Name, host and process of who says it; at most 63 bytes each.
+  std::string program{};
+  std::string host{};
+  std::uint32_t pid = 0;
+  bool operator==(const Alarm&) const = default;
+};
+MILLRACE_FIELDS(Alarm, key, level, text, advice, since, program, host, pid)
+
+/// `text` as it fits into `most` bytes: what is too long ends with " …", and no character is cut in
+/// two.
+std::string shortened(std::string_view text, std::size_t most);
+
+}  // namespace millrace::fabric

@@ -1,0 +1,36 @@
+// Where a part of a program says what troubles it (fabric/alarm.hpp), whoever tells it to the
+// fabric.
+//
+//   sink.raise({.key = {.kind = "archive"}, .text = "… cannot be written: disk full"});
+//   sink.clear("archive", "");
+#pragma once
+
+#include <string>
+
+#include "fabric/alarm.hpp"
+
+namespace millrace::fabric {
+
+class AlarmSink {
+ public:
+  virtual ~AlarmSink() = default;
+  /// Is so from now on, or is so still; `alarm` names kind, and subject if there are several, and
+  /// says level, text and advice.
+  virtual void raise(const Alarm& alarm) = 0;
+  /// Is not so any more. Nothing happens if it was not.
+  virtual void clear(const std::string& kind, const std::string& subject) = 0;
+
+ protected:
+  AlarmSink() = default;
+  AlarmSink(const AlarmSink&) = default;
+  AlarmSink& operator=(const AlarmSink&) = default;
+};
+
+/// For whoever has nobody to tell.
+class NoAlarms final : public AlarmSink {
+ public:
+  void raise(const Alarm& /*alarm*/) override {}
+  void clear(const std::string& /*kind*/, const std::string& /*subject*/) override {}
+};
+
+}  // namespace millrace::fabric

@@ -1,0 +1,346 @@
+#include "fabric/endpoints/call_endpoint.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "fabric/dds/match_queue.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/endpoints/channel_status_writer.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
+#include "fabric/endpoints/request_writers.hpp"
+#include "fabric/log_limiter.hpp"
+#include "fabric/wire/foreign_replies.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+
+namespace millrace::fabric::endpoints {
+
+namespace {
+
+SteadyTime steady_now() {
+  return std::chrono::steady_clock::now();
+}
+
+}  // namespace
+
+struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
+  Impl(dds::Participant& own_participant, boost::asio::any_io_executor own_executor,
+       CallEndpointListener& own_listener, Of own_kind)
+      : participant(own_participant),
+        executor(std::move(own_executor)),
+        listener(&own_listener),
+        liveness(executor, {.drain_heartbeats = [this] { drain_heartbeats(); },
+                            .announce = [this] { announce(); }}),
+        kind(own_kind) {}
+
+  void open();
+  void close();
+  void look_who_reads();
+  /// What observers are told at the end of a turn of the loop: its events and states share
+  /// datagrams. A datagram for each of them, to each observer, costs more than the call.
+  void flush();
+  void drain_discovery();
+  void update();
+  void note_dropped();
+  void drain_replies();
+  void take(const wire::Taken<Reply>& taken);
+  void drain_heartbeats();
+  void take(registry::EndpointHandle writer, const InstanceLoad& load, bool is_theirs);
+  void ignore(registry::EndpointHandle stranger, const std::string& reason);
+  void announce();
+  [[nodiscard]] const std::string& fabric() const { return participant.options().fabric; }
+
+  /// Calls the listener, which may end this end in any of its functions.
+  template <typename Tell>
+  void tell(Tell tell) {
+    if (listener != nullptr) {
+      tell();
+    }
+  }
+
+  dds::Participant& participant;
+  boost::asio::any_io_executor executor;
+  /// Null once the end is closed.
+  CallEndpointListener* listener;
+  // Before the entities whose listeners wake them.
+  std::optional<dds::PostOnce> discovery_post;
+  std::optional<dds::MatchQueue> matches;
+  std::optional<dds::PostOnce> reply_post;
+  std::optional<dds::PostOnce> heartbeat_post;
+  std::optional<dds::PostOnce> readers_post;
+  std::optional<dds::PostOnce> flush_post;
+  dds::ReaderCount event_readers{[this] { readers_post->post(); }};
+  LivenessMonitor liveness;
+  Of kind;
+  /// What discovery has told and nobody was told yet.
+  std::vector<std::string> ignored;
+  /// What a stranger may do ten thousand times a second is said once.
+  LogLimiter log_limiter;
+  std::optional<wire::ForeignReplies> replies;
+  /// Of those that are of too many keys, as was told.
+  std::uint64_t told_dropped = 0;
+  std::optional<RequestWriters> request_writers;
+  std::optional<ChannelStatusWriter> channels;
+  std::optional<wire::Writer<MachineStatus>> machines;
+  std::optional<wire::Writer<Event>> events;
+};
+
+void CallEndpoint::Impl::open() {
+  readers_post.emplace(executor, weak_from_this(), [this] { look_who_reads(); });
+  if (kind == Of::gateway) {
+    machines.emplace(participant, fabric(),
+                     wire::EndpointOptions{.lease = participant.options().lease});
+    channels.emplace(participant, fabric(), [this] { readers_post->post(); });
+  }
+  const dds::Listener on_readers(dds_create_listener(nullptr));
+  event_readers.listen(on_readers.get());
+  flush_post.emplace(executor, weak_from_this(), [this] { flush(); });
+  events.emplace(participant, fabric(),
+                 wire::EndpointOptions{.listener = on_readers.get(), .batched = true});
+  // The topic has no key, so any event stands for all of them.
+  const auto held = events->hold({.key = {.machine = "any", .channel = 1}});
+  assert(held);
+  static_cast<void>(held);
+
+  discovery_post.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
+  matches.emplace([this] { discovery_post->post(); });
+  reply_post.emplace(executor, weak_from_this(), [this] { drain_replies(); });
+  heartbeat_post.emplace(executor, weak_from_this(), [this] { drain_heartbeats(); });
+  request_writers.emplace(participant, executor, weak_from_this(), *matches);
+
+  const dds::Listener on_reply(dds_create_listener(nullptr));
+  reply_post->listen_for_data(on_reply.get());
+  matches->listen(on_reply.get());
+  replies.emplace(participant, wire::all_services(fabric()),
+                  wire::EndpointOptions{.listener = on_reply.get()});
+  liveness.open(participant, weak_from_this(), *discovery_post, *heartbeat_post);
+}
+
+void CallEndpoint::Impl::flush() {
+  events->flush();
+  if (channels) {
+    channels->flush();
+  }
+}
+
+void CallEndpoint::Impl::close() {
+  listener = nullptr;
+  flush();
+  request_writers.reset();
+  replies.reset();
+  liveness.close();
+}
+
+void CallEndpoint::Impl::look_who_reads() {
+  if (channels) {
+    channels->update_readers();
+  }
+  tell([&] { listener->on_readers(channels && channels->has_readers(), event_readers.present()); });
+}
+
+void CallEndpoint::Impl::drain_discovery() {
+  // Each callback may close this end.
+  if (listener == nullptr) {
+    return;
+  }
+  update();
+  // An instance that leaves may have answered just before.
+  drain_replies();
+  announce();
+}
+
+void CallEndpoint::Impl::update() {
+  Discovery::News news = liveness.update();
+  for (const wire::RequestPartition& seen : news.request_partitions) {
+    request_writers->open(seen);
+  }
+  for (const auto& [handle, is] : matches->take()) {
+    liveness.registry().matched(handle, is);
+  }
+  for (const InstanceId& instance : liveness.registry().take_vanished()) {
+    if (!liveness.registry().is_seen(instance)) {
+      request_writers->on_vanished(instance);
+    }
+  }
+  for (const Discovery::Ignored& one : news.ignored) {
+    if (auto line = log_limiter.admit(one.kind, one.about, one.reason, steady_now())) {
+      ignored.push_back(*std::move(line));
+    }
+  }
+}
+
+void CallEndpoint::Impl::announce() {
+  if (listener == nullptr) {
+    return;
+  }
+  const registry::InstanceRegistry::Changes changes = liveness.changes();
+  for (std::string& line : log_limiter.due(steady_now())) {
+    ignored.push_back(std::move(line));
+  }
+  if (replies) {
+    note_dropped();
+  }
+  if (participant.authenticator() != nullptr) {
+    std::ranges::move(participant.authenticator()->take_warnings(), std::back_inserter(ignored));
+  }
+  for (const std::string& reason : std::exchange(ignored, {})) {
+    tell([&] { listener->on_ignored(reason); });
+  }
+  for (const InstanceId& instance : changes.gone) {
+    tell([&] { listener->on_instance_gone(instance); });
+  }
+  for (const InstanceIdentity& instance : changes.ready) {
+    tell([&] { listener->on_instance_ready(instance); });
+  }
+  for (const InstanceIdentity& instance : changes.changed) {
+    tell([&] { listener->on_instance_changed(instance); });
+  }
+}
+
+void CallEndpoint::Impl::note_dropped() {
+  const std::uint64_t dropped = replies->dropped();
+  if (std::exchange(told_dropped, dropped) == dropped) {
+    return;
+  }
+  if (auto line = log_limiter.admit(
+          "keys", "",
+          fmt::format(
+              "replies to calls that nobody asked here, of more than {} channels, instances "
+              "and callers: those of others are dropped",
+              ReplyKeys::most_others),
+          steady_now())) {
+    ignored.push_back(*std::move(line));
+  }
+}
+
+void CallEndpoint::Impl::drain_replies() {
+  while (listener != nullptr) {
+    const auto batch = replies->take();
+    if (batch.empty()) {
+      return;
+    }
+    for (const wire::Taken<Reply>& taken : batch) {
+      if (taken.valid && listener != nullptr) {
+        take(taken);
+      }
+    }
+  }
+}
+
+/// Which instance a reply is from is not for the reply to say.
+void CallEndpoint::Impl::take(const wire::Taken<Reply>& taken) {
+  const Reply& reply = taken.value;
+  if (!liveness.registry().speaks_for(taken.writer, reply.instance)) {
+    // It may be here before anybody has looked who has come. That is announced in its own turn.
+    update();
+    discovery_post->post();
+  }
+  if (liveness.registry().speaks_for(taken.writer, reply.instance)) {
+    listener->on_reply(reply);
+    return;
+  }
+  ignore(
+      taken.writer,
+      fmt::format("{}: a reply to call {} in the name of instance {} is dropped: it does not come "
+                  "from that instance's writer",
+                  reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
+}
+
+void CallEndpoint::Impl::ignore(registry::EndpointHandle stranger, const std::string& reason) {
+  if (const auto line =
+          log_limiter.admit("stranger", std::to_string(stranger), reason, steady_now())) {
+    listener->on_ignored(*line);
+  }
+}
+
+void CallEndpoint::Impl::drain_heartbeats() {
+  const auto use = [this](registry::EndpointHandle writer, const InstanceLoad& load, bool is_theirs,
+                          SteadyTime) { take(writer, load, is_theirs); };
+  while (listener != nullptr && liveness.take_heartbeats(use)) {
+  }
+  // Somebody who was silent may be heard again.
+  announce();
+}
+
+/// Who it is from is not for the heartbeat to say.
+void CallEndpoint::Impl::take(registry::EndpointHandle writer, const InstanceLoad& load,
+                              bool is_theirs) {
+  if (listener == nullptr) {
+    return;
+  }
+  if (is_theirs) {
+    listener->on_load(load);
+  } else if (liveness.registry().is_seen(load.status.instance)) {
+    ignore(writer,
+           fmt::format("a heartbeat that speaks for instance {} is dropped: it does not come "
+                       "from that instance's process",
+                       load.status.instance.to_string()));
+  }
+}
+
+CallEndpoint::CallEndpoint(dds::Participant& participant, boost::asio::any_io_executor executor,
+                           CallEndpointListener& listener, Of of)
+    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener, of)) {
+  impl_->open();
+}
+
+CallEndpoint::~CallEndpoint() {
+  impl_->close();
+}
+
+tl::expected<void, std::string> CallEndpoint::publish(const Request& request) {
+  impl_->replies->ask(key_of(request));
+  return impl_->request_writers->publish(request);
+}
+
+void CallEndpoint::withdraw(const RequestKey& key) {
+  impl_->request_writers->withdraw(key);
+}
+
+tl::expected<void, std::string> CallEndpoint::publish(const ChannelStatus& status) {
+  auto put = impl_->channels->write(status);
+  if (impl_->channels->has_readers()) {
+    impl_->flush_post->post();
+  }
+  return put;
+}
+
+tl::expected<void, std::string> CallEndpoint::publish(const MachineStatus& status) {
+  return impl_->machines->write(status);
+}
+
+tl::expected<void, std::string> CallEndpoint::publish(const Event& event) {
+  // Nobody can ask for it later.
+  if (!impl_->event_readers.present()) {
+    return {};
+  }
+  auto written = impl_->events->write(event);
+  impl_->flush_post->post();
+  return written;
+}
+
+void CallEndpoint::assert_machines() {
+  impl_->machines->assert_itself();
+}
+
+void CallEndpoint::unregister(const ChannelKey& key) {
+  impl_->channels->unregister(key);
+  impl_->flush_post->post();
+}
+
+void CallEndpoint::unregister(const MachineStatus& status) {
+  // DDS reports no unregistration while another writer has this key.
+  MachineStatus last = status;
+  last.connected = false;
+  last.claimed = {};
+  static_cast<void>(impl_->machines->write(last));
+  impl_->machines->unregister(status);
+}
+
+}  // namespace millrace::fabric::endpoints

@@ -1,0 +1,97 @@
+// The gateway's end of the fabric: gives requests out, takes replies in, knows who is there.
+//
+//   CallEndpoint end(participant, executor, listener);
+//   end.publish(request);                   // to the partition of the instance it is assigned to
+//   end.withdraw(key_of(request));
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
+
+namespace millrace::fabric::endpoints {
+
+/// Called on the executor, one at a time.
+class CallEndpointListener {
+ public:
+  virtual ~CallEndpointListener() = default;
+  /// An instance is ready: its request reader and its reply writer are both matched.
+  virtual void on_instance_ready(const InstanceIdentity& instance) = 0;
+  /// Its user_data changed (draining, channels …).
+  virtual void on_instance_changed(const InstanceIdentity& instance) = 0;
+  /// It left, or its process has been silent for its lease. A hint, no proof of death: it may come
+  /// back with the same id.
+  virtual void on_instance_gone(const InstanceId& instance) = 0;
+  /// Repeats are delivered as they come: a call endpoint that lost an instance for a moment sees
+  /// the instance's last reply on each channel again. It is the word of `reply.instance`, whose
+  /// writer has sent it; everything else in it is as the instance, or another DDS, has put it
+  /// there.
+  virtual void on_reply(const Reply& reply) = 0;
+  /// What an instance does, by its process' latest heartbeat, which has only just come.
+  virtual void on_load(const InstanceLoad& load) { static_cast<void>(load); }
+  /// Who reads what is published beside calls: somebody reads states of channels, or events. Until
+  /// the first call nobody does.
+  virtual void on_readers(bool of_channels, bool of_events) {
+    static_cast<void>(of_channels);
+    static_cast<void>(of_events);
+  }
+  /// Somebody looks like an instance but cannot be one, or speaks in the name of one; `reason` says
+  /// who and why, for the log.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
+};
+
+/// RAII; its functions, its end and the executor's work must not overlap: use it on the executor,
+/// which runs one thing at a time and outlives it.
+class CallEndpoint {
+ public:
+  enum class Of : std::uint8_t {
+    /// Publishes what its machines and channels do, besides calls and events.
+    gateway,
+    /// Has no machines.
+    tool
+  };
+
+  /// Throws std::runtime_error with Cyclone's reason. `listener` is called from the executor only,
+  /// never from within a function of this class.
+  CallEndpoint(dds::Participant& participant, boost::asio::any_io_executor executor,
+               CallEndpointListener& listener, Of of = Of::gateway);
+  ~CallEndpoint();
+  CallEndpoint(const CallEndpoint&) = delete;
+  CallEndpoint& operator=(const CallEndpoint&) = delete;
+
+  /// Writes the pending call of a channel; replaces what was asked of the same instance for the
+  /// same channel. Fails for text over 127 bytes, a machine name over 63, and for an instance that
+  /// has not shown up. The first of a turn of the executor is sent at once, what follows at the
+  /// turn's end: calls that are given out together share datagrams.
+  tl::expected<void, std::string> publish(const Request& request);
+  /// Takes the pending call of a channel back from an instance: a handler that runs learns of it.
+  /// Nothing happens if there is none. Calls that are not taken back stay with the instances when
+  /// this end is gone.
+  void withdraw(const RequestKey& key);
+  /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
+  /// sample. Of a channel or a machine only a gateway's end.
+  tl::expected<void, std::string> publish(const ChannelStatus& status);
+  tl::expected<void, std::string> publish(const MachineStatus& status);
+  tl::expected<void, std::string> publish(const Event& event);
+  /// Says that whoever runs this end is there. Machines are orphaned for those who read of them,
+  /// and another gateway takes them over, when nothing was published of them and this was not
+  /// called for the participant's lease: also if only the executor hangs. Then they are to be
+  /// published anew.
+  void assert_machines();
+  /// The channel, or the machine, is not ours any more; another gateway may tell of it.
+  void unregister(const ChannelKey& key);
+  void unregister(const MachineStatus& status);
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::endpoints

@@ -1,0 +1,45 @@
+// Reads Cyclone's built-in topics: which request readers, reply writers and writers of heartbeats
+// there are, and whose.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fabric/dds/entity.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/registry/instance_registry.hpp"
+#include "fabric/wire/topics.hpp"
+
+namespace millrace::fabric::endpoints {
+
+class Discovery {
+ public:
+  /// `listener` is called in Cyclone's thread when there is something to drain.
+  Discovery(const dds::Participant& participant, const dds_listener_t* listener);
+
+  struct Ignored {
+    /// What is wrong in a word, and whose: what is said of it is limited by these.
+    std::string kind;
+    std::string about;
+    std::string reason;
+  };
+  struct News {
+    /// Whose request readers were seen, new or not.
+    std::vector<wire::RequestPartition> request_partitions;
+    /// Endpoints that look like an instance's but do not count, and why.
+    std::vector<Ignored> ignored;
+  };
+  /// Feeds the registry with what is new.
+  News drain(registry::InstanceRegistry& registry, SteadyTime now);
+
+ private:
+  void drain_readers(registry::InstanceRegistry& registry, SteadyTime now, News& news);
+  void drain_writers(registry::InstanceRegistry& registry, News& news);
+
+  std::string fabric_;
+  dds::Entity readers_;
+  dds::Entity writers_;
+};
+
+}  // namespace millrace::fabric::endpoints

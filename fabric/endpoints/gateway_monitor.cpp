@@ -1,0 +1,423 @@
+#include "fabric/endpoints/gateway_monitor.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/program/barrier.hpp"
+#include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/key_owners.hpp"
+#include "fabric/log_limiter.hpp"
+#include "fabric/wire/reader.hpp"
+
+namespace millrace::fabric::endpoints {
+
+namespace {
+
+using Handle = dds_instance_handle_t;
+/// By machine and gateway.
+using ClaimKey = std::pair<std::string, InstanceId>;
+
+struct MachineClaim {
+  Handle participant = DDS_HANDLE_NIL;
+  MachineStatus status{};
+  /// Its writer is taken for gone.
+  bool lost = false;
+};
+struct OwnedChannel {
+  Handle participant = DDS_HANDLE_NIL;
+  ChannelStatus status{};
+};
+using Claims = KeyOwners<ClaimKey, MachineClaim>;
+using Channels = KeyOwners<ChannelKey, OwnedChannel>;
+
+bool covers(const MachineStatus& status, const ChannelKey& key) {
+  const bool queue = machine_of(key.machine) != key.machine;
+  return queue || status.claims.empty() || std::ranges::count(status.claims, key.channel) > 0;
+}
+
+/// Nobody speaks for a gateway but itself, also while it is taken for gone.
+constexpr auto first_come = [](const auto&, const auto&) { return 0; };
+
+}  // namespace
+
+struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
+  Impl(dds::Participant& own_participant, boost::asio::any_io_executor own_executor,
+       GatewayMonitorListener& own_listener, Of own_kind)
+      : participant(own_participant),
+        executor(std::move(own_executor)),
+        listener(&own_listener),
+        of(own_kind) {}
+
+  void open();
+  void subscribe_channels();
+  void close();
+  void drain_machines();
+  void drain_channels();
+  void listen_for_losses(dds_listener_t* on_machine);
+  void take(const wire::Taken<MachineStatus>& taken);
+  void take(const wire::Taken<ChannelStatus>& taken);
+  void take_lost_writers();
+  void lose(const ClaimKey& key, MachineClaim& claim);
+  /// Whose certificates have been taken back since: what they have said holds no more.
+  void drop_revoked();
+  void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
+  template <typename IsGone>
+  void forget_channels(const IsGone& is_gone);
+  /// Others speak for channels since claims have changed.
+  void settle_channels();
+  void ignore(Handle writer, const std::string& program, const std::string& what);
+  /// The participant's first claim of this channel that holds, or the end of time.
+  [[nodiscard]] Time claimed(Handle participant, const ChannelKey& key);
+  /// `use(claim)` for each claim of this machine.
+  template <typename Use>
+  void for_claims(const std::string& machine, const Use& use) {
+    claims.each_from({machine, {}}, [&](const ClaimKey& key, Claims::Sample& sample) {
+      const bool same = key.first == machine;
+      if (same) {
+        use(sample.value);
+      }
+      return same;
+    });
+  }
+  [[nodiscard]] auto by_claim() {
+    return [this](const ChannelKey& key, const Channels::Sample& sample) {
+      return claimed(sample.value.participant, key);
+    };
+  }
+
+  /// Calls the listener, which may end this watch in any of its functions.
+  template <typename Tell>
+  void tell(Tell tell) {
+    if (listener != nullptr) {
+      tell();
+    }
+  }
+
+  dds::Participant& participant;
+  boost::asio::any_io_executor executor;
+  /// Null once the watch is closed.
+  GatewayMonitorListener* listener;
+  const Of of;
+  // Before the readers that wake them.
+  std::optional<dds::PostOnce> machine_post;
+  std::optional<dds::PostOnce> channel_post;
+  std::optional<dds::Authenticator::ChangeQueue> identity_changes;
+  Claims claims;
+  bool claims_differ = false;
+  /// What gateways say of channels; of all only.
+  Channels owned_channels;
+  LogLimiter log_limiter;
+  std::mutex lock;
+  /// Writers that are gone or taken for gone; with the lock, since Cyclone's threads add to it. DDS
+  /// says that of each writer, while the state of an instance is one for all who write its key.
+  std::vector<Handle> lost_writers;
+  std::optional<wire::Reader<MachineStatus>> machines;
+  std::optional<wire::Reader<ChannelStatus>> channels;
+};
+
+void GatewayMonitor::Impl::open() {
+  machine_post.emplace(executor, weak_from_this(), [this] { drain_machines(); });
+  const dds::Listener on_machine(dds_create_listener(nullptr));
+  machine_post->listen_for_data(on_machine.get());
+  listen_for_losses(on_machine.get());
+  machines.emplace(
+      participant, participant.options().fabric, of == Of::all ? wire::Keep::all : wire::Keep::last,
+      wire::EndpointOptions{.listener = on_machine.get(), .others_only = of == Of::others});
+  if (participant.authenticator() != nullptr) {
+    identity_changes.emplace(*participant.authenticator(), [this] { machine_post->post(); });
+  }
+}
+
+void GatewayMonitor::Impl::subscribe_channels() {
+  if (channels) {
+    return;
+  }
+  channel_post.emplace(executor, weak_from_this(), [this] { drain_channels(); });
+  const dds::Listener on_channel(dds_create_listener(nullptr));
+  channel_post->listen_for_data(on_channel.get());
+  if (of == Of::all) {
+    listen_for_losses(on_channel.get());
+  }
+  // Several gateways may have spoken of one channel, and the newest word need not be the one that
+  // counts.
+  channels.emplace(
+      participant, participant.options().fabric, wire::Keep::all,
+      wire::EndpointOptions{.listener = on_channel.get(), .others_only = of == Of::others});
+}
+
+void GatewayMonitor::Impl::close() {
+  listener = nullptr;
+  identity_changes.reset();
+  machines.reset();
+  channels.reset();
+}
+
+void GatewayMonitor::Impl::drain_machines() {
+  // What they did last comes first: the end of a gateway is judged by it.
+  drain_channels();
+  // Each callback may close this watch.
+  while (listener != nullptr && machines) {
+    const auto batch = machines->take();
+    if (const auto flood = machines->take_flooding()) {
+      warn_limited("keys", *flood, *flood);
+    }
+    if (batch.empty()) {
+      take_lost_writers();
+      drop_revoked();
+      settle_channels();
+      return;
+    }
+    for (const wire::Taken<MachineStatus>& taken : batch) {
+      tell([&] { take(taken); });
+    }
+  }
+}
+
+/// That a gateway is gone is not for another one to say. None ever disposes its key, so an instance
+/// that is disposed says nothing, also one that a sample of its gateway shows.
+void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
+  const MachineStatus& status = taken.value;
+  const ClaimKey key(status.machine, status.gateway);
+  Claims::Sample* const known = claims.find(key);
+  if (taken.instance_state == wire::InstanceState::no_writers) {
+    if (known != nullptr) {
+      lose(key, known->value);
+    } else if (taken.valid) {
+      listener->on_machine_gone(key.first, key.second);
+    }
+    return;
+  }
+  if (!taken.valid) {
+    return;
+  }
+  claims_differ = true;
+  const bool had_claimed = known != nullptr && known->value.status.claimed != Time{};
+  if (had_claimed && known->writer == taken.writer && status.claimed == Time{}) {
+    lose(key, known->value);
+    claims.forget(key);
+  } else if (claims.update(key, taken.writer, {machines->participant_of(taken.writer), status},
+                           first_come)) {
+    listener->on_machine(status);
+  } else {
+    ignore(taken.writer, machines->program_of(taken.writer),
+           fmt::format("says what gateway {} of {} does", status.gateway.to_string(),
+                       base::text::safe(status.machine)));
+  }
+}
+
+void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim) {
+  claims_differ = true;
+  if (!std::exchange(claim.lost, true)) {
+    tell([&] { listener->on_machine_gone(key.first, key.second); });
+  }
+}
+
+void GatewayMonitor::Impl::ignore(Handle writer, const std::string& program,
+                                  const std::string& what) {
+  warn_limited(
+      "speaker", std::to_string(writer),
+      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
+}
+
+void GatewayMonitor::Impl::warn_limited(const std::string& kind, const std::string& about,
+                                        const std::string& text) {
+  if (const auto line = log_limiter.admit(kind, about, text, std::chrono::steady_clock::now())) {
+    tell([&] { listener->on_ignored(*line); });
+  }
+}
+
+void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* listener_of_reader) {
+  const auto add = [](dds_entity_t, const dds_liveliness_changed_status_t status,
+                      void* self) noexcept {
+    auto& impl = *static_cast<Impl*>(self);
+    if (status.alive_count_change < 0) {
+      base::program::contain("noting that a gateway is gone", [&] {
+        const std::lock_guard guard(impl.lock);
+        impl.lost_writers.push_back(status.last_publication_handle);
+      });
+      impl.machine_post->post();
+    }
+  };
+  dds_lset_liveliness_changed_arg(listener_of_reader, add, this, true);
+}
+
+void GatewayMonitor::Impl::take_lost_writers() {
+  std::vector<Handle> lost;
+  {
+    const std::lock_guard guard(lock);
+    lost.swap(lost_writers);
+  }
+  if (lost.empty() || listener == nullptr) {
+    return;
+  }
+  const std::vector<Handle> there = machines->matched();
+  const std::vector<Handle> channels_there = channels ? channels->matched() : std::vector<Handle>{};
+  const auto is_gone_from = [](const std::vector<Handle>& matched) {
+    return [&matched](Handle writer) { return std::ranges::count(matched, writer) == 0; };
+  };
+  claims.each_from({}, [&](const ClaimKey& key, Claims::Sample& sample) {
+    if (std::ranges::count(lost, sample.writer) > 0) {
+      lose(key, sample.value);
+    }
+    return listener != nullptr;
+  });
+  claims.forget(is_gone_from(there));
+  forget_channels(is_gone_from(channels_there));
+}
+
+void GatewayMonitor::Impl::drop_revoked() {
+  if (!identity_changes || identity_changes->take().empty()) {
+    return;
+  }
+  const auto revoked = [this](Handle writer) {
+    return participant.authenticator()->of_writer(writer).revoked;
+  };
+  claims.each_from({}, [&](const ClaimKey& key, Claims::Sample& sample) {
+    if (revoked(sample.writer)) {
+      lose(key, sample.value);
+    }
+    return listener != nullptr;
+  });
+  claims.forget(revoked);
+  forget_channels(revoked);
+}
+
+void GatewayMonitor::Impl::drain_channels() {
+  while (listener != nullptr && channels) {
+    const auto batch = channels->take();
+    if (const auto flood = channels->take_flooding()) {
+      warn_limited("keys", *flood, *flood);
+    }
+    if (batch.empty()) {
+      return;
+    }
+    for (const wire::Taken<ChannelStatus>& taken : batch) {
+      tell([&] { take(taken); });
+    }
+  }
+}
+
+void GatewayMonitor::Impl::take(const wire::Taken<ChannelStatus>& taken) {
+  const ChannelKey& key = taken.value.key;
+  // A gateway weighs itself what others have said of a channel.
+  if (of == Of::others) {
+    if (taken.valid) {
+      listener->on_channel(taken.value);
+    }
+    return;
+  }
+  if (taken.valid &&
+      owned_channels.update(key, taken.writer,
+                            {channels->participant_of(taken.writer), taken.value}, by_claim())) {
+    listener->on_channel(taken.value);
+  } else if (taken.valid) {
+    ignore(taken.writer, channels->program_of(taken.writer),
+           "tells of " + base::text::safe(key.to_string()));
+  }
+  if (taken.instance_state == wire::InstanceState::no_writers &&
+      owned_channels.find(key) != nullptr) {
+    owned_channels.forget(key);
+    tell([&] { listener->on_channel_gone(key); });
+  }
+}
+
+Time GatewayMonitor::Impl::claimed(Handle who, const ChannelKey& key) {
+  Time first = Time::max();
+  for_claims(std::string(machine_of(key.machine)), [&](const MachineClaim& claim) {
+    if (claim.participant == who && !claim.lost && is_plausible_claim(claim.status.claimed) &&
+        covers(claim.status, key)) {
+      first = std::min(first, claim.status.claimed);
+    }
+  });
+  return first;
+}
+
+void GatewayMonitor::Impl::settle_channels() {
+  if (!std::exchange(claims_differ, false)) {
+    return;
+  }
+  for (const ChannelKey& key : owned_channels.rank_again(by_claim())) {
+    tell([&] { listener->on_channel(owned_channels.find(key)->value.status); });
+  }
+}
+
+/// Who claims the channel speaks for it then; if none does, no one.
+template <typename IsGone>
+void GatewayMonitor::Impl::forget_channels(const IsGone& is_gone) {
+  const std::vector<ChannelKey> changed = owned_channels.forget(is_gone);
+  owned_channels.rank_again(by_claim());
+  for (const ChannelKey& key : changed) {
+    const Channels::Sample* const next = owned_channels.find(key);
+    if (next != nullptr && claimed(next->value.participant, key) < Time::max()) {
+      tell([&] { listener->on_channel(next->value.status); });
+    } else {
+      owned_channels.forget(key);
+      tell([&] { listener->on_channel_gone(key); });
+    }
+  }
+}
+
+GatewayMonitor::GatewayMonitor(dds::Participant& participant, boost::asio::any_io_executor executor,
+                               GatewayMonitorListener& listener, Of of)
+    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener, of)) {
+  impl_->open();
+}
+
+GatewayMonitor::~GatewayMonitor() {
+  impl_->close();
+}
+
+void GatewayMonitor::subscribe_channels() {
+  impl_->subscribe_channels();
+}
+
+void GatewayMonitor::drain() {
+  const auto alive = impl_;
+  alive->drain_machines();
+}
+
+bool GatewayMonitor::is_gateway(registry::EndpointHandle participant,
+                                const InstanceId& gateway) const {
+  bool is = false;
+  impl_->claims.each_from({}, [&](const ClaimKey& key, const Claims::Sample& sample) {
+    is = key.second == gateway && sample.value.participant == participant &&
+         participant != DDS_HANDLE_NIL;
+    return !is;
+  });
+  return is;
+}
+
+bool GatewayMonitor::claims(registry::EndpointHandle participant,
+                            const std::string& machine) const {
+  bool does = false;
+  impl_->for_claims(std::string(machine_of(machine)), [&](const MachineClaim& claim) {
+    does = does || (claim.participant == participant && participant != DDS_HANDLE_NIL);
+  });
+  return does;
+}
+
+std::optional<bool> GatewayMonitor::has_epoch(registry::EndpointHandle participant,
+                                              const std::string& machine,
+                                              std::uint64_t epoch) const {
+  std::optional<bool> has;
+  impl_->for_claims(std::string(machine_of(machine)), [&](const MachineClaim& claim) {
+    if (claim.status.epoch == epoch && !claim.lost) {
+      has = has.value_or(false) || claim.participant == participant;
+    }
+  });
+  return has;
+}
+
+std::uint64_t GatewayMonitor::lost() const {
+  return impl_->machines->lost() + (impl_->channels ? impl_->channels->lost() : 0);
+}
+
+}  // namespace millrace::fabric::endpoints

@@ -1,0 +1,72 @@
+// What gateways say: which machines and channels they claim, and what goes on in those. Whose word
+// counts is decided here: a gateway speaks for itself, that is the participant that has used its id
+// first; for a channel speaks who claims its machine, of several gateways the one that has claimed
+// it first. Who serves a machine may so be taken over once its gateway is gone, and not before.
+//
+//   GatewayMonitor monitor(participant, executor, listener);
+//   monitor.subscribe_channels();                 // from now on also their channels
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/registry/instance_registry.hpp"
+
+namespace millrace::fabric::endpoints {
+
+/// Called on the executor, one at a time.
+class GatewayMonitorListener {
+ public:
+  virtual ~GatewayMonitorListener() = default;
+  virtual void on_machine(const MachineStatus& status) = 0;
+  /// The gateway has let go of the machine, or is gone, or is taken for gone.
+  virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway) = 0;
+  virtual void on_channel(const ChannelStatus& status) = 0;
+  /// No gateway tells of the channel any more.
+  virtual void on_channel_gone(const ChannelKey& key) { static_cast<void>(key); }
+  /// A participant speaks in the place of a gateway; once a minute of each.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
+};
+
+class GatewayMonitor {
+ public:
+  /// Whose statements are listened to.
+  enum class Of : std::uint8_t { others, all };
+
+  /// Throws std::runtime_error with Cyclone's reason.
+  GatewayMonitor(dds::Participant& participant, boost::asio::any_io_executor executor,
+                 GatewayMonitorListener& listener, Of of = Of::others);
+  ~GatewayMonitor();
+  GatewayMonitor(const GatewayMonitor&) = delete;
+  GatewayMonitor& operator=(const GatewayMonitor&) = delete;
+
+  /// Listens to channels too, as they are now and as they change; costs a little with each call on
+  /// the fabric.
+  void subscribe_channels();
+  /// Tells what has arrived and was not told yet.
+  void drain();
+
+  /// The participant, as samples of built-in topics name it, is this gateway.
+  [[nodiscard]] bool is_gateway(registry::EndpointHandle participant,
+                                const InstanceId& gateway) const;
+  /// The participant is a gateway that claims this machine, or that of this queue.
+  [[nodiscard]] bool claims(registry::EndpointHandle participant, const std::string& machine) const;
+  /// The participant is the gateway of the machine whose calls have this epoch; nothing: none has.
+  [[nodiscard]] std::optional<bool> has_epoch(registry::EndpointHandle participant,
+                                              const std::string& machine,
+                                              std::uint64_t epoch) const;
+  /// Samples that were gone before they arrived.
+  [[nodiscard]] std::uint64_t lost() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::endpoints

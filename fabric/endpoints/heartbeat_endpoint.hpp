@@ -1,0 +1,35 @@
+// The end of a process that has instances: says that it is there, and what they do.
+//
+//   HeartbeatEndpoint end(participant);
+//   end.publish({.process = process, .at = now, .loads = …});      // four times in the lease
+#pragma once
+
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/wire/writer.hpp"
+
+namespace millrace::fabric::endpoints {
+
+class HeartbeatEndpoint {
+ public:
+  /// Heartbeats in the lease of a participant's instances: who listens takes silence for four
+  /// fifths of it for their end, so that two heartbeats may be lost or late.
+  static constexpr int heartbeats_per_lease = 4;
+
+  /// Throws std::runtime_error with Cyclone's reason.
+  explicit HeartbeatEndpoint(const dds::Participant& participant)
+      : writer_(participant, participant.options().fabric) {}
+
+  /// Fails for too many loads or calls. From any thread.
+  tl::expected<void, std::string> publish(const Heartbeat& heartbeat) {
+    return writer_.write(heartbeat);
+  }
+
+ private:
+  wire::Writer<Heartbeat> writer_;
+};
+
+}  // namespace millrace::fabric::endpoints

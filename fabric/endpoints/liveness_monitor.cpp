@@ -1,0 +1,129 @@
+#include "fabric/endpoints/liveness_monitor.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+
+namespace millrace::fabric::endpoints {
+
+namespace {
+
+/// A timer that rings so late says that this process got no processor: its threads that receive may
+/// not have got one either.
+constexpr std::chrono::milliseconds stall{50};
+
+SteadyTime now() {
+  return std::chrono::steady_clock::now();
+}
+
+}  // namespace
+
+void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<void> alive,
+                           dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat) {
+  alive_ = std::move(alive);
+  on_endpoint_ = &on_endpoint;
+  authenticator_ = participant.authenticator();
+  if (authenticator_ != nullptr) {
+    registry_.require_authentication();
+    identity_changes_.emplace(*authenticator_, [&on_endpoint] { on_endpoint.post(); });
+  }
+  const dds::Listener heartbeat_listener(dds_create_listener(nullptr));
+  on_heartbeat.listen_for_data(heartbeat_listener.get());
+  heartbeats_.emplace(participant, participant.options().fabric, wire::Keep::last,
+                      wire::EndpointOptions{.listener = heartbeat_listener.get()});
+
+  const dds::Listener endpoint_listener(dds_create_listener(nullptr));
+  on_endpoint.listen_for_data(endpoint_listener.get());
+  discovery_.emplace(participant, endpoint_listener.get());
+}
+
+void LivenessMonitor::close() {
+  silence_.cancel();
+  identity_changes_.reset();
+  heartbeats_.reset();
+  discovery_.reset();
+}
+
+Discovery::News LivenessMonitor::update() {
+  if (!discovery_) {
+    return {};
+  }
+  Discovery::News news = discovery_->drain(registry_, now());
+  if (identity_changes_) {
+    check_identities(news);
+  }
+  if (const auto flood = std::exchange(flooding_, std::nullopt)) {
+    news.ignored.push_back({"keys", *flood, *flood});
+  }
+  return news;
+}
+
+void LivenessMonitor::check_identities(Discovery::News& news) {
+  for (const dds_instance_handle_t participant : identity_changes_->take()) {
+    const dds::Authenticator::Known known = authenticator_->look_up(participant);
+    if (known.status.revoked) {
+      registry_.authenticated(participant, std::nullopt);
+      for (const InstanceId& instance : registry_.instances_of(participant)) {
+        news.ignored.push_back(
+            {"revoked", instance.to_string(),
+             fmt::format("instance {} is put off: the certificate of {} has been revoked",
+                         instance.to_string(), base::text::safe(known.status.identity->name))});
+      }
+    } else if (!known.there) {
+      registry_.authenticated_gone(participant);
+    } else if (known.status.identity) {
+      registry_.authenticated(participant, known.status.identity->name);
+    }
+  }
+  for (const auto& [instance, uuid] : registry_.take_unauthenticated()) {
+    news.ignored.push_back(
+        {"unauthenticated", instance.to_string(),
+         fmt::format(
+             "instance {} of {} gets no calls: its process announces no identity "
+             "certificate. It is of an earlier version (`millrace trust renew` its material "
+             "and start it with this one), or of another vendor (docs/wire.md)",
+             instance.to_string(), base::text::safe(uuid))});
+  }
+}
+
+registry::InstanceRegistry::Changes LivenessMonitor::changes() {
+  registry::InstanceRegistry::Changes changes = registry_.changes();
+  await_silence();
+  return changes;
+}
+
+void LivenessMonitor::await_silence() {
+  const auto next = registry_.next_time();
+  if (next == silence_at_) {
+    return;
+  }
+  silence_at_ = next;
+  silence_.cancel();
+  if (!next) {
+    return;
+  }
+  silence_.expires_at(*next);
+  silence_.async_wait([this, alive = alive_, due = *next](boost::system::error_code error) {
+    const auto owner = alive.lock();
+    if (!error && owner && discovery_) {
+      on_silence(due);
+    }
+  });
+}
+
+void LivenessMonitor::on_silence(SteadyTime due) {
+  silence_at_.reset();
+  const SteadyTime at = now();
+  at - due > stall ? registry_.start_over(at) : registry_.stood_still(at - due);
+  owner_.drain_heartbeats();
+  registry_.on_time(now());
+  if (identity_changes_) {
+    // Who has proved nothing is told of in its turn.
+    on_endpoint_->post();
+  }
+  owner_.announce();
+}
+
+}  // namespace millrace::fabric::endpoints

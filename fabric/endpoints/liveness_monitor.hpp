@@ -1,0 +1,108 @@
+// Who is there: what discovery and heartbeats say goes into a registry, and a timer rings when
+// somebody has been silent for too long. For the endpoints that want to know of instances.
+//
+//   LivenessMonitor liveness(executor, {.drain_heartbeats = …, .announce = …});
+//   liveness.open(participant, weak_from_this(), on_endpoint, on_heartbeat);   // who posts for them
+//   liveness.update();                                   // in the turn that on_endpoint posts
+//   while (liveness.take_heartbeats([&](writer, load, is_theirs, at) { … })) {}      // in that of on_heartbeat
+//   for (const InstanceId& instance : liveness.changes().gone) …               // after either
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/endpoints/discovery.hpp"
+#include "fabric/registry/instance_registry.hpp"
+#include "fabric/wire/reader.hpp"
+
+namespace millrace::fabric::endpoints {
+
+/// To be used on one executor, which runs one thing at a time.
+class LivenessMonitor {
+ public:
+  /// What its owner does when it is to be seen who has fallen silent.
+  struct Owner {
+    /// Takes the heartbeats that have come: while this process stood still it heard nobody, and
+    /// what has come since is not silence.
+    std::function<void()> drain_heartbeats;
+    /// Tells of changes().
+    std::function<void()> announce;
+  };
+
+  LivenessMonitor(const boost::asio::any_io_executor& executor, Owner owner)
+      : owner_(std::move(owner)), silence_(executor) {}
+  LivenessMonitor(const LivenessMonitor&) = delete;
+  LivenessMonitor& operator=(const LivenessMonitor&) = delete;
+
+  /// Throws std::runtime_error with Cyclone's reason. `alive` sees the owner gone; `on_endpoint`
+  /// and `on_heartbeat` outlive what is opened here, which close() ends.
+  void open(const dds::Participant& participant, std::weak_ptr<void> alive,
+            dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat);
+  void close();
+
+  /// Takes in what discovery and identities have told since.
+  Discovery::News update();
+
+  /// Takes a batch of heartbeats and calls use(writer, load, is_theirs, at) for what each says of
+  /// an instance: `is_theirs` if that instance is of the process that sends heartbeats. False if
+  /// there was none.
+  template <typename Use>
+  bool take_heartbeats(Use use);
+
+  /// What is different since the last call; sets the timer.
+  registry::InstanceRegistry::Changes changes();
+
+  [[nodiscard]] registry::InstanceRegistry& registry() { return registry_; }
+
+ private:
+  void check_identities(Discovery::News& news);
+  void await_silence();
+  void on_silence(SteadyTime due);
+
+  Owner owner_;
+  std::weak_ptr<void> alive_;
+  registry::InstanceRegistry registry_;
+  std::optional<Discovery> discovery_;
+  std::optional<wire::Reader<Heartbeat>> heartbeats_;
+  /// Who sends heartbeats for ever new processes, until it was told.
+  std::optional<std::string> flooding_;
+  /// Null without trust.
+  dds::Authenticator* authenticator_ = nullptr;
+  std::optional<dds::Authenticator::ChangeQueue> identity_changes_;
+  dds::PostOnce* on_endpoint_ = nullptr;
+  boost::asio::steady_timer silence_;
+  std::optional<SteadyTime> silence_at_;
+};
+
+template <typename Use>
+bool LivenessMonitor::take_heartbeats(Use use) {
+  if (!heartbeats_) {
+    return false;
+  }
+  const auto batch = heartbeats_->take();
+  if (auto flood = heartbeats_->take_flooding()) {
+    flooding_ = *std::move(flood);
+    on_endpoint_->post();
+  }
+  const SteadyTime at = std::chrono::steady_clock::now();
+  for (const wire::Taken<Heartbeat>& taken : batch) {
+    // Of a process that nobody knows yet it may be the first, and is followed by the next one.
+    if (!taken.valid || !registry_.heartbeat(taken.writer, at)) {
+      continue;
+    }
+    for (const InstanceLoad& load : taken.value.loads) {
+      use(taken.writer, load, registry_.heartbeats_for(taken.writer, load.status.instance), at);
+    }
+  }
+  return !batch.empty();
+}
+
+}  // namespace millrace::fabric::endpoints

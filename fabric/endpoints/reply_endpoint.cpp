@@ -1,0 +1,283 @@
+#include "fabric/endpoints/reply_endpoint.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/serial_listener.hpp"
+#include "fabric/log_limiter.hpp"
+#include "fabric/recent_keys.hpp"
+#include "fabric/registry/identity.hpp"
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+
+namespace millrace::fabric::endpoints {
+
+namespace {
+
+/// The last answer to so many channels of gateways stays for who finds this end later. Far more
+/// than ever wait; about 1 kB each.
+constexpr std::size_t most_answered = 4096;
+
+/// Whoever asks.
+RequestKey any_of(RequestKey key) {
+  key.requester = 0;
+  return key;
+}
+
+/// Only a sample takes a request back: DDS says of each sample who wrote it, but not who disposed a
+/// key of which samples are still to be taken.
+bool takes_back(const wire::Taken<Request>& taken) {
+  return taken.valid && taken.authorization == Authorization::granted && is_withdrawal(taken.value);
+}
+
+}  // namespace
+
+struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
+  Impl(dds::Participant& own_participant, InstanceIdentity own_identity,
+       ReplyEndpointListener& own_listener)
+      : participant(own_participant),
+        identity(std::move(own_identity)),
+        listener(&own_listener),
+        replies(participant,
+                wire::service_partition(own_participant.options().fabric, identity.uuid),
+                {.user_data = registry::format_instance(identity.id)}) {}
+
+  void open(const boost::asio::any_io_executor& executor);
+  void open_directly();
+  void read(const dds::Listener& on_request);
+  void close();
+  void drain();
+  void tell(const wire::Taken<Request>& taken, bool is_over);
+  void decline(const wire::Taken<Request>& taken);
+  void add_requester(const wire::Taken<Request>& taken);
+  tl::expected<void, std::string> answer(const Reply& reply);
+
+  dds::Participant& participant;
+  const InstanceIdentity identity;
+  /// Null once the end is closed.
+  ReplyEndpointListener* listener;
+  wire::Writer<Reply> replies;
+  std::mutex answering;
+  RecentKeys answered{most_answered};
+  /// Who has asked what, of those that may: who may not says nothing about that, and who has not
+  /// takes nothing back. Under `answering`.
+  RecentKeys asked{most_answered};
+  std::unordered_map<RequestKey, std::uint64_t, RequestKeyHash> requesters;
+  LogLimiter log_limiter;
+  // One of them, before the reader that wakes it.
+  std::optional<dds::PostOnce> post;
+  std::optional<dds::SerialListener> serial;
+  std::optional<wire::Reader<Request>> requests;
+};
+
+void ReplyEndpoint::Impl::open(const boost::asio::any_io_executor& executor) {
+  post.emplace(executor, weak_from_this(), [this] { drain(); });
+  const dds::Listener on_request(dds_create_listener(nullptr));
+  post->listen_for_data(on_request.get());
+  read(on_request);
+}
+
+void ReplyEndpoint::Impl::open_directly() {
+  serial.emplace([this] { drain(); });
+  const dds::Listener on_request(dds_create_listener(nullptr));
+  serial->listen_for_data(on_request.get());
+  read(on_request);
+  serial->open();
+}
+
+void ReplyEndpoint::Impl::read(const dds::Listener& on_request) {
+  requests.emplace(
+      participant,
+      wire::request_partition(participant.options().fabric, identity.uuid, identity.id),
+      // All, so that a stranger does not push out what a gateway has asked.
+      wire::Keep::all,
+      wire::EndpointOptions{.user_data = registry::format_identity(identity),
+                            .listener = on_request.get(),
+                            .deliver_unauthorized = true});
+}
+
+void ReplyEndpoint::Impl::close() {
+  requests->silence();
+  listener = nullptr;
+  requests.reset();
+}
+
+void ReplyEndpoint::Impl::drain() {
+  // Each callback may close this end.
+  while (listener != nullptr) {
+    auto batch = requests->take();
+    if (const auto flood = requests->take_flooding()) {
+      if (const auto line =
+              log_limiter.admit("keys", *flood, *flood, std::chrono::steady_clock::now())) {
+        listener->on_ignored(*line);
+      }
+      if (listener == nullptr) {
+        return;
+      }
+    }
+    if (batch.empty()) {
+      return;
+    }
+    for (wire::Taken<Request>& taken : batch) {
+      taken.value.requester =
+          requests->authorizer().requester_of(taken.writer, taken.value.key.machine);
+    }
+    for (auto taken = batch.begin(); taken != batch.end() && listener != nullptr; ++taken) {
+      tell(*taken, std::any_of(taken + 1, batch.end(), [&](const wire::Taken<Request>& later) {
+        return takes_back(later) && key_of(later.value) == key_of(taken->value);
+      }));
+    }
+  }
+}
+
+/// `is_over`: it is taken back by a sample that is here, too.
+void ReplyEndpoint::Impl::tell(const wire::Taken<Request>& taken, bool is_over) {
+  if (taken.authorization != Authorization::granted) {
+    decline(taken);
+    return;
+  }
+  add_requester(taken);
+  if (listener == nullptr) {
+    return;
+  }
+  if (takes_back(taken)) {
+    listener->on_withdrawn(key_of(taken.value));
+  } else if (taken.instance_state == wire::InstanceState::no_writers) {
+    // Its request may be here too, untaken: a gateway that leaves overtakes it.
+    listener->on_orphaned(key_of(taken.value));
+  } else if (taken.valid && !is_over && taken.value.assigned == identity.id) {
+    // The partition is this instance's alone; who writes for another one into it is mistaken.
+    listener->on_request(taken.value);
+  }
+}
+
+/// A gateway that has started again asks with another writer than before, once; that a stranger
+/// uses the ids of its calls looks the same at first.
+void ReplyEndpoint::Impl::add_requester(const wire::Taken<Request>& taken) {
+  const RequestKey key = key_of(taken.value);
+  std::string reason;
+  {
+    const std::lock_guard lock(answering);
+    const bool asks = taken.valid && !is_withdrawal(taken.value);
+    if (asks) {
+      if (const auto old = asked.use(any_of(key))) {
+        requesters.erase(*old);
+      }
+    }
+    const auto known = requesters.find(any_of(key));
+    if (known == requesters.end()) {
+      if (asks) {
+        requesters.emplace(any_of(key), key.requester);
+      }
+      return;
+    }
+    if (known->second == key.requester || taken.instance_state == wire::InstanceState::no_writers) {
+      return;
+    }
+    if (asks) {
+      known->second = key.requester;
+    }
+    if (auto line = log_limiter.admit(
+            "requester", std::to_string(taken.writer),
+            fmt::format("{}: participant {} {} epoch {:x}, in which another one has asked{}",
+                        base::text::safe(key.key.to_string()), requests->program_of(taken.writer),
+                        asks ? "asks in" : "takes back a call of", key.epoch,
+                        asks ? "" : ": the call goes on"),
+            std::chrono::steady_clock::now())) {
+      reason = *std::move(line);
+    }
+  }
+  if (!reason.empty()) {
+    listener->on_ignored(reason);
+  }
+}
+
+void ReplyEndpoint::Impl::decline(const wire::Taken<Request>& taken) {
+  const Request& request = taken.value;
+  requests->authorizer().warn_limited(taken.writer, wire::authorization_scope_of(request),
+                                      wire::request_topic.name);
+  if (!taken.valid || taken.instance_state != wire::InstanceState::alive ||
+      request.assigned != identity.id) {
+    return;
+  }
+  {
+    // What is said of the calls of a gateway that may ask is for it to hear alone.
+    const std::lock_guard lock(answering);
+    if (requesters.contains(any_of(key_of(request)))) {
+      return;
+    }
+  }
+  static_cast<void>(answer({.key = request.key,
+                            .instance = identity.id,
+                            .call = request.call,
+                            .attempt = request.attempt,
+                            .kind = ReplyKind::declined,
+                            .code = ServiceCode::refused,
+                            .text = "the certificate of who asks does not name this machine"}));
+}
+
+tl::expected<void, std::string> ReplyEndpoint::Impl::answer(const Reply& reply) {
+  const std::lock_guard lock(answering);
+  if (const auto old = answered.use(key_of(reply))) {
+    replies.unregister({.key = old->key, .instance = identity.id, .call = {.epoch = old->epoch}});
+  }
+  return replies.write(reply);
+}
+
+namespace {
+
+InstanceIdentity checked(InstanceIdentity identity) {
+  if (const auto reason = registry::check_identity(identity)) {
+    throw std::invalid_argument(
+        fmt::format("the instance '{}' cannot join the fabric: {}", identity.name, *reason));
+  }
+  return identity;
+}
+
+}  // namespace
+
+ReplyEndpoint::ReplyEndpoint(dds::Participant& participant,
+                             const boost::asio::any_io_executor& executor,
+                             InstanceIdentity identity, ReplyEndpointListener& listener)
+    : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
+  impl_->open(executor);
+}
+
+ReplyEndpoint::ReplyEndpoint(dds::Participant& participant, InstanceIdentity identity,
+                             ReplyEndpointListener& listener)
+    : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
+  impl_->open_directly();
+}
+
+ReplyEndpoint::~ReplyEndpoint() {
+  impl_->close();
+}
+
+tl::expected<void, std::string> ReplyEndpoint::publish(const Reply& reply) {
+  if (reply.kind == ReplyKind::final && reply.state == 0 &&
+      impl_->identity.completion_signal == CompletionSignal::response_state) {
+    return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
+  }
+  return impl_->answer(reply);
+}
+
+void ReplyEndpoint::set_draining(bool draining) {
+  InstanceIdentity identity = impl_->identity;
+  identity.draining = draining;
+  impl_->requests->set_user_data(registry::format_identity(identity));
+}
+
+const InstanceIdentity& ReplyEndpoint::identity() const {
+  return impl_->identity;
+}
+
+}  // namespace millrace::fabric::endpoints

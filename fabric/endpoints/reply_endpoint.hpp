@@ -1,0 +1,71 @@
+// A service instance's end of the fabric: takes its requests in, gives replies out.
+//
+//   ReplyEndpoint end(participant, executor, identity, listener);   // ready as soon as gateways see it
+//   end.publish(reply);
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
+
+namespace millrace::fabric::endpoints {
+
+/// Called one at a time.
+class ReplyEndpointListener {
+ public:
+  virtual ~ReplyEndpointListener() = default;
+  /// A request in this instance's partition; repeats are delivered as they come.
+  virtual void on_request(const Request& request) = 0;
+  /// What that gateway asks of the channel is answered, given to another instance, or its program
+  /// does not want it any more. A gateway that dies withdraws nothing: it comes back for the
+  /// answer.
+  virtual void on_withdrawn(const RequestKey& key) = 0;
+  /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
+  /// journal, may come back for the answer: then its request is heard once more.
+  virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
+  /// A participant asks or withdraws under the call ids of another one, or asks for more channels
+  /// than a gateway has; `reason` names it, for the log. Once a minute for each participant.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
+};
+
+// Where there is trust, a request of a machine that the certificate of who asks does not name is
+// declined here, and nothing of it reaches the listener; what is said of it is in
+// dds::Authenticator::take_warnings().
+
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
+/// executor in one thread. Only `publish` and `identity` may be called from any thread while it
+/// lives.
+class ReplyEndpoint {
+ public:
+  /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
+  /// std::runtime_error with Cyclone's reason.
+  ReplyEndpoint(dds::Participant& participant, const boost::asio::any_io_executor& executor,
+                InstanceIdentity identity, ReplyEndpointListener& listener);
+  /// The same without an executor: requests come in the thread that receives them, a hand-over
+  /// earlier. The listener must not wait there, nor end this object.
+  ReplyEndpoint(dds::Participant& participant, InstanceIdentity identity,
+                ReplyEndpointListener& listener);
+  ~ReplyEndpoint();
+  ReplyEndpoint(const ReplyEndpoint&) = delete;
+  ReplyEndpoint& operator=(const ReplyEndpoint&) = delete;
+
+  /// Fails for text over 127 bytes and, unless its programs wait for RESPONSE alone, for a final
+  /// reply of state 0.
+  tl::expected<void, std::string> publish(const Reply& reply);
+  /// Tells gateways through discovery; they give nothing new to a draining instance.
+  void set_draining(bool draining);
+  /// As it was given to the constructor.
+  [[nodiscard]] const InstanceIdentity& identity() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::endpoints

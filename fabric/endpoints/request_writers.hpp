@@ -1,0 +1,77 @@
+// Where instances get their requests: a writer for each, opened when it is seen, closed when it is
+// gone and nothing stands in it.
+//
+//   RequestWriters writers(participant, executor, weak_from_this(), matches);
+//   writers.open({uuid, instance});
+//   writers.publish(request);
+//   writers.on_vanished(instance);
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/match_queue.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/request_key.hpp"
+#include "fabric/wire/topics.hpp"
+#include "fabric/wire/writer.hpp"
+
+namespace millrace::fabric::endpoints {
+
+class RequestWriters {
+ public:
+  /// `owner` sees the owner of this gone; `matches` hears whose readers are matched, and outlives
+  /// this.
+  RequestWriters(const dds::Participant& participant, boost::asio::any_io_executor executor,
+                 std::weak_ptr<void> owner, dds::MatchQueue& matches);
+  ~RequestWriters() { flush(); }
+  RequestWriters(const RequestWriters&) = delete;
+  RequestWriters& operator=(const RequestWriters&) = delete;
+
+  /// Throws std::runtime_error with Cyclone's reason.
+  void open(const wire::RequestPartition& of);
+  /// Nobody reads it any more.
+  void on_vanished(const InstanceId& instance);
+
+  /// See CallEndpoint.
+  tl::expected<void, std::string> publish(const Request& request);
+  void withdraw(const RequestKey& key);
+  /// Sends what waits for the end of the turn.
+  void flush();
+
+ private:
+  /// Of one instance.
+  struct RequestWriter {
+    RequestWriter(const dds::Participant& participant, const std::string& partition,
+                  const wire::EndpointOptions& options)
+        : writer(participant, partition, options) {}
+
+    wire::Writer<Request> writer;
+    /// What was written and not taken back.
+    std::unordered_set<RequestKey, RequestKeyHash> pending;
+    bool vanished = false;
+    /// It waits for the end of the turn.
+    bool unsent = false;
+  };
+  using Writers = std::map<InstanceId, RequestWriter>;
+
+  void wrote(RequestWriter& target);
+  void close_if_done(Writers::iterator target);
+
+  const dds::Participant& participant_;
+  boost::asio::any_io_executor executor_;
+  std::weak_ptr<void> owner_;
+  dds::MatchQueue& matches_;
+  Writers writers_;
+  /// Until the end of this turn of the executor: what was sent at once, and what waits.
+  bool in_turn_ = false;
+  std::vector<RequestWriter*> unsent_;
+};
+
+}  // namespace millrace::fabric::endpoints

@@ -1,0 +1,79 @@
+// Who has shown which identity, whose writers are whose, and who is believed no more. Pure.
+//
+//   store.add(identity_writer, participant, identity);      // as DDS matches them
+//   store.matched(writer, participant);
+//   store.status_of_writer(writer).identity                  // of who has it
+//   store.revoke({"square-root"})                        // → the participants that it is about
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "fabric/participant_identity.hpp"
+
+namespace millrace::fabric {
+
+class IdentityStore {
+ public:
+  /// Cyclone's instance handle of an endpoint or a participant; none is used twice.
+  using Handle = std::uint64_t;
+  /// Far more programs and writers than leave before their last words are taken.
+  static constexpr std::size_t most_departed = 1024;
+
+  /// The writer of an identity is matched, and whose it is.
+  void add(Handle writer, Handle participant, ParticipantIdentity identity);
+  /// It is not any more; returns whose it was. He is remembered for a while.
+  std::optional<Handle> remove(Handle writer);
+
+  /// A writer is matched with one more reader of ours, or with one less.
+  /// `name`: what DDS calls its program.
+  void matched(Handle writer, Handle participant, std::string name = {});
+  void unmatched(Handle writer);
+
+  /// From now on these names are not believed, beside those that were named before: what has been
+  /// taken back stays so. Returns the participants for whom that is news.
+  std::vector<Handle> revoke(const std::set<std::string>& names);
+  /// Of those named before who is not in this list: then it is an older one.
+  [[nodiscard]] std::vector<std::string> left_out_of(const std::set<std::string>& names) const;
+  [[nodiscard]] bool is_revoked(const std::string& name) const { return revoked_.contains(name); }
+
+  /// Also of who has left lately.
+  [[nodiscard]] IdentityStatus status_of(Handle participant) const;
+  [[nodiscard]] IdentityStatus status_of_writer(Handle writer) const;
+  [[nodiscard]] std::string name_of_writer(Handle writer) const;
+  /// A gateway of this machine, or of this queue's, is there.
+  [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
+  /// Its identity is there now.
+  [[nodiscard]] bool is_there(Handle participant) const;
+  /// Those that are there.
+  [[nodiscard]] std::vector<Handle> participants() const;
+
+ private:
+  struct Entry {
+    std::shared_ptr<const ParticipantIdentity> identity;
+    bool there = true;
+  };
+  struct Seen {
+    Handle participant = 0;
+    std::string name;
+    /// With how many readers of ours.
+    std::size_t matched = 0;
+  };
+
+  /// Writers of identities, and whose they are.
+  std::unordered_map<Handle, Handle> writers_of_identities_;
+  std::unordered_map<Handle, Entry> entries_;
+  std::unordered_map<Handle, Seen> writers_;
+  /// The first to be forgotten in front.
+  std::deque<Handle> left_;
+  std::deque<Handle> left_writers_;
+  std::set<std::string> revoked_;
+};
+
+}  // namespace millrace::fabric

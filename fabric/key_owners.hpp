@@ -1,0 +1,118 @@
+// Whose word on a key counts where DDS lets every participant write it: that of the first writer,
+// until it is gone or another one ranks before it. Pure.
+//
+//   KeyOwners<ChannelKey, ChannelStatus> channels;
+//   if (channels.update(key, writer, status, rank)) …         // its word counts
+//   for (const ChannelKey& key : channels.rank_again(rank)) …   // channels.find(key) is another one now
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace millrace::fabric {
+
+template <typename Key, typename Value>
+class KeyOwners {
+ public:
+  /// Cyclone's instance handle of a writer; none is used twice.
+  using Handle = std::uint64_t;
+  /// What a writer has said last.
+  struct Sample {
+    Handle writer = 0;
+    Value value{};
+  };
+  /// Far more than a fabric has. The word of any writer counts for further keys.
+  static constexpr std::size_t most_keys = 65'536;
+  static constexpr std::size_t most_writers = 8;
+
+  /// True if the word of `writer` counts. `rank(key, word)`: the lowest one counts, of equal ones
+  /// the one that counted before.
+  template <typename Rank>
+  bool update(const Key& key, Handle writer, Value value, const Rank& rank) {
+    auto known = samples_.find(key);
+    if (known == samples_.end()) {
+      if (samples_.size() >= most_keys) {
+        return true;
+      }
+      known = samples_.try_emplace(key).first;
+    }
+    std::vector<Sample>& samples = known->second;
+    const auto sample = std::ranges::find(samples, writer, &Sample::writer);
+    if (sample == samples.end()) {
+      samples.push_back({writer, std::move(value)});
+    } else {
+      sample->value = std::move(value);
+    }
+    put_first(key, samples, rank);
+    const bool counts = samples.front().writer == writer;
+    if (samples.size() > most_writers) {
+      samples.pop_back();
+    }
+    return counts;
+  }
+
+  /// The word that counts; nullptr if nothing was said.
+  [[nodiscard]] Sample* find(const Key& key) {
+    const auto known = samples_.find(key);
+    return known == samples_.end() ? nullptr : &known->second.front();
+  }
+
+  /// The ranks have changed. Returns the keys of which another word counts now.
+  template <typename Rank>
+  std::vector<Key> rank_again(const Rank& rank) {
+    std::vector<Key> changed;
+    for (auto& [key, samples] : samples_) {
+      if (put_first(key, samples, rank)) {
+        changed.push_back(key);
+      }
+    }
+    return changed;
+  }
+
+  /// Returns the keys of which the word that counted is forgotten.
+  template <typename IsGone>
+  std::vector<Key> forget(const IsGone& is_gone) {
+    std::vector<Key> changed;
+    for (auto& [key, samples] : samples_) {
+      if (is_gone(samples.front().writer)) {
+        changed.push_back(key);
+      }
+      std::erase_if(samples, [&](const Sample& sample) { return is_gone(sample.writer); });
+    }
+    std::erase_if(samples_, [](const auto& one) { return one.second.empty(); });
+    return changed;
+  }
+  void forget(const Key& key) { samples_.erase(key); }
+
+  /// Each key with the word that counts, in their order from `key` on, while `use` says so.
+  template <typename Use>
+  void each_from(const Key& key, const Use& use) {
+    for (auto one = samples_.lower_bound(key); one != samples_.end(); ++one) {
+      if (!use(one->first, one->second.front())) {
+        return;
+      }
+    }
+  }
+
+ private:
+  template <typename Rank>
+  static bool put_first(const Key& key, std::vector<Sample>& samples, const Rank& rank) {
+    if (samples.size() < 2) {
+      return false;
+    }
+    const auto best = std::ranges::min_element(
+        samples, {}, [&](const Sample& sample) { return rank(key, sample); });
+    const bool changes = best != samples.begin();
+    std::rotate(samples.begin(), best, best + 1);
+    return changes;
+  }
+
+  /// Of each key the word that counts in front.
+  std::map<Key, std::vector<Sample>> samples_;
+};
+
+}  // namespace millrace::fabric

@@ -1,0 +1,82 @@
+#include "fabric/log_limiter.hpp"
+
+#include <fmt/format.h>
+
+namespace millrace::fabric {
+
+std::optional<std::string> LogLimiter::admit(const std::string& kind, const std::string& about,
+                                             const std::string& text, SteadyTime now) {
+  const auto place = heard_.find({kind, about});
+  if (place != heard_.end()) {
+    return admit(place->second, text, now);
+  }
+  if (heard_.size() >= most_kinds) {
+    // Who has said nothing for so long keeps no others quiet.
+    std::erase_if(heard_, [&](const auto& one) { return now - one.second.since >= 2 * pause; });
+  }
+  if (heard_.size() < most_kinds) {
+    heard_.emplace(std::pair(kind, about), Heard{.since = now, .text = text});
+    return text;
+  }
+  const std::string line = fmt::format("{}; problems of more kinds are only counted", text);
+  if (others_) {
+    return admit(*others_, line, now);
+  }
+  others_ = Heard{.since = now};
+  return line;
+}
+
+std::optional<std::string> LogLimiter::admit(Heard& heard, const std::string& text,
+                                             SteadyTime now) {
+  if (now - heard.since < pause) {
+    ++heard.more;
+    heard.text = text;
+    return std::nullopt;
+  }
+  const std::uint64_t more = heard.more;
+  heard = {.since = now, .text = text};
+  return more > 0 ? fmt::format("{} (and {} more like this before)", text, more) : text;
+}
+
+std::vector<std::string> LogLimiter::due(SteadyTime now) {
+  std::vector<std::string> lines;
+  for (auto place = heard_.begin(); place != heard_.end();) {
+    Heard& heard = place->second;
+    if (now - heard.since < pause) {
+      ++place;
+    } else if (heard.more == 0) {
+      place = heard_.erase(place);
+    } else {
+      lines.push_back(fmt::format("{} (and {} more like this in {} s)", heard.text, heard.more - 1,
+                                  pause.count()));
+      heard = {.since = now, .text = heard.text};
+      ++place;
+    }
+  }
+  if (others_ && now - others_->since >= pause) {
+    if (others_->more > 0) {
+      lines.push_back(fmt::format("{} messages were wrong in other ways in {} s", others_->more,
+                                  pause.count()));
+    }
+    others_.reset();
+  }
+  return lines;
+}
+
+bool Throttle::admit(SteadyTime now) {
+  if (!since_) {
+    since_ = now;
+    asked_ = 0;
+  }
+  return ++asked_ <= most_;
+}
+
+std::optional<std::uint64_t> Throttle::due(SteadyTime now) {
+  if (!since_ || now - *since_ < window_) {
+    return std::nullopt;
+  }
+  since_.reset();
+  return asked_ > most_ ? std::optional(asked_ - most_) : std::nullopt;
+}
+
+}  // namespace millrace::fabric

@@ -1,0 +1,75 @@
+// What is said once, however often it happens: a stranger may send the same nonsense 20,000 times a
+// second. Pure.
+//
+//   if (auto line = log_limiter.admit("a forged reply", uuid, text, now)) log->warn(*line);
+//   …
+//   for (const std::string& line : complaints.due(now)) log->warn(line);   // now and then
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fabric/moment.hpp"
+
+namespace millrace::fabric {
+
+class LogLimiter {
+ public:
+  /// Of more kinds at a time only their number is kept.
+  static constexpr std::size_t most_kinds = 64;
+  /// What comes again within this time is counted; a kind that has not come for so long is new.
+  static constexpr std::chrono::seconds pause{60};
+
+  /// The line to log, if this is the first of its kind, about this, or the pause of the last line
+  /// is over, with how many there were meanwhile. Otherwise it is counted.
+  std::optional<std::string> admit(const std::string& kind, const std::string& about,
+                                   const std::string& text, SteadyTime now);
+  /// How many more there were, of each kind whose pause is over: so that it is also said of what
+  /// does not come again.
+  std::vector<std::string> due(SteadyTime now);
+
+ private:
+  struct Heard {
+    SteadyTime since{};
+    std::uint64_t more = 0;
+    /// The last one.
+    std::string text{};
+  };
+
+  static std::optional<std::string> admit(Heard& heard, const std::string& text, SteadyTime now);
+
+  std::map<std::pair<std::string, std::string>, Heard> heard_;
+  /// When there are too many kinds.
+  std::optional<Heard> others_;
+};
+
+/// Lines that are each of something else: as many as people read, and how many more there were.
+///
+///   Throttle lines(1000, 10s);
+///   if (lines.admit(now)) log->info(…);
+///   if (auto left_out = lines.due(now)) log->warn("{} more …", *left_out);
+class Throttle {
+ public:
+  Throttle(std::size_t most, std::chrono::seconds window) : most_(most), window_(window) {}
+
+  /// Whether there is room for one more in this window.
+  bool admit(SteadyTime now);
+  /// How many had none, when their window is over and there were any.
+  std::optional<std::uint64_t> due(SteadyTime now);
+  [[nodiscard]] std::size_t most() const { return most_; }
+  [[nodiscard]] std::chrono::seconds window() const { return window_; }
+
+ private:
+  std::size_t most_;
+  std::chrono::seconds window_;
+  std::optional<SteadyTime> since_;
+  std::uint64_t asked_ = 0;
+};
+
+}  // namespace millrace::fabric

@@ -1,0 +1,46 @@
+// What goes into the next heartbeat of a process. Pure.
+//
+//   for (…) heartbeats.note(load);          // all instances, before each heartbeat
+//   Heartbeat heartbeat = heartbeats.next(now);
+//
+// A heartbeat has room for the loads of 64 instances, and a process may have a thousand: those that
+// have calls and those whose numbers changed lately come first, the others in turn.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric::registry {
+
+class Heartbeats {
+ public:
+  static constexpr std::size_t most_loads = 64;
+  /// Heartbeats in which a change is told: some may be lost, and tools take one a second, which is
+  /// eight heartbeats of the usual lease.
+  static constexpr std::uint64_t told = 15;
+  /// Of the others so many are in each heartbeat, for whoever listens from now on.
+  static constexpr std::size_t in_turn = 4;
+
+  explicit Heartbeats(const InstanceId& process) : process_(process) {}
+
+  void note(const InstanceLoad& load);
+  void forget(const InstanceId& instance);
+  [[nodiscard]] Heartbeat next(Time now);
+
+ private:
+  struct Known {
+    InstanceLoad load;
+    /// The number of the heartbeat from which on it was so.
+    std::uint64_t changed = 0;
+  };
+
+  InstanceId process_;
+  std::uint64_t number_ = 1;
+  std::map<InstanceId, Known> known_;
+  /// The last one that was told of in its turn, or because it has calls.
+  InstanceId last_;
+};
+
+}  // namespace millrace::fabric::registry

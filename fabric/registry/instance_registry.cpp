@@ -1,0 +1,335 @@
+#include "fabric/registry/instance_registry.hpp"
+
+#include <algorithm>
+
+namespace millrace::fabric::registry {
+
+InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Reader reader,
+                                                     SteadyTime now) {
+  const auto known = readers_.find(handle);
+  const bool again = known != readers_.end() && known->second.identity.id == reader.identity.id &&
+                     known->second.participant == reader.participant;
+  if (!again) {
+    forget_reader(handle);
+    if (readers_.size() >= most_endpoints) {
+      return Seen::full;
+    }
+    // Who changes what it says of itself keeps its place.
+    readers_of_[reader.identity.id].push_back(handle);
+  }
+  Process& process = processes_[reader.participant];
+  process.readers.insert(handle);
+  if (const auto name = names_.find(reader.participant); name != names_.end()) {
+    reader.identity.certificate = name->second;
+  } else if (authentication_required_ && process.readers.size() == 1) {
+    process.reported_at = now + authentication_timeout;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.reported_at);
+  }
+  if (reader.identity.lease > process.lease) {
+    // From now on it is expected to heartbeat.
+    if (process.lease == std::chrono::nanoseconds(0)) {
+      process.heard_at = now;
+    }
+    process.lease = reader.identity.lease;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+  }
+  const InstanceId id = reader.identity.id;
+  const EndpointHandle participant = reader.participant;
+  touched_.insert(id);
+  readers_.insert_or_assign(handle, std::move(reader));
+  return home_of(id) == participant ? Seen::taken : Seen::second;
+}
+
+InstanceRegistry::Seen InstanceRegistry::writer_seen(EndpointHandle handle, Writer writer) {
+  forget_writer(handle);
+  if (writers_.size() >= most_endpoints) {
+    return Seen::full;
+  }
+  ++processes_[writer.participant].writers;
+  touched_.insert(writer.instance);
+  writers_of_[writer.instance].insert(handle);
+  writers_.insert_or_assign(handle, writer);
+  return Seen::taken;
+}
+
+void InstanceRegistry::heartbeat_writer_seen(EndpointHandle handle, EndpointHandle participant) {
+  if (heartbeat_writers_.size() < most_endpoints &&
+      heartbeat_writers_.try_emplace(handle, participant).second) {
+    ++processes_[participant].writers;
+  }
+}
+
+void InstanceRegistry::endpoint_gone(EndpointHandle handle) {
+  matched_.erase(handle);
+  forget_reader(handle);
+  if (const auto writer = writers_.find(handle); writer != writers_.end()) {
+    departed_.emplace_back(handle, writer->second);
+    if (departed_.size() > most_departed) {
+      departed_.pop_front();
+    }
+  }
+  forget_writer(handle);
+  if (const auto heartbeats = heartbeat_writers_.extract(handle); !heartbeats.empty()) {
+    --processes_[heartbeats.mapped()].writers;
+    forget_process(heartbeats.mapped());
+  }
+}
+
+void InstanceRegistry::forget_reader(EndpointHandle handle) {
+  const auto reader = readers_.extract(handle);
+  if (reader.empty()) {
+    return;
+  }
+  const InstanceId& id = reader.mapped().identity.id;
+  touched_.insert(id);
+  const auto home = readers_of_.find(id);
+  std::erase(home->second, handle);
+  if (home->second.empty()) {
+    readers_of_.erase(home);
+    vanished_.push_back(id);
+  }
+  processes_[reader.mapped().participant].readers.erase(handle);
+  forget_process(reader.mapped().participant);
+}
+
+void InstanceRegistry::forget_writer(EndpointHandle handle) {
+  const auto writer = writers_.extract(handle);
+  if (writer.empty()) {
+    return;
+  }
+  const InstanceId& id = writer.mapped().instance;
+  touched_.insert(id);
+  const auto home = writers_of_.find(id);
+  home->second.erase(handle);
+  if (home->second.empty()) {
+    writers_of_.erase(home);
+  }
+  --processes_[writer.mapped().participant].writers;
+  forget_process(writer.mapped().participant);
+}
+
+/// If there is nothing of it any more.
+void InstanceRegistry::forget_process(EndpointHandle participant) {
+  const auto process = processes_.find(participant);
+  if (process->second.readers.empty() && process->second.writers == 0) {
+    processes_.erase(process);
+  }
+}
+
+void InstanceRegistry::matched(EndpointHandle handle, bool is) {
+  if (is) {
+    matched_.insert(handle);
+  } else {
+    matched_.erase(handle);
+  }
+  touch(handle);
+}
+
+void InstanceRegistry::touch(EndpointHandle handle) {
+  if (const auto reader = readers_.find(handle); reader != readers_.end()) {
+    touched_.insert(reader->second.identity.id);
+  }
+  if (const auto writer = writers_.find(handle); writer != writers_.end()) {
+    touched_.insert(writer->second.instance);
+  }
+}
+
+void InstanceRegistry::touch_all_of(const Process& process) {
+  for (const EndpointHandle reader : process.readers) {
+    touch(reader);
+  }
+}
+
+void InstanceRegistry::authenticated(EndpointHandle participant, std::optional<std::string> name) {
+  gone_names_.erase(participant);
+  if (name) {
+    names_.insert_or_assign(participant, *name);
+  } else {
+    names_.erase(participant);
+  }
+  const auto process = processes_.find(participant);
+  if (process == processes_.end()) {
+    return;
+  }
+  process->second.reported_at.reset();
+  for (const EndpointHandle reader : process->second.readers) {
+    readers_.at(reader).identity.certificate = name.value_or("");
+  }
+  touch_all_of(process->second);
+}
+
+void InstanceRegistry::authenticated_gone(EndpointHandle participant) {
+  if (names_.erase(participant) == 0) {
+    return;
+  }
+  if (gone_names_.insert(participant).second) {
+    gone_in_turn_.push_back(participant);
+  }
+  if (gone_in_turn_.size() > most_departed) {
+    gone_names_.erase(gone_in_turn_.front());
+    gone_in_turn_.pop_front();
+  }
+  if (const auto process = processes_.find(participant); process != processes_.end()) {
+    touch_all_of(process->second);
+  }
+}
+
+std::vector<InstanceId> InstanceRegistry::instances_of(EndpointHandle participant) const {
+  std::vector<InstanceId> all;
+  if (const auto process = processes_.find(participant); process != processes_.end()) {
+    for (const EndpointHandle reader : process->second.readers) {
+      all.push_back(readers_.at(reader).identity.id);
+    }
+  }
+  return all;
+}
+
+/// Said once of a process.
+void InstanceRegistry::report_unauthenticated(Process& process, SteadyTime now) {
+  if (!process.reported_at) {
+    return;
+  }
+  if (*process.reported_at > now) {
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.reported_at);
+    return;
+  }
+  process.reported_at.reset();
+  for (const EndpointHandle reader : process.readers) {
+    const InstanceIdentity& identity = readers_.at(reader).identity;
+    unauthenticated_.emplace_back(identity.id, identity.uuid);
+  }
+}
+
+bool InstanceRegistry::heartbeat(EndpointHandle writer, SteadyTime now) {
+  const auto known = heartbeat_writers_.find(writer);
+  if (known == heartbeat_writers_.end()) {
+    return false;
+  }
+  Process& process = processes_[known->second];
+  process.heard_at = std::max(process.heard_at, now);
+  if (process.silent) {
+    process.silent = false;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+    touch_all_of(process);
+  }
+  return !process.readers.empty();
+}
+
+void InstanceRegistry::stood_still(std::chrono::nanoseconds late) {
+  for (auto& [participant, process] : processes_) {
+    process.heard_at += std::chrono::duration_cast<SteadyTime::duration>(late);
+  }
+}
+
+void InstanceRegistry::start_over(SteadyTime now) {
+  for (auto& [participant, process] : processes_) {
+    process.heard_at = std::max(process.heard_at, now);
+  }
+}
+
+/// A fifth of the lease is left for who takes notice.
+SteadyTime InstanceRegistry::silent_at(const Process& process) {
+  return process.heard_at + std::chrono::duration_cast<SteadyTime::duration>(process.lease) * 4 / 5;
+}
+
+void InstanceRegistry::on_time(SteadyTime now) {
+  if (!check_at_ || now < *check_at_) {
+    return;
+  }
+  check_at_.reset();
+  for (auto& [participant, process] : processes_) {
+    report_unauthenticated(process, now);
+    if (process.lease == std::chrono::nanoseconds(0) || process.silent) {
+      continue;
+    }
+    if (const SteadyTime end = silent_at(process); end <= now) {
+      process.silent = true;
+      touch_all_of(process);
+    } else {
+      check_at_ = std::min(check_at_.value_or(end), end);
+    }
+  }
+}
+
+const InstanceRegistry::Writer* InstanceRegistry::writer_of(EndpointHandle handle) const {
+  if (const auto found = writers_.find(handle); found != writers_.end()) {
+    return &found->second;
+  }
+  const auto left = std::ranges::find(departed_, handle, [](const auto& one) { return one.first; });
+  return left == departed_.end() ? nullptr : &left->second;
+}
+
+bool InstanceRegistry::speaks_for(EndpointHandle handle, const InstanceId& instance) const {
+  const Writer* const writer = writer_of(handle);
+  if (writer == nullptr || writer->instance != instance ||
+      !was_authenticated(writer->participant)) {
+    return false;
+  }
+  const EndpointHandle home = home_of(instance);
+  return home == 0 || home == writer->participant;
+}
+
+EndpointHandle InstanceRegistry::home_of(const InstanceId& id) const {
+  const auto readers = readers_of_.find(id);
+  if (readers == readers_of_.end()) {
+    return 0;
+  }
+  // Who is not believed keeps nobody else from being who he says.
+  const auto believed = std::ranges::find_if(readers->second, [&](EndpointHandle handle) {
+    return is_authenticated(readers_.at(handle).participant);
+  });
+  return readers_.at(believed == readers->second.end() ? readers->second.front() : *believed)
+      .participant;
+}
+
+bool InstanceRegistry::heartbeats_for(EndpointHandle handle, const InstanceId& instance) const {
+  const auto writer = heartbeat_writers_.find(handle);
+  return writer != heartbeat_writers_.end() && home_of(instance) == writer->second;
+}
+
+bool InstanceRegistry::can_answer(const InstanceId& id, EndpointHandle participant) const {
+  const auto writers = writers_of_.find(id);
+  return writers != writers_of_.end() &&
+         std::ranges::any_of(writers->second, [&](EndpointHandle handle) {
+           return is_matched(handle) && writers_.at(handle).participant == participant;
+         });
+}
+
+const InstanceIdentity* InstanceRegistry::ready_now(const InstanceId& id) const {
+  const auto readers = readers_of_.find(id);
+  if (readers == readers_of_.end()) {
+    return nullptr;
+  }
+  for (const EndpointHandle handle : readers->second) {
+    const Reader& reader = readers_.at(handle);
+    if (reader.participant == home_of(id) && is_matched(handle) &&
+        is_authenticated(reader.participant) && !processes_.at(reader.participant).silent &&
+        can_answer(id, reader.participant)) {
+      return &reader.identity;
+    }
+  }
+  return nullptr;
+}
+
+InstanceRegistry::Changes InstanceRegistry::changes() {
+  Changes changes;
+  for (const InstanceId& id : std::exchange(touched_, {})) {
+    const InstanceIdentity* const ready = ready_now(id);
+    const auto known = announced_.find(id);
+    if (ready == nullptr) {
+      if (known != announced_.end()) {
+        changes.gone.push_back(id);
+        announced_.erase(known);
+      }
+    } else if (known == announced_.end()) {
+      changes.ready.push_back(*ready);
+      announced_.emplace(id, *ready);
+    } else if (known->second != *ready) {
+      changes.changed.push_back(*ready);
+      known->second = *ready;
+    }
+  }
+  return changes;
+}
+
+}  // namespace millrace::fabric::registry

@@ -1,0 +1,192 @@
+// Who is ready to take calls, worked out from what discovery shows and who is heard. Pure:
+// endpoints, matches, heartbeats and times in, changes out; nothing is looked through that is not
+// concerned.
+//
+//   registry.reader_seen(7, {identity, participant}, now);
+//   registry.writer_seen(8, {identity.id, participant});
+//   registry.matched(7, true);
+//   registry.matched(8, true);
+//   registry.changes().ready   // identity
+//   registry.heartbeat(9, now);     // 9 is a writer of heartbeats of this participant
+//   registry.on_time(now);     // who has been silent for too long is gone
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "fabric/moment.hpp"
+
+namespace millrace::fabric::registry {
+
+/// Cyclone's instance handle of a discovered endpoint or participant.
+using EndpointHandle = std::uint64_t;
+
+class InstanceRegistry {
+ public:
+  struct Reader {
+    InstanceIdentity identity;
+    EndpointHandle participant = 0;
+  };
+  struct Writer {
+    InstanceId instance;
+    EndpointHandle participant = 0;
+  };
+  struct Changes {
+    std::vector<InstanceIdentity> ready;
+    std::vector<InstanceIdentity> changed;
+    std::vector<InstanceId> gone;
+  };
+
+  /// Far more endpoints of a kind than a fabric has. Whoever comes then is not taken in: a stranger
+  /// can announce any number. Nobody hears of it again until it announces itself anew.
+  static constexpr std::size_t most_endpoints = 16'384;
+
+  enum class Seen : std::uint8_t {
+    taken,
+    /// Another process announced this instance before, and is there: an id is drawn at random, so
+    /// this one is mistaken or lies. It counts once the other one is gone.
+    second,
+    /// There are too many.
+    full
+  };
+  /// A request reader with an identity; again when its identity changed.
+  Seen reader_seen(EndpointHandle handle, Reader reader, SteadyTime now);
+  /// A reply writer.
+  Seen writer_seen(EndpointHandle handle, Writer writer);
+  /// A writer of heartbeats, and whose.
+  void heartbeat_writer_seen(EndpointHandle handle, EndpointHandle participant);
+  void endpoint_gone(EndpointHandle handle);
+  /// An endpoint is matched with ours, or no more; it may not have been seen yet.
+  void matched(EndpointHandle handle, bool is);
+  /// For who only watches and has nothing to match: every endpoint that is seen counts as matched.
+  void match_all() { match_all_ = true; }
+
+  /// From now on nobody is believed whose process has not proved who it is.
+  void require_authentication() { authentication_required_ = true; }
+  /// The participant has proved to have a certificate of this name; nothing: it is not believed any
+  /// more.
+  void authenticated(EndpointHandle participant, std::optional<std::string> name);
+  /// The participant that had proved it is gone; what it had said may still be untaken.
+  void authenticated_gone(EndpointHandle participant);
+  /// Instances whose processes have proved nothing in authentication_timeout, with their UUIDs;
+  /// each once.
+  std::vector<std::pair<InstanceId, std::string>> take_unauthenticated() {
+    return std::exchange(unauthenticated_, {});
+  }
+  /// Those whose requests this participant reads.
+  [[nodiscard]] std::vector<InstanceId> instances_of(EndpointHandle participant) const;
+  /// A program shows its identity first, so that DDS tells of it before all others; another
+  /// vendor's may come later.
+  static constexpr std::chrono::seconds authentication_timeout{2};
+
+  /// This writer has sent a heartbeat. False if it is nobody's whose instances are known.
+  bool heartbeat(EndpointHandle writer, SteadyTime now);
+  /// For so long nobody could be heard, because whoever listens stood still.
+  void stood_still(std::chrono::nanoseconds late);
+  /// The same, for so long that what was sent meanwhile may be on its way still: each process has
+  /// its whole time again before it is taken for silent.
+  void start_over(SteadyTime now);
+  /// Takes those for gone that have been silent for too long, until they are heard again.
+  void on_time(SteadyTime now);
+  /// When on_time has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return check_at_; }
+
+  /// Whether what this writer says is the word of `instance`: it is that instance's reply writer,
+  /// of the process that reads its requests, if one is known to. It may have left meanwhile; what
+  /// it had said before may still be untaken.
+  [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
+  /// The same for a writer of heartbeats.
+  [[nodiscard]] bool heartbeats_for(EndpointHandle writer, const InstanceId& instance) const;
+  /// This participant has announced the instance first of those that are there.
+  [[nodiscard]] bool is_home(EndpointHandle participant, const InstanceId& instance) const {
+    return is_seen(instance) && home_of(instance) == participant;
+  }
+  /// Somebody has a request reader of this instance.
+  [[nodiscard]] bool is_seen(const InstanceId& instance) const {
+    return readers_of_.contains(instance);
+  }
+
+  /// Instances of which nobody has a request reader any more, since the last call.
+  std::vector<InstanceId> take_vanished() { return std::exchange(vanished_, {}); }
+
+  /// What is different since the last call. An instance is ready when a request reader and a reply
+  /// writer of its id, both of the participant that announced it first, are matched, and that
+  /// participant is not silent.
+  Changes changes();
+
+ private:
+  /// A process, as far as it has instances or heartbeats.
+  struct Process {
+    /// Nothing: it sends no heartbeat.
+    std::chrono::nanoseconds lease{};
+    SteadyTime heard_at{};
+    bool silent = false;
+    /// Its request readers.
+    std::set<EndpointHandle> readers;
+    /// Its reply writers and writers of heartbeats.
+    std::size_t writers = 0;
+    /// When it is said that it has proved nothing; nothing: it has, or it was said.
+    std::optional<SteadyTime> reported_at{};
+  };
+
+  /// Far more writers than leave before their last words are taken.
+  static constexpr std::size_t most_departed = 256;
+
+  [[nodiscard]] bool is_matched(EndpointHandle handle) const {
+    return match_all_ || matched_.contains(handle);
+  }
+  [[nodiscard]] bool is_authenticated(EndpointHandle participant) const {
+    return !authentication_required_ || names_.contains(participant);
+  }
+  [[nodiscard]] bool was_authenticated(EndpointHandle participant) const {
+    return is_authenticated(participant) || gone_names_.contains(participant);
+  }
+  void report_unauthenticated(Process& process, SteadyTime now);
+  [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
+  [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
+  [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
+  /// The participant that announced the instance first of those that are there; 0 if none.
+  [[nodiscard]] EndpointHandle home_of(const InstanceId& id) const;
+  [[nodiscard]] static SteadyTime silent_at(const Process& process);
+  void forget_reader(EndpointHandle handle);
+  void forget_writer(EndpointHandle handle);
+  void forget_process(EndpointHandle participant);
+  void touch(EndpointHandle handle);
+  void touch_all_of(const Process& process);
+
+  std::unordered_map<EndpointHandle, Reader> readers_;
+  std::unordered_map<EndpointHandle, Writer> writers_;
+  std::unordered_map<EndpointHandle, EndpointHandle> heartbeat_writers_;
+  /// By instance: where its requests are read, as they came, and where its replies are written.
+  std::map<InstanceId, std::vector<EndpointHandle>> readers_of_;
+  std::map<InstanceId, std::set<EndpointHandle>> writers_of_;
+  /// By participant.
+  std::map<EndpointHandle, Process> processes_;
+  /// The writers that left last; handles are not used twice.
+  std::deque<std::pair<EndpointHandle, Writer>> departed_;
+  std::unordered_set<EndpointHandle> matched_;
+  bool match_all_ = false;
+  bool authentication_required_ = false;
+  /// By participant: what it has proved to be.
+  std::map<EndpointHandle, std::string> names_;
+  /// Of those that are gone, the first one in front.
+  std::set<EndpointHandle> gone_names_;
+  std::deque<EndpointHandle> gone_in_turn_;
+  std::vector<std::pair<InstanceId, std::string>> unauthenticated_;
+  std::map<InstanceId, InstanceIdentity> announced_;
+  /// Of whom something may be different since the last call of changes().
+  std::set<InstanceId> touched_;
+  std::vector<InstanceId> vanished_;
+  std::optional<SteadyTime> check_at_;
+};
+
+}  // namespace millrace::fabric::registry

@@ -1,0 +1,52 @@
+// Who somebody is on a fabric with trust, and what he is there for. Pure.
+//
+//   const Participant participant{.name = "square-root", .roles = {Role::service}, .uuids = {"560aacbf-…"}};
+//   if (auto mistake = mistake_in(participant)) …
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::fabric::trust {
+
+enum class Role : std::uint8_t {
+  /// Gives the calls of machines to services: writes requests, what its machines do, and commands.
+  gateway,
+  /// Answers the calls of its UUIDs, and reads no others.
+  service,
+  /// Sees everything; answers, retries, drains.
+  operating,
+  /// Sees everything, and writes nothing but what troubles itself: a recorder, a status page.
+  observer,
+  /// Sees everything and sends requests that come from no machine: `millrace call` and `millrace
+  /// replay`.
+  tester
+};
+
+/// "gateway", "service", "operator", "observer", "tester".
+std::string_view name_of(Role role);
+std::optional<Role> role_named(std::string_view name);
+/// All of them, in this order.
+const std::vector<Role>& all_roles();
+
+struct Participant {
+  /// Of letters, digits, '-', '_' and '.', beginning with a letter or digit; at most 64.
+  std::string name;
+  std::set<Role> roles{};
+  /// A service's; as a program writes them, compared in canonical form.
+  std::vector<std::string> uuids{};
+  /// A gateway's: the names of its machines.
+  std::vector<std::string> machines{};
+};
+
+/// A name that is also one of a folder: see Participant::name.
+bool is_participant_name(std::string_view name);
+
+/// What cannot be, in words for who gave it: a service without a UUID, a UUID with a wildcard …
+std::optional<std::string> mistake_in(const Participant& participant);
+
+}  // namespace millrace::fabric::trust

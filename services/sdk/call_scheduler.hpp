@@ -1,0 +1,187 @@
+// Decides what an instance does with requests, withdrawals and answers. Pure: events and times in,
+// actions out; no thread, no clock, no DDS.
+//
+//   for (const Action& action : scheduler.on_request(request, now)) …
+//
+// A call runs once per instance: a repeat of a running one only raises the attempt that its reply
+// names, a repeat of an answered one gets the same answer from memory. But what a handler returns
+// after it was told that nobody waits is no answer, whatever it is: a call that is wanted again is
+// run anew, once the run that was given up has ended. One that may run at most once is answered
+// with an error instead, unless its attempt is a new one: then an operator has decided to have it
+// run again.
+//
+// The times of a reply are those of the wall clock when its call came, and what went by since: a
+// clock that is set meanwhile does not change how long a call took.
+//
+// A call for which there is no room is declined, so that its gateway gives it to another instance,
+// unless that says that no other has room: then it waits for its turn. An attempt that was declined
+// is declined whenever it comes, also if there is room by then: the gateway, which may not have
+// heard of it when it asked again, gives the call elsewhere as soon as it has.
+//
+// A channel may be asked for by two gateways that do not hear each other. While both are there,
+// each gets its answer; one that is gone has lost its call to the other.
+//
+// A call id is no secret, and anybody may ask something under the id of somebody else's call. So a
+// call is the same only if all that is asked is the same; one with another text is another call,
+// which begins when the first one has ended. Only who asks for a call takes it back, or gives it
+// up for another one. Where certificates say who asks, that is whoever may speak for the machine,
+// and an answer is remembered for these alone. Without certificates that is one DDS writer, but an
+// answer is remembered for whoever asks the very same: a gateway that starts again has another
+// writer, and its calls must not run twice.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "fabric/moment.hpp"
+#include "fabric/request_key.hpp"
+#include "services/sdk/call_memory.hpp"
+#include "services/sdk/response.hpp"
+
+namespace millrace::services::sdk {
+
+/// Run the handler.
+struct Start {
+  fabric::Request request;
+};
+struct Send {
+  fabric::Reply reply;
+};
+/// Nobody waits for the answer any more: the handler, if it runs, is to be told.
+struct Cancel {
+  fabric::CallId call;
+  /// Its handler runs, and is to be told; false: it waited for its turn.
+  bool runs = false;
+};
+/// The answer came after the cancellation and is not sent.
+struct Drop {
+  fabric::CallId call;
+};
+using Action = std::variant<Start, Send, Cancel, Drop>;
+using Actions = std::vector<Action>;
+
+/// A call is the same if all of this is. Of two with one id the second waits for the end of the
+/// first.
+struct CallKey {
+  /// First, so that most comparisons end with it.
+  fabric::CallId call{};
+  fabric::ChannelKey key{};
+  /// 0 where nobody can prove who asks.
+  std::uint64_t requester = 0;
+  std::string uuid{};
+  std::string text{};
+  std::uint32_t state = 0;
+  auto operator<=>(const CallKey&) const = default;
+};
+
+struct CallSchedulerOptions {
+  fabric::InstanceId instance{};
+  std::size_t concurrency = 1;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
+  /// State of the answer that replaces one which failed or cannot be sent.
+  std::uint32_t error_state = 500;
+  /// Answered calls that are remembered. More than channels call at a time is enough.
+  std::size_t memory = 1024;
+  /// Calls that may wait for their turn.
+  std::size_t most_waiting = 64;
+  /// Who asks has proved it (fabric/dds/authenticator.hpp).
+  bool authenticated_requesters = false;
+};
+
+class CallScheduler {
+ public:
+  explicit CallScheduler(CallSchedulerOptions options) : options_(options) {}
+
+  /// Those of its instance's partition.
+  Actions on_request(const fabric::Request& request, fabric::Moment now);
+  /// A request comes when the instance takes none any more. Not declined, which says that it was
+  /// not begun, is a call that has been answered here, whose answer is repeated, and one that runs.
+  Actions decline(const fabric::Request& request, const std::string& why);
+  Actions on_withdrawn(const fabric::RequestKey& key);
+  /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
+  /// channel now.
+  Actions on_orphaned(const fabric::RequestKey& key);
+  /// The response must pass check_text. Nothing goes out to a program that waits for RESPONSE
+  /// alone: it would go on.
+  Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
+  Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
+  /// Its handler gives the attempt back, of which it has begun nothing.
+  Actions on_declined(fabric::CallId call, const std::string& why, fabric::Moment now);
+
+  /// No call is running or waiting.
+  [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }
+  [[nodiscard]] std::size_t running() const { return running_.size(); }
+  /// Load and counters as of now.
+  [[nodiscard]] fabric::InstanceStatus status() const;
+  [[nodiscard]] fabric::InstanceLoad load() const;
+
+ private:
+  struct RunningCall {
+    fabric::Request request;
+    fabric::Moment received{};
+    fabric::Time started{};
+    /// The handler was told that nobody waits: its result is no answer any more. For good, also if
+    /// the call is wanted again meanwhile.
+    bool cancelled = false;
+  };
+
+  /// How a call ended that is remembered.
+  struct AnsweredCall {
+    fabric::Reply reply;
+    /// It was given up while it ran, and may run only once; the reply says so.
+    bool cancelled = false;
+  };
+
+  /// What a gateway asks of a channel, as long as its request stands or a call of it is here.
+  struct LatestRequest {
+    /// The latest call, if it runs or waits here.
+    std::optional<CallKey> call;
+    bool orphaned = false;
+  };
+
+  [[nodiscard]] CallKey call_key_of(const fabric::Request& request) const;
+  [[nodiscard]] std::optional<std::string> reason_to_decline(const fabric::Request& request) const;
+  void supersede(const fabric::Request& by, Actions& actions);
+  [[nodiscard]] fabric::Reply declined_reply(const fabric::Request& request,
+                                             const std::string& why);
+  [[nodiscard]] fabric::Reply reply_to_replaced(const CallKey& call);
+  [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
+  /// Somebody who is there asks for it.
+  [[nodiscard]] bool is_wanted(const CallKey& call) const;
+  void cancel_call(const CallKey& call, Actions& actions);
+  void forget_call(const CallKey& call);
+  fabric::Reply end(const RunningCall& one, const Result& result, fabric::SteadyTime now);
+  [[nodiscard]] fabric::Reply cancelled_reply(const RunningCall& running) const;
+  void cancel(RunningCall& running);
+  [[nodiscard]] const AnsweredCall* answer_for(const fabric::Request& request) const;
+  void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
+  void start_waiting(fabric::SteadyTime now, Actions& actions);
+  std::map<fabric::CallId, RunningCall>::iterator find_running(const CallKey& call);
+  std::deque<RunningCall>::iterator find_waiting(const CallKey& call);
+
+  CallSchedulerOptions options_;
+  std::map<fabric::CallId, RunningCall> running_;
+  /// In the order of arrival; at most one of each channel and gateway.
+  std::deque<RunningCall> waiting_;
+  std::map<fabric::RequestKey, LatestRequest> requests_;
+  CallMemory<CallKey, AnsweredCall> answered_{options_.memory};
+  /// The newest attempt at which each was declined.
+  CallMemory<CallKey, std::uint32_t> declined_{options_.memory};
+  fabric::InstanceStatus counters_;
+  std::chrono::nanoseconds handler_time_{};
+};
+
+/// Why `response` cannot be sent as a final answer to a program that waits for `completion_signal`;
+/// empty if it can.
+std::string check_response(const Response& response, fabric::CompletionSignal completion_signal =
+                                                         fabric::CompletionSignal::response_state);
+/// The same for an interim one, whose state may be 0.
+std::string check_text(const std::string& text);
+
+}  // namespace millrace::services::sdk

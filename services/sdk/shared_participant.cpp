@@ -1,0 +1,248 @@
+#include "services/sdk/shared_participant.hpp"
+
+#include <condition_variable>
+#include <future>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "base/loop/watchdog.hpp"
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/endpoints/heartbeat_endpoint.hpp"
+#include "fabric/endpoints/instance_commands.hpp"
+#include "fabric/registry/heartbeats.hpp"
+
+namespace millrace::services::sdk {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
+constexpr const char* loop_thread = "loop";
+constexpr const char* heartbeat_thread_name = "heartbeat";
+
+/// A loop that has sent no heartbeat for so long does no work any more: its process is to be
+/// missed.
+constexpr std::chrono::seconds longest_busy{5};
+
+fabric::Time wall_time() {
+  return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
+}
+
+fabric::dds::ParticipantOptions with(fabric::dds::ParticipantOptions join,
+                                     fabric::dds::Finding finding) {
+  join.finding = finding;
+  return join;
+}
+
+}  // namespace
+
+struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListener {
+  Impl(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> own_log)
+      : log(std::move(own_log)), participant(join), heartbeat_timer(context) {}
+
+  ~Impl();
+  void start();
+  /// Publishes heartbeats and takes commands, which only a process with instances may do on a
+  /// fabric with trust. On the loop, or before it runs.
+  void host();
+  void publish_heartbeat();
+  /// Heartbeats for the loop while it has other work.
+  void send_while_loop_is_busy();
+  void send(const fabric::Heartbeat& heartbeat);
+  [[nodiscard]] std::chrono::nanoseconds period() const {
+    return std::chrono::nanoseconds(participant.options().lease) /
+           fabric::endpoints::HeartbeatEndpoint::heartbeats_per_lease;
+  }
+  [[nodiscard]] std::optional<std::uint32_t> running(
+      const fabric::InstanceId& instance) const override;
+  void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
+  /// What is not believed.
+  void log_ignored();
+  void on_unreported(const fabric::Command& command, const std::string& reason) override;
+
+  const std::shared_ptr<spdlog::logger> log;
+  fabric::dds::Participant participant;
+  std::optional<fabric::endpoints::HeartbeatEndpoint> heartbeat_endpoint;
+  asio::io_context context{1};
+  asio::steady_timer heartbeat_timer;
+  /// The supervisor of a service looks whether this loop turns.
+  const base::loop::Watchdog watchdog{context.get_executor()};
+  std::optional<fabric::endpoints::InstanceCommands> commands;
+  std::optional<fabric::dds::Authenticator::ChangeQueue> identity_changes;
+  // On the loop only.
+  std::map<fabric::InstanceId, HostedInstance*> hosted;
+  const fabric::InstanceId process = fabric::InstanceId::random();
+  fabric::registry::Heartbeats heartbeats{process};
+
+  std::mutex heartbeat_lock;
+  std::condition_variable ends;
+  bool ended = false;
+  std::chrono::steady_clock::time_point loop_heartbeat_at{};
+  // Last: they use all of the above.
+  std::thread thread;
+  std::thread heartbeat_thread;
+};
+
+SharedParticipant::Impl::~Impl() {
+  {
+    const std::lock_guard guard(heartbeat_lock);
+    ended = true;
+  }
+  ends.notify_one();
+  if (heartbeat_thread.joinable()) {
+    heartbeat_thread.join();
+  }
+}
+
+void SharedParticipant::Impl::start() {
+  if (participant.options().finding != fabric::dds::Finding::hears) {
+    host();
+  }
+  if (participant.authenticator() != nullptr) {
+    identity_changes.emplace(*participant.authenticator(),
+                             [this] { asio::post(context, [this] { log_ignored(); }); });
+  }
+  thread = std::thread([this] {
+    const auto work = asio::make_work_guard(context);
+    context.run();
+  });
+  ::pthread_setname_np(thread.native_handle(), loop_thread);
+}
+
+void SharedParticipant::Impl::host() {
+  if (heartbeat_endpoint) {
+    return;
+  }
+  heartbeat_endpoint.emplace(participant);
+  commands.emplace(participant, context.get_executor(), *this);
+  heartbeat_timer.expires_after(std::chrono::nanoseconds(0));
+  heartbeat_thread = std::thread([this] { send_while_loop_is_busy(); });
+  ::pthread_setname_np(heartbeat_thread.native_handle(), heartbeat_thread_name);
+  asio::post(context, [this] { publish_heartbeat(); });
+}
+
+void SharedParticipant::Impl::publish_heartbeat() {
+  for (const auto& [id, one] : hosted) {
+    heartbeats.note(one->load());
+  }
+  {
+    const std::lock_guard guard(heartbeat_lock);
+    loop_heartbeat_at = std::chrono::steady_clock::now();
+  }
+  send(heartbeats.next(wall_time()));
+  // Late ones are not made up for.
+  heartbeat_timer.expires_at(
+      std::max(heartbeat_timer.expiry() + period(), std::chrono::steady_clock::now()));
+  heartbeat_timer.async_wait([this](const boost::system::error_code& error) {
+    if (!error) {
+      publish_heartbeat();
+    }
+  });
+}
+
+void SharedParticipant::Impl::send(const fabric::Heartbeat& heartbeat) {
+  // A heartbeat that is lost is followed by the next one.
+  static_cast<void>(heartbeat_endpoint->publish(heartbeat));
+}
+
+/// What the instances do only the loop knows, so that is left out.
+void SharedParticipant::Impl::send_while_loop_is_busy() {
+  std::unique_lock guard(heartbeat_lock);
+  loop_heartbeat_at = std::chrono::steady_clock::now();
+  while (!ended) {
+    ends.wait_for(guard, period(), [this] { return ended; });
+    const auto late = std::chrono::steady_clock::now() - loop_heartbeat_at;
+    if (!ended && late > period() * 3 / 2 && late < longest_busy) {
+      guard.unlock();
+      send({.process = process, .at = wall_time()});
+      guard.lock();
+    }
+  }
+}
+
+std::optional<std::uint32_t> SharedParticipant::Impl::running(
+    const fabric::InstanceId& instance) const {
+  const auto one = hosted.find(instance);
+  return one == hosted.end() ? std::nullopt : std::optional(one->second->load().status.running);
+}
+
+void SharedParticipant::Impl::on_drain(const fabric::InstanceId& instance,
+                                       const std::string& issuer) {
+  if (const auto one = hosted.find(instance); one != hosted.end()) {
+    one->second->on_drain(issuer);
+  }
+}
+
+void SharedParticipant::Impl::log_ignored() {
+  static_cast<void>(identity_changes->take());
+  for (const std::string& line : participant.authenticator()->take_warnings()) {
+    log->warn("{}", line);
+  }
+}
+
+void SharedParticipant::Impl::on_unreported(const fabric::Command& command,
+                                            const std::string& reason) {
+  log->warn("{} is not told what came of its command: {}", command.issuer, reason);
+}
+
+SharedParticipant::SharedParticipant(const fabric::dds::ParticipantOptions& join,
+                                     std::shared_ptr<spdlog::logger> log,
+                                     fabric::dds::Finding finding)
+    : impl_(std::make_unique<Impl>(with(join, finding), std::move(log))) {
+  impl_->start();
+}
+
+SharedParticipant::~SharedParticipant() {
+  impl_->context.stop();
+  impl_->thread.join();
+  impl_->identity_changes.reset();
+  // Without a thread that runs it, the end may go anywhere.
+  impl_->commands.reset();
+}
+
+fabric::dds::Participant& SharedParticipant::participant() {
+  return impl_->participant;
+}
+
+asio::io_context& SharedParticipant::loop() {
+  return impl_->context;
+}
+
+void SharedParticipant::add_instance(const fabric::InstanceId& id, HostedInstance& hosted) {
+  if (impl_->participant.options().finding == fabric::dds::Finding::hears) {
+    std::packaged_task<void()> host([impl = impl_.get()] { impl->host(); });
+    asio::dispatch(impl_->context, [&host] { host(); });
+    host.get_future().get();
+  }
+  asio::post(impl_->context,
+             [impl = impl_.get(), id, &hosted] { impl->hosted.emplace(id, &hosted); });
+}
+
+void SharedParticipant::drain(const fabric::InstanceId& id) {
+  asio::post(impl_->context, [impl = impl_.get(), id] { impl->on_drain(id, {}); });
+}
+
+void SharedParticipant::remove_instance(const fabric::InstanceId& id,
+                                        const std::function<void()>& last) {
+  std::promise<void> done;
+  asio::dispatch(impl_->context, [this, id, &last, &done] {
+    impl_->hosted.erase(id);
+    impl_->heartbeats.forget(id);
+    last();
+    done.set_value();
+  });
+  done.get_future().wait();
+}
+
+}  // namespace millrace::services::sdk

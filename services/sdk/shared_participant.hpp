@@ -1,0 +1,67 @@
+// A process with services, as a participant of its fabric: one participant and one loop, however
+// many services it hosts.
+//
+//   auto participant = std::make_shared<SharedParticipant>(join, log);
+//   Service first({.uuid = "560aacbf-…", .participant = participant}, root, log);
+//   Service second({.uuid = "9f1c…", .participant = participant}, gauge, log);
+//
+// A service that is given none makes one of its own.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+namespace spdlog {
+class logger;
+}
+
+namespace millrace::services::sdk {
+
+/// An instance, for the process it is in. Called on the participant's loop.
+class HostedInstance {
+ public:
+  virtual ~HostedInstance() = default;
+  [[nodiscard]] virtual fabric::InstanceLoad load() const = 0;
+  /// It is to leave: asked for by `issuer`, or, if that is empty, by its own program.
+  virtual void on_drain(const std::string& issuer) = 0;
+};
+
+/// RAII. Its loop sends heartbeats, takes commands, and tells the supervisor that it turns. From
+/// any thread.
+class SharedParticipant {
+ public:
+  /// Throws std::runtime_error if the fabric cannot be joined. A process that also calls services
+  /// or observes its fabric `hears` the others: participants of one process share how they find
+  /// others.
+  SharedParticipant(const fabric::dds::ParticipantOptions& join,
+                    std::shared_ptr<spdlog::logger> log,
+                    fabric::dds::Finding finding = fabric::dds::Finding::announces);
+  /// When the instances have left.
+  ~SharedParticipant();
+  SharedParticipant(const SharedParticipant&) = delete;
+  SharedParticipant& operator=(const SharedParticipant&) = delete;
+
+  // What follows is for instances (services/sdk/instance.hpp).
+
+  [[nodiscard]] fabric::dds::Participant& participant();
+  [[nodiscard]] boost::asio::io_context& loop();
+  /// From now on heartbeats are sent for it, and it gets its commands.
+  void add_instance(const fabric::InstanceId& id, HostedInstance& hosted);
+  /// Has its on_drain() called. Nothing happens if it has left.
+  void drain(const fabric::InstanceId& id);
+  /// Once this returns nothing is called any more; whatever `last` does is done on the loop before.
+  void remove_instance(const fabric::InstanceId& id, const std::function<void()>& last);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,525 @@
+// A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for
+// the machines that its certificate names, and who is revoked is believed no more, also if he is
+// on.
+#include <algorithm>
+#include <cstdlib>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+
+#include "fabric/dds/authenticator.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/observer/observer.hpp"
+#include "fabric/profile/profile.hpp"
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/request_key.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/integration/trusted_chain.hpp"
+#include "tests/support/await.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using namespace std::chrono_literals;
+using fabric::Authorization;
+using fabric::ParticipantIdentity;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+namespace wire = fabric::wire;
+
+class IdentityTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    sut.set_up_plant();
+    sut.trust({"issue", sut.plant(), "slow", "--role", "service", "--uuid", root_uuid});
+    sut.trust({"issue", sut.plant(), "gateway-2", "--role", "gateway", "--machine", "press_9"});
+  }
+
+  /// To join as a program of this test does.
+  [[nodiscard]] fabric::dds::ParticipantOptions join(const std::string& holder) const {
+    auto options = fabric::profile::read_profile(sut.as(holder).at(1)).value();
+    options.domain = sut.domain();
+    return options;
+  }
+
+  /// The same with a plugin of its own, which lets it have whatever endpoint it likes.
+  [[nodiscard]] fabric::dds::ParticipantOptions join_carelessly(const std::string& holder) const {
+    auto options = join(holder);
+    const std::string library = "libdds_security_ac.so";
+    const auto at = options.configuration.find(library);
+    const auto begin = options.configuration.rfind('"', at) + 1;
+    const std::string real = options.configuration.substr(begin, at + library.size() - begin);
+    EXPECT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
+    options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+    return options;
+  }
+
+  static fabric::MachineStatus claim(const std::string& machine) {
+    return {.machine = machine,
+            .gateway = fabric::InstanceId::random(),
+            .claimed = std::chrono::sys_days{std::chrono::year{2021} / 1 / 1},
+            .connected = true,
+            .host = "elsewhere",
+            .version = "1",
+            .epoch = 77};
+  }
+
+  TrustedChain sut;
+};
+
+TEST_F(IdentityTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotName) {
+  Process cnc = sut.cnc();
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1", "--domain",
+                std::to_string(sut.domain())};
+  const Flags who = sut.as("gateway-2");
+  command.insert(command.end(), who.begin(), who.end());
+  Process gateway(std::move(command));
+  EXPECT_EQ(gateway.wait(), 2);
+  EXPECT_THAT(gateway.error_output(),
+              AllOf(HasSubstr("may not speak for cnc"), HasSubstr("gateway-2, names press_9")));
+}
+
+// They travel as calls of a machine whose name is "cnc.ALARMS".
+TEST_F(IdentityTest, AnIdentityOfAMachineCountsForItsMessageQueues) {
+  const fs::path config = sut.folder() / "cnc.textproto";
+  std::ofstream(config) << "system_data { name: \"ALARMS\" type: STRING elements: 3 }\n"
+                           "system_data { name: \"CONTROL\" member { name: \"LastFilled\" } "
+                           "member { name: \"LastGet\" } }\n";
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid});
+  Process service = sut.slow_service(flags);
+  Process cnc = sut.cnc(
+      {"--config", config.string(), "--run", Chain::program(1, "messages.nc"), "--exit-when-idle"});
+  Flags of_gateway = sut.as("gateway-1");
+  of_gateway.insert(of_gateway.end(), {"--log-level", "debug"});
+  Process gateway = sut.configured_gateway(
+      fmt::format(
+          "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: "
+          "\"127.0.0.1.1.1\" queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"{}\" "
+          "}} }}\njournal {{ folder: \"{}\" }}\n",
+          root_uuid, (sut.folder() / "journal").string()),
+      of_gateway);
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output() << gateway.error_output();
+  gateway.await_error("call .* answered with state");
+  EXPECT_THAT(gateway.error_output() + service.error_output(), Not(HasSubstr("does not name")));
+}
+
+TEST_F(IdentityTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  fabric::dds::Participant participant(join("gateway-2"));
+  wire::Writer<fabric::MachineStatus> machines(participant, "millrace");
+  ASSERT_TRUE(machines.write(claim("cnc")));
+  ASSERT_TRUE(machines.write(claim("press_9")));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("gateway-2 speaks for cnc, which its certificate does not name");
+  cnc.await("response = 1.732051");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  const std::string seen = sut.ask({"machines"}, sut.as("screen"));
+  EXPECT_THAT(seen, HasSubstr("press_9"));
+  EXPECT_EQ(seen.find("elsewhere"), seen.rfind("elsewhere")) << seen;
+  Flags doctor{"doctor"};
+  const Flags who = sut.as("screen");
+  doctor.insert(doctor.end(), who.begin(), who.end());
+  Process report = sut.millrace(std::move(doctor));
+  report.wait();
+  EXPECT_THAT(report.output() + report.error_output(),
+              AllOf(HasSubstr("gateway-2 speaks for cnc, which its certificate does not name"),
+                    HasSubstr("gateway-1 as gateway of cnc"), HasSubstr("square-root as service")));
+}
+
+TEST_F(IdentityTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
+  Process service = sut.square_root(sut.as("square-root"));
+  fabric::dds::Participant participant(join("gateway-2"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* news = std::get_if<fabric::observer::InstanceNews>(&entry.sample)) {
+        instance = news->identity;
+      }
+    }
+    fabric::InstanceIdentity instance;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the instance", [&] {
+    io.poll();
+    return !listener.instance.uuid.empty();
+  });
+  EXPECT_EQ(listener.instance.certificate, "square-root");
+  wire::Writer<fabric::Request> requests(
+      participant, wire::request_partition("millrace", root_uuid, listener.instance.id));
+  wire::Reader<fabric::Reply> replies(participant, wire::service_partition("millrace", root_uuid),
+                                      wire::Keep::all);
+  await("the partition", [&] { return !requests.matched().empty(); });
+  const auto ask = [&](const std::string& machine, std::uint64_t number) {
+    EXPECT_TRUE(requests.write({.key = {machine, 1},
+                                .call = {77, number},
+                                .assigned = listener.instance.id,
+                                .uuid = root_uuid,
+                                .text = "4",
+                                .state = 1}));
+    fabric::Reply reply;
+    await("a reply to " + machine, [&] {
+      for (const auto& taken : replies.take()) {
+        if (taken.valid && taken.value.call.number == number) {
+          reply = taken.value;
+        }
+      }
+      return reply.call.number == number;
+    });
+    return reply;
+  };
+  EXPECT_EQ(ask("press_9", 1).kind, fabric::ReplyKind::final);
+  EXPECT_EQ(ask("cnc", 2).kind, fabric::ReplyKind::declined);
+  service.await_error("gateway-2 speaks for cnc, which its certificate does not name");
+}
+
+TEST_F(IdentityTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
+  Process service = sut.square_root(sut.as("square-root"));
+  fabric::dds::Participant participant(join("screen"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+        requests.push_back(*request);
+      }
+    }
+    std::vector<fabric::Request> requests;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::everything);
+  // One that ends at once may be gone before the observer has proved who it is.
+  await("the request", [&] {
+    EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+    io.poll();
+    return !listener.requests.empty();
+  });
+  EXPECT_TRUE(listener.requests.front().replayed);
+}
+
+// Its own plugin lets it show whatever it likes; those of the others do not.
+TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsSeenByNobody) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  auto options = join_carelessly("gateway-2");
+  auto trust = *options.trust;
+  trust.identity_partitions = fabric::identity_partitions(
+      "millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"cnc", "press_9"}});
+  options.trust = std::make_shared<const fabric::dds::Trust>(trust);
+  fabric::dds::Participant participant(options);
+  wire::Writer<fabric::MachineStatus> machines(participant, "millrace");
+  ASSERT_TRUE(machines.write(claim("cnc")));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error(
+      "a process that announces no identity \\(participant [0-9a-f:]+\\): what it says "
+      "on "
+      "millrace/machine is not listened to");
+  cnc.await("response = 1.732051");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+}
+
+// Those who write there see to it, whatever the reader's own DDS lets it do.
+TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
+  const std::string another = "00000000-0000-4000-8000-000000000002";
+  sut.trust({"issue", sut.plant(), "another", "--role", "service", "--uuid", another});
+  {
+    fabric::dds::Participant honest(join("slow"));
+    EXPECT_THAT(
+        [&] {
+          const wire::Reader<fabric::Request> spy(honest, "millrace/" + another + "/*",
+                                                  wire::Keep::all);
+        },
+        testing::ThrowsMessage<std::runtime_error>(
+            AllOf(HasSubstr("may not read millrace/v3/request"), HasSubstr(another))));
+  }
+  Flags flags = sut.as("another");
+  // Time enough for a handshake of the caller with who looks on.
+  flags.insert(flags.end(), {"--uuid", another, "--work", "3000"});
+  Process service = sut.slow_service(flags);
+  const auto requests_seen_by = [&](const std::string& holder) {
+    fabric::dds::Participant careless(join_carelessly(holder));
+    wire::Reader<fabric::Request> spy(careless, wire::all_services("millrace"), wire::Keep::all);
+    EXPECT_THAT(sut.ask({"call", another, "a secret recipe"}, sut.as("bench")),
+                HasSubstr("a secret recipe"));
+    return spy.take().size();
+  };
+  // Else nobody could have seen one.
+  EXPECT_GT(requests_seen_by("office"), 0U);
+  EXPECT_EQ(requests_seen_by("slow"), 0U);
+}
+
+// It joins, since its certificate counts, and knows of no identities.
+TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorSayWhatToDo) {
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  auto options = join("square-root");
+  options.trust.reset();
+  fabric::dds::Participant participant(options);
+  const fabric::InstanceIdentity old{
+      .id = fabric::InstanceId::random(), .uuid = root_uuid, .name = "old"};
+  const wire::Writer<fabric::Reply> replies(
+      participant, wire::service_partition("millrace", root_uuid),
+      {.user_data = fabric::registry::format_instance(old.id)});
+  const wire::Reader<fabric::Request> requests(
+      participant, wire::request_partition("millrace", root_uuid, old.id), wire::Keep::all,
+      {.user_data = fabric::registry::format_identity(old)});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  const std::string advice = "announces no identity.*`millrace trust renew`";
+  gateway.await_error("instance " + old.id.to_string() + " of .* gets no calls.*" + advice);
+  Flags doctor{"doctor"};
+  const Flags who = sut.as("screen");
+  doctor.insert(doctor.end(), who.begin(), who.end());
+  Process report = sut.millrace(std::move(doctor));
+  report.wait();
+  EXPECT_THAT(report.output(), AllOf(HasSubstr("announces no identity"), HasSubstr("trust renew")));
+  // Its place is free.
+  Process service = sut.square_root(sut.as("square-root"));
+  cnc.await("response = 1.732051");
+}
+
+TEST_F(IdentityTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
+  sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
+  Process service = sut.square_root(sut.unaware("unlucky"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root.*trusted as unlucky");
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")),
+              AllOf(HasSubstr("CERTIFICATE"), HasSubstr("unlucky")));
+  EXPECT_THAT(sut.ask({"services", "--json"}, sut.as("screen")),
+              HasSubstr("\"certificate\":\"unlucky\""));
+
+  fabric::dds::Participant participant(join("office"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* news = std::get_if<fabric::observer::InstanceNews>(&entry.sample)) {
+        there = news->change != fabric::observer::Change::gone;
+      }
+    }
+    void on_ignored(const std::string& reason) override { ignored += reason + "\n"; }
+    bool there = false;
+    std::string ignored;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the instance", [&] {
+    io.poll();
+    return listener.there;
+  });
+
+  sut.trust({"revoke", sut.plant(), "unlucky"});
+  const auto revoked = std::chrono::steady_clock::now();
+  gateway.await_error("instance \\S+ is put off: the certificate of unlucky has been revoked");
+  gateway.await_error("instance \\S+ is gone");
+  await("its end for who watches", [&] {
+    io.poll();
+    return !listener.there;
+  });
+  std::cout << "put off after "
+            << std::chrono::duration<double>(std::chrono::steady_clock::now() - revoked).count()
+            << " s\n";
+  EXPECT_THAT(listener.ignored, HasSubstr("the certificate of unlucky has been revoked"));
+  // It is still there, and knows of nothing.
+  EXPECT_TRUE(service.running());
+  // And another one has its place at once.
+  Process other = sut.square_root(sut.as("square-root"));
+  gateway.await_error("is ready: square_root.*trusted as square-root");
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+}
+
+// What a running program has seen it does not forget; one that starts has nothing to compare with
+// but what came with its certificate.
+TEST_F(IdentityTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
+  sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
+  Process service = sut.square_root(sut.unaware("unlucky"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root.*trusted as unlucky");
+  const fs::path list = fs::path(sut.plant()) / "gateway-1/revoked.pem";
+  fs::copy(list, sut.folder() / "older.pem");
+  sut.trust({"revoke", sut.plant(), "unlucky"});
+  gateway.await_error("instance \\S+ is put off: the certificate of unlucky has been revoked");
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  gateway.await_error("does not name unlucky any more: an older one has been copied over it");
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, sut.as("bench"), 1),
+              Not(HasSubstr("1.414214")));
+  // And none that is older than the certificate of a host.
+  gateway.terminate();
+  EXPECT_EQ(gateway.wait(), 0);
+  sut.trust({"renew", sut.plant(), "gateway-1"});
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"};
+  const Flags who = sut.as("gateway-1");
+  command.insert(command.end(), who.begin(), who.end());
+  Process again(std::move(command));
+  EXPECT_EQ(again.wait(), 2);
+  EXPECT_THAT(again.error_output(),
+              AllOf(HasSubstr("revoked.pem: was made on"), HasSubstr("before the certificate")));
+}
+
+TEST_F(IdentityTest, AGatewayThatIsRevokedAsksInVain) {
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid});
+  Process service = sut.slow_service(flags);
+  Process cnc = sut.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process gateway = sut.gateway(sut.unaware("gateway-3"));
+  await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  service.await_error(
+      "the certificate of gateway-3 is revoked: what it says on millrace/v3/request");
+  // What it had begun is over by then; nothing comes any more.
+  const std::string done = content_of(sut.record());
+  gateway.await_error("does not take what it is given");
+  EXPECT_EQ(content_of(sut.record()), done);
+}
+
+// Also one that does not know that it is.
+TEST_F(IdentityTest, AGatewayThatIsRevokedTakesNoCallBack) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid, "--work", "4000"});
+  Process service = sut.slow_service(flags);
+  const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
+  auto options = fabric::profile::read_profile(sut.unaware("gateway-3").at(1)).value();
+  options.domain = sut.domain();
+  fabric::dds::Participant participant(options);
+  wire::Writer<fabric::Request> requests(participant,
+                                         wire::request_partition("millrace", root_uuid, *id));
+  wire::Reader<fabric::Reply> replies(participant, wire::service_partition("millrace", root_uuid),
+                                      wire::Keep::all);
+  await("the partition", [&] { return !requests.matched().empty(); });
+  fabric::Request asked{.key = {"cnc", 1},
+                        .call = {77, 1},
+                        .assigned = *id,
+                        .uuid = root_uuid,
+                        .text = "4",
+                        .state = 1};
+  ASSERT_TRUE(requests.write(asked));
+  await("its run", [&] { return !content_of(sut.record()).empty(); });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  await("the instance, which knows", [&] {
+    asked.key.channel = 2;
+    ++asked.call.number;
+    EXPECT_TRUE(requests.write(asked));
+    return service.error_output().find("the certificate of gateway-3 is revoked") !=
+           std::string::npos;
+  });
+  ASSERT_TRUE(
+      requests.write(fabric::withdrawal_of({.key = {"cnc", 1}, .epoch = 77, .instance = *id})));
+  await("the answer", [&] {
+    const auto taken = replies.take();
+    return std::ranges::any_of(taken, [](const wire::Taken<fabric::Reply>& one) {
+      return one.valid && one.value.call.number == 1 && one.value.text == "4";
+    });
+  });
+}
+
+TEST_F(IdentityTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process first = sut.gateway(sut.unaware("gateway-3"));
+  first.await_error("link up");
+  Process second = sut.gateway(sut.as("gateway-1"));
+  second.await_error("serves it already; this gateway stands by");
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  second.await_error("taken over");
+  second.await_error("link up");
+}
+
+TEST_F(IdentityTest, WhatAGatewayThatIsRevokedHasSaidOfItsChannelsIsOver) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.unaware("gateway-3"));
+  fabric::dds::Participant participant(join("office"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+        last = std::move(*status);
+      }
+    }
+    void on_ignored(const std::string&) override {}
+    std::optional<fabric::ChannelStatus> last;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the channel", [&] {
+    io.poll();
+    return listener.last && listener.last->reason.empty();
+  });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  await("that its gateway is gone", [&] {
+    io.poll();
+    return listener.last->reason == "its gateway is gone";
+  });
+}
+
+// Whatever it says of itself.
+TEST_F(IdentityTest, ACommandIsFromWhoTheCertificateSays) {
+  Process service = sut.square_root(sut.as("square-root"));
+  const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
+  fabric::dds::Participant participant(join("office"));
+  wire::Writer<fabric::Command> commands(participant, "millrace");
+  await("who takes commands", [&] { return !commands.matched().empty(); });
+  ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
+                              .kind = fabric::CommandKind::drain,
+                              .instance = *id,
+                              .issuer = "chief (boss@desk)"}));
+  service.await_error("office \\(chief \\(boss@desk\\)\\) asks this instance to leave");
+}
+
+TEST_F(IdentityTest, WhoIsRevokedHimselfSaysSoAndEnds) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  sut.trust({"revoke", sut.plant(), "square-root"});
+  service.await_error("the certificate of square-root has been revoked.*issue");
+  EXPECT_EQ(service.wait(), 1);
+  sut.trust({"revoke", sut.plant(), "gateway-1"});
+  gateway.await_error("the certificate of gateway-1 has been revoked");
+  EXPECT_EQ(gateway.wait(), 1);
+}
+
+TEST_F(IdentityTest, AGatewayWhoseCertificateExpiresSaysSoAndEndsAndGoesOnWithNewerCredentials) {
+  const auto until = sut.shorten(
+      {.name = "gateway-1", .roles = {fabric::trust::Role::gateway}, .machines = {"cnc"}}, 8s);
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  {
+    Process gateway = sut.gateway(sut.as("gateway-1"));
+    cnc.await("response = 1.732051");
+    gateway.await_error("the certificate of gateway-1 expired on .*`millrace trust renew`", 60s);
+    EXPECT_GE(std::chrono::system_clock::now(), until);
+    EXPECT_EQ(gateway.wait(), 1);
+  }
+  sut.trust({"renew", sut.plant(), "gateway-1"});
+  Process cnc_again =
+      sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  cnc_again.await("response = 1.732051");
+}
+
+TEST_F(IdentityTest, AToolThatWatchesEndsWithItsCertificate) {
+  sut.shorten({.name = "screen", .roles = {fabric::trust::Role::observer}}, 6s);
+  Flags command{"record", "--output", (sut.folder() / "recording").string()};
+  const Flags who = sut.as("screen");
+  command.insert(command.end(), who.begin(), who.end());
+  Process recorder = sut.millrace(std::move(command));
+  recorder.await_error("the certificate of screen expired on", 60s);
+  EXPECT_EQ(recorder.wait(), 1);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

@@ -1,0 +1,153 @@
+// How a controller tells of changes: it samples in the cycle of its task, and what it has to tell
+// keeps its order. It may refuse, forget, be late, and say nothing.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "tests/simulation/gateway/ads_link.hpp"
+
+namespace millrace::tests::simulation {
+
+using gateway::Variable;
+
+namespace {
+
+constexpr std::array told_states{Variable::request_state, Variable::response_state};
+/// Of a question that is lost: cnc/ads/client.hpp.
+constexpr Time question_timeout = 2000ms;
+
+}  // namespace
+
+bool AdsLink::still(std::uint64_t connection) const {
+  return up_ && !abandoned_ && connection_ == connection;
+}
+
+void AdsLink::subscribe(const std::vector<std::uint16_t>& channels) {
+  if (!up_) {
+    return;
+  }
+  const bool lost = cable_.silent || random_.chance(cable_.lost);
+  const bool refused = cable_.notifications.refuses;
+  std::map<std::uint16_t, std::uint64_t> asked;
+  for (const std::uint16_t channel : channels) {
+    asked[channel] = ++questions_[channel];
+  }
+  const auto answer = [self = shared_from_this(), channels, refused, lost,
+                       connection = connection_] {
+    if (!self->still(connection)) {
+      return;
+    }
+    std::vector<gateway::machines::SubscribeOutcome> outcomes;
+    for (const std::uint16_t channel : channels) {
+      outcomes.push_back({channel,
+                          lost      ? "no answer"
+                          : refused ? "the controller refuses it"
+                                    : "",
+                          lost});
+    }
+    self->events_.on_subscribed(self->controller_.name(), outcomes);
+  };
+  if (lost || refused) {
+    process_.timer(lost ? question_timeout : 2 * delay(), answer);
+    return;
+  }
+  process_.agenda().after(delay(), {.parties = controller_.parties()},
+                          [self = shared_from_this(), asked, connection = connection_, answer] {
+                            if (!self->still(connection) || !self->controller_.powered()) {
+                              return;
+                            }
+                            for (const auto& [channel, question] : asked) {
+                              if (self->questions_[channel] == question) {
+                                self->begin_telling(channel);
+                              }
+                            }
+                            const Time delay = self->delay();
+                            self->last_telling_ = std::max(self->last_telling_,
+                                                           self->process_.agenda().now() + delay);
+                            self->process_.after(delay, answer);
+                          });
+}
+
+void AdsLink::unsubscribe(const std::vector<std::uint16_t>& channels) {
+  for (const std::uint16_t channel : channels) {
+    ++questions_[channel];
+    stop_telling(channel);
+  }
+}
+
+void AdsLink::begin_telling(std::uint16_t channel) {
+  tellings_[channel] = {};
+  controller_.channel(channel).watchers[this] = [this, channel] { sample_later(channel); };
+  sample_later(channel);
+}
+
+void AdsLink::sample_later(std::uint16_t channel) {
+  Telling& telling = tellings_[channel];
+  if (telling.sampling) {
+    return;
+  }
+  telling.sampling = true;
+  const Time now = process_.agenda().now();
+  const Time cycle = cable_.notifications.cycle;
+  process_.agenda().at((now / cycle + 1) * cycle, {.parties = controller_.parties()},
+                       [self = shared_from_this(), channel, connection = connection_] {
+                         if (self->still(connection) && self->controller_.powered()) {
+                           self->take_sample(channel);
+                         }
+                       });
+}
+
+void AdsLink::take_sample(std::uint16_t channel) {
+  const auto found = tellings_.find(channel);
+  if (found == tellings_.end()) {
+    return;
+  }
+  Telling& telling = found->second;
+  telling.sampling = false;
+  const NotificationHabits& habits = cable_.notifications;
+  for (const Variable variable : told_states) {
+    const std::uint32_t value = controller_.channel(channel).state(variable);
+    const auto last = telling.last.find(variable);
+    const bool first = last == telling.last.end();
+    if (!first && last->second == value) {
+      continue;
+    }
+    telling.last[variable] = value;
+    if (habits.silent || (habits.first_only && !first) || random_.chance(habits.lost)) {
+      continue;
+    }
+    if (!first && random_.chance(habits.dropped)) {
+      stop_telling(channel);
+      tell(channel, variable, std::nullopt);
+      return;
+    }
+    tell(channel, variable, value);
+  }
+}
+
+void AdsLink::tell(std::uint16_t channel, Variable variable, std::optional<std::uint32_t> value) {
+  if (cable_.silent) {
+    return;
+  }
+  const Time now = process_.agenda().now();
+  last_telling_ = std::max(last_telling_, now + delay() + cable_.notifications.late);
+  process_.after(last_telling_ - now, [self = shared_from_this(), channel, variable, value,
+                                       connection = connection_] {
+    if (self->still(connection)) {
+      self->events_.on_notification({self->controller_.name(), channel}, variable, value);
+    }
+  });
+}
+
+void AdsLink::stop_telling(std::uint16_t channel) {
+  tellings_.erase(channel);
+  controller_.channel(channel).watchers.erase(this);
+}
+
+void AdsLink::stop_telling() {
+  for (const auto& [channel, telling] : std::exchange(tellings_, {})) {
+    controller_.channel(channel).watchers.erase(this);
+  }
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,135 @@
+// Gateways that end, fall silent, follow each other, or serve one channel at once.
+#include <set>
+
+#include <dds/dds.h>
+#include <gmock/gmock.h>
+
+#include "tests/unit/fabric/endpoints.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using tests::run_until;
+
+/// DDS takes a process for gone sooner than it would.
+class SilentEndpoints : public Endpoints {
+ protected:
+  SilentEndpoints() : Endpoints(std::chrono::milliseconds(500)) {}
+};
+
+TEST_F(Endpoints, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
+  auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  sut.reset();
+  gateway = {};
+
+  // Its successor finds the answer that was given meanwhile.
+  ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+  sut = open_gateway();
+  ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
+  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+}
+
+/// The same call of another gateway.
+Request of_epoch(std::uint64_t epoch, Request request) {
+  request.call.epoch = epoch;
+  return request;
+}
+
+// Two gateways that do not hear each other serve one channel; the one that let go of its call
+// withdrew the other's.
+TEST_F(Endpoints, WithdrawNoCallOfAnotherGateway) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  dds::Participant elsewhere(processes.here());
+  RecordingGateway other_gateway;
+  endpoints::CallEndpoint other(elsewhere, context.get_executor(), other_gateway);
+  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
+
+  const Request ours = request(1, service->end.identity());
+  const Request theirs = of_epoch(8, ours);
+  ASSERT_TRUE(sut->publish(ours));
+  ASSERT_TRUE(other.publish(theirs));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
+  other.withdraw(key_of(theirs));
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
+}
+
+TEST_F(Endpoints, LetNoGatewayPushOutWhatAnotherOneAsks) {
+  const auto sut = open_gateway();
+  RecordingGateway other_gateway;
+  endpoints::CallEndpoint other(here, context.get_executor(), other_gateway);
+  // All samples are there before the first is taken, as in DoNotRunAWithdrawnCall….
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
+
+  const Request ours = request(1, service.end.identity());
+  const Request theirs = of_epoch(8, ours);
+  const Request withdrawn = of_epoch(9, ours);
+  ASSERT_TRUE(sut->publish(ours));
+  ASSERT_TRUE(other.publish(theirs));
+  ASSERT_TRUE(other.publish(withdrawn));
+  other.withdraw(key_of(withdrawn));
+  ASSERT_TRUE(run_until(asleep, [&] {
+    return service.heard.requests.size() == 2 && !service.heard.withdrawn.empty();
+  }));
+  EXPECT_EQ(service.heard.requests[0].call, ours.call);
+  EXPECT_EQ(service.heard.requests[1].call, theirs.call);
+  EXPECT_THAT(service.heard.withdrawn, ElementsAre(key_of(withdrawn)));
+}
+
+TEST_F(Endpoints, LetNoAnswerPushOutThatToAnotherGateway) {
+  const auto service = start(identity());
+  const Request first = request(1, service->end.identity());
+  ASSERT_TRUE(service->end.publish(reply(first)));
+  ASSERT_TRUE(service->end.publish(reply(of_epoch(8, first))));
+  ASSERT_TRUE(service->end.publish(reply(request(2, service->end.identity()))));
+  const auto sut = open_gateway();
+  ASSERT_TRUE(until([&] { return gateway.replies.size() == 2; }));
+  std::set<CallId> calls;
+  for (const Reply& one : gateway.replies) {
+    calls.insert(one.call);
+  }
+  EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
+}
+
+TEST_F(Endpoints, TellAServiceThatAGatewayIsGone) {
+  auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  sut.reset();
+  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
+  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
+  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+}
+
+TEST_F(SilentEndpoints, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
+  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
+  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
+
+  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
+  EXPECT_EQ(service->heard.requests.back().call, sent.call);
+}
+
+}  // namespace
+}  // namespace millrace::fabric

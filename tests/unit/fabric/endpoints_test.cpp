@@ -1,0 +1,361 @@
+#include "tests/unit/fabric/endpoints.hpp"
+
+#include <atomic>
+#include <optional>
+
+#include <gmock/gmock.h>
+
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using tests::run_until;
+
+TEST_F(Endpoints, CarryACallAndItsAnswer) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  EXPECT_EQ(gateway.ready.begin()->second, service->end.identity());
+
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  const Request& heard = service->heard.requests.front();
+  EXPECT_EQ(heard.call, sent.call);
+  EXPECT_EQ(heard.text, "4");
+  EXPECT_EQ(heard.assigned, service->end.identity().id);
+
+  ASSERT_TRUE(service->end.publish(reply(heard)));
+  ASSERT_TRUE(until([&] { return !gateway.replies.empty(); }));
+  EXPECT_EQ(gateway.replies.front().text, "2.000000");
+  EXPECT_EQ(gateway.replies.front().call, sent.call);
+}
+
+TEST_F(Endpoints, CarryCallsThatAreGivenOutTogether) {
+  // More than a datagram takes.
+  constexpr std::uint16_t calls = 200;
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  for (std::uint16_t channel = 1; channel <= calls; ++channel) {
+    const ChannelKey key{.machine = "cnc", .channel = channel};
+    ASSERT_TRUE(sut->publish(request(channel, service->end.identity(), key)));
+  }
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == calls; }));
+  const ChannelKey last{.machine = "cnc", .channel = calls};
+  ASSERT_TRUE(sut->publish(request(calls + 1, service->end.identity())));
+  sut->withdraw({last, 7, service->end.identity().id});
+  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+}
+
+/// Notes what a channel's status was at each change, with `calls` in place of a time.
+class Watcher {
+ public:
+  explicit Watcher(const dds::Participant& participant)
+      : reader_(participant, participant.options().fabric, wire::Keep::all) {}
+  std::vector<std::uint64_t> take() {
+    for (const wire::Taken<ChannelStatus>& taken : reader_.take()) {
+      if (taken.valid) {
+        seen_.push_back(taken.value.calls);
+      }
+    }
+    return seen_;
+  }
+
+ private:
+  wire::Reader<ChannelStatus> reader_;
+  std::vector<std::uint64_t> seen_;
+};
+
+TEST_F(Endpoints, ShowChannelsAsTheyAreToWhoComesToLook) {
+  const ChannelKey key{.machine = "cnc", .channel = 1};
+  const auto show = [&](endpoints::CallEndpoint& sut, std::uint64_t calls) {
+    ASSERT_TRUE(sut.publish(ChannelStatus{.key = key, .calls = calls}));
+  };
+  const auto sut = open_gateway();
+  show(*sut, 1);
+  show(*sut, 2);
+  {
+    Watcher first(there);
+    // What nobody saw at its time is not told later.
+    ASSERT_TRUE(until([&] { return first.take() == std::vector<std::uint64_t>{2}; }));
+    show(*sut, 3);
+    show(*sut, 4);
+    ASSERT_TRUE(until([&] { return first.take() == std::vector<std::uint64_t>{2, 3, 4}; }));
+    Watcher second(there);
+    ASSERT_TRUE(until([&] { return !second.take().empty(); }));
+    EXPECT_EQ(second.take().back(), 4U);
+  }
+  show(*sut, 5);
+  Watcher third(there);
+  ASSERT_TRUE(until([&] { return !third.take().empty() && third.take().back() == 5; }));
+}
+
+TEST_F(Endpoints, TellAGatewayWhoReadsWhatItSays) {
+  const auto sut = open_gateway();
+  {
+    Watcher watcher(there);
+    ASSERT_TRUE(until([&] { return gateway.channels_read; }));
+    EXPECT_FALSE(gateway.events_read);
+  }
+  ASSERT_TRUE(until([&] { return !gateway.channels_read; }));
+  const wire::Reader<Event> recorder(there, there.options().fabric, wire::Keep::all);
+  ASSERT_TRUE(until([&] { return gateway.events_read; }));
+  EXPECT_FALSE(gateway.channels_read);
+}
+
+TEST_F(Endpoints, RefuseACallForAnInstanceThatNobodyShows) {
+  const auto sut = open_gateway();
+  const auto result = sut->publish(request(1, identity("no-such-service")));
+  ASSERT_FALSE(result);
+  EXPECT_THAT(result.error(), HasSubstr("has not shown up"));
+}
+
+TEST_F(Endpoints, NeverLoseTheReplyOfFreshEndpoints) {
+  constexpr int rounds = 200;
+  for (int round = 0; round < rounds; ++round) {
+    SCOPED_TRACE(round);
+    const auto sut = open_gateway();
+    const auto service = start(identity());
+    ASSERT_TRUE(until_ready(service->end.identity()));
+    ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
+    ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+    ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+    ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
+    gateway = {};
+  }
+}
+
+TEST_F(Endpoints, KeepTwoServicesApart) {
+  const auto sut = open_gateway();
+  const auto one = start(identity());
+  const auto other = start(identity("dial-gauge"));
+  ASSERT_TRUE(until_ready(one->end.identity()));
+  ASSERT_TRUE(until_ready(other->end.identity()));
+  ASSERT_TRUE(sut->publish(request(1, one->end.identity())));
+  ASSERT_TRUE(until_heard(*sut, *one, 2));
+  ASSERT_TRUE(until_heard(*sut, *other, 3));
+  EXPECT_EQ(one->heard.requests.size(), 2U);
+  EXPECT_EQ(other->heard.requests.size(), 1U);
+}
+
+TEST_F(Endpoints, TellARunningServiceOfAWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+
+  sut->withdraw(key_of(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
+}
+
+TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
+  const auto sut = open_gateway();
+  // Within one domain object a write returns when its sample has arrived, and an executor of its
+  // own keeps the instance from taking it: both samples are there before the first is taken.
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  const Request sent = request(1, service.end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  sut->withdraw(key_of(sent));
+  EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
+  EXPECT_THAT(service.heard.requests, IsEmpty());
+}
+
+/// A participant without a part in the call, which disposes and unregisters its key.
+class AStrangerBesideEndpoints : public Endpoints {
+ protected:
+  void dispose(const Request& request) {
+    stranger.emplace(elsewhere,
+                     wire::request_partition("millrace", request.uuid, request.assigned));
+    ASSERT_TRUE(until([&] { return !stranger->matched().empty(); }));
+    stranger->withdraw(request);
+    stranger->unregister(request);
+  }
+
+  dds::Participant elsewhere{processes.here()};
+  std::optional<wire::Writer<Request>> stranger;
+};
+
+TEST_F(AStrangerBesideEndpoints, TakesNoRequestBackThatItsInstanceHasNotTakenYet) {
+  const auto sut = open_gateway();
+  // As in DoNotRunAWithdrawnCall….
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  const Request sent = request(1, service.end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  dispose(sent);
+  EXPECT_TRUE(run_until(
+      asleep, [&] { return !service.heard.requests.empty() || !service.heard.withdrawn.empty(); }));
+  EXPECT_THAT(service.heard.requests, SizeIs(1));
+  EXPECT_THAT(service.heard.withdrawn, IsEmpty());
+}
+
+TEST_F(AStrangerBesideEndpoints, TakesARequestBackInItsOwnNameOnly) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  dispose(sent);
+  ASSERT_TRUE(stranger->write(withdrawal_of(key_of(sent))));
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_NE(service->heard.withdrawn_by.front(), service->heard.requests.front().requester);
+}
+
+TEST_F(AStrangerBesideEndpoints, HidesNoWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  dispose(sent);
+  sut->withdraw(key_of(sent));
+  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
+}
+
+TEST_F(AStrangerBesideEndpoints, AsksForSoManyChannelsAndNoMore) {
+  constexpr std::size_t most = 4'096;
+  const auto service = start(identity());
+  const InstanceIdentity& who = service->end.identity();
+  stranger.emplace(elsewhere, wire::request_partition("millrace", who.uuid, who.id));
+  ASSERT_TRUE(until([&] { return !stranger->matched().empty(); }));
+  for (std::uint16_t channel = 1; channel <= most + 64; ++channel) {
+    ASSERT_TRUE(stranger->write(request(1, who, {.machine = "cnc", .channel = channel})));
+  }
+  ASSERT_TRUE(until(
+      [&] { return service->heard.requests.size() >= most && !service->heard.ignored.empty(); }));
+  EXPECT_THAT(service->heard.requests, SizeIs(most));
+  EXPECT_THAT(service->heard.ignored,
+              ElementsAre(HasSubstr("tells of more than 4096 things on millrace/v3/request")));
+}
+
+/// Used by Cyclone's threads while the test looks.
+class RepliesAtOnce : public endpoints::ReplyEndpointListener {
+ public:
+  void on_request(const Request& request) override {
+    if (endpoints::ReplyEndpoint* const to = end) {
+      EXPECT_TRUE(to->publish(reply(request)));
+    }
+  }
+  void on_withdrawn(const RequestKey&) override { ++withdrawn; }
+
+  std::atomic<endpoints::ReplyEndpoint*> end = nullptr;
+  std::atomic<int> withdrawn = 0;
+};
+
+TEST_F(Endpoints, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
+  const auto sut = open_gateway();
+  const InstanceIdentity who = identity();
+  RepliesAtOnce heard;
+  endpoints::ReplyEndpoint end(there, who, heard);
+  heard.end = &end;
+  ASSERT_TRUE(until_ready(who));
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    ASSERT_TRUE(sut->publish(request(number, who)));
+    ASSERT_TRUE(until([&] { return gateway.replies.size() == number; })) << number;
+  }
+  sut->withdraw(key_of(request(100, who)));
+  EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
+}
+
+// The receiving thread may be in the listener just then.
+TEST_F(Endpoints, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
+  const auto sut = open_gateway();
+  for (std::uint64_t round = 0; round < 20; ++round) {
+    const InstanceIdentity who = identity();
+    RepliesAtOnce heard;
+    auto end = std::make_unique<endpoints::ReplyEndpoint>(there, who, heard);
+    heard.end = end.get();
+    ASSERT_TRUE(until_ready(who));
+    for (std::uint64_t number = 1; number <= 50; ++number) {
+      ASSERT_TRUE(sut->publish(request(100 * round + number, who)));
+    }
+    end.reset();
+    ASSERT_TRUE(until([&] { return !gateway.ready.contains(who.id); }));
+  }
+}
+
+TEST_F(Endpoints, LetAChannelCallAgainAfterAWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    const Request sent = request(number, service->end.identity());
+    ASSERT_TRUE(sut->publish(sent));
+    ASSERT_TRUE(until([&] {
+      return !service->heard.requests.empty() && service->heard.requests.back().call == sent.call;
+    }));
+    sut->withdraw(key_of(sent));
+  }
+}
+
+TEST_F(Endpoints, TellThatAnInstanceDrains) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  const InstanceId id = service->end.identity().id;
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  service->end.set_draining(true);
+  EXPECT_TRUE(until([&] { return gateway.ready.at(id).draining; }));
+  service->end.set_draining(false);
+  EXPECT_TRUE(until([&] { return !gateway.ready.at(id).draining; }));
+}
+
+TEST_F(Endpoints, TellThatAnInstanceLeft) {
+  const auto sut = open_gateway();
+  auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  service.reset();
+  EXPECT_TRUE(until([&] { return gateway.ready.empty() && gateway.gone == 1; }));
+}
+
+TEST_F(Endpoints, RefuseWhatDoesNotFit) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  Request long_text = request(1, service->end.identity());
+  long_text.text.assign(max_text + 1, 'x');
+  EXPECT_EQ(sut->publish(long_text).error(), "the text has 128 bytes, at most 127 fit");
+
+  Reply no_state = reply(request(1, service->end.identity()));
+  no_state.state = 0;
+  EXPECT_FALSE(service->end.publish(no_state));
+  no_state.kind = ReplyKind::interim;
+  EXPECT_TRUE(service->end.publish(no_state));
+}
+
+TEST_F(Endpoints, MayEndWhileWorkIsPosted) {
+  for (int round = 0; round < 50; ++round) {
+    auto sut = open_gateway();
+    auto service = start(identity());
+    context.poll();
+    service.reset();
+    sut.reset();
+    context.restart();
+    context.poll();
+  }
+  EXPECT_EQ(gateway.replies.size(), 0U);
+}
+
+TEST_F(Endpoints, DoNotTakeAnInstanceThatCannotBeAnnounced) {
+  EXPECT_THROW(start(identity("560AACBF-6335-44a9-895A-8B27F3ED5E47")), std::invalid_argument);
+  EXPECT_THROW(start(identity("*")), std::invalid_argument);
+  EXPECT_THROW(start(identity("")), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace millrace::fabric

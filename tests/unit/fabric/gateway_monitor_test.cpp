@@ -1,0 +1,163 @@
+// Who serves which machine, as another gateway hears it.
+#include "fabric/endpoints/gateway_monitor.hpp"
+
+#include <set>
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/endpoints/call_endpoint.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using namespace std::chrono_literals;
+using tests::run_until;
+
+struct HeardMachines final : endpoints::GatewayMonitorListener {
+  void on_machine(const MachineStatus& status) override {
+    machines.insert(status.machine);
+    last = status;
+  }
+  void on_machine_gone(const std::string& machine, const InstanceId&) override {
+    machines.erase(machine);
+  }
+  void on_channel(const ChannelStatus&) override {}
+  void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
+
+  std::set<std::string> machines;
+  MachineStatus last;
+  std::vector<std::string> ignored;
+};
+
+constexpr std::chrono::milliseconds lease{400};
+
+dds::ParticipantOptions with_lease(dds::ParticipantOptions options) {
+  options.lease = lease;
+  return options;
+}
+
+class AWatchedGateway : public testing::Test {
+ protected:
+  bool until(const std::function<bool()>& done) { return run_until(context, done); }
+  bool until_known() {
+    return until([&] { return heard.machines.contains("cnc"); });
+  }
+
+  TwoProcesses processes;
+  boost::asio::io_context context;
+  dds::Participant here{processes.here()};
+  dds::Participant there{with_lease(processes.there())};
+  HeardMachines heard;
+  endpoints::GatewayMonitor monitor{here, context.get_executor(), heard};
+  RecordingGateway unused;
+  endpoints::CallEndpoint sut{there, context.get_executor(), unused};
+  MachineStatus status{
+      .machine = "cnc", .gateway = InstanceId::random(), .claimed = Time(std::chrono::hours(1))};
+};
+
+/// The same gateway; a second participant writes its key, too.
+class AWatchedGatewayWithAStranger : public AWatchedGateway {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(sut.publish(status));
+    ASSERT_TRUE(until_known());
+    ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
+  }
+
+  dds::Participant elsewhere{processes.there()};
+  wire::Writer<MachineStatus> stranger{elsewhere, "millrace"};
+};
+
+TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  const auto later = std::chrono::steady_clock::now() + 4 * lease;
+  ASSERT_TRUE(until([&] {
+    sut.assert_machines();
+    EXPECT_TRUE(heard.machines.contains("cnc"));
+    return testing::Test::HasFailure() || std::chrono::steady_clock::now() > later;
+  }));
+}
+
+// DDS's own threads go on renewing the lease of its process.
+TEST_F(AWatchedGateway, IsGoneWhenItDoesNotAssertItselfAlthoughItsProcessIsThere) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+}
+
+TEST_F(AWatchedGateway, IsThereAgainWhenItPublishesItsMachinesAnew) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
+  ASSERT_TRUE(sut.publish(status));
+  EXPECT_TRUE(until_known());
+}
+
+TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
+  HeardMachines later;
+  const endpoints::GatewayMonitor other(here, context.get_executor(), later);
+  bool known = false;
+  EXPECT_TRUE(until([&] {
+    known = known || later.machines.contains("cnc");
+    return known && later.machines.empty();
+  }));
+}
+
+// The state of a DDS instance is one for all its writers, and a sample of the gateway that is taken
+// together with it shows it, too.
+TEST_F(AWatchedGatewayWithAStranger,
+       StaysThereWhenTheStrangerDisposesItsKeyBetweenTwoOfItsSamples) {
+  for (int i = 0; i < 20; ++i) {
+    status.since += 1ns;
+    ASSERT_TRUE(sut.publish(status));
+    stranger.withdraw(status);
+    const auto later = std::chrono::steady_clock::now() + 20ms;
+    ASSERT_TRUE(until([&] {
+      EXPECT_TRUE(heard.machines.contains("cnc"));
+      return HasFailure() || std::chrono::steady_clock::now() > later;
+    }));
+  }
+}
+
+// Its claim to fewer channels, or a later one, would hand the others to a standby gateway.
+TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
+  MachineStatus forged = status;
+  forged.claims = {99};
+  ASSERT_TRUE(stranger.write(forged));
+  ASSERT_TRUE(until([&] {
+    sut.assert_machines();
+    return !heard.ignored.empty();
+  }));
+  EXPECT_THAT(heard.ignored.front(),
+              testing::HasSubstr("says what gateway " + status.gateway.to_string()));
+  EXPECT_TRUE(heard.last.claims.empty());
+}
+
+TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {
+  stranger.withdraw(status);
+  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+}
+
+TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItLetsGoOfTheMachine) {
+  stranger.withdraw(status);
+  sut.unregister(status);
+  const auto soon = std::chrono::steady_clock::now() + lease / 2;
+  EXPECT_TRUE(until([&] {
+    sut.assert_machines();
+    return heard.machines.empty();
+  }));
+  EXPECT_LT(std::chrono::steady_clock::now(), soon);
+}
+
+}  // namespace
+}  // namespace millrace::fabric

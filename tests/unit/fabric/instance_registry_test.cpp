@@ -1,0 +1,390 @@
+#include "fabric/registry/instance_registry.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+constexpr registry::EndpointHandle reader = 1;
+constexpr registry::EndpointHandle reply_writer = 2;
+constexpr registry::EndpointHandle process = 10;
+constexpr registry::EndpointHandle other_participant = 11;
+constexpr registry::EndpointHandle heartbeats = 5;
+constexpr SteadyTime start{std::chrono::hours(1)};
+
+class InstanceRegistryTest : public testing::Test {
+ protected:
+  void see_both() {
+    sut.reader_seen(reader, {identity, process}, start);
+    sut.writer_seen(reply_writer, {identity.id, process});
+  }
+  void match(bool is = true) {
+    sut.matched(reader, is);
+    sut.matched(reply_writer, is);
+  }
+  /// Ready, and beating from `start` on.
+  void with_heartbeats() {
+    identity.lease = 500ms;
+    see_both();
+    match();
+    sut.heartbeat_writer_seen(heartbeats, process);
+    sut.changes();
+  }
+
+  InstanceIdentity identity{.id = InstanceId::random(), .uuid = "weather"};
+  registry::InstanceRegistry sut;
+};
+
+TEST_F(InstanceRegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
+  sut.reader_seen(reader, {identity, process}, start);
+  sut.matched(reader, true);
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  sut.writer_seen(reply_writer, {identity.id, process});
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  sut.matched(reply_writer, true);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(InstanceRegistryTest, KnowsAMatchThatIsThereBeforeTheEndpointIsSeen) {
+  match();
+  see_both();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(InstanceRegistryTest, TellsEachChangeOnce) {
+  see_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  const registry::InstanceRegistry::Changes again = sut.changes();
+  EXPECT_THAT(again.ready, IsEmpty());
+  EXPECT_THAT(again.changed, IsEmpty());
+  EXPECT_THAT(again.gone, IsEmpty());
+}
+
+TEST_F(InstanceRegistryTest, TellsThatAnIdentityChanged) {
+  see_both();
+  match();
+  sut.changes();
+  identity.draining = true;
+  sut.reader_seen(reader, {identity, process}, start);
+  EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
+}
+
+TEST_F(InstanceRegistryTest, TellsAChangeOfAnIdentityOnce) {
+  see_both();
+  match();
+  sut.changes();
+  identity.draining = true;
+  sut.reader_seen(reader, {identity, process}, start);
+  sut.changes();
+  match();
+  EXPECT_THAT(sut.changes().changed, IsEmpty());
+}
+
+TEST_F(InstanceRegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
+  constexpr registry::EndpointHandle second = 3;
+  see_both();
+  sut.writer_seen(second, {identity.id, process});
+  match();
+  sut.changes();
+  sut.endpoint_gone(second);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.endpoint_gone(reply_writer);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
+  for (const registry::EndpointHandle lost : {reader, reply_writer}) {
+    see_both();
+    match();
+    sut.changes();
+    sut.endpoint_gone(lost);
+    EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  }
+}
+
+TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
+  see_both();
+  match();
+  sut.changes();
+  match(false);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  match();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(InstanceRegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
+  sut.match_all();
+  see_both();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  sut.endpoint_gone(reply_writer);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(InstanceRegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
+  sut.reader_seen(reader, {identity, process}, start);
+  sut.writer_seen(reply_writer, {identity.id, other_participant});
+  match();
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+}
+
+TEST_F(InstanceRegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
+  see_both();
+  sut.writer_seen(3, {InstanceId::random(), process});
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(3, identity.id)) << "another instance's writer";
+  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a reply_writer that says nothing of itself";
+}
+
+TEST_F(InstanceRegistryTest, TakesNoWordFromAWriterThatOnlyCallsItselfTheInstances) {
+  see_both();
+  sut.writer_seen(3, {identity.id, other_participant});
+  EXPECT_FALSE(sut.speaks_for(3, identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, TakesTheWordOfAWriterWhoseReaderIsNotSeenYet) {
+  sut.writer_seen(reply_writer, {identity.id, process});
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
+  see_both();
+  sut.endpoint_gone(reader);
+  sut.endpoint_gone(reply_writer);
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+  for (registry::EndpointHandle other = 1'000; other < 2'000; ++other) {
+    sut.writer_seen(other, {InstanceId::random(), process});
+    sut.endpoint_gone(other);
+  }
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id)) << "not for ever";
+}
+
+TEST_F(InstanceRegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIsHeardAgain) {
+  with_heartbeats();
+  for (int heartbeat = 1; heartbeat <= 5; ++heartbeat) {
+    EXPECT_TRUE(sut.heartbeat(heartbeats, start + heartbeat * 100ms));
+    sut.on_time(start + heartbeat * 100ms);
+  }
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  while (sut.next_time() && *sut.next_time() < start + 900ms) {
+    sut.on_time(*sut.next_time());
+  }
+  EXPECT_THAT(sut.changes().gone, IsEmpty()) << "not before four fifths of its lease";
+  ASSERT_EQ(sut.next_time(), start + 900ms);
+  sut.on_time(start + 900ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  sut.heartbeat(heartbeats, start + 2s);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_EQ(sut.next_time(), start + 2400ms);
+}
+
+TEST_F(InstanceRegistryTest, LooksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {
+  for (const auto& [often, seldom] :
+       {std::pair(process, other_participant), std::pair(other_participant, process)}) {
+    registry::InstanceRegistry several;
+    const InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather", .lease = 500ms};
+    const InstanceIdentity other{.id = InstanceId::random(), .uuid = "weather", .lease = 10s};
+    several.reader_seen(reader, {one, often}, start);
+    several.reader_seen(reader + 1, {other, seldom}, start);
+    several.heartbeat_writer_seen(heartbeats, often);
+    several.heartbeat(heartbeats, start + 200ms);
+    several.on_time(start + 400ms);
+    EXPECT_EQ(several.next_time(), start + 600ms);
+  }
+}
+
+TEST_F(InstanceRegistryTest, ExpectsAHeartbeatOnlyOfWhoPromisesIt) {
+  see_both();
+  match();
+  sut.changes();
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  sut.on_time(start + 1h);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+}
+
+TEST_F(InstanceRegistryTest, ForgivesSilenceInWhichNobodyListened) {
+  with_heartbeats();
+  sut.stood_still(5s);
+  sut.on_time(start + 5s + 300ms);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.on_time(start + 5s + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(InstanceRegistryTest, GivesEverybodyAWholeIntervalAfterAStandstill) {
+  with_heartbeats();
+  sut.start_over(start + 5s);
+  sut.on_time(start + 5s + 399ms);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.on_time(start + 5s + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(InstanceRegistryTest, TakesAHeartbeatForItsOwnProcessOnly) {
+  with_heartbeats();
+  constexpr registry::EndpointHandle strange = 6;
+  sut.heartbeat_writer_seen(strange, other_participant);
+  EXPECT_FALSE(sut.heartbeat(strange, start + 300ms)) << "it has no instances";
+  EXPECT_FALSE(sut.heartbeat(7, start + 300ms)) << "nobody has seen it";
+  EXPECT_FALSE(sut.heartbeats_for(strange, identity.id));
+  EXPECT_TRUE(sut.heartbeats_for(heartbeats, identity.id));
+  sut.on_time(start + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(InstanceRegistryTest, SaysOfWhomThereIsNothingLeft) {
+  see_both();
+  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  sut.endpoint_gone(reply_writer);
+  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  sut.endpoint_gone(reader);
+  EXPECT_THAT(sut.take_vanished(), ElementsAre(identity.id));
+  EXPECT_FALSE(sut.is_seen(identity.id));
+}
+
+// Whoever announced an instance's id after it could say that it drains, or answer its calls.
+TEST_F(InstanceRegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirst) {
+  using Seen = registry::InstanceRegistry::Seen;
+  see_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  constexpr registry::EndpointHandle false_reader = 0;
+  constexpr registry::EndpointHandle false_writer = 8;
+  InstanceIdentity forged = identity;
+  forged.draining = true;
+  EXPECT_EQ(sut.reader_seen(false_reader, {forged, other_participant}, start), Seen::second);
+  sut.writer_seen(false_writer, {identity.id, other_participant});
+  sut.matched(false_reader, true);
+  sut.matched(false_writer, true);
+  const auto changes = sut.changes();
+  EXPECT_THAT(changes.changed, IsEmpty());
+  EXPECT_THAT(changes.gone, IsEmpty());
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(false_writer, identity.id));
+  // What the first one says of itself anew does not put it behind the other.
+  InstanceIdentity renamed = identity;
+  renamed.name = "renamed";
+  EXPECT_EQ(sut.reader_seen(reader, {renamed, process}, start), Seen::taken);
+  EXPECT_THAT(sut.changes().changed, ElementsAre(renamed));
+  sut.endpoint_gone(reader);
+  EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is there alone now";
+}
+
+TEST_F(InstanceRegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
+  using Seen = registry::InstanceRegistry::Seen;
+  constexpr registry::EndpointHandle first = 100;
+  std::size_t readers = 0;
+  std::size_t writers = 0;
+  for (std::size_t i = 0; i < registry::InstanceRegistry::most_endpoints + 10; ++i) {
+    InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather"};
+    readers += sut.reader_seen(first + 2 * i, {one, process}, start) == Seen::taken ? 1U : 0U;
+    writers += sut.writer_seen(first + 2 * i + 1, {one.id, process}) == Seen::taken ? 1U : 0U;
+  }
+  EXPECT_EQ(readers, registry::InstanceRegistry::most_endpoints);
+  EXPECT_EQ(writers, registry::InstanceRegistry::most_endpoints);
+  sut.endpoint_gone(first);
+  EXPECT_EQ(sut.reader_seen(reader, {identity, process}, start), Seen::taken);
+}
+
+TEST_F(InstanceRegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
+  sut.require_authentication();
+  see_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
+  sut.authenticated(process, "square-root");
+  const auto ready = sut.changes().ready;
+  ASSERT_EQ(ready.size(), 1U);
+  EXPECT_EQ(ready.front().certificate, "square-root");
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
+  sut.require_authentication();
+  sut.authenticated(process, "square-root");
+  see_both();
+  match();
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+}
+
+TEST_F(InstanceRegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
+  sut.require_authentication();
+  sut.authenticated(process, "square-root");
+  see_both();
+  match();
+  sut.changes();
+  sut.authenticated(process, std::nullopt);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, HearsTheLastWordsOfWhoHasLeft) {
+  sut.require_authentication();
+  sut.authenticated(process, "square-root");
+  see_both();
+  match();
+  sut.changes();
+  sut.authenticated_gone(process);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
+  sut.require_authentication();
+  see_both();
+  match();
+  EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
+  ASSERT_EQ(sut.next_time(), start + registry::InstanceRegistry::authentication_timeout);
+  sut.on_time(start + registry::InstanceRegistry::authentication_timeout);
+  EXPECT_THAT(sut.take_unauthenticated(), ElementsAre(std::pair(identity.id, identity.uuid)));
+  sut.on_time(start + 2 * registry::InstanceRegistry::authentication_timeout);
+  EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
+  // A foreign program may show its identity last.
+  sut.authenticated(process, "square-root");
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+}
+
+TEST_F(InstanceRegistryTest, SaysThatSomebodyHasProvedNothingHoweverMuchHeAnnounces) {
+  sut.require_authentication();
+  see_both();
+  const InstanceIdentity more{.id = InstanceId::random(), .uuid = "weather"};
+  sut.reader_seen(3, {more, process},
+                  start + registry::InstanceRegistry::authentication_timeout / 2);
+  sut.on_time(start + registry::InstanceRegistry::authentication_timeout);
+  EXPECT_EQ(sut.take_unauthenticated().size(), 2U);
+}
+
+TEST_F(InstanceRegistryTest, SaysOnceThatAProcessThatSendsHeartbeatsHasProvedNothing) {
+  constexpr SteadyTime late = start + registry::InstanceRegistry::authentication_timeout;
+  identity.lease = 500ms;
+  sut.require_authentication();
+  see_both();
+  sut.heartbeat_writer_seen(heartbeats, process);
+  sut.heartbeat(heartbeats, late);
+  sut.on_time(late);
+  EXPECT_EQ(sut.take_unauthenticated().size(), 1U);
+  sut.on_time(late + 400ms);
+  EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
+}
+
+TEST_F(InstanceRegistryTest, IsNotKeptFromTheRightOneByWhoHasProvedNothing) {
+  sut.require_authentication();
+  constexpr registry::EndpointHandle squatter = 7;
+  sut.reader_seen(squatter, {identity, other_participant}, start);
+  sut.matched(squatter, true);
+  sut.authenticated(process, "square-root");
+  see_both();
+  match();
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,322 @@
+// Calls that are withdrawn, asked for again, or asked for by gateways that come and go.
+#include "tests/unit/sdk/call_scheduler_fixture.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::CallId;
+using fabric::Reply;
+using fabric::Request;
+using fabric::ServiceCode;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST_F(CallSchedulerTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
+  started(request(1));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn(asked_by(1)));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+TEST_F(CallSchedulerTest, NeverStartsAWithdrawnCallThatWaits) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn(asked_by(1, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallSchedulerTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
+  started(request(1));
+  answered(1, answer);
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1)), IsEmpty());
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1, 7)), IsEmpty());
+}
+
+TEST_F(CallSchedulerTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(request(2), now)), SizeIs(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Start>(actions), SizeIs(1));
+}
+
+// What the handler returned because it was told to stop went to the program as its answer.
+TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  const Actions actions = sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  ASSERT_THAT(only<Start>(actions), SizeIs(1));
+  EXPECT_EQ(only<Start>(actions).front().request.attempt, 2U);
+  const Reply reply = answered(1, answer);
+  EXPECT_EQ(reply.attempt, 2U);
+  EXPECT_EQ(reply.text, "2.000000");
+}
+
+TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainAfterItHasEnded) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_EQ(started(request(1)), 1U);
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallSchedulerTest, RunsOtherCallsWhileOneWaitsForTheEndOfItsCancelledRun) {
+  CallScheduler two({.instance = self, .concurrency = 2});
+  two.on_request(request(1), now);
+  two.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(two.on_request(request(1), now)), IsEmpty());
+  EXPECT_THAT(only<Start>(two.on_request(request(2, 2), now)), SizeIs(1));
+  EXPECT_THAT(only<Start>(two.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallSchedulerTest, ShowsNothingOfACancelledRunWhileItsCallIsWantedAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
+}
+
+TEST_F(CallSchedulerTest, RunsACallThatIsWithdrawnAgainNotAnew) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallSchedulerTest, CountsNoAnswerOfACancelledRun) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), answer, later(4));
+  EXPECT_EQ(sut.status().answered, 0U);
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+class OnceCallSchedulerTest : public CallSchedulerTest {
+ protected:
+  OnceCallSchedulerTest() {
+    sut = CallScheduler({.instance = self, .delivery = fabric::Delivery::at_most_once});
+  }
+
+  static void expect_refused(const Actions& actions) {
+    EXPECT_THAT(only<Start>(actions), IsEmpty());
+    const auto sent = only<Send>(actions);
+    ASSERT_THAT(sent, SizeIs(1));
+    EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
+    EXPECT_EQ(sent.front().reply.state, 500U);
+    EXPECT_THAT(sent.front().reply.text, HasSubstr("must not run twice"));
+  }
+};
+
+TEST_F(OnceCallSchedulerTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  expect_refused(sut.on_request(request(1), now));
+  EXPECT_THAT(only<Send>(sut.on_result(call(1), answer, now)), IsEmpty());
+  expect_refused(sut.on_request(request(1), now));
+}
+
+TEST_F(OnceCallSchedulerTest, RunsAWithdrawnCallAnewThatAnOperatorGivesOutAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+TEST_F(OnceCallSchedulerTest, RunsACallThatWasWithdrawnBeforeItRan) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn(asked_by(1, 2));
+  started(request(2, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+// The one that let go of its call cancelled the other's too, and a program waited for ever. Found
+// by the simulation.
+TEST_F(CallSchedulerTest, WithdrawsNoCallOfAnotherGateway) {
+  started(request(1));
+  EXPECT_THAT(sut.on_withdrawn(asked_by(2)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallSchedulerTest, AnswersTwoGatewaysThatBothHaveTheChannel) {
+  ASSERT_EQ(started(request(1)), 1U);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+  const auto first = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(first), SizeIs(1));
+  ASSERT_THAT(only<Start>(first), SizeIs(1));
+  const CallId other_call = only<Start>(first).front().request.call;
+  EXPECT_EQ(other_call, of_another_gateway(1).call);
+  EXPECT_THAT(only<Send>(sut.on_result(other_call, answer, now)), SizeIs(1));
+}
+
+TEST_F(CallSchedulerTest, AnswersACallWhoseGatewayIsGone) {
+  started(request(1));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallSchedulerTest, StartsAWaitingCallWhoseGatewayIsGone) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_orphaned(asked_by(1, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  const auto cancelled = only<Cancel>(sut.on_request(of_another_gateway(1), now));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+}
+
+// A gateway without a journal on disk starts again before its lease is over.
+TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
+  started(request(1));
+  sut.on_request(of_another_gateway(1), now);
+  EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
+}
+
+TEST_F(CallSchedulerTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
+  started(request(1));
+  sut.on_request(of_another_gateway(1), now);
+  sut.on_orphaned(asked_by(2));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallSchedulerTest, KeepsTheCallOfAGatewayThatCameBackBeforeAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(request(1), now);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+}
+
+TEST_F(CallSchedulerTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(of_another_gateway(1), now);
+  sut.on_request(again(request(1), 2), now);
+  const auto next = only<Start>(sut.on_result(call(1), answer, now));
+  ASSERT_THAT(next, SizeIs(1));
+  ASSERT_EQ(next.front().request.call, of_another_gateway(1).call);
+  const auto after = only<Start>(sut.on_result(of_another_gateway(1).call, answer, now));
+  ASSERT_THAT(after, SizeIs(1));
+  EXPECT_EQ(after.front().request.call, call(1));
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+/// A participant that knows the ids of the calls of others.
+class AStranger : public CallSchedulerTest {
+ protected:
+  static fabric::Request of_a_stranger(fabric::Request request, const std::string& text) {
+    request.requester = 666;
+    request.text = text;
+    return request;
+  }
+  static fabric::RequestKey key_of_a_stranger() {
+    fabric::RequestKey key = asked_by(1);
+    key.requester = 666;
+    return key;
+  }
+};
+
+// It was run and remembered, and its answer "repeated" to the real one: 2,346 of 4,838 calls were
+// wrong.
+TEST_F(AStranger, ThatHasAskedSomethingElseUnderACallIdGivesNoAnswerToItsOwner) {
+  started(of_a_stranger(request(1), "9"));
+  EXPECT_EQ(answered(1, Response{.text = "3.000000"}).asked_text, "9");
+  EXPECT_EQ(started(request(1)), 1U);
+  const Reply reply = answered(1, answer);
+  EXPECT_EQ(reply.code, ServiceCode::ok);
+  EXPECT_EQ(reply.text, "2.000000");
+  EXPECT_EQ(reply.asked_text, "");
+}
+
+TEST_F(AStranger, ThatHasAskedTheSameUnderACallIdGivesNoAnswerToItsOwnerWhereRequestersAreProven) {
+  sut = CallScheduler({.instance = self, .authenticated_requesters = true});
+  started(of_a_stranger(request(1), ""));
+  answered(1, Response{.text = "3.000000"});
+  EXPECT_EQ(started(request(1)), 1U);
+}
+
+TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
+  CallScheduler two({.instance = self, .concurrency = 2});
+  two.on_request(request(1), now);
+  EXPECT_THAT(two.on_request(of_a_stranger(request(1), "9"), now), IsEmpty());
+  const auto next = two.on_result(call(1), answer, now);
+  ASSERT_THAT(only<Send>(next), SizeIs(1));
+  EXPECT_EQ(only<Send>(next).front().reply.asked_text, "");
+  ASSERT_THAT(only<Start>(next), SizeIs(1));
+  EXPECT_EQ(only<Start>(next).front().request.text, "9");
+}
+
+// A handler that runs was told that nobody waits.
+TEST_F(AStranger, ThatTakesBackItsOwnWaitingCallTellsNoHandlerOfTheSameId) {
+  started(request(1));
+  started(of_a_stranger(request(1), "9"));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn(key_of_a_stranger()));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_FALSE(cancelled.front().runs);
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(AStranger, WithdrawsNoCallOfOthers) {
+  started(request(1));
+  EXPECT_THAT(sut.on_withdrawn(key_of_a_stranger()), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(AStranger, ThatAsksTheVerySameAndTakesItBackCancelsNothing) {
+  started(request(1));
+  started(of_a_stranger(request(1), ""));
+  EXPECT_THAT(sut.on_withdrawn(key_of_a_stranger()), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+// One number ahead, and the running call was given up.
+TEST_F(AStranger, WithALaterNumberOrTheEpochOfASuccessorGivesUpNoCallOfOthers) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_a_stranger(request(2), "9"), now)), IsEmpty());
+  Request successor = of_a_stranger(of_another_gateway(3), "9");
+  successor.succeeds = 1;
+  // Its own, which waited.
+  EXPECT_THAT(only<Cancel>(sut.on_request(successor, now)),
+              testing::Each(testing::Field(&Cancel::runs, false)));
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+// A gateway that starts again has another writer.
+TEST_F(AStranger, ThatAsksTheVerySameGetsTheAnswerFromMemory) {
+  started(request(1));
+  answered(1, answer);
+  const auto sent = only<Send>(sut.on_request(of_a_stranger(request(1), ""), now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::repeated);
+}
+
+TEST_F(AStranger, PushesNoAnswerOfOthersOutOfMemory) {
+  sut = CallScheduler({.instance = self, .memory = 8});
+  started(request(1));
+  answered(1, answer);
+  for (std::uint64_t number = 2; number <= 50; ++number) {
+    started(of_a_stranger(request(number), "9"));
+    answered(number, answer);
+  }
+  EXPECT_THAT(only<Send>(sut.on_request(again(request(1), 2), now)), SizeIs(1));
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk

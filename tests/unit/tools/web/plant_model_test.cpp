@@ -1,0 +1,381 @@
+#include "tools/web/plant/plant_model.hpp"
+
+#include <boost/json/serialize.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::web::plant {
+namespace {
+
+using recording::Change;
+using recording::Entry;
+using recording::InstanceNews;
+using recording::tests::at;
+using recording::tests::one_call;
+using recording::tests::square_root;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+fabric::InstanceId id(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+Entry instance(Change change, std::uint8_t byte = 0x11) {
+  InstanceNews news{.change = change, .identity = {.id = id(byte)}};
+  news.identity.uuid = square_root;
+  news.identity.name = "sq1";
+  news.identity.host = "hall";
+  return {.at = at(0), .sample = news};
+}
+
+Entry channel(fabric::ChannelState state, std::uint64_t call = 0) {
+  fabric::ChannelStatus status{.key = {"cnc", 1}, .state = state, .since = at(0)};
+  if (call != 0) {
+    status.call = {0x5f, call};
+    status.uuid = square_root;
+    status.instance = id(0x11);
+  }
+  return {.at = at(0), .sample = status};
+}
+
+Entry machine(std::uint8_t gateway, const std::string& host, bool connected = true) {
+  return {.at = at(0),
+          .sample = fabric::MachineStatus{
+              .machine = "cnc", .gateway = id(gateway), .connected = connected, .host = host}};
+}
+
+class APlant : public testing::Test {
+ protected:
+  fabric::Moment after(double milliseconds) const {
+    return {start_ + std::chrono::microseconds(static_cast<std::int64_t>(milliseconds * 1000)),
+            at(milliseconds)};
+  }
+  void add(const std::vector<Entry>& entries, double milliseconds = 0) {
+    for (const Entry& entry : entries) {
+      sut.add(entry, after(milliseconds));
+    }
+  }
+  /// The first of a list of an object.
+  static boost::json::object first(const boost::json::object& object, const char* list) {
+    return object.at(list).as_array().at(0).as_object();
+  }
+
+  PlantModel sut{{.version = "1", .fabric = "hall-3", .actions = true}};
+
+ private:
+  fabric::SteadyTime start_ = std::chrono::steady_clock::now();
+};
+
+TEST_F(APlant, IsToldWholeToWhoIsNew) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
+  add(one_call(17, 0));
+  const boost::json::object snapshot = sut.snapshot(after(10));
+  EXPECT_EQ(snapshot.at("about").at("fabric"), "hall-3");
+  EXPECT_EQ(first(snapshot, "machines").at("gateway_host"), "gw");
+  EXPECT_EQ(first(snapshot, "channels").at("channel_state"), "idle");
+  EXPECT_EQ(first(snapshot, "services").at("name"), "sq1");
+  EXPECT_EQ(first(snapshot, "calls").at("call"), "5f-17");
+  EXPECT_EQ(first(snapshot, "calls").at("service"), "sq1");
+  EXPECT_EQ(snapshot.at("totals").at("calls"), 1);
+}
+
+TEST_F(APlant, TellsWhatHasChangedOnce) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
+  const auto first_changes = sut.changes(after(250));
+  ASSERT_TRUE(first_changes);
+  EXPECT_THAT(first_changes->at("machines").as_array(), SizeIs(1));
+  EXPECT_THAT(first_changes->at("channels").as_array(), SizeIs(1));
+  EXPECT_THAT(first_changes->at("services").as_array(), SizeIs(1));
+  EXPECT_EQ(sut.changes(after(500)), std::nullopt);
+}
+
+TEST_F(APlant, GivesASignOfLifeWhenNothingChanges) {
+  ASSERT_TRUE(sut.changes(after(0)));
+  EXPECT_FALSE(sut.changes(after(1999)));
+  const auto beat = sut.changes(after(2000));
+  ASSERT_TRUE(beat);
+  EXPECT_TRUE(beat->contains("time"));
+  EXPECT_FALSE(beat->contains("channels"));
+}
+
+TEST_F(APlant, TellsAtOnceOfAChannelThatNeedsSomebodyAndNowAndThenOfOneThatRuns) {
+  add({channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({channel(fabric::ChannelState::running, 1)});
+  EXPECT_FALSE(sut.changes(after(250)));
+  add({channel(fabric::ChannelState::held, 1)});
+  const auto held = sut.changes(after(300));
+  ASSERT_TRUE(held);
+  EXPECT_EQ(first(*held, "channels").at("channel_state"), "held");
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_FALSE(sut.changes(after(500)));
+  const auto later = sut.changes(after(800));
+  ASSERT_TRUE(later);
+  EXPECT_EQ(first(*later, "channels").at("channel_state"), "idle");
+}
+
+TEST_F(APlant, SaysWhatTheCallUnderWayAskedAndWhoHasIt) {
+  add({machine(1, "gw"), instance(Change::ready), channel(fabric::ChannelState::running, 17)});
+  const auto entries = one_call(17, 0);
+  add({entries[0], entries[1], entries[2]});
+  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(told.at("request"), "2");
+  EXPECT_EQ(told.at("request_state"), 1);
+  EXPECT_EQ(told.at("name"), "sq1");
+  EXPECT_EQ(told.at("host"), "hall");
+  EXPECT_EQ(told.at("service"), "sq1");
+  EXPECT_EQ(told.at("link"), "up");
+}
+
+TEST_F(APlant, ShowsTheDataOfAGatewayAgainThatWasNotHeardForAMoment) {
+  fabric::DataSample data{.key = {"cnc", 1}, .group = "slow", .at = at(0)};
+  data.values.push_back({.name = "V.E.LABEL"});
+  const auto is_gone = [&] { return sut.data().samples({}).at(0).at("gone"); };
+  add({machine(1, "gw"), {.at = at(0), .sample = data}});
+  add({machine(1, "", false)});
+  EXPECT_EQ(is_gone(), true);
+  add({machine(1, "gw")});
+  EXPECT_EQ(is_gone(), false);
+  add({machine(1, "", false)});
+  add({machine(2, "gw")});
+  EXPECT_EQ(is_gone(), true) << "another gateway sends its groups itself";
+}
+
+TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "gone");
+  add({machine(1, "gw", false)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "down");
+  add({machine(1, "gw")});
+  EXPECT_EQ(first(*sut.changes(after(0)), "channels").at("link"), "up");
+  add({machine(1, "", false)});
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("link"), "gone");
+}
+
+TEST_F(APlant, SaysThatTheProgramOfAChannelWasAborted) {
+  add({channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("program"));
+  const fabric::ProgramEvent aborted{.key = {"cnc", 1},
+                                     .kind = fabric::ProgramEventKind::aborted,
+                                     .at = at(0),
+                                     .program = "good.nc",
+                                     .error = 455};
+  add({{.at = at(0), .sample = aborted}});
+  const auto changes = sut.changes(after(1000));
+  ASSERT_TRUE(changes);
+  const auto told = first(*changes, "channels").at("program").as_object();
+  EXPECT_EQ(told.at("state"), "aborted");
+  EXPECT_EQ(told.at("name"), "good.nc");
+  EXPECT_EQ(told.at("error"), 455);
+  // That of its gateway may be heard of later than the program.
+  add({machine(1, "gw")});
+  EXPECT_TRUE(first(sut.snapshot(after(1500)), "channels").contains("program"));
+  // The next gateway tells of it again if it still stands.
+  add({machine(1, "", false), machine(2, "gw")});
+  EXPECT_FALSE(first(sut.snapshot(after(2000)), "channels").contains("program"));
+}
+
+TEST_F(APlant, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
+  add({machine(1, "gw")});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({machine(1, "", false)});
+  EXPECT_EQ(first(*sut.changes(after(250)), "machines").at("connected"), false);
+  add({machine(2, "gw2")});
+  const auto changes = sut.changes(after(500));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("gone").at("machines").at(0).at("gateway").as_string(), id(1).to_string());
+  EXPECT_EQ(first(*changes, "machines").at("gateway_host"), "gw2");
+  EXPECT_THAT(sut.machines(), SizeIs(1));
+}
+
+TEST_F(APlant, TellsThatAnInstanceIsGone) {
+  add({instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({instance(Change::gone)});
+  const auto changes = sut.changes(after(250));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("gone").at("services").at(0).as_string(), id(0x11).to_string());
+}
+
+TEST_F(APlant, TellsWhoIsNewOfInstancesThatWereGoneBeforeForAQuarterOfAnHour) {
+  add({instance(Change::ready), instance(Change::gone)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  const boost::json::object gone = first(sut.snapshot(after(250)), "services");
+  EXPECT_EQ(gone.at("name"), "sq1");
+  EXPECT_TRUE(gone.contains("gone"));
+  constexpr double quarter = 15 * 60'000;
+  ASSERT_TRUE(sut.changes(after(quarter)));
+  EXPECT_THAT(sut.services(after(quarter)), SizeIs(1));
+  ASSERT_TRUE(sut.changes(after(quarter + 2000)));
+  EXPECT_THAT(sut.services(after(quarter + 2000)), IsEmpty());
+  // What it was called is known for the channels that want it.
+  Entry unserved = channel(fabric::ChannelState::unserved, 1);
+  std::get<fabric::ChannelStatus>(unserved.sample).instance = {};
+  add({unserved});
+  EXPECT_EQ(first(sut.snapshot(after(quarter + 3000)), "channels").at("service"), "sq1");
+}
+
+TEST_F(APlant, CountsRatesThatGoDownWhenNobodyCalls) {
+  add({instance(Change::ready), channel(fabric::ChannelState::idle)});
+  for (int i = 1; i <= 20; ++i) {
+    add(one_call(static_cast<std::uint64_t>(i), i * 100.0), i * 100.0);
+  }
+  const auto busy = sut.changes(after(2000));
+  ASSERT_TRUE(busy);
+  EXPECT_NEAR(first(*busy, "services").at("calls_per_second").as_double(), 10, 1);
+  EXPECT_NEAR(first(*busy, "services").at("p50_ms").as_double(), 7.1, 0.01);
+  const auto idle = sut.changes(after(14'000));
+  ASSERT_TRUE(idle);
+  EXPECT_EQ(first(*idle, "services").at("calls_per_second"), 0.0);
+  EXPECT_EQ(first(*idle, "channels").at("calls_per_second"), 0.0);
+}
+
+TEST_F(APlant, TellsOfManyCallsTheFailedOnesAndTheNewestAndHowManyItLeavesOut) {
+  for (std::uint64_t i = 1; i <= 120; ++i) {
+    std::vector<Entry> entries = one_call(i, static_cast<double>(i));
+    if (i == 3) {
+      std::get<fabric::Reply>(entries[3].sample).code = fabric::ServiceCode::failed;
+    }
+    add(entries);
+  }
+  const auto changes = sut.changes(after(250));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("skipped"), 70);
+  const auto& calls = changes->at("calls").as_array();
+  ASSERT_THAT(calls, SizeIs(50));
+  EXPECT_EQ(calls.front().at("call"), "5f-3");
+  EXPECT_EQ(calls.front().at("failed"), true);
+  EXPECT_EQ(calls.back().at("call"), "5f-120");
+}
+
+TEST_F(APlant, CountsAnswersWithAnotherStateApartFromFailures) {
+  add({instance(Change::ready)});
+  std::vector<Entry> entries = one_call(1, 0);
+  std::get<fabric::Reply>(entries[3].sample).state = 99;
+  std::get<fabric::Event>(entries[5].sample).state = 99;
+  add(entries);
+  const boost::json::object snapshot = sut.snapshot(after(0));
+  EXPECT_EQ(first(snapshot, "calls").at("result"), "other_state");
+  EXPECT_EQ(first(snapshot, "calls").at("failed"), false);
+  EXPECT_EQ(first(snapshot, "services").at("other_states"), 1);
+  EXPECT_EQ(snapshot.at("totals").at("failed"), 0);
+  EXPECT_EQ(snapshot.at("totals").at("other_states"), 1);
+}
+
+TEST_F(APlant, SaysHowManyInstancesThereAreForACallThatWaits) {
+  Entry waits = channel(fabric::ChannelState::waiting, 1);
+  std::get<fabric::ChannelStatus>(waits.sample).instance = {};
+  add({machine(1, "gw"), waits});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({instance(Change::ready)});
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("instances"), 1);
+  add({instance(Change::gone)});
+  EXPECT_EQ(first(*sut.changes(after(2000)), "channels").at("instances"), 0);
+}
+
+TEST_F(APlant, SaysThatAGatewayTakesNoCallsWithItsChannels) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::unserved)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  const fabric::Alarm full{.key = {id(1), "journal", ""}, .text = "disk full"};
+  sut.add(full);
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("journal"), "disk full");
+  sut.take_back(full.key);
+  EXPECT_FALSE(first(*sut.changes(after(2000)), "channels").contains("journal"));
+}
+
+TEST_F(APlant, ShowsWhatARequestAsksThatNobodyServes) {
+  Entry unserved = channel(fabric::ChannelState::unserved);
+  std::get<fabric::ChannelStatus>(unserved.sample).uuid = square_root;
+  add({machine(1, "gw"), unserved});
+  add({{.at = at(0),
+        .sample = fabric::Event{.key = {"cnc", 1},
+                                .kind = fabric::EventKind::unserved,
+                                .uuid = square_root,
+                                .text = "part 7",
+                                .state = 3}}});
+  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(told.at("request"), "part 7");
+  EXPECT_EQ(told.at("request_state"), 3);
+  EXPECT_EQ(told.at("uuid").as_string(), square_root);
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_FALSE(first(sut.snapshot(after(20)), "channels").contains("request"));
+}
+
+TEST_F(APlant, SaysWhereAGatewayWasThatIsGone) {
+  add({machine(1, "gw"), machine(1, "", false)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "machines").at("last_gateway_host"), "gw");
+}
+
+TEST_F(APlant, ShowsWhateverIsInATextAsText) {
+  std::vector<Entry> entries = one_call(1, 0);
+  std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";
+  add(entries);
+  EXPECT_EQ(first(sut.snapshot(after(0)), "calls").at("request"), "<script>\x01ä\n");
+}
+
+TEST_F(APlant, KeepsALineOfEachService) {
+  add({instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  for (std::uint64_t i = 1; i <= 10; ++i) {
+    add(one_call(i, static_cast<double>(i)));
+  }
+  ASSERT_TRUE(sut.changes(after(5000)));
+  const boost::json::object history = sut.history();
+  const auto& line = history.at("services").at(square_root).as_object();
+  EXPECT_EQ(line.at("calls_per_second").at(0), 2.0);
+  EXPECT_NEAR(line.at("p99_ms").at(0).as_double(), 7.1, 0.01);
+  EXPECT_EQ(history.at("instances").at(id(0x11).to_string()).at("running").at(0), 0);
+  EXPECT_EQ(history.at("step_ms"), 5000);
+}
+
+TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
+  add({instance(Change::ready)});
+  add(one_call(17, 0));
+  Entry renamed = instance(Change::ready, 0x22);
+  std::get<InstanceNews>(renamed.sample).identity.name = "another";
+  add({instance(Change::gone), renamed});
+  EXPECT_EQ(first(sut.snapshot(after(10)), "calls").at("service"), "sq1");
+}
+
+TEST_F(APlant, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
+  Entry other = instance(Change::ready, 0x22);
+  std::get<InstanceNews>(other.sample).identity.name = "sq2";
+  Entry waits = channel(fabric::ChannelState::waiting, 1);
+  std::get<fabric::ChannelStatus>(waits.sample).instance = {};
+  add({instance(Change::ready), waits});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
+  add({other});
+  EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("service"));
+  // Who has the call is known.
+  add({channel(fabric::ChannelState::running, 1)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
+}
+
+TEST_F(APlant, TellsAllAlarmsWhenOneIsNewOrTakenBackAndOnlyThen) {
+  const fabric::Alarm full{
+      .key = {id(0x11), "archive", ""}, .text = "disk full", .program = "archiver"};
+  ASSERT_TRUE(sut.changes(after(0)));
+  sut.add(full);
+  const auto raised = sut.changes(after(250));
+  ASSERT_TRUE(raised);
+  EXPECT_EQ(first(*raised, "alarms").at("text"), "disk full");
+  EXPECT_EQ(first(*raised, "alarms").at("level"), "problem");
+  EXPECT_EQ(first(sut.snapshot(after(250)), "alarms").at("program"), "archiver");
+  // It is said again and again.
+  sut.add(full);
+  EXPECT_FALSE(sut.changes(after(500)));
+  sut.take_back(full.key);
+  const auto over = sut.changes(after(750));
+  ASSERT_TRUE(over);
+  EXPECT_THAT(over->at("alarms").as_array(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::plant

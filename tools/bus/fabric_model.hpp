@@ -1,0 +1,122 @@
+// The fabric as it is now, put together from what an observer hears. Pure.
+//
+//   live.add(entry);
+//   for (const auto& [id, instance] : live.instances()) …
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "fabric/alarm.hpp"
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::bus {
+
+struct KnownInstance {
+  fabric::InstanceIdentity identity{};
+  /// None until it has said something of itself.
+  std::optional<fabric::InstanceStatus> status{};
+};
+
+/// A machine whose gateway is not heard any more.
+struct LostMachine {
+  /// What that gateway told of it last.
+  fabric::MachineStatus last{};
+  fabric::Time since{};
+};
+
+/// Why a channel's call does not go on, the cause before what follows from it.
+enum class Obstacle : std::uint8_t {
+  none,
+  /// An operator must answer or retry it.
+  held,
+  /// Its gateway takes no new calls for want of a journal, whoever serves them.
+  journal,
+  /// No instance takes calls of its UUID from this channel.
+  unserved,
+  /// All instances are busy.
+  busy,
+  /// The same for longer than a call may wait.
+  long_busy,
+};
+
+struct GoneInstance {
+  KnownInstance last{};
+  fabric::Time at{};
+};
+
+class FabricModel {
+ public:
+  /// True if it shows somebody new, or that somebody is gone; false for news of who is known.
+  bool add(const recording::Entry& entry);
+  /// What a program says of itself; true as for add().
+  bool add(const fabric::Alarm& alarm);
+  /// It does not say so any more, or is gone.
+  void take_back(const fabric::AlarmKey& key) { alarms_.erase(key); }
+
+  [[nodiscard]] const std::map<fabric::InstanceId, KnownInstance>& instances() const {
+    return instances_;
+  }
+  /// Instances that were there while this looked, and are not any more.
+  [[nodiscard]] const std::map<fabric::InstanceId, GoneInstance>& gone() const { return gone_; }
+  /// Forgets those that are gone since before `time`.
+  void forget_gone(fabric::Time time);
+  [[nodiscard]] const std::map<fabric::ChannelKey, fabric::ChannelStatus>& channels() const {
+    return channels_;
+  }
+  /// By machine and gateway: two gateways may be set up for one machine.
+  using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
+  [[nodiscard]] const Machines& machines() const { return machines_; }
+  /// What the gateway of `status` told of its machine while it was heard; nullptr if it never was.
+  [[nodiscard]] const fabric::MachineStatus* told(const fabric::MachineStatus& status) const;
+  /// Each machine of which no gateway is heard, with the one that was heard last.
+  [[nodiscard]] std::vector<LostMachine> lost() const;
+  /// What each gateway told last of one of its machines; also of those that are taken for gone by
+  /// now, of which machines() says only that.
+  [[nodiscard]] const std::map<fabric::InstanceId, fabric::MachineStatus>& gateways() const {
+    return gateways_;
+  }
+
+  /// One that crashes at each start is a new one each time: more than these are not kept.
+  static constexpr std::size_t most_gone = 1'000;
+  /// Whoever is on the fabric can say what he likes: more than these are not kept, but counted.
+  static constexpr std::size_t most_alarms = 1'000;
+  [[nodiscard]] const std::map<fabric::AlarmKey, fabric::Alarm>& alarms() const { return alarms_; }
+  [[nodiscard]] bool too_many_alarms() const { return too_many_alarms_; }
+
+  /// How many instances take calls of this UUID from this channel: those that drain take none.
+  [[nodiscard]] std::size_t instances_for(const std::string& uuid,
+                                          const fabric::ChannelKey& key) const;
+  /// Why the gateways of this machine take no new call; nullptr if that is not for want of a
+  /// journal.
+  [[nodiscard]] const fabric::Alarm* journal_alarm(std::string_view machine) const;
+  /// A call may wait for a free instance so long.
+  static constexpr std::chrono::minutes patience_of_a_call{1};
+  [[nodiscard]] Obstacle obstacle_of(const fabric::ChannelStatus& status, fabric::Time now) const;
+  /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
+  /// two; all for an empty text.
+  [[nodiscard]] std::vector<const KnownInstance*> instances_of(const std::string& what) const;
+
+ private:
+  void mark_gone(const fabric::InstanceId& id, fabric::Time at);
+
+  std::map<fabric::InstanceId, KnownInstance> instances_;
+  std::map<fabric::InstanceId, GoneInstance> gone_;
+  std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
+  Machines machines_;
+  /// As they were told while their gateways were heard.
+  Machines told_;
+  std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;
+  std::map<fabric::AlarmKey, fabric::Alarm> alarms_;
+  bool too_many_alarms_ = false;
+  /// Status of instances that discovery has not shown yet.
+  std::map<fabric::InstanceId, fabric::InstanceStatus> early_;
+};
+
+}  // namespace millrace::tools::bus

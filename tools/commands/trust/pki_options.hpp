@@ -1,0 +1,44 @@
+// What the commands of `millrace trust` share: which plant, and how its authorities are opened.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include <CLI/App.hpp>
+
+#include "base/program/command_line.hpp"
+#include "tools/trust/pki_folder.hpp"
+
+namespace millrace::tools::commands::trust {
+
+struct PkiOptions {
+  std::string folder;
+  std::string passphrase_file;
+};
+
+/// The folder of the plant, which comes first.
+void add_pki_folder(CLI::App& command, PkiOptions& options);
+/// `--passphrase-file`.
+void add_passphrase(CLI::App& command, PkiOptions& options);
+
+/// The first line of the file; empty without one. Throws base::program::UsageError.
+std::string passphrase_of(const PkiOptions& options);
+/// Throws base::program::UsageError.
+tools::trust::PkiFolder open(const PkiOptions& options);
+/// To look only: needs no lock. Throws base::program::UsageError.
+tools::trust::PkiFolder look(const PkiOptions& options);
+/// Of this host's clock.
+tools::trust::Time now();
+
+/// What was expected, or base::program::UsageError with what is wrong.
+template <typename T>
+T must(tl::expected<T, std::string> result) {
+  if (!result) {
+    throw base::program::UsageError(result.error());
+  }
+  if constexpr (!std::is_void_v<T>) {
+    return std::move(*result);
+  }
+}
+
+}  // namespace millrace::tools::commands::trust

@@ -1,0 +1,47 @@
+// Hears what participants announce by multicast, on every DDS domain, without taking part: that is
+// how a program of another domain is found, or one whose multicast comes through and whose other
+// packets do not.
+//
+//   AnnouncementReceiver receiver("eth0");
+//   … receiver.take();  receiver.heard()
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/doctor/announcement.hpp"
+
+namespace millrace::tools::doctor {
+
+struct ReceivedAnnouncement {
+  Announcement who{};
+  std::uint32_t domain = 0;
+  /// The IPv4 address it came from.
+  std::string from{};
+};
+
+class AnnouncementReceiver {
+ public:
+  /// Joins the group on one interface, by its name; the first packets are heard from then on.
+  /// Where that fails, trouble() says why and nothing is heard.
+  explicit AnnouncementReceiver(const std::string& interface);
+  ~AnnouncementReceiver();
+  AnnouncementReceiver(const AnnouncementReceiver&) = delete;
+  AnnouncementReceiver& operator=(const AnnouncementReceiver&) = delete;
+
+  /// Takes in what has arrived, without waiting.
+  void take();
+
+  /// Each participant once.
+  [[nodiscard]] const std::map<GuidPrefix, ReceivedAnnouncement>& heard() const { return heard_; }
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+ private:
+  /// The n-th listens to domain n.
+  std::vector<int> sockets_;
+  std::map<GuidPrefix, ReceivedAnnouncement> heard_;
+  std::string trouble_;
+};
+
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,33 @@
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "tools/doctor/checks/checks.hpp"
+#include "tools/print/alarm_text.hpp"
+
+namespace millrace::tools::doctor::checks {
+
+void at_alarms(const Findings& found, Report& report) {
+  for (const auto& [key, alarm] : found.live.alarms()) {
+    const std::string what = print::what_is_said(alarm);
+    const std::string advice = base::text::safe(alarm.advice);
+    switch (alarm.level) {
+      case fabric::AlarmLevel::fine:
+        report.fine(what);
+        break;
+      case fabric::AlarmLevel::warning:
+        report.warning(what, advice);
+        break;
+      default:
+        // Whatever a newer program means by it.
+        report.problem(what, advice);
+        break;
+    }
+  }
+  if (found.live.too_many_alarms()) {
+    report.warning(fmt::format("programs say more of themselves than the {} things that are kept",
+                               bus::FabricModel::most_alarms),
+                   "look whose they are; somebody may flood millrace/alarm");
+  }
+}
+
+}  // namespace millrace::tools::doctor::checks

@@ -1,0 +1,69 @@
+#include "tools/doctor/checks/interface.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "tools/doctor/checks/checks.hpp"
+#include "tools/doctor/checks/words.hpp"
+
+namespace millrace::tools::doctor::checks {
+
+namespace {
+
+using base::text::safe;
+
+std::string interface_list(const Findings& found) {
+  std::set<std::string> names;
+  for (const Interface& each : found.interfaces) {
+    names.insert(each.name);
+  }
+  return list_of(names);
+}
+
+}  // namespace
+
+const Interface* own_interface(const Findings& found) {
+  const auto own = std::ranges::find_if(found.interfaces, [&](const Interface& each) {
+    return each.name == found.joining.interface ||
+           (!each.address.empty() && each.address == found.joining.interface);
+  });
+  return own == found.interfaces.end() ? nullptr : &*own;
+}
+
+bool on_loopback(const Findings& found) {
+  const Interface* own = own_interface(found);
+  return own != nullptr && own->loopback;
+}
+
+void at_the_interface(const Findings& found, Report& report) {
+  const std::string& name = found.joining.interface;
+  const Interface* own = own_interface(found);
+  if (found.joining.cyclone_uri) {
+    report.warning(
+        "CYCLONEDDS_URI is set and may change interface, multicast and peers",
+        "unset it, or name a fabric profile (--fabric-config), with which it is ignored");
+  }
+  if (own == nullptr) {
+    report.problem(fmt::format("this host has no interface '{}'", safe(name)),
+                   fmt::format("name one of {} in the fabric's file", interface_list(found)));
+  } else if (!own->up) {
+    report.problem(fmt::format("interface {} is down", safe(own->name)),
+                   fmt::format("ip link set {} up", safe(own->name)));
+  } else if (own->address.empty()) {
+    report.problem(fmt::format("interface {} has no IPv4 address", safe(own->name)),
+                   fmt::format("ip address add ADDRESS/LENGTH dev {}", safe(own->name)));
+  } else if (found.joining.multicast && !own->multicast && !own->loopback) {
+    report.problem(fmt::format("interface {} does no multicast", safe(own->name)),
+                   "set multicast: false and name the other hosts in peers");
+  } else {
+    report.fine(fmt::format("interface {} ({}) is up{}", safe(own->name), own->address,
+                            own->loopback ? "; programs of this host only" : ""));
+  }
+  if (!found.deaf.empty() && found.joining.multicast) {
+    report.warning(found.deaf, "multicast could not be looked at; run the doctor as another user");
+  }
+}
+
+}  // namespace millrace::tools::doctor::checks

@@ -1,0 +1,80 @@
+#include <chrono>
+#include <map>
+#include <set>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "tools/doctor/checks/checks.hpp"
+
+namespace millrace::tools::doctor::checks {
+
+namespace {
+
+using base::text::safe;
+
+void no_link(const fabric::MachineStatus& status, Report& report) {
+  report.problem(fmt::format("{} has no link: {}", safe(status.machine), safe(status.reason)),
+                 fmt::format("look at the controller at {} and at the gateway's log on {}",
+                             safe(status.address), safe(status.host)));
+}
+
+/// How a gateway reaches its controller, by the address that it publishes:
+/// "10.0.0.5:8016, 10.0.0.5.1.1, Secure ADS".
+void at_the_transport(const fabric::MachineStatus& status, Report& report) {
+  const bool secure = status.address.ends_with(", Secure ADS");
+  report.fine(fmt::format("{} is connected to its gateway on {}{}", safe(status.machine),
+                          safe(status.host),
+                          status.address.empty() ? ""
+                          : secure               ? " over Secure ADS"
+                                                 : " over plain ADS"));
+  const bool same_host = status.address.starts_with("127.") ||
+                         status.address.starts_with("localhost:") ||
+                         status.address.starts_with("::1:");
+  if (!status.address.empty() && !secure && !same_host) {
+    report.warning(fmt::format("{} is reached by plain ADS: everybody on its network can read and "
+                               "change what is said",
+                               safe(status.machine)),
+                   fmt::format("configure `secure` for {} in gateway.textproto on {} "
+                               "(docs/secure-ads.md)",
+                               safe(status.machine), safe(status.host)));
+  }
+}
+
+void no_gateway(const bus::LostMachine& lost, Report& report) {
+  const std::string where = safe(lost.last.host);
+  report.problem(
+      fmt::format("{}: its gateway has not reported since {:%F %T} UTC ({}, pid {})",
+                  safe(lost.last.machine), std::chrono::floor<std::chrono::seconds>(lost.since),
+                  where, lost.last.pid),
+      fmt::format("restart the gateway on {}; pending calls wait and are not lost", where));
+}
+
+}  // namespace
+
+void at_machines(const Findings& found, Report& report) {
+  std::set<std::string> connected;
+  std::map<std::string, const fabric::MachineStatus*> down;
+  for (const auto& [key, status] : found.live.machines()) {
+    if (status.connected) {
+      connected.insert(status.machine);
+      at_the_transport(status, report);
+    } else if (!status.host.empty()) {
+      down[status.machine] = &status;
+    }
+  }
+  for (const auto& [machine, status] : down) {
+    if (!connected.contains(machine)) {
+      no_link(*status, report);
+    } else {
+      report.fine(fmt::format("another gateway of {} stands by on {}: {}", safe(machine),
+                              safe(status->host), safe(status->reason)));
+    }
+  }
+  for (const bus::LostMachine& lost : lost_machines(found)) {
+    no_gateway(lost, report);
+  }
+}
+
+}  // namespace millrace::tools::doctor::checks

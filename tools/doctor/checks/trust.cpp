@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/text/quoted.hpp"
+#include "fabric/certificate_expiry.hpp"
+#include "tools/doctor/checks/checks.hpp"
+#include "tools/doctor/checks/words.hpp"
+
+namespace millrace::tools::doctor::checks {
+
+namespace {
+
+using base::text::safe;
+
+/// "gateway-1 as gateway of press_1, press_2"
+std::string text_of(const fabric::ParticipantIdentity& identity) {
+  return fmt::format("{} as {}{}", safe(identity.name),
+                     safe(fmt::format("{}", fmt::join(identity.roles, " and "))),
+                     identity.machines.empty()
+                         ? std::string()
+                         : " of " + safe(fmt::format("{}", fmt::join(identity.machines, ", "))));
+}
+
+std::string text_of(const Program& program) {
+  return program_text(Announcement{.name = program.name, .host = program.host, .pid = program.pid});
+}
+
+void at_our_own(const Joining& joining, Report& report) {
+  const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
+                                       safe(joining.trusted_as), joining.trusted_until);
+  if (joining.trusted_until - joining.now > fabric::certificate_expires_soon) {
+    report.fine(text);
+    return;
+  }
+  report.warning(fmt::format("{}, which is in {}", text,
+                             fabric::time_left(joining.trusted_until, joining.now)),
+                 fmt::format("`millrace trust renew PKI {}` where the plant's authorities are, "
+                             "then copy the folder anew and start the programs again",
+                             safe(joining.trusted_as)));
+}
+
+}  // namespace
+
+void at_trust(const Findings& found, Report& report) {
+  if (found.joining.trusted_as.empty()) {
+    return;
+  }
+  at_our_own(found.joining, report);
+  // Hosts that name different times have different lists.
+  report.fine(
+      fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
+                  found.joining.revoked.empty() ? "nobody" : list_of(found.joining.revoked)));
+  // Whose endpoints discovery shows here has proved what he announces.
+  std::set<std::string> believed;
+  for (const ReceivedAnnouncement& each : found.heard) {
+    const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
+    if (program != found.programs.end() && !program->self && !program->fabrics.empty() &&
+        each.who.shows_certificate) {
+      believed.insert(text_of(*program) +
+                      (each.who.certificate.empty() ? "" : " as " + safe(each.who.certificate)));
+    }
+  }
+  if (!believed.empty()) {
+    report.fine("believed here: " + list_of(believed));
+  }
+  std::set<std::string> proved;
+  for (const fabric::ParticipantIdentity& identity : found.identities) {
+    proved.insert(text_of(identity));
+  }
+  if (!proved.empty()) {
+    report.fine("trusted: " + list_of(proved));
+  }
+  for (const Program& program : found.programs) {
+    if (!program.announces_identity && program.fabrics.contains(found.joining.fabric)) {
+      report.problem(
+          fmt::format(
+              "{} is of this plant and announces no identity: what it says is not believed, and "
+              "its instances get no calls",
+              text_of(program)),
+          "it is of an earlier version of millrace: `millrace trust renew` its material, and start "
+          "it with this version; how a program of another vendor shows one is in docs/wire.md");
+    }
+  }
+  for (const std::string& doubt : found.doubts) {
+    report.problem(doubt,
+                   "if it is meant, `millrace trust issue` it a certificate that says so; if not, "
+                   "`millrace trust revoke` it and find out what runs there");
+  }
+}
+
+}  // namespace millrace::tools::doctor::checks

@@ -1,0 +1,16 @@
+// How findings are put into words.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "tools/doctor/announcement.hpp"
+
+namespace millrace::tools::doctor::checks {
+
+/// "a, b, c", fit for a terminal.
+std::string list_of(const std::set<std::string>& names);
+/// "name on host, pid 17", as much of it as is known.
+std::string program_text(const Announcement& who);
+
+}  // namespace millrace::tools::doctor::checks

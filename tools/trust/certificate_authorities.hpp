@@ -1,0 +1,88 @@
+// The two authorities of a plant: one says who somebody is, the other what he may do. Neither signs
+// what is the other's, so that nobody can write himself permissions with what he got to show who he
+// is.
+//
+//   const CertificateAuthorities authorities = CertificateAuthorities::create("plant", until, now);
+//   authorities.write(folder, passphrase);
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <sys/types.h>
+#include <tl/expected.hpp>
+
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/revocations.hpp"
+#include "fabric/trust/participant.hpp"
+
+namespace millrace::tools::trust {
+
+using Time = std::chrono::sys_seconds;
+
+/// Of private keys, and of folders that hold them.
+inline constexpr mode_t owner_only = 0600;
+inline constexpr mode_t owner_folder = 0700;
+/// Of what is no secret.
+inline constexpr mode_t everybody_reads = 0644;
+
+/// The files of a participant's folder, by name; the key is among them.
+struct CredentialFiles {
+  struct File {
+    std::string name;
+    std::string content;
+    bool secret = false;
+  };
+  std::vector<File> files;
+  /// Of the certificate.
+  std::string serial;
+};
+
+class CertificateAuthorities {
+ public:
+  /// Draws both keys. Throws std::invalid_argument for a plant's name that a certificate cannot
+  /// hold.
+  static CertificateAuthorities create(std::string_view plant, Time from, Time until);
+  /// From the folder that write() has filled. The error names the file and what to do.
+  static tl::expected<CertificateAuthorities, std::string> read(const std::filesystem::path& folder,
+                                                                std::string_view passphrase);
+  /// Creates the folder, for its owner alone; the keys are encrypted if there is a passphrase.
+  [[nodiscard]] tl::expected<void, std::string> write(const std::filesystem::path& folder,
+                                                      std::string_view passphrase) const;
+
+  /// The same two keys and names, valid for longer: what was signed before goes on counting for who
+  /// has the new certificates, and what is signed from now on for who has the old ones.
+  void renew(Time until);
+  /// Puts new certificates in the place of the old ones; keys stay as they are.
+  [[nodiscard]] tl::expected<void, std::string> write_certificates(
+      const std::filesystem::path& folder) const;
+  /// How long those in the folder are valid; needs no passphrase.
+  static tl::expected<Time, std::string> end_of(const std::filesystem::path& folder);
+
+  /// A new key, a certificate and permissions of the same validity, and what all participants have.
+  /// Who is `foreign` has a name that makes the others begin the handshake: see late_number().
+  [[nodiscard]] CredentialFiles issue(const fabric::trust::Participant& participant, bool foreign,
+                                      std::string_view fabric, Time from, Time until,
+                                      const std::vector<base::openssl::Revoked>& revoked) const;
+  /// The list of taken-back certificates, as each participant has it.
+  [[nodiscard]] std::string revocations(const std::vector<base::openssl::Revoked>& revoked,
+                                        Time now) const;
+
+  /// Nothing that they sign can be valid for longer.
+  [[nodiscard]] Time until() const { return identity_.certificate.until(); }
+
+ private:
+  struct Authority {
+    base::openssl::Key key;
+    base::openssl::Certificate certificate;
+  };
+  CertificateAuthorities(Authority identity, Authority permissions)
+      : identity_(std::move(identity)), permissions_(std::move(permissions)) {}
+
+  Authority identity_;
+  Authority permissions_;
+};
+
+}  // namespace millrace::tools::trust

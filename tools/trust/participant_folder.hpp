@@ -1,0 +1,29 @@
+// A participant's folder: written whole or not at all, and packed for its host.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "tools/trust/certificate_authorities.hpp"
+
+namespace millrace::tools::trust {
+
+/// Puts `files` into `folder`, in place of what is there: whoever reads it sees the old ones or the
+/// new ones. The secret ones are for their owner alone. The error names the file.
+tl::expected<void, std::string> write_participant_folder(
+    const std::filesystem::path& folder, const std::vector<CredentialFiles::File>& files);
+
+/// Removes what a command that was ended in the middle has left in the plant's folder: keys that
+/// nobody has.
+void remove_unfinished(const std::filesystem::path& plant);
+
+/// A tar archive (POSIX ustar) of the plain files in `folder`, below `name`/, with their modes and
+/// no owner.
+tl::expected<std::string, std::string> tar_of(const std::filesystem::path& folder,
+                                              std::string_view name);
+
+}  // namespace millrace::tools::trust

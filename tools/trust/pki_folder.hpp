@@ -1,0 +1,128 @@
+// The PKI folder of a plant: its authorities, a register of whom they have
+// believed what, and a folder for each participant with what it needs and nothing else.
+//
+//   auto pki = PkiFolder::open("plant", {});
+//   pki->issue({.name = "square-root", .roles = {Role::service}, .uuids = {"560aacbf-…"}}, {.days
+//   = 825}, now);
+//
+//   plant/authorities/       never leaves the admin host
+//   plant/register.textproto
+//   plant/revoked.pem        the newest list of revoked participants, the same as in their folders
+//   plant/square-root/       goes to the host of that service
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "base/posix/fd.hpp"
+#include "tools/trust/certificate_authorities.hpp"
+
+namespace millrace::config {
+class TrustParticipant;
+class TrustRegister;
+}  // namespace millrace::config
+
+namespace millrace::tools::trust {
+
+/// A participant as the register has it.
+struct Entry {
+  fabric::trust::Participant participant;
+  /// Where it is meant to be, for people.
+  std::string host;
+  /// Of what is in its folder now.
+  std::string serial;
+  Time from;
+  Time until;
+  /// Everything it ever got has been taken back.
+  bool revoked = false;
+  /// A program on another DDS.
+  bool foreign = false;
+};
+
+struct IssueOptions {
+  std::string host{};
+  /// How long it is valid, in days; never longer than the authorities are.
+  int days = 825;
+  /// For a program on another DDS.
+  bool foreign = false;
+};
+
+/// Holds the folder's lock while it may write; two commands do not write it at once. Errors are for
+/// people and name the file.
+class PkiFolder {
+ public:
+  /// Creates the folder, which must not exist or be empty: an authority is never overwritten. On
+  /// error nothing is left of it.
+  static tl::expected<void, std::string> create(const std::filesystem::path& folder,
+                                                std::string_view name, std::string_view fabric,
+                                                int days, std::string_view passphrase, Time now);
+  static tl::expected<PkiFolder, std::string> open(const std::filesystem::path& folder);
+  /// To look only, also while another command writes, and where nobody can.
+  static tl::expected<PkiFolder, std::string> look(const std::filesystem::path& folder);
+  PkiFolder(PkiFolder&&) noexcept;
+  PkiFolder& operator=(PkiFolder&&) noexcept;
+  ~PkiFolder();
+
+  [[nodiscard]] const std::string& name() const;
+  [[nodiscard]] const std::string& fabric() const;
+  /// By name.
+  [[nodiscard]] std::vector<Entry> entries() const;
+  [[nodiscard]] tl::expected<Entry, std::string> entry(std::string_view name) const;
+  /// Of a participant: plant/NAME.
+  [[nodiscard]] std::filesystem::path folder_of(std::string_view name) const;
+
+  /// A new participant; refused if there is one of that name.
+  tl::expected<Entry, std::string> issue(const fabric::trust::Participant& participant,
+                                         const IssueOptions& options, std::string_view passphrase,
+                                         Time now);
+  /// renew() of a participant that may other things from now on: roles, UUIDs and machines become
+  /// those of `participant`; a host that is not said and who is foreign stay so.
+  tl::expected<Entry, std::string> reissue(const fabric::trust::Participant& participant,
+                                           const IssueOptions& options, std::string_view passphrase,
+                                           Time now);
+  /// A new key, certificate and permissions; what the host has goes on being valid until its time
+  /// is over.
+  tl::expected<Entry, std::string> renew(std::string_view name, int days,
+                                         std::string_view passphrase, Time now);
+  /// The authorities, for so many days from now and with the keys they have, then every participant
+  /// that is not revoked, as renew() does: what hosts have until then and what they get now count
+  /// for each other. An error may leave some participants as they were; the same again goes on.
+  tl::expected<void, std::string> renew_authorities(int days, int participant_days,
+                                                    std::string_view passphrase, Time now);
+  /// How long the authorities are valid, and so whatever they sign.
+  [[nodiscard]] tl::expected<Time, std::string> authorities_until() const;
+  /// Takes back everything that the participant ever got, and tells all participants' folders of it
+  /// that are there. An error may leave some without; the same again goes on.
+  tl::expected<void, std::string> revoke(std::string_view name, std::string_view passphrase,
+                                         Time now);
+  /// The participant's folder as a tar archive, for its host.
+  [[nodiscard]] tl::expected<std::string, std::string> archive_of(std::string_view name) const;
+
+ private:
+  PkiFolder(std::filesystem::path folder, base::posix::Fd lock,
+            std::unique_ptr<config::TrustRegister> participants);
+
+  [[nodiscard]] const config::TrustParticipant* find(std::string_view name) const;
+  config::TrustParticipant* find_to_change(std::string_view name);
+  tl::expected<Entry, std::string> make(config::TrustParticipant& record, int days,
+                                        const CertificateAuthorities& authorities, Time now);
+  [[nodiscard]] tl::expected<void, std::string> save() const;
+  /// The list of revoked participants, newly signed, for all folders.
+  [[nodiscard]] tl::expected<void, std::string> spread_list(
+      const CertificateAuthorities& authorities, Time now) const;
+  [[nodiscard]] tl::expected<CertificateAuthorities, std::string> authorities(
+      std::string_view passphrase) const;
+  tl::expected<Entry, std::string> make_and_tell(config::TrustParticipant& record, int days,
+                                                 std::string_view passphrase, Time now);
+
+  std::filesystem::path folder_;
+  base::posix::Fd lock_;
+  std::unique_ptr<config::TrustRegister> register_;
+};
+
+}  // namespace millrace::tools::trust

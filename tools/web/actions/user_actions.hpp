@@ -1,0 +1,75 @@
+// Where users log in, and act: each action is a command of an operator on the fabric, in the name
+// of its user.
+//
+//   UserActions user_actions({.users = users, .host = host_name(), …}, log);
+//   Site site({…, .action_handler = &user_actions});
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/json/object.hpp>
+#include <tl/expected.hpp>
+
+#include "base/program/log.hpp"
+#include "fabric/command.hpp"
+#include "tools/web/actions/sessions.hpp"
+#include "tools/web/actions/users.hpp"
+#include "tools/web/http/site.hpp"
+
+namespace millrace::tools::web::actions {
+
+struct UserActionsOptions {
+  Users users{};
+  /// Of this server, for the issuer of commands.
+  std::string host{};
+  /// Browsers send the cookie over TLS only.
+  bool secure_cookie = false;
+};
+
+class UserActions : public http::ActionHandler {
+ public:
+  /// Sends a command and waits for the word on it; nothing if nobody answered. In the thread of
+  /// operators.
+  using Issue = std::function<std::optional<fabric::Outcome>(const fabric::Command&)>;
+  /// Draws a text that nobody can guess.
+  using Secret = std::function<std::string()>;
+
+  UserActions(UserActionsOptions options, Issue issue, Secret secret, base::program::Log log)
+      : options_(std::move(options)),
+        issue_(std::move(issue)),
+        sessions_(std::move(secret)),
+        log_(std::move(log)) {}
+
+  http::Outcome answer(const std::vector<std::string>& path, const http::Request& request,
+                       const fabric::Moment& now) override;
+
+ private:
+  http::Response session(const http::Request& request, const fabric::Moment& now);
+  http::Outcome log_in(const http::Request& request, const fabric::Moment& now);
+  http::Response log_out(const http::Request& request);
+  http::Response enter(const Throttle::Who& who, const fabric::Moment& now);
+  http::Response refuse(const Throttle::Who& who);
+  http::Outcome act(const std::string& what, const http::Request& request,
+                    const fabric::Moment& now);
+  http::Response report(const fabric::Command& command, const std::string& user,
+                        const std::optional<fabric::Outcome>& outcome);
+  [[nodiscard]] boost::json::object json_of(const Session& session) const;
+
+  UserActionsOptions options_;
+  Issue issue_;
+  Sessions sessions_;
+  Throttle throttle_;
+  base::program::Log log_;
+};
+
+/// The command that the body of /api/actions/WHAT means; without id, issuer and time. The error
+/// says what was expected.
+tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
+
+/// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.
+std::string draw_secret();
+
+}  // namespace millrace::tools::web::actions

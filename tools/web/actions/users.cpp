@@ -1,0 +1,125 @@
+#include "tools/web/actions/users.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <memory>
+#include <stdexcept>
+
+#include <crypt.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
+#include "idl/web.pb.h"
+
+namespace millrace::tools::web::actions {
+
+namespace {
+
+using base::configuration::ConfigPath;
+
+constexpr std::size_t longest_name = 31;
+/// Debian's choice for the passwords of its users.
+constexpr const char* method = "$y$";
+
+bool is_user_name(const std::string& name) {
+  return !name.empty() && name.size() <= longest_name &&
+         std::ranges::all_of(name, [](unsigned char character) {
+           return std::isalnum(character) != 0 || character == '.' || character == '_' ||
+                  character == '-';
+         });
+}
+
+bool is_hash(const std::string& text) {
+  return text.starts_with('$') && ::crypt_checksalt(text.c_str()) == CRYPT_SALT_OK;
+}
+
+fabric::CommandKind kind_of(config::Web::Action action) {
+  switch (action) {
+    case config::Web::ANSWER:
+      return fabric::CommandKind::answer;
+    case config::Web::RETRY:
+      return fabric::CommandKind::retry;
+    case config::Web::DRAIN:
+      return fabric::CommandKind::drain;
+  }
+  return fabric::CommandKind::answer;
+}
+
+User user_of(const config::Web::User& configured) {
+  User user{.name = configured.name(), .password_hash = configured.password_hash()};
+  for (const int action : configured.may()) {
+    user.may.insert(kind_of(static_cast<config::Web::Action>(action)));
+  }
+  if (user.may.empty()) {
+    user.may = {fabric::CommandKind::answer, fabric::CommandKind::retry,
+                fabric::CommandKind::drain};
+  }
+  return user;
+}
+
+}  // namespace
+
+tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
+  config::Web web;
+  base::configuration::ConfigPlaces places;
+  if (auto read = base::configuration::read_config(file, web, places); !read) {
+    return tl::unexpected(std::move(read.error()));
+  }
+  struct stat status {};
+  if (::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
+    return tl::unexpected(fmt::format(
+        "{}: everybody on this host may read or change it; chmod o= keeps its hashes to who must "
+        "know them",
+        file.string()));
+  }
+  base::configuration::Mistakes mistakes(web, places);
+  mistakes.expect(web.user_size() > 0, {}, "no user; expected at least one");
+  Users users;
+  for (int i = 0; i < web.user_size(); ++i) {
+    const ConfigPath path{{"user", i}};
+    const config::Web::User& user = web.user(i);
+    mistakes.expect(
+        is_user_name(user.name()), path / "name",
+        fmt::format("\"{}\"; expected 1 to 31 letters, digits, '.', '_' and '-'", user.name()));
+    mistakes.expect(is_hash(user.password_hash()), path / "password_hash",
+                    "no hash; expected one as `millrace web --hash-password` prints it");
+    mistakes.expect(users.emplace(user.name(), user_of(user)).second, path / "name",
+                    fmt::format("\"{}\" is there twice", user.name()));
+  }
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
+  }
+  return users;
+}
+
+bool matches(const std::string& password, const std::string& hash) {
+  // 32 KiB: not for a stack.
+  const auto space = std::make_unique<crypt_data>();
+  const char* const own = ::crypt_r(password.c_str(), hash.c_str(), space.get());
+  // Of a hash nobody learns anything by the time that its comparison takes.
+  // It has read the password to its first NUL.
+  return own != nullptr && own[0] != '*' && hash == own && password.find('\0') == std::string::npos;
+}
+
+std::string hash_of(const std::string& password) {
+  std::string salt(CRYPT_GENSALT_OUTPUT_SIZE, '\0');
+  const auto space = std::make_unique<crypt_data>();
+  if (::crypt_gensalt_rn(method, 0, nullptr, 0, salt.data(), static_cast<int>(salt.size())) ==
+      nullptr) {
+    throw std::runtime_error("this system has no salt for a password: no random numbers");
+  }
+  const char* const hash = ::crypt_r(password.c_str(), salt.c_str(), space.get());
+  if (hash == nullptr || hash[0] == '*') {
+    throw std::runtime_error("this system's libcrypt cannot hash passwords by yescrypt");
+  }
+  return hash;
+}
+
+const std::string& hash_of_unknown_user() {
+  static const std::string hash = hash_of("");
+  return hash;
+}
+
+}  // namespace millrace::tools::web::actions

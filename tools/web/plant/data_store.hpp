@@ -1,0 +1,132 @@
+// Machine data: what each group told last, and what its variables were over the last minutes, for
+// lines over time. Pure.
+//
+//   store.add(sample, received);                        // each of them, as it comes
+//   store.samples({.machine = "press"})                 // as `millrace data --json`
+//   store.history("press", {{.variable = "1/axes/V.A.ACT_POS.X"}}, now)
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "fabric/data.hpp"
+#include "tools/web/plant/series.hpp"
+
+namespace millrace::tools::web::plant {
+
+/// An empty text, and channel 0, take everything.
+struct DataFilter {
+  std::string machine{};
+  std::uint16_t channel = 0;
+  std::string group{};
+  /// Of a longer array the first ones are told, and how many there are ("elements").
+  std::size_t most_elements = std::numeric_limits<std::size_t>::max();
+};
+
+/// One line over time that somebody wants.
+struct Wanted {
+  /// "1/axes/V.A.ACT_POS.X": channel, group and name.
+  std::string variable{};
+  /// What he has until then; zero = nothing.
+  fabric::Time since{};
+};
+
+class DataStore {
+ public:
+  /// Whoever is on the fabric can tell what he likes.
+  struct Limits {
+    std::size_t groups = 1'000;
+    std::size_t variables = 10'000;
+    /// Of all lines together; each has an equal share, 7,200 at most. 24 MiB.
+    std::size_t points = 1'500'000;
+    /// Of texts and arrays, the last values of each; 4 MiB.
+    std::size_t changes = 20'000;
+    /// A sample that is larger is left out, and so is who comes when all of them take this much.
+    std::size_t bytes_of_group = std::size_t{1} << 20U;
+    std::size_t bytes = std::size_t{16} << 20U;
+  };
+
+  DataStore() : DataStore(Limits{}) {}
+  explicit DataStore(Limits limits) : limits_(limits) {}
+
+  /// Without values: nobody tells of the group any more.
+  void add(const fabric::DataSample& sample, fabric::Time received);
+  /// No gateway of the machine is heard: from now on nobody knows.
+  void silence(const std::string& machine, fabric::Time now);
+  /// A gateway of the machine is heard again. A gateway sends a group only when a value changes. So
+  /// the last values hold if it is the `same` gateway; another gateway sends all of its groups.
+  void end_silence(const std::string& machine, bool same, fabric::Time now);
+  /// Groups that nobody has told of for as long as lines are kept.
+  void forget_old(fabric::Time now);
+
+  /// An object for each group, with the fields of `millrace data --json`.
+  [[nodiscard]] boost::json::array samples(const DataFilter& filter) const;
+  /// {time, series}: of each that is known the points since then, and what it is now.
+  [[nodiscard]] boost::json::object history(const std::string& machine,
+                                            const std::vector<Wanted>& wanted,
+                                            fabric::Time now) const;
+
+  [[nodiscard]] std::size_t groups() const { return groups_.size(); }
+  [[nodiscard]] std::size_t variables() const { return variables_; }
+  /// Groups that found no room, counted once until they are gone.
+  [[nodiscard]] std::size_t left_out() const { return left_out_.size(); }
+
+  /// Adds the machines that there are groups of.
+  void add_machines(std::set<std::string>& names) const;
+  /// How many values there are of each quality, by machine.
+  [[nodiscard]] std::map<std::pair<std::string, fabric::Quality>, std::size_t> qualities() const;
+  /// What is told of message queues; valid until the next entry.
+  [[nodiscard]] std::vector<const fabric::DataSample*> queues() const;
+
+ private:
+  /// What a text or an array was from then on.
+  struct Change {
+    fabric::Time at{};
+    std::string text{};
+  };
+  struct Variable {
+    Series series{};
+    std::deque<Change> changes{};
+  };
+  struct Group {
+    fabric::DataSample last{};
+    fabric::Time received{};
+    std::size_t bytes = 0;
+    /// Nobody tells of it any more.
+    bool is_gone = false;
+    /// It is gone because no gateway of its machine is heard.
+    bool is_silent = false;
+    std::map<std::string, Variable> variables{};
+  };
+  using Key = std::pair<fabric::ChannelKey, std::string>;
+
+  Group* group_for(const Key& key, const fabric::DataSample& sample);
+  void add(Variable& variable, const fabric::Value& value, fabric::Time at);
+  void forget(Group& group, fabric::Time now);
+  void drop(std::map<Key, Group>::iterator group);
+  void share_anew();
+  [[nodiscard]] static boost::json::object line_of(const Key& key, const Group& group,
+                                                   const fabric::Value& value,
+                                                   const Variable& variable, fabric::Time since);
+
+  Limits limits_;
+  std::map<Key, Group> groups_;
+  /// With when it was heard last.
+  std::map<Key, fabric::Time> left_out_;
+  std::size_t variables_ = 0;
+  std::size_t bytes_ = 0;
+  std::size_t most_points_ = 0;
+  std::size_t most_changes_ = 0;
+};
+
+}  // namespace millrace::tools::web::plant

@@ -1,0 +1,320 @@
+#include "tools/web/plant/plant_model.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "fabric/channel_scope.hpp"
+#include "tools/print/json.hpp"
+
+namespace millrace::tools::web::plant {
+
+namespace {
+
+/// Names of services that are gone are kept for the calls that name them, but not without end.
+constexpr std::size_t most_names = 4'096;
+/// How often the figures of what moves are told.
+constexpr auto pause_of_figures = std::chrono::seconds(1);
+
+bool goes_by_itself(fabric::ChannelState state) {
+  return state == fabric::ChannelState::idle || state == fabric::ChannelState::running ||
+         state == fabric::ChannelState::answering;
+}
+
+}  // namespace
+
+const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Moment& now) {
+  events_.add(entry, live_);
+  if (const auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
+    data_.add(*sample, entry.at);
+    return nullptr;
+  }
+  if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+    programs_.add(*event, entry.at);
+    channels_changed_.insert(event->key);
+    return nullptr;
+  }
+  if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
+    if (said->over) {
+      take_back(said->alarm.key);
+    } else {
+      add(said->alarm);
+    }
+    return nullptr;
+  }
+  const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);
+  const bool begins_anew = machine != nullptr && has_another_gateway(*machine);
+  if (begins_anew) {
+    programs_.begin_anew(machine->machine);
+  }
+  live_.add(entry);
+  const EndedCall* ended = calls_.add(entry);
+  if (ended != nullptr) {
+    add_ended(*ended, now);
+  }
+  if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    channels_changed_.insert(channel->key);
+  } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    if (event->kind == fabric::EventKind::unserved && event->call == fabric::CallId{} &&
+        live_.channels().contains(event->key)) {
+      left_.insert_or_assign(event->key, *event);
+      channels_changed_.insert(event->key);
+    }
+  } else if (machine != nullptr) {
+    add_link(*machine, begins_anew, entry.at);
+  } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    if (live_.instances().contains(status->instance)) {
+      services_changed_.insert(status->instance);
+    }
+  } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    add_news(*news);
+  }
+  return ended;
+}
+
+void PlantModel::add(const fabric::Alarm& alarm) {
+  const auto known = live_.alarms().find(alarm.key);
+  // It is said again and again while it holds.
+  if (known == live_.alarms().end() || known->second != alarm) {
+    live_.add(alarm);
+    mark_all_of_gateway(alarm.key.responder);
+    alarms_changed_ = true;
+  }
+}
+
+void PlantModel::take_back(const fabric::AlarmKey& key) {
+  live_.take_back(key);
+  mark_all_of_gateway(key.responder);
+  alarms_changed_ = true;
+}
+
+/// It may say why its machines' calls are left alone.
+void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
+  for (const auto& [key, status] : live_.machines()) {
+    if (key.second == gateway) {
+      mark_all_of(status.machine);
+    }
+  }
+}
+
+void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_anew,
+                          fabric::Time received) {
+  mark_all_of(status.machine);
+  if (link_of(status.machine) == "gone") {
+    data_.silence(status.machine, received);
+    programs_.silence(status.machine);
+  } else {
+    data_.end_silence(status.machine, !begins_anew, received);
+    if (!begins_anew) {
+      programs_.end_silence(status.machine);
+    }
+  }
+}
+
+void PlantModel::add_news(const recording::InstanceNews& news) {
+  const fabric::InstanceId& id = news.identity.id;
+  mark_callers_of(news);
+  if (news.change == recording::Change::gone) {
+    services_changed_.erase(id);
+    services_gone_.insert(id);
+    instance_pace_.erase(id);
+    other_states_of_.erase(id);
+    moving_instances_.erase(id);
+    return;
+  }
+  services_gone_.erase(id);
+  services_changed_.insert(id);
+  if (service_names_.size() < most_names || service_names_.contains(news.identity.uuid)) {
+    service_names_.insert_or_assign(news.identity.uuid, news.identity.name);
+  }
+}
+
+/// Channels whose calls want its service: there is one more or less for them.
+void PlantModel::mark_callers_of(const recording::InstanceNews& news) {
+  const auto gone = live_.gone().find(news.identity.id);
+  const std::string& uuid = news.change == recording::Change::gone && gone != live_.gone().end()
+                                ? gone->second.last.identity.uuid
+                                : news.identity.uuid;
+  for (const auto& [key, status] : live_.channels()) {
+    if (!status.uuid.empty() && fabric::canonical_uuid(status.uuid) == uuid) {
+      channels_changed_.insert(key);
+    }
+  }
+}
+
+void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
+  const recording::FollowedCall& call = ended.call;
+  ++ended_;
+  failed_ += ended.failed ? 1U : 0U;
+  other_states_ += ended.other_state ? 1U : 0U;
+  const auto duration = call.duration();
+  throughput_.add(now.steady, duration, ended.failed);
+  channel_pace_[call.key].add(now.steady, duration, ended.failed);
+  moving_channels_.insert(call.key);
+  if (live_.instances().contains(call.instance)) {
+    instance_pace_[call.instance].add(now.steady, duration, ended.failed);
+    moving_instances_.insert(call.instance);
+    if (ended.other_state) {
+      ++other_states_of_[call.instance];
+    }
+  }
+  history_.add_call(call.uuid, call.instance, duration, ended.failed);
+  calls_ended_.push_back(call.id);
+}
+
+void PlantModel::mark_all_of(const std::string& machine) {
+  for (auto link = live_.machines().lower_bound({machine, {}});
+       link != live_.machines().end() && link->first.first == machine; ++link) {
+    machines_changed_.insert(link->first);
+  }
+  for (auto channel = live_.channels().lower_bound({machine, 0});
+       channel != live_.channels().end() && channel->first.machine.starts_with(machine);
+       ++channel) {
+    // Also those of its message queues, "cnc.ALARMS".
+    if (fabric::machine_of(channel->first.machine) == machine) {
+      channels_changed_.insert(channel->first);
+    }
+  }
+}
+
+void PlantModel::mark_what_moves(const fabric::Moment& now) {
+  if (moved_ && now.steady - *moved_ < pause_of_figures) {
+    return;
+  }
+  moved_ = now.steady;
+  channels_changed_.insert(moving_channels_.begin(), moving_channels_.end());
+  services_changed_.insert(moving_instances_.begin(), moving_instances_.end());
+  std::erase_if(moving_channels_, [&](const fabric::ChannelKey& key) {
+    return !channel_pace_[key].is_moving(now.steady);
+  });
+  std::erase_if(moving_instances_, [&](const fabric::InstanceId& id) {
+    return !instance_pace_[id].is_moving(now.steady);
+  });
+}
+
+void PlantModel::end_steps(const fabric::Moment& now) {
+  if (!stepped_) {
+    stepped_ = now.steady;
+  }
+  for (; now.steady - *stepped_ >= History::step_length; *stepped_ += History::step_length) {
+    std::map<fabric::InstanceId, std::uint32_t> running;
+    for (const auto& [id, instance] : live_.instances()) {
+      running.emplace(id, instance.status ? instance.status->running : 0);
+    }
+    history_.step(now.wall, running);
+  }
+}
+
+bool PlantModel::may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const {
+  const auto channel = live_.channels().find(key);
+  const auto told = channel_told_.find(key);
+  return channel != live_.channels().end() && goes_by_itself(channel->second.state) &&
+         told != channel_told_.end() && now.steady - told->second < pause_of_a_busy_channel;
+}
+
+std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now) {
+  end_steps(now);
+  mark_what_moves(now);
+  data_.forget_old(now.wall);
+  live_.forget_gone(now.wall - kept_gone);
+  boost::json::array machines;
+  boost::json::array machines_gone;
+  for (const MachineKey& key : machines_changed_) {
+    const fabric::MachineStatus& status = live_.machines().at(key);
+    boost::json::object machine;
+    if (is_former(status)) {
+      machine = {{"machine", print::utf8(status.machine)}, {"gateway", status.gateway.to_string()}};
+      machines_gone.push_back(std::move(machine));
+    } else {
+      machines.push_back(machine_json(status));
+    }
+  }
+  machines_changed_.clear();
+  boost::json::array channels;
+  std::erase_if(channels_changed_, [&](const fabric::ChannelKey& key) {
+    const auto channel = live_.channels().find(key);
+    if (channel == live_.channels().end()) {
+      return true;  // A tool called in the name of a channel that no gateway has told of.
+    }
+    if (may_wait(key, now)) {
+      return false;
+    }
+    channels.push_back(channel_json(channel->second, now));
+    channel_told_.insert_or_assign(key, now.steady);
+    return true;
+  });
+  boost::json::array services;
+  for (const fabric::InstanceId& id : services_changed_) {
+    services.push_back(service_json(live_.instances().at(id), now));
+  }
+  services_changed_.clear();
+  boost::json::array gone;
+  for (const fabric::InstanceId& id : services_gone_) {
+    gone.emplace_back(id.to_string());
+  }
+  services_gone_.clear();
+  std::uint64_t skipped = 0;
+  boost::json::array calls = take_calls(skipped);
+
+  const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
+                       !gone.empty() || !calls.empty() || alarms_changed_ || events_.has_news();
+  if (!is_news && told_ && now.steady - *told_ < heartbeat) {
+    return std::nullopt;
+  }
+  told_ = now.steady;
+  boost::json::object out{{"totals", totals(now)}};
+  print::put_time(out, "time", now.wall);
+  const auto put = [&](const char* name, boost::json::array&& list) {
+    if (!list.empty()) {
+      out[name] = std::move(list);
+    }
+  };
+  put("machines", std::move(machines));
+  put("channels", std::move(channels));
+  put("services", std::move(services));
+  put("calls", std::move(calls));
+  put("events", events_.take());
+  if (std::exchange(alarms_changed_, false)) {
+    // All of them: there are few, and who misses one that is taken back would show it for ever.
+    out["alarms"] = alarms();
+  }
+  boost::json::object parted;
+  if (!gone.empty()) {
+    parted["services"] = std::move(gone);
+  }
+  if (!machines_gone.empty()) {
+    parted["machines"] = std::move(machines_gone);
+  }
+  if (!parted.empty()) {
+    out["gone"] = std::move(parted);
+  }
+  if (skipped > 0) {
+    out["skipped"] = skipped;
+  }
+  return out;
+}
+
+boost::json::array PlantModel::take_calls(std::uint64_t& skipped) {
+  std::vector<const EndedCall*> ended;
+  for (const fabric::CallId& id : calls_ended_) {
+    if (const EndedCall* call = calls_.ended(id)) {
+      ended.push_back(call);
+    }
+  }
+  calls_ended_.clear();
+  if (ended.size() > calls_in_change) {
+    skipped = ended.size() - calls_in_change;
+    // Failed ones and those with another state first, then the newest of the others.
+    std::ranges::reverse(ended);
+    std::ranges::stable_partition(
+        ended, [](const EndedCall* call) { return call->failed || call->other_state; });
+    ended.resize(calls_in_change);
+    std::ranges::stable_sort(ended, {}, [](const EndedCall* call) { return call->call.ended; });
+  }
+  boost::json::array calls;
+  for (const EndedCall* call : ended) {
+    calls.push_back(json_of(*call));
+  }
+  return calls;
+}
+
+}  // namespace millrace::tools::web::plant

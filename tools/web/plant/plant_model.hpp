@@ -1,0 +1,156 @@
+// What a page is told of the plant: all of it once, then what has changed. Pure.
+//
+//   plant.add(entry, now);                              // each entry of an observer, as it comes
+//   plant.snapshot(now)                                 // for who is new
+//   if (auto changes = plant.changes(now)) …            // some times a second, for all others
+//
+// The objects have the fields of the commands' --json, and some more (docs/web.md).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "fabric/moment.hpp"
+#include "fabric/observer/observer.hpp"
+#include "tools/bus/fabric_model.hpp"
+#include "tools/web/plant/call_store.hpp"
+#include "tools/web/plant/data_store.hpp"
+#include "tools/web/plant/event_book.hpp"
+#include "tools/web/plant/history.hpp"
+#include "tools/web/plant/program_store.hpp"
+#include "tools/web/plant/throughput.hpp"
+
+namespace millrace::tools::web::plant {
+
+/// Who tells it: the server.
+struct About {
+  std::string version{};
+  std::string host{};
+  std::string fabric{};
+  std::uint32_t domain = 0;
+  fabric::Time started{};
+  bool recordings = false;
+  bool actions = false;
+};
+
+class PlantModel {
+ public:
+  /// Calls that a snapshot has, and at most so many a change.
+  static constexpr std::size_t calls_in_snapshot = 200;
+  static constexpr std::size_t calls_in_change = 50;
+  static constexpr std::size_t events_in_snapshot = 100;
+  /// A change is told at least this often, as a sign of life.
+  static constexpr std::chrono::seconds heartbeat{2};
+  /// An instance that is gone is shown this long, to whoever opens the page, too.
+  static constexpr std::chrono::minutes kept_gone{15};
+  /// A channel that goes from call to call is told this often; one that needs somebody, at once.
+  static constexpr std::chrono::milliseconds pause_of_a_busy_channel{500};
+
+  explicit PlantModel(About about, NormalStates normal = {})
+      : about_(std::move(about)), calls_({}, std::move(normal)) {}
+
+  /// The call that ends with this entry; valid until the next one.
+  const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
+  /// What a program says of itself, and that it does not any more.
+  void add(const fabric::Alarm& alarm);
+  void take_back(const fabric::AlarmKey& key);
+  /// What the bus counted.
+  void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
+
+  [[nodiscard]] boost::json::object snapshot(const fabric::Moment& now) const;
+  /// What is new since the last time; nothing if nothing is and the heartbeat is not due.
+  std::optional<boost::json::object> changes(const fabric::Moment& now);
+
+  [[nodiscard]] boost::json::object about(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array machines() const;
+  [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array alarms() const;
+  /// The newest first.
+  [[nodiscard]] boost::json::array events() const { return events_.list(EventBook::most_events); }
+  /// {calls, kept, oldest}.
+  [[nodiscard]] boost::json::object calls(const CallFilter& filter, std::size_t most) const;
+  [[nodiscard]] boost::json::object history() const { return history_.json(); }
+  [[nodiscard]] const bus::FabricModel& live() const { return live_; }
+  [[nodiscard]] const CallStore& call_store() const { return calls_; }
+  /// Who looks at them asks for them: a snapshot and changes say how many there are.
+  [[nodiscard]] const DataStore& data() const { return data_; }
+  [[nodiscard]] const ProgramStore& programs() const { return programs_; }
+
+  /// As a call is shown wherever it is.
+  [[nodiscard]] boost::json::object json_of(const EndedCall& call) const;
+
+ private:
+  using MachineKey = bus::FabricModel::Machines::key_type;
+
+  void add_news(const recording::InstanceNews& news);
+  void add_link(const fabric::MachineStatus& status, bool begins_anew, fabric::Time received);
+  void add_ended(const EndedCall& ended, const fabric::Moment& now);
+  /// It is the first that a gateway tells of its machine, which another one had before.
+  [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;
+  void mark_all_of_gateway(const fabric::InstanceId& gateway);
+  void mark_callers_of(const recording::InstanceNews& news);
+  void mark_all_of(const std::string& machine);
+  void mark_what_moves(const fabric::Moment& now);
+  void end_steps(const fabric::Moment& now);
+  [[nodiscard]] bool may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const;
+  /// It is the machine's former gateway: one that is gone while another one is there.
+  [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
+  [[nodiscard]] boost::json::object machine_json(const fabric::MachineStatus& status) const;
+  [[nodiscard]] std::string_view link_of(const std::string& machine) const;
+  /// What all its instances are called; nothing where they have names of their own.
+  [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
+  [[nodiscard]] boost::json::object channel_json(const fabric::ChannelStatus& status,
+                                                 const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::object service_json(const bus::KnownInstance& instance,
+                                                 const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::object totals(const fabric::Moment& now) const;
+  boost::json::array take_calls(std::uint64_t& skipped);
+
+  About about_;
+  bus::FabricModel live_;
+  CallStore calls_;
+  DataStore data_;
+  ProgramStore programs_;
+  EventBook events_;
+  History history_;
+  /// By UUID: what its last instance was called, for services that have none any more.
+  std::map<std::string, std::string> service_names_;
+  std::map<fabric::ChannelKey, Throughput> channel_pace_;
+  std::map<fabric::InstanceId, Throughput> instance_pace_;
+  /// What was left alone last on a channel, which is no call: nobody tells of its text again.
+  std::map<fabric::ChannelKey, fabric::Event> left_;
+  /// Whose figures change although nothing is told of them.
+  std::set<fabric::ChannelKey> moving_channels_;
+  std::set<fabric::InstanceId> moving_instances_;
+  Throughput throughput_;
+  std::uint64_t ended_ = 0;
+  std::uint64_t failed_ = 0;
+  std::uint64_t other_states_ = 0;
+  /// By instance, since this is there.
+  std::map<fabric::InstanceId, std::uint64_t> other_states_of_;
+  fabric::observer::Counts counts_;
+
+  // What nobody was told yet.
+  std::set<MachineKey> machines_changed_;
+  std::set<fabric::ChannelKey> channels_changed_;
+  std::set<fabric::InstanceId> services_changed_;
+  std::set<fabric::InstanceId> services_gone_;
+  std::vector<fabric::CallId> calls_ended_;
+  bool alarms_changed_ = false;
+
+  std::map<fabric::ChannelKey, fabric::SteadyTime> channel_told_;
+  std::optional<fabric::SteadyTime> told_;
+  std::optional<fabric::SteadyTime> moved_;
+  std::optional<fabric::SteadyTime> stepped_;
+};
+
+}  // namespace millrace::tools::web::plant

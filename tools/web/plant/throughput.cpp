@@ -1,0 +1,76 @@
+#include "tools/web/plant/throughput.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace millrace::tools::web::plant {
+
+namespace {
+
+/// A burst that is younger says nothing of a second yet.
+constexpr std::chrono::nanoseconds shortest = std::chrono::seconds(1);
+
+/// The value that `share` of the values do not exceed. Reorders them; at least one is there.
+std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& values, double share) {
+  const auto rank = static_cast<std::size_t>(static_cast<double>(values.size()) * share);
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(std::min(rank, values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+}  // namespace
+
+void Throughput::add(fabric::SteadyTime now, std::optional<std::chrono::nanoseconds> duration,
+                     bool failed) {
+  if (!first_) {
+    first_ = now;
+  }
+  recent_.push_back({now, duration, failed});
+  while (recent_.front().at < now - window_) {
+    recent_.pop_front();
+  }
+  if (recent_.size() > most) {
+    recent_.pop_front();
+    first_ = recent_.front().at;
+  }
+}
+
+Figures Throughput::figures(fabric::SteadyTime now) const {
+  Figures figures;
+  std::size_t calls = 0;
+  std::size_t errors = 0;
+  std::chrono::nanoseconds sum{};
+  std::vector<std::chrono::nanoseconds> durations;
+  for (const One& one : recent_) {
+    if (one.at < now - window_) {
+      continue;
+    }
+    ++calls;
+    errors += one.failed ? 1U : 0U;
+    if (one.duration) {
+      durations.push_back(*one.duration);
+      sum += *one.duration;
+    }
+  }
+  if (calls == 0) {
+    return figures;
+  }
+  const double span = std::chrono::duration<double>(
+                          std::clamp<std::chrono::nanoseconds>(now - *first_, shortest, window_))
+                          .count();
+  figures.per_second = static_cast<double>(calls) / span;
+  figures.errors_per_second = static_cast<double>(errors) / span;
+  if (!durations.empty()) {
+    figures.mean = sum / static_cast<std::int64_t>(durations.size());
+    figures.p50 = percentile(durations, 0.5);
+    figures.p99 = percentile(durations, 0.99);
+  }
+  return figures;
+}
+
+bool Throughput::is_moving(fabric::SteadyTime now) const {
+  return !recent_.empty() && recent_.back().at >= now - window_;
+}
+
+}  // namespace millrace::tools::web::plant
