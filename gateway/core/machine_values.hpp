@@ -48,6 +48,8 @@ class MachineValues {
   [[nodiscard]] bool is_due(Moment now) const {
     return changed_ || gives_way_ || (next_ && *next_ <= now.steady);
   }
+  /// A question waits until no call is under way: the next event may be the time for it.
+  [[nodiscard]] bool gives_way() const { return gives_way_; }
   /// When it has if nothing else happens.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
 

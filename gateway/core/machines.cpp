@@ -74,12 +74,12 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings, Mome
           .try_emplace(settings.name, settings, machines::MachineStatusWriter(std::move(status)),
                        MachineValues(settings.name, fabric_, host_, own_.id))
           .first->second;
-  one.values.set(settings, now);
+  values_of(one).set(settings, now);
   return one;
 }
 
 void Machines::change(Machine& one, const settings::MachineSettings& settings, Moment now) {
-  one.values.set(settings, now);
+  values_of(one).set(settings, now);
   const bool same = same_way(one.settings, settings);
   const bool more = one.removed || claims_more(settings.channels, one.settings.channels);
   one.settings = settings;
@@ -120,20 +120,20 @@ void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
   }
   one.phase = Machine::StandingBy{};
   one.subscriptions.link_down();
-  one.values.on_dropped(now);
+  values_of(one).on_dropped(now);
   listener_.on_link_dropped(one.settings.name, reason);
 }
 
 /// The configuration names the channel no more.
 void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
-  one.values.on_over(channel, now);
+  values_of(one).on_over(channel, now);
   listener_.on_channel_removed({one.settings.name, channel});
 }
 
 /// Another gateway serves it.
 void Machines::not_owner(Machine& one, std::uint16_t channel, const std::string& reason,
                          Moment now) {
-  one.values.on_over(channel, now);
+  values_of(one).on_over(channel, now);
   listener_.on_not_owner({one.settings.name, channel}, reason);
 }
 
@@ -163,7 +163,7 @@ void Machines::on_link_down(const std::string& machine, const std::string& reaso
     if (one->refusal.empty()) {
       one->status_writer.on_down(reason, now);
     }
-    one->values.on_down(reason, now);
+    values_of(*one).on_down(reason, now);
     listener_.on_lost(machine, reason);
     publish(*one);
   }
@@ -280,13 +280,13 @@ void Machines::on_call_answered(const std::string& machine, Moment now) {
 
 void Machines::on_answer(const std::string& machine, const machines::Answer& answer, Moment now) {
   if (const auto one = machines_.find(machine); one != machines_.end()) {
-    one->second.values.on_answer(answer, now);
+    values_of(one->second).on_answer(answer, now);
   }
 }
 
 void Machines::on_request(const fabric::VariableRequest& request, Moment now) {
   if (const auto one = machines_.find(request.key.machine); one != machines_.end()) {
-    one->second.values.on_request(request, now);
+    values_of(one->second).on_request(request, now);
   }
 }
 
@@ -302,7 +302,17 @@ void Machines::finish(Moment now) {
   }
 }
 
+MachineValues& Machines::values_of(Machine& one) {
+  values_changed_ = true;
+  return one.values;
+}
+
 void Machines::ask_values(Moment now) {
+  if (!values_changed_ && (!values_time_ || *values_time_ > now.steady)) {
+    return;
+  }
+  values_changed_ = false;
+  values_time_.reset();
   for (auto& [name, one] : machines_) {
     if (one.values.is_due(now)) {
       const auto* const connected = one.connected();
@@ -312,15 +322,13 @@ void Machines::ask_values(Moment now) {
                           : std::optional(connected->rests_since),
                       now);
     }
+    values_changed_ = values_changed_ || one.values.gives_way();
+    values_time_ = earliest({values_time_, one.values.next_time()});
   }
 }
 
 std::optional<SteadyTime> Machines::next_time() const {
-  std::optional<SteadyTime> first = next_;
-  for (const auto& [name, one] : machines_) {
-    first = earliest({first, one.values.next_time()});
-  }
-  return first;
+  return earliest({next_, values_time_});
 }
 
 void Machines::on_time(Moment now) {

@@ -179,6 +179,8 @@ class Machines {
   };
 
   Machine* find_linked(const std::string& machine);
+  /// To change them: then ask_values() looks at all machines.
+  MachineValues& values_of(Machine& one);
   Machine& add(const settings::MachineSettings& settings, Moment now);
   void change(Machine& one, const settings::MachineSettings& settings, Moment now);
   /// What another gateway says of a machine; false if it does not count for ours.
@@ -207,6 +209,10 @@ class Machines {
   MachinesListener& listener_;
   machines::Claims claims_;
   std::map<std::string, Machine> machines_;
+  /// Values of a machine have changed, or wait for calls; most events leave them alone.
+  bool values_changed_ = false;
+  /// When values are due next, of all machines.
+  std::optional<SteadyTime> values_time_;
   /// Machines to be looked at anew once the event at hand is over.
   std::set<std::string> reviews_;
   /// None is due before.

@@ -189,7 +189,7 @@ void Machines::serve(Machine& one, Moment now) {
   if (one.refusal.empty()) {
     one.status_writer.on_up(ours.size(), note_of(one), now);
   }
-  one.values.on_up(ours, now);
+  values_of(one).on_up(ours, now);
   listener_.on_serve(name, ours);
   apply(one, one.subscriptions.serve(ours), now);
   publish(one);
