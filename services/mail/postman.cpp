@@ -46,9 +46,6 @@ Postman::~Postman() {
 }
 
 void Postman::read_spool() {
-  for (const std::string& mistake : spool_.mistakes()) {
-    log_->error("{}\nIts mail is not sent again.", mistake);
-  }
   auto content = spool_.content();
   if (!content) {
     throw std::runtime_error(content.error());

@@ -10,7 +10,6 @@
 #include "base/posix/fd.hpp"
 #include "base/posix/file_identity.hpp"
 #include "base/posix/folder_lock.hpp"
-#include "services/mail/old_spool.hpp"
 #include "services/mail/spool_schema.hpp"
 
 namespace millrace::services::mail {
@@ -29,9 +28,6 @@ constexpr const char* put_entry =
     " reply = excluded.reply, sender = excluded.sender, recipients = excluded.recipients,"
     " message = excluded.message";
 /// An entry that an earlier start has imported may have changed since.
-constexpr const char* take_over_entry =
-    "INSERT INTO mail (call, stage, made, next, attempts, reply, sender, recipients, message)"
-    " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (call) DO NOTHING";
 constexpr const char* find_entry =
     "SELECT call, stage, made, next, attempts, reply, sender, recipients, message FROM mail"
     " WHERE call = ?";
@@ -50,12 +46,9 @@ struct Spool::Impl {
             base::posix::lock_folder(folder, "spool.lock", "another mail service uses this spool")),
         file(folder / "spool.db"),
         database(open()),
-        opened(base::posix::identity_of(file)) {
-    take_over();
-  }
+        opened(base::posix::identity_of(file)) {}
 
   SQLite::Database open() const;
-  void take_over();
   void write(const char* statement, const Entry& entry);
   /// Serializes the work, and checks that the file is the one that was opened; the error contains
   /// its name.
@@ -68,7 +61,6 @@ struct Spool::Impl {
   std::mutex mutex;
   SQLite::Database database;
   base::posix::FileIdentity opened;
-  std::vector<std::string> mistakes;
 };
 
 SQLite::Database Spool::Impl::open() const {
@@ -84,27 +76,6 @@ SQLite::Database Spool::Impl::open() const {
     }
     throw std::runtime_error(damage(file.string(), error.what()));
   }
-}
-
-void Spool::Impl::take_over() {
-  OldSpool old = read_old_spool(folder);
-  if (old.empty()) {
-    return;
-  }
-  const auto done = guarded([&] {
-    SQLite::Transaction transaction(database);
-    for (const Entry& entry : old.entries) {
-      write(take_over_entry, entry);
-    }
-    transaction.commit();
-  });
-  if (!done) {
-    throw std::runtime_error(done.error());
-  }
-  if (const auto put_away = put_old_spool_away(old); !put_away) {
-    throw std::runtime_error(put_away.error());
-  }
-  mistakes = std::move(old.mistakes);
 }
 
 void Spool::Impl::write(const char* statement, const Entry& entry) {
@@ -136,10 +107,6 @@ auto Spool::Impl::guarded(Work work) -> Result<decltype(work())> {
 Spool::Spool(fs::path folder) : impl_(std::make_unique<Impl>(std::move(folder))) {}
 Spool::~Spool() = default;
 Spool::Spool(Spool&& other) noexcept = default;
-
-const std::vector<std::string>& Spool::mistakes() const {
-  return impl_->mistakes;
-}
 
 Spool::Result<Spool::Content> Spool::content() const {
   return impl_->guarded([&] {

@@ -24,17 +24,12 @@ class Spool {
   template <typename Value>
   using Result = tl::expected<Value, std::string>;
 
-  /// Creates a missing folder and database, and imports the files of an earlier version. Throws
-  /// std::runtime_error if the folder cannot be used, if another process uses it, or if the
-  /// database is damaged or not a spool.
+  /// Creates a missing folder and database. Throws std::runtime_error if the folder cannot be used,
+  /// if another process uses it, or if the database is damaged or not a spool.
   explicit Spool(std::filesystem::path folder);
   ~Spool();
   Spool(Spool&& other) noexcept;
   Spool& operator=(Spool&&) = delete;
-
-  /// A line for each file of an earlier version that could not be read. Its call is in the spool as
-  /// handed over: it may have been sent. ".broken" was appended to the file's name.
-  [[nodiscard]] const std::vector<std::string>& mistakes() const;
 
   /// A summary without the mails.
   struct Content {

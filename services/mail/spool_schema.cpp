@@ -1,12 +1,13 @@
 #include "services/mail/spool_schema.hpp"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
-#include "services/mail/old_spool.hpp"
+#include "fabric/call_id_text.hpp"
 
 namespace millrace::services::mail {
 
@@ -102,7 +103,7 @@ fabric::Time time_of(std::int64_t nanoseconds) {
 }
 
 fabric::CallId call_in(const std::string& text) {
-  const auto call = parse_call(text);
+  const auto call = fabric::parse_call_id(text);
   if (!call) {
     throw std::runtime_error(fmt::format("'{}' is no call", text));
   }

@@ -1,6 +1,5 @@
-// Any bytes as a request, a template and a file of an earlier version's spool: what is sent has the
-// headers and the recipients of the configuration and lines that a mail may have, and what is
-// refused is answered with what fits.
+// Any bytes as a request and a template: what is sent has the headers and the recipients of the
+// configuration and lines that a mail may have, and what is refused is answered with what fits.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -8,7 +7,6 @@
 
 #include "services/mail/compose.hpp"
 #include "services/mail/message.hpp"
-#include "services/mail/old_spool.hpp"
 
 using namespace millrace::services::mail;
 
@@ -94,7 +92,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                             .message_id = "1-1.millrace@example.com",
                             .subject = bytes,
                             .text = bytes}));
-  (void)from_file(bytes, "file");
-  (void)call_of(bytes);
   return 0;
 }

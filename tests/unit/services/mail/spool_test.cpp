@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "services/mail/old_spool.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::mail {
@@ -15,10 +14,8 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Pair;
 using testing::ThrowsMessage;
-using testing::UnorderedElementsAre;
 
 fabric::Time at(std::int64_t nanoseconds) {
   return fabric::Time(std::chrono::nanoseconds(nanoseconds));
@@ -32,21 +29,6 @@ Entry entry(std::uint64_t number, Stage stage = Stage::waiting) {
           .attempts = 2,
           .next = at(18),
           .reply = "451 \"busy\" \xFF"};
-}
-
-/// Writes the file of entry(number) as an earlier version left it.
-void write_old_file(const std::filesystem::path& folder, std::uint64_t number,
-                    const std::string& stage) {
-  std::ofstream(folder / ("5f-" + std::to_string(number) + ".mail"))
-      << "epoch: 95 number: " << number << " stage: " << stage
-      << " made: 17 next: 18 attempts: 2 reply: \"451 \\\"busy\\\" \" from: \"a@b\" to: \"c@d\""
-         " to: \"e@f\" message: \"Subject: x\\r\\n\\r\\n\\303\\237\"";
-}
-
-Entry old_entry(std::uint64_t number, Stage stage = Stage::waiting) {
-  Entry old = entry(number, stage);
-  old.reply = "451 \"busy\" ";
-  return old;
 }
 
 class MailSpool : public testing::Test {
@@ -74,7 +56,6 @@ TEST_F(MailSpool, GivesBackWhatWasPut) {
   EXPECT_EQ(found(sut, 1), entry(1));
   EXPECT_EQ(found(sut, 2), entry(2, Stage::given_up));
   EXPECT_EQ(found(sut, 3), std::nullopt);
-  EXPECT_THAT(sut.mistakes(), IsEmpty());
 }
 
 TEST_F(MailSpool, TellsEveryStageApart) {
@@ -121,54 +102,6 @@ TEST_F(MailSpool, ForgetsOldCallsOfWhichNobodyNeedsToSeeTheMessage) {
   EXPECT_EQ(sut.content()->calls, 5U);
   EXPECT_EQ(found(sut, 1), std::nullopt);
   EXPECT_EQ(found(sut, 2), std::nullopt);
-}
-
-TEST_F(MailSpool, TakesOverTheFilesOfAnEarlierVersion) {
-  write_old_file(folder.path(), 1, "WAITING");
-  write_old_file(folder.path(), 2, "ACCEPTED");
-  {
-    const Spool sut(folder.path());
-    EXPECT_EQ(found(sut, 1), old_entry(1));
-    EXPECT_EQ(found(sut, 2), old_entry(2, Stage::accepted));
-  }
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-1.mail"));
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-2.mail"));
-  const Spool sut(folder.path());
-  EXPECT_EQ(found(sut, 1), old_entry(1));
-}
-
-// An interrupted start has left the file; its mail has been sent since.
-TEST_F(MailSpool, TakesAFileOverOnlyOnce) {
-  ASSERT_TRUE(Spool(folder.path()).put(entry(1, Stage::accepted)));
-  write_old_file(folder.path(), 1, "WAITING");
-  const Spool sut(folder.path());
-  EXPECT_EQ(found(sut, 1), entry(1, Stage::accepted));
-}
-
-TEST_F(MailSpool, KnowsTheCallOfABrokenFileAndNeverSendsIt) {
-  std::ofstream(folder.path() / "5f-4.mail") << "epoch: 95 numb";
-  std::ofstream(folder.path() / "5f-5.mail");
-  write_old_file(folder.path(), 7, "WAITING");
-  std::filesystem::rename(folder.path() / "5f-7.mail", folder.path() / "5f-6.mail");
-  const Spool sut(folder.path());
-  EXPECT_THAT(sut.mistakes(),
-              UnorderedElementsAre(HasSubstr("5f-4.mail:1:"), HasSubstr("5f-5.mail: "),
-                                   HasSubstr("5f-6.mail: is of call 5f-7")));
-  EXPECT_THAT(sut.content()->in_doubt,
-              UnorderedElementsAre(entry(4).call, entry(5).call, entry(6).call));
-  EXPECT_TRUE(std::filesystem::exists(folder.path() / "5f-4.mail.broken"));
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-4.mail"));
-}
-
-TEST_F(MailSpool, LeavesOtherFilesAlone) {
-  for (const char* name :
-       {"readme", "x.mail", "5f.mail", "5f-.mail", "5g-1.mail", "5f-1.mail.part"}) {
-    std::ofstream(folder.path() / name) << "x";
-  }
-  const Spool sut(folder.path());
-  EXPECT_EQ(sut.content()->calls, 0U);
-  EXPECT_THAT(sut.mistakes(), IsEmpty());
-  EXPECT_TRUE(std::filesystem::exists(folder.path() / "5g-1.mail"));
 }
 
 TEST_F(MailSpool, BelongsToOneService) {
@@ -226,17 +159,6 @@ TEST_F(MailSpool, NamesWhatItCannotWrite) {
   other.exec("DROP TABLE mail");
   EXPECT_THAT(sut.put(entry(1)).error(),
               AllOf(HasSubstr(database.string()), HasSubstr("no such table")));
-}
-
-TEST(OldMailSpool, RefusesAMailThatIsToNobody) {
-  EXPECT_THAT(from_file("epoch: 1 number: 2 stage: WAITING made: 3 from: \"a@b\"", "file").error(),
-              HasSubstr("no sender or recipient"));
-}
-
-TEST(OldMailSpool, KnowsACallByTheNameOfItsFile) {
-  EXPECT_EQ(call_of("5f-17.mail"), (fabric::CallId{.epoch = 0x5f, .number = 17}));
-  EXPECT_EQ(parse_call("5f-17"), (fabric::CallId{.epoch = 0x5f, .number = 17}));
-  EXPECT_EQ(parse_call("5f-"), std::nullopt);
 }
 
 }  // namespace
