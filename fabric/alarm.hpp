@@ -1,5 +1,5 @@
-// What a program says of its own condition, for whoever looks at the fabric: a trouble that
-// somebody should know of, or that it is there and well.
+// The condition that a process publishes about itself: a fault that needs attention, or that it
+// runs well.
 //
 //   Alarm{.kind = "archive", .level = AlarmLevel::problem,
 //          .text = "/var/lib/millrace/archive cannot be written: disk full", .advice = "make room
@@ -16,7 +16,7 @@
 namespace millrace::fabric {
 
 enum class AlarmLevel : std::uint8_t {
-  /// How a program that has no calls shows that it is there.
+  /// The process has no calls and shows with this that it runs.
   fine,
   /// It does its work, but something is not as it should be.
   warning,
@@ -42,11 +42,11 @@ MILLRACE_FIELDS(AlarmKey, responder, (kind, .json = "alarm"), subject)
 struct Alarm {
   AlarmKey key{};
   AlarmLevel level = AlarmLevel::problem;
-  /// What is the matter, and what to do about it: one sentence each, UTF-8, at most 255 bytes.
+  /// The fault and its remedy: one sentence each, UTF-8, at most 255 bytes.
   std::string text{};
   std::string advice{};
   Time since{};
-  /// Name, host and process of who says it; at most 63 bytes each.
+  /// Name, host and process of the publisher; at most 63 bytes each.
   std::string program{};
   std::string host{};
   std::uint32_t pid = 0;

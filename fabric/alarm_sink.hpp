@@ -1,5 +1,5 @@
-// Where a part of a program says what troubles it (fabric/alarm.hpp), whoever tells it to the
-// fabric.
+// Where a part of a process reports its faults (fabric/alarm.hpp), independent of how they are
+// published.
 //
 //   sink.raise({.key = {.kind = "archive"}, .text = "… cannot be written: disk full"});
 //   sink.clear("archive", "");
@@ -26,7 +26,7 @@ class AlarmSink {
   AlarmSink& operator=(const AlarmSink&) = default;
 };
 
-/// For whoever has nobody to tell.
+/// For parts whose alarms are not published.
 class NoAlarms final : public AlarmSink {
  public:
   void raise(const Alarm& /*alarm*/) override {}

@@ -8,7 +8,7 @@ namespace millrace::fabric {
 
 namespace {
 
-// What fits (idl/alarm.idl).
+// Limits of idl/alarm.idl.
 constexpr std::size_t most_kind = 31;
 constexpr std::size_t most_name = 63;
 constexpr std::size_t most_text = 255;
@@ -60,7 +60,7 @@ AlarmTable::Told AlarmTable::wanted() const {
   const Alarm& next = *order[most - 1];
   Alarm rest = next;
   rest.key = {who_.key.responder, kind_of_the_rest, {}};
-  rest.text = fmt::format("{} more, not told one by one", all_.size() - (most - 1));
+  rest.text = fmt::format("{} more alarms are not published one by one", all_.size() - (most - 1));
   rest.advice = "see its log";
   wanted.insert_or_assign(rest.key, rest);
   return wanted;

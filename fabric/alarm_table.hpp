@@ -1,8 +1,8 @@
-// What one program has to say of itself now, and what of it must be told. Pure.
+// The alarms of one process, and which of them must be published or retracted. Pure.
 //
 //   AlarmTable table({.key = {.responder = id}, .program = "archiver", .host = "vm", .pid = 17});
 //   table.raise({.key = {.kind = "archive"}, .text = "…"}, now);
-//   const auto changes = table.changes();        // to write, to take back
+//   const auto changes = table.changes();        // to publish, to retract
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,10 @@ namespace millrace::fabric {
 
 class AlarmTable {
  public:
-  /// Alarms that a program tells at the same time. Where it has more, the last one says how many.
+  /// Alarms that a process publishes at the same time. The last one counts those beyond it.
   static constexpr std::size_t most = 32;
 
-  /// `who` has the responder and the program's name, host and process, for all of them.
+  /// `who` has the responder and the program's name, host and process, for all alarms.
   explicit AlarmTable(Alarm who) : who_(std::move(who)) {}
 
   /// From now on, or still. What was raised before keeps its `since`, whatever it says now.
@@ -31,11 +31,11 @@ class AlarmTable {
     std::vector<Alarm> to_publish{};
     std::vector<Alarm> to_dispose{};
   };
-  /// What is new since the last time.
+  /// The changes since the last call.
   Changes changes();
 
   [[nodiscard]] bool empty() const { return all_.empty(); }
-  /// What is told.
+  /// The published alarms.
   using Told = std::map<AlarmKey, Alarm>;
   [[nodiscard]] const Told& told() const { return told_; }
 

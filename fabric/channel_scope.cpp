@@ -47,7 +47,7 @@ tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view tex
   }
   if ((machine != "*" && !is_channel_owner(machine)) || (channel != "*" && scope.channel == 0)) {
     return tl::unexpected(fmt::format(
-        "'{}' is no channel; expected MACHINE/N, or MACHINE.QUEUE/N, either part may be *",
+        "'{}' is not a channel; expected MACHINE/N, or MACHINE.QUEUE/N, either part may be *",
         text.substr(0, 2 * longest_machine_name)));
   }
   return scope;

@@ -13,18 +13,18 @@
 
 namespace millrace::fabric {
 
-/// What idl/millrace.idl has room for.
+/// Limits of idl/millrace.idl.
 inline constexpr std::size_t longest_machine_name = 63;
 
 /// True for 1 to 63 letters, digits, '_' and '-' of ASCII.
 bool is_machine_name(std::string_view name);
 
-/// Who has the calls of a message queue, in the place of its machine: "press.alarms". A channel's
-/// Service Interface and its queues are so keys of their own, "press/1" and "press.alarms/1".
+/// The machine name in the calls of a message queue: "press.alarms". A channel's Service Interface
+/// and its queues so have different keys, "press/1" and "press.alarms/1".
 std::string queue_owner(std::string_view machine, std::string_view queue);
 /// "press" of both.
 std::string_view machine_of(std::string_view owner);
-/// "alarms"; empty if it is no queue.
+/// "alarms"; empty if it is not a queue.
 std::string_view queue_of(std::string_view owner);
 /// A machine's name, or that of a queue of one.
 bool is_channel_owner(std::string_view name);

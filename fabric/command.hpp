@@ -1,4 +1,4 @@
-// What an operator may ask of gateways and instances, and their word on it.
+// What an operator may command gateways and instances to do, and the outcome.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 namespace millrace::fabric {
 
 enum class CommandKind : std::uint8_t {
-  /// Answer the pending call of a channel in the service's place.
+  /// Answer the pending call of a channel instead of the service.
   answer,
-  /// Give the pending call of a channel out again.
+  /// Dispatch the pending call of a channel again.
   retry,
   /// Finish what runs, take nothing new, leave.
   drain,
@@ -46,7 +46,7 @@ struct Outcome {
   InstanceId responder{};
   InstanceId command{};
   bool done = false;
-  /// What was done, or why not.
+  /// What was done, or why it was not done.
   std::string detail{};
   Time at{};
   bool operator==(const Outcome&) const = default;

@@ -1,5 +1,5 @@
-// What a gateway tells of a controller besides its calls: values of variables, and what becomes of
-// programs (idl/data.idl).
+// What a gateway publishes about a controller besides calls: values of variables, and the starts,
+// ends and aborts of NC programs (idl/data.idl).
 //
 //   DataSample sample{.key = {"press", 1}, .group = "axes"};
 //   sample.values.push_back({.name = "V.A.ACT_POS.X", .type = ValueType::real64, …});
@@ -50,7 +50,7 @@ struct Value {
   std::string name{};
   ValueType type = ValueType::unknown;
   Quality quality = Quality::good;
-  /// When the controller told it; zero = never yet.
+  /// When the controller reported it; zero = never yet.
   Time at{};
   bool is_array = false;
   Elements elements{};
@@ -60,14 +60,14 @@ struct Value {
 };
 MILLRACE_FIELDS(Value, name, type, quality, at, is_array, (elements, .on_wire = false), reason)
 
-/// The values of one group of one channel: all of them in each sample. Without values: nobody tells
-/// of the group any more.
+/// The values of one group of one channel, all in each sample. Without values: no gateway publishes
+/// the group any more.
 struct DataSample {
   ChannelKey key{};
   /// At most 63 bytes.
   std::string group{};
   Time at{};
-  /// Between two beats as it was lately, and as it is wanted.
+  /// Between two samples as it was lately, and as it is wanted.
   std::chrono::nanoseconds period{};
   std::chrono::nanoseconds wanted{};
   std::vector<Value> values{};
@@ -85,7 +85,7 @@ struct ProgramEvent {
   ChannelKey key{};
   ProgramEventKind kind = ProgramEventKind::started;
   Time at{};
-  /// When this run was seen to start; zero if nobody saw it.
+  /// When the start of this run was seen; zero if it was not seen.
   Time started{};
   /// In CP1252; empty if the configuration does not say where it can be read.
   std::string program{};

@@ -16,7 +16,7 @@
 
 namespace millrace::fabric {
 
-/// What a view shows in another way than its type says.
+/// Where a view deviates from the field's type.
 struct FieldOptions {
   /// Its name in JSON and CSV, in the messages of a recording, and in error messages, where that is
   /// another one.

@@ -1,4 +1,4 @@
-// Who has shown which identity, whose writers are whose, and who is believed no more. Pure.
+// The announced identities, the writers of each participant, and the revoked names. Pure.
 //
 //   store.add(identity_writer, participant, identity);      // as DDS matches them
 //   store.matched(writer, participant);
@@ -28,7 +28,7 @@ class IdentityStore {
 
   /// The writer of an identity is matched, and whose it is.
   void add(Handle writer, Handle participant, ParticipantIdentity identity);
-  /// It is not any more; returns whose it was. He is remembered for a while.
+  /// Removes the identity of this writer; returns its participant, which is remembered for a while.
   std::optional<Handle> remove(Handle writer);
 
   /// A writer is matched with one more reader of ours, or with one less.
@@ -36,14 +36,15 @@ class IdentityStore {
   void matched(Handle writer, Handle participant, std::string name = {});
   void unmatched(Handle writer);
 
-  /// From now on these names are not believed, beside those that were named before: what has been
-  /// taken back stays so. Returns the participants for whom that is news.
+  /// Revokes these names, in addition to earlier ones: a revocation is never undone. Returns the
+  /// participants that are newly revoked.
   std::vector<Handle> revoke(const std::set<std::string>& names);
-  /// Of those named before who is not in this list: then it is an older one.
+  /// The names that were revoked before and are missing in this list: then the list is an older
+  /// one.
   [[nodiscard]] std::vector<std::string> left_out_of(const std::set<std::string>& names) const;
   [[nodiscard]] bool is_revoked(const std::string& name) const { return revoked_.contains(name); }
 
-  /// Also of who has left lately.
+  /// Also of participants that left lately.
   [[nodiscard]] IdentityStatus status_of(Handle participant) const;
   [[nodiscard]] IdentityStatus status_of_writer(Handle writer) const;
   [[nodiscard]] std::string name_of_writer(Handle writer) const;

@@ -20,7 +20,7 @@ class KeyOwners {
  public:
   /// Cyclone's instance handle of a writer; none is used twice.
   using Handle = std::uint64_t;
-  /// What a writer has said last.
+  /// The last sample of a writer.
   struct Sample {
     Handle writer = 0;
     Value value{};
@@ -88,7 +88,8 @@ class KeyOwners {
   }
   void forget(const Key& key) { samples_.erase(key); }
 
-  /// Each key with the word that counts, in their order from `key` on, while `use` says so.
+  /// Calls `use` with each key and its effective sample, in order from `key` on, while it returns
+  /// true.
   template <typename Use>
   void each_from(const Key& key, const Use& use) {
     for (auto one = samples_.lower_bound(key); one != samples_.end(); ++one) {

@@ -11,7 +11,7 @@ std::optional<std::string> LogLimiter::admit(const std::string& kind, const std:
     return admit(place->second, text, now);
   }
   if (heard_.size() >= most_kinds) {
-    // Who has said nothing for so long keeps no others quiet.
+    // A subject that was silent for this long does not use up the limit.
     std::erase_if(heard_, [&](const auto& one) { return now - one.second.since >= 2 * pause; });
   }
   if (heard_.size() < most_kinds) {
@@ -55,8 +55,8 @@ std::vector<std::string> LogLimiter::due(SteadyTime now) {
   }
   if (others_ && now - others_->since >= pause) {
     if (others_->more > 0) {
-      lines.push_back(fmt::format("{} messages were wrong in other ways in {} s", others_->more,
-                                  pause.count()));
+      lines.push_back(
+          fmt::format("{} problems of other kinds in {} s", others_->more, pause.count()));
     }
     others_.reset();
   }

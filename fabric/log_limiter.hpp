@@ -1,9 +1,8 @@
-// What is said once, however often it happens: a stranger may send the same nonsense 20,000 times a
-// second. Pure.
+// Limits repeated log lines: a stranger may cause the same warning 20,000 times a second. Pure.
 //
 //   if (auto line = log_limiter.admit("a forged reply", uuid, text, now)) log->warn(*line);
 //   …
-//   for (const std::string& line : complaints.due(now)) log->warn(line);   // now and then
+//   for (const std::string& line : log_limiter.due(now)) log->warn(line);   // now and then
 #pragma once
 
 #include <chrono>
@@ -23,15 +22,15 @@ class LogLimiter {
  public:
   /// Of more kinds at a time only their number is kept.
   static constexpr std::size_t most_kinds = 64;
-  /// What comes again within this time is counted; a kind that has not come for so long is new.
+  /// Repeats within this time are counted; after this time without one a kind is new.
   static constexpr std::chrono::seconds pause{60};
 
-  /// The line to log, if this is the first of its kind, about this, or the pause of the last line
-  /// is over, with how many there were meanwhile. Otherwise it is counted.
+  /// The line to log, with the number of suppressed repeats, if this is the first of its kind and
+  /// subject or the pause is over. Otherwise it is counted.
   std::optional<std::string> admit(const std::string& kind, const std::string& about,
                                    const std::string& text, SteadyTime now);
-  /// How many more there were, of each kind whose pause is over: so that it is also said of what
-  /// does not come again.
+  /// The counts of suppressed lines, for each kind whose pause is over: so that kinds which do not
+  /// repeat are reported too.
   std::vector<std::string> due(SteadyTime now);
 
  private:
@@ -60,7 +59,7 @@ class Throttle {
 
   /// Whether there is room for one more in this window.
   bool admit(SteadyTime now);
-  /// How many had none, when their window is over and there were any.
+  /// The number of lines that were not admitted, when their window is over and there were any.
   std::optional<std::uint64_t> due(SteadyTime now);
   [[nodiscard]] std::size_t most() const { return most_; }
   [[nodiscard]] std::chrono::seconds window() const { return window_; }

@@ -59,8 +59,7 @@ struct Request {
   std::uint32_t attempt = 1;
   /// The one instance that may run this attempt.
   InstanceId assigned{};
-  /// The epoch of a gateway that is gone and had the channel; what it has asked of it is over.
-  /// 0 = none.
+  /// The epoch of the former gateway of the channel; its requests are over. 0 = none.
   std::uint64_t succeeds = 0;
   /// As the program wrote it.
   std::string uuid{};
@@ -72,8 +71,8 @@ struct Request {
   /// An instance without room keeps it for later instead of declining it: no other one has room.
   bool may_wait = false;
   bool replayed = false;
-  /// Who asks, as DDS and its certificate say (wire::requester_of); nothing of it is on the wire.
-  /// Only of a request that an instance has taken.
+  /// The requester by DDS and its certificate (wire::requester_of); not on the wire. Set only in a
+  /// request that an instance has taken.
   std::uint64_t requester = 0;
   bool operator==(const Request&) const = default;
 };
@@ -111,9 +110,9 @@ MILLRACE_FIELDS(Reply, (key, .required = true), call, attempt, instance, (kind, 
 
 enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 
-/// What the programs that call a service wait for. RESPONSE_STATE, as SysServiceWait and the
-/// vendor's sample do, or a text in RESPONSE alone, as the manual's words have it
-/// (IB/tf5200_service_interface/356533387, documented); then an answer may have state 0.
+/// The variable that the NC programs of a service wait for: RESPONSE_STATE, as SysServiceWait and
+/// the vendor's sample do, or a text in RESPONSE, as the manual describes
+/// (IB/tf5200_service_interface/356533387, documented); then a response may have state 0.
 enum class CompletionSignal : std::uint8_t { response_state, response };
 
 /// A channel an instance serves: empty machine = any machine, channel 0 = any channel.
@@ -123,8 +122,8 @@ struct ChannelScope {
   auto operator<=>(const ChannelScope&) const = default;
 };
 
-/// What an instance tells of itself in the user_data of its request reader; never what changes with
-/// a call.
+/// What an instance announces in the user_data of its request reader; never what changes with a
+/// call.
 struct InstanceIdentity {
   InstanceId id{};
   /// Canonical form (see canonical_uuid).
@@ -143,8 +142,8 @@ struct InstanceIdentity {
   /// Its process sends heartbeats several times in this time: silence of this length means that it
   /// is gone. 0: it sends no heartbeat.
   std::chrono::milliseconds lease{};
-  /// The name in the certificate that its process has proved to have; empty without trust. Not what
-  /// it tells of itself.
+  /// The name in the proved certificate of its process; empty without trust. Not announced by the
+  /// instance.
   std::string certificate{};
   bool operator==(const InstanceIdentity&) const = default;
 };
@@ -185,9 +184,9 @@ MILLRACE_FIELDS(ChannelStatus, (key, .required = true), call,
                 attempt, instance, reason, calls, (answered, .json = "answered_calls"), withdrawn,
                 (repeated, .proto = "repeated_calls"), late, failed)
 
-/// No gateway has claimed anything before 2020, nor will one after 2199: not even one whose clock
-/// was never set, since each claims within these. A sample that says so is a mistake or a lie, and
-/// would stop a machine, or take it away from whoever comes.
+/// No gateway claims before 2020 or after 2199: even a gateway with an unset clock claims within
+/// these limits. A sample outside of them is a mistake or a lie, and would block the machine or
+/// take it from any later gateway.
 inline constexpr Time earliest_claim{std::chrono::sys_days{std::chrono::year{2020} / 1 / 1}};
 inline constexpr Time latest_claim{std::chrono::sys_days{std::chrono::year{2200} / 1 / 1}};
 constexpr bool is_plausible_claim(Time claimed) {
@@ -210,7 +209,7 @@ struct MachineStatus {
   /// Why it is not connected, or which channels another gateway serves. At most 255 bytes.
   std::string reason{};
   std::uint16_t channels = 0;
-  /// Between two looks at an idle channel.
+  /// Time between two reads of an idle channel.
   std::chrono::nanoseconds poll{};
   /// ADS requests of the last second, and the mean time until their answers.
   std::uint32_t requests_per_second = 0;
@@ -247,7 +246,7 @@ MILLRACE_FIELDS(InstanceStatus, instance, (running, .on_wire = false), waiting,
                 (answered, .json = "answered_calls"), failed, (repeated, .proto = "repeated_calls"),
                 cancelled, declined, mean, started, last_call)
 
-/// What one instance is doing.
+/// The load of one instance.
 struct InstanceLoad {
   /// `running` and `waiting` are the numbers of its calls.
   InstanceStatus status{};
@@ -302,8 +301,8 @@ MILLRACE_FIELDS(Event, (key, .required = true), call, (uuid, .words = "UUID", .s
                 (kind, .json = "event"), attempt, at, instance,
                 (text, .cp1252 = true, .most = max_text), state, detail, replayed)
 
-/// A UUID in canonical lower case without braces and surrounding blanks; an identifier that is no
-/// UUID is taken as it is, trimmed (design: "Addressing").
+/// A UUID in canonical lower case without braces and surrounding blanks; an identifier that is not
+/// a UUID is used unchanged, trimmed (design: "Addressing").
 std::string canonical_uuid(std::string_view text);
 /// True for the 36-character form of a UUID, in any case.
 bool is_uuid(std::string_view text);

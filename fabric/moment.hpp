@@ -1,4 +1,4 @@
-// A point in time as the pure parts are told it: both clocks, read once by whoever owns them.
+// A point in time for the pure parts: both clocks, read once by the caller.
 #pragma once
 
 #include <chrono>
@@ -9,8 +9,8 @@ namespace millrace::fabric {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// `steady` paces and times out, so that a set wall clock disturbs nothing; `wall` is what people,
-/// events and records see.
+/// `steady` is for periods and timeouts, so that a set wall clock disturbs nothing; `wall` is what
+/// people, events and records see.
 struct Moment {
   SteadyTime steady{};
   Time wall{};

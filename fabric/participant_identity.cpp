@@ -19,7 +19,7 @@ std::string prefix_of(std::string_view fabric) {
   return fmt::format("{}/@", fabric);
 }
 
-/// What follows `kind` in `text`; nothing if that is not how it begins, or is a pattern.
+/// The rest of `text` after `kind`; nullopt if it does not begin with it, or is a pattern.
 std::optional<std::string> after(std::string_view text, std::string_view kind) {
   if (!text.starts_with(kind) || text.size() == kind.size() ||
       text.find_first_of("*?") != std::string_view::npos) {

@@ -1,13 +1,13 @@
-// What a program of a fabric with trust has proved to be, and what it may say therefore. Pure.
+// The proved identity of a process on a fabric with trust, and what it may therefore publish. Pure.
 //
 //   identity_partitions("millrace", {"gateway-1", {"gateway"}, {"press_1"}})
 //   // millrace/@name/gateway-1, millrace/@role/gateway, millrace/@machine/press_1
 //
-// DDS Security lets a program have endpoints in the partitions that its permissions name, and in no
-// others, and each one who is matched with an endpoint checks that himself. So an identity is a
-// writer of a topic without samples, in partitions that say who somebody is: whoever sees it
-// matched knows that it is true. It is the first endpoint of a program, and DDS tells of endpoints
-// in their order: it is known before anything that the program says.
+// DDS Security lets a participant have endpoints only in the partitions of its permissions, and
+// each participant that is matched with an endpoint checks that. So an identity is a writer of a
+// topic without samples, in partitions with the participant's name, roles and machines: a match
+// proves them. It is the first endpoint of a process, and DDS announces endpoints in order: so the
+// identity is known before any sample of the process.
 #pragma once
 
 #include <cstdint>
@@ -33,18 +33,19 @@ struct ParticipantIdentity {
   bool operator==(const ParticipantIdentity&) const = default;
 };
 
-/// Where its writer is, all of them at once.
+/// The partitions of the identity's writer.
 std::vector<std::string> identity_partitions(std::string_view fabric,
                                              const ParticipantIdentity& identity);
-/// The partition of who reads identities.
+/// The partition of the readers of identities.
 std::string identity_readers_partition(std::string_view fabric);
-/// What a writer in these partitions shows; nothing if it is no identity of this fabric with one
+/// The identity in these partitions; nullopt if they are not an identity of this fabric with one
 /// name.
 std::optional<ParticipantIdentity> parse_participant_identity(
     std::string_view fabric, const std::vector<std::string>& partitions);
 
-/// Which process a program with an identity is. Everybody can read what a participant announces,
-/// with ENCRYPT too, so this is told in the user_data of the identity's writer, to who is believed.
+/// The process of an identity. Every process can read what a participant announces, also with
+/// ENCRYPT, so this is in the user_data of the identity's writer, which only trusted participants
+/// read.
 struct ProcessInfo {
   std::string program{};
   std::string host{};
@@ -57,7 +58,7 @@ std::string format_process_info(const ProcessInfo& where);
 /// Nothing if it is not of this form: an identity need not say it.
 std::optional<ProcessInfo> parse_process_info(std::string_view user_data);
 
-/// What is known of a program.
+/// What is known about a participant.
 struct IdentityStatus {
   /// Null: it has shown none.
   std::shared_ptr<const ParticipantIdentity> identity{};
@@ -74,8 +75,8 @@ enum class Authorization : std::uint8_t {
   other_machine
 };
 
-/// Whose word it is to say something of `machine`, or of one of its queues (empty: something that
-/// is of no machine). `testers`: also of who replays calls and data of machines.
+/// Whether a participant may publish about `machine` or one of its queues (empty: about no
+/// machine). `testers`: also participants that replay calls and data of machines.
 Authorization authorization_of(const IdentityStatus& status, std::string_view machine = {},
                                bool testers = false);
 
@@ -84,8 +85,8 @@ Authorization authorization_of(const IdentityStatus& status, std::string_view ma
 std::string denial_of(const IdentityStatus& status, Authorization authorization,
                       std::string_view machine);
 
-/// Who a command is from: the name in the certificate comes first, whatever the command says:
-/// "office (anna@hall-pc)". Without trust, `certificate` empty, what it says.
+/// The issuer of a command: the name in the certificate comes first, then the command's own:
+/// "office (anna@hall-pc)". Without trust (`certificate` empty) the command's own.
 std::string issuer_of(const std::string& certificate, const std::string& said);
 
 }  // namespace millrace::fabric

@@ -1,8 +1,7 @@
-// Where a gateway tells of a message queue in numbers: among machine data, as the group of this
-// name of the queue's own key, "press.alarms/1". Its values: last_filled, last_get and elements of
-// the controller's structure and array; messages read, answered and waiting, as the journal counts
-// them; response and response_state, what the last message was answered with; array, uuid and
-// drain, as configured.
+// How a gateway publishes the numbers of a message queue: as machine data, in the group of this
+// name under the queue's own key, "press.alarms/1". Its values: last_filled, last_get and elements
+// of the controller's structure and array; messages read, answered and waiting, from the journal;
+// response and response_state of the last message; array, uuid and drain, as configured.
 //
 //   if (is_queue(sample)) {
 //     if (const auto filled = filled_of(sample)) …          // 3 messages of 99 that have room
@@ -19,11 +18,11 @@ namespace millrace::fabric {
 
 inline constexpr std::string_view queue_group = "queue";
 
-/// What a sample says of itself comes from elsewhere, and may lack anything.
+/// The sample comes from another process and may be incomplete.
 [[nodiscard]] bool is_queue(const DataSample& sample);
 /// Null if there is none of this name.
 [[nodiscard]] const Value* value_of(const DataSample& sample, std::string_view name);
-/// As the controller or the gateway has told it last, whatever its quality.
+/// The last value from the controller or the gateway, of any quality.
 [[nodiscard]] std::optional<std::int64_t> number_of(const DataSample& sample,
                                                     std::string_view name);
 

@@ -1,6 +1,6 @@
 // The keys of which something was said lately. Pure.
 //
-//   if (auto old = keys.use(key_of(reply))) …     // nothing was said of `old` for longest: let go
+//   if (auto old = keys.use(key_of(reply))) …     // nothing was said of `old` for longest: removed
 //
 // Each gateway, and each tool that calls in a gateway's place, has keys of its own. A service that
 // runs for years would keep the last answer to every one of them.

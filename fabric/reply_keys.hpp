@@ -35,7 +35,7 @@ class ReplyKeys {
     return false;
   }
 
-  /// How many were not admitted.
+  /// Number of replies that were not admitted.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:

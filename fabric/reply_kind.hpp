@@ -1,6 +1,6 @@
-// Values of enumerations that another program may have sent and this one does not know. Pure.
+// Enumeration values from another process that this one may not know. Pure.
 //
-//   if (!is_known(reply)) …                  // "is of a kind or code that nobody knows"
+//   if (!is_known(reply)) …                  // "is of an unknown kind or code"
 #pragma once
 
 #include <cstdint>

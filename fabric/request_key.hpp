@@ -1,8 +1,9 @@
 // The DDS key of a request: a channel, as one gateway asks one instance for it.
 //
-// Two gateways may have had the same channel, one after the other or without hearing each other.
-// Neither replaces nor withdraws what the other asks; nor does an attempt what another instance is
-// asked. An epoch is no secret, so an instance also tells who asks by the writer that DDS names.
+// Two gateways may have had the same channel, one after the other or without receiving each other.
+// Neither replaces or withdraws the requests of the other; nor does an attempt those of another
+// instance. An epoch is not secret, so an instance also distinguishes requesters by the writer that
+// DDS names.
 #pragma once
 
 #include <compare>
@@ -19,7 +20,7 @@ struct RequestKey {
   /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
   std::uint64_t epoch = 0;
   InstanceId instance{};
-  /// Of what an instance has taken: who asks (Request::requester).
+  /// In a request that an instance has taken: its requester (Request::requester).
   std::uint64_t requester = 0;
   auto operator<=>(const RequestKey&) const = default;
 };
@@ -34,7 +35,7 @@ struct RequestKeyHash {
 inline RequestKey key_of(const Request& request) {
   return {request.key, request.call.epoch, request.assigned, request.requester};
 }
-/// What takes back that which was asked under this key. The writer disposes the key after it.
+/// The sample that withdraws a request. The writer disposes the key after it.
 inline Request withdrawal_of(const RequestKey& key) {
   return {.key = key.key, .call = {.epoch = key.epoch}, .attempt = 0, .assigned = key.instance};
 }

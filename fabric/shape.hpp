@@ -70,7 +70,7 @@ struct Leaf {
 template <HasFields Value>
 Shape shape_of();
 
-/// A member, or an element, as what it is.
+/// A member or an element with its type.
 template <typename T>
 const T& as(const void* member) {
   return *static_cast<const T*>(member);

@@ -17,8 +17,8 @@ namespace millrace::fabric {
 
 enum class VariableAction : std::uint8_t { read, write, list };
 
-/// What a request may have at most: names, bytes of a name, bytes of names and values together, and
-/// elements of all values together.
+/// Limits of a request: names, bytes of a name, bytes of names and values together, and elements of
+/// all values together.
 inline constexpr std::size_t most_variables = 256;
 inline constexpr std::size_t longest_variable = 255;
 inline constexpr std::size_t most_variable_bytes = 65'536;
@@ -26,9 +26,9 @@ inline constexpr std::size_t most_variable_elements = 4'096;
 /// Of a listing, in one reply.
 inline constexpr std::size_t variables_of_a_page = 64;
 
-/// Nothing in it is checked: it comes from anybody.
+/// Nothing in it is checked: any process can send one.
 struct VariableRequest {
-  /// Who asks; the reply reaches only him.
+  /// The requester; only it receives the reply.
   InstanceId requester{};
   /// Of its own for each request.
   InstanceId token{};
@@ -40,14 +40,14 @@ struct VariableRequest {
   std::vector<std::vector<std::string>> values{};
   /// Of a listing: the number of the first one, counted from 0.
   std::uint32_t first = 0;
-  /// How long who asks waits.
+  /// How long the requester waits.
   std::chrono::nanoseconds patience{};
   /// Since it was said for the first time.
   std::chrono::nanoseconds age{};
   std::string issuer{};
   Time at{};
-  /// What it has too much of, in words; then names and values are left out. Only of one that was
-  /// received.
+  /// Which limit it exceeds, in words; then names and values are omitted. Only in a received
+  /// request.
   std::string excess{};
   bool operator==(const VariableRequest&) const = default;
 };
@@ -56,7 +56,7 @@ MILLRACE_FIELDS(VariableRequest, requester, token, (key, .required = true), acti
 
 struct VariableResult {
   Value value{};
-  /// What the controller refused it with, a number of ADS; 0 = nothing.
+  /// The controller's ADS error; 0 = none.
   std::uint32_t error = 0;
   bool writable = false;
   /// Bytes of all of it.

@@ -22,7 +22,7 @@ struct Attempt {
   bool operator==(const Attempt&) const = default;
 };
 
-/// What the dispatcher decided for the call.
+/// The dispatcher's decision for the call.
 struct Assignment {
   Attempt attempt;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
@@ -41,7 +41,7 @@ struct CallRecord {
   PendingRequest request{};
   fabric::Time seen{};
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  /// What its program waits for, as the instance says that it was given to last.
+  /// The variable that its NC program waits for, as announced by the instance of the last dispatch.
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   /// In their order; the answer of any of them is an answer to the call.
   std::vector<Attempt> attempts{};

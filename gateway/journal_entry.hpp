@@ -1,5 +1,5 @@
-// What the journal remembers: one entry before each step of a call that must be neither forgotten
-// nor repeated after a crash.
+// The entries of the journal: one before each step of a call that must be neither lost nor repeated
+// after a crash.
 #pragma once
 
 #include <cstdint>
@@ -69,7 +69,7 @@ struct EndedEntry {
   bool operator==(const EndedEntry&) const = default;
 };
 
-/// A message of a controller's queue has been read, before LastGet says so.
+/// A message of a controller's queue was read, before LastGet shows it.
 struct MessageEntry {
   /// Of the queue, not of its channel.
   fabric::ChannelKey key;
@@ -97,8 +97,8 @@ struct LastGetEntry {
   bool operator==(const LastGetEntry&) const = default;
 };
 
-/// Why a channel stands until somebody does something, and since when: for people, who are told the
-/// same after a restart. Idle: it stands no more.
+/// Why a channel is blocked until an operator acts, and since when: for people, who see the same
+/// after a restart. Idle: it is not blocked any more.
 struct BlockedEntry {
   fabric::ChannelKey key{};
   /// Unserved or held, else.
@@ -118,15 +118,15 @@ using JournalEntry =
 /// Handed over with an entry, and handed back once the entry is as safe as the journal's policy
 /// promises.
 struct Ticket {
-  /// Who waits; for call numbers that is all channels.
-  enum class Owner : std::uint8_t { nobody, numbers, channel, queue };
+  /// Who waits for the entry; for call numbers that is all channels.
+  enum class Owner : std::uint8_t { none, numbers, channel, queue };
 
-  Owner owner = Owner::nobody;
+  Owner owner = Owner::none;
   fabric::ChannelKey key{};
   /// Of a channel the count of the entries of all channels; of a queue which one of this key it is.
   std::uint64_t number = 0;
 
-  explicit operator bool() const { return owner != Owner::nobody; }
+  explicit operator bool() const { return owner != Owner::none; }
   bool operator==(const Ticket&) const = default;
 };
 

@@ -37,16 +37,16 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--config", options.config, "Configuration file (gateway.textproto)");
   app.add_flag("--check", options.check,
                "Only check the configuration; exit code 2 if it is wrong");
-  app.add_flag("--ask", options.ask,
-               "With --check: also ask the controllers that are there for each variable of data; "
-               "exit code 2 if one is not there. A gateway on this host may lose its link for a "
-               "moment");
+  app.add_flag(
+      "--ask", options.ask,
+      "With --check: also ask the reachable controllers for each variable of data; exit code 2 if "
+      "one does not exist. A gateway on this host may lose its connection for a moment");
   app.add_option("--machine", options.machines,
-                 "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without this and "
-                 "without --config: the virtual CNC on this host, as machine cnc")
+                 "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without --machine "
+                 "and --config: the virtual CNC on this host, as machine cnc")
       ->allow_extra_args(false);
   app.add_option("--journal", options.journal,
-                 "Folder in which calls survive a restart of the gateway");
+                 "Folder of the journal, with which calls survive a restart of the gateway");
   program::add_log_level(app, options.log_level);
 }
 
@@ -69,8 +69,7 @@ Settings resolve(const Options& options) {
   return settings;
 }
 
-/// With trust a gateway speaks for the machines that its certificate names, and nobody believes it
-/// about others.
+/// With trust a gateway may publish only the machines in its certificate; readers ignore others.
 void check_machines(const std::vector<MachineSettings>& machines,
                     const millrace::fabric::dds::ParticipantOptions& join) {
   if (!join.trust) {
@@ -79,12 +78,12 @@ void check_machines(const std::vector<MachineSettings>& machines,
   const auto identity =
       millrace::fabric::parse_participant_identity(join.fabric, join.trust->identity_partitions);
   for (const MachineSettings& machine : machines) {
-    // Without an identity of this fabric it may not join at all, and says so then.
+    // Without an identity of this fabric joining fails, with its own message.
     if (identity && !identity->machines.contains(machine.name)) {
       throw program::UsageError(fmt::format(
-          "this gateway may not speak for {}: its certificate, {}, names {}; `millrace trust issue "
-          "… --role gateway --machine {}` makes one that does",
-          machine.name, identity->name,
+          "the certificate of this gateway ({}) does not name the machine {}: it names {}; "
+          "`millrace trust issue … --role gateway --machine {}` makes one that does",
+          identity->name, machine.name,
           identity->machines.empty() ? "no machine"
                                      : fmt::format("{}", fmt::join(identity->machines, ", ")),
           machine.name));
@@ -104,8 +103,8 @@ void warn_of_plain_ads(const std::vector<MachineSettings>& machines, const progr
   for (const MachineSettings& machine : machines) {
     if (machine.is_open_to_the_network()) {
       log->warn(
-          "{}: plain ADS: everybody on its network can read and change what is said; Secure "
-          "ADS prevents that (secure in its configuration, docs/secure-ads.md)",
+          "{}: plain ADS: any host on its network can read and change the traffic; configure "
+          "`secure` to prevent that (docs/secure-ads.md)",
           machine.to_string());
     }
   }
@@ -137,7 +136,7 @@ class Reload {
 
   void reload() {
     if (options_.config.empty()) {
-      log_->warn("SIGHUP: there is no configuration file to read again (--config)");
+      log_->warn("SIGHUP: no configuration file to reload; start with --config to have one");
       return;
     }
     try {
@@ -159,7 +158,7 @@ class Reload {
   program::Log log_;
 };
 
-/// What controllers that are there do not have is a mistake of the configuration.
+/// A variable that a reachable controller does not have is a mistake in the configuration.
 int check(const Settings& settings, bool ask) {
   fmt::print("{}\n", list_of(settings.machines));
   if (!ask) {
@@ -167,7 +166,7 @@ int check(const Settings& settings, bool ask) {
   }
   const auto asked = millrace::gateway::shell::check_controllers(settings.machines);
   for (const std::string& line : asked.silent) {
-    fmt::print(stderr, "millrace-gateway: not asked: {}\n", line);
+    fmt::print(stderr, "millrace-gateway: not checked: {}\n", line);
   }
   for (const std::string& line : asked.mistakes) {
     fmt::print(stderr, "millrace-gateway: {}\n", line);
@@ -215,7 +214,7 @@ int main(int argc, char** argv) {
     settings.join = fabric.options();
     check_machines(settings.machines, settings.join);
     if (options.ask && !options.check) {
-      throw program::UsageError("--ask goes with --check");
+      throw program::UsageError("--ask needs --check");
     }
     if (options.check) {
       return check(settings, options.ask);

@@ -1,4 +1,4 @@
-// What the channels of a gateway do to the world.
+// The actions of a gateway's channels.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct Write {
   bool operator==(const Write&) const = default;
 };
 
-/// How a write ended.
+/// The result of a write.
 enum class WriteOutcome : std::uint8_t {
   written,
   /// The controller said no, or nothing was sent.
@@ -40,15 +40,15 @@ class Outputs {
   virtual void read(const fabric::ChannelKey& key, ReadSet set) = 0;
   virtual void write(const fabric::ChannelKey& key, const Write& write) = 0;
 
-  /// Journal this; on_recorded(ticket) follows, if anybody waits, once it is as safe as the
+  /// Journal this; on_recorded(ticket) follows, if the caller waits, once it is as safe as the
   /// journal's policy promises.
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
 
   virtual void publish(const fabric::Request& request) = 0;
   virtual void publish(const fabric::Event& event) = 0;
-  /// Each time it changes while somebody looks.
+  /// Each change, while there is a reader.
   virtual void publish(const fabric::ChannelStatus& status) = 0;
-  /// The instance learns that nobody waits for its answer any more.
+  /// Tells the instance that its response is not needed any more.
   virtual void dispose(const fabric::RequestKey& request) = 0;
   /// The channel is not ours any more.
   virtual void dispose(const fabric::ChannelKey& key) = 0;

@@ -1,5 +1,5 @@
-// What a program gets when its call cannot be answered, where somebody has configured that. The
-// default is to wait, as the vendor's manual does; only an answer that cannot be written is
+// The response to an NC program when its call cannot be answered, where that is configured. The
+// default is to wait, as the vendor's manual does; only a response that cannot be written is
 // replaced by an error at once.
 #pragma once
 
@@ -12,7 +12,7 @@
 namespace millrace::gateway {
 
 struct Rule {
-  /// How long to be patient.
+  /// How long to wait first.
   std::chrono::milliseconds after{};
   /// Written to RESPONSE_STATE then; 0 = only say that the patience is over.
   std::uint32_t response_state = 0;
@@ -20,8 +20,8 @@ struct Rule {
 };
 
 struct Policy {
-  /// Nobody serves the UUID. Without a rule nothing is written: a service made with the vendor's
-  /// SDK may be listening on the channel.
+  /// No service has the UUID. Without a rule nothing is written: a service made with the vendor's
+  /// SDK may use the same channel.
   std::optional<Rule> unserved{};
   /// No answer since the request was seen.
   std::optional<Rule> deadline{};
@@ -33,7 +33,7 @@ struct Policy {
   std::optional<Rule> refused{};
   bool operator==(const Policy&) const = default;
 
-  /// What `other` says wins.
+  /// The rules of `other` have priority.
   [[nodiscard]] Policy overlaid_by(const Policy& other) const {
     return {other.unserved ? other.unserved : unserved, other.deadline ? other.deadline : deadline,
             other.lost ? other.lost : lost, other.refused ? other.refused : refused};

@@ -1,5 +1,5 @@
-// What the journal says of one message queue of a controller: messages that are not answered yet,
-// and how far the queue was read.
+// The journal's state of one message queue of a controller: messages without a response, and how
+// far the queue was read.
 //
 //   QueueLog queue_log;
 //   queue_log.apply(MessageEntry{key, 1, 2, "drill worn"});
@@ -28,8 +28,8 @@ struct QueueMessage {
   bool operator==(const QueueMessage&) const = default;
 };
 
-/// What a message's call has in REQUEST_STATE: its number, so that two messages of one text are two
-/// requests; never 0.
+/// REQUEST_STATE of a message's call: the message's number, so that two messages with the same text
+/// are two requests; never 0.
 [[nodiscard]] constexpr std::uint32_t request_state_of(std::uint64_t number) {
   return static_cast<std::uint32_t>((number - 1) % 0xFFFFFFFFU) + 1;
 }

@@ -1,5 +1,5 @@
-// How the gateway learns that something has changed in a channel (it polls, or the controller sends
-// notifications), and what is known of how a controller treats what is written there.
+// How the gateway detects changes in a channel (it polls, or the controller sends notifications),
+// and what is known about how a controller applies writes.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace millrace::gateway {
 
-/// Whether a controller is asked to tell of changes (ADS device notifications).
+/// Whether the gateway requests notifications from a controller (ADS device notifications).
 enum class SubscriptionMode : std::uint8_t {
   /// Asked; read as if it had not been where it refuses, or does not keep its word.
   automatic,
@@ -27,7 +27,7 @@ struct ReadIntervals {
   std::chrono::milliseconds idle{10};
   /// While the controller sends notifications: ADS promises no delivery.
   std::chrono::milliseconds subscribed{500};
-  /// How often a pending request is read whole, to see texts change under the same state.
+  /// How often a pending request is read completely, to see texts change under the same state.
   std::chrono::milliseconds full{500};
   /// After the controller refused something or did not answer in time.
   std::chrono::milliseconds retry{500};
@@ -39,8 +39,8 @@ struct ReadIntervals {
   bool operator==(const ReadIntervals&) const = default;
 };
 
-/// What reads have shown of how one controller treats ADS writes. Its channels share it: what one
-/// answer had to find out, the next one of any channel knows.
+/// What reads have shown about how one controller applies ADS writes. Its channels share it: a
+/// later response in any channel uses what an earlier one found.
 struct WriteEffects {
   /// A read shows REQUEST_STATE = 0 after it was written; false where the kernel clears it itself
   /// once RESPONSE_STATE is written, and no read shows 0 before that.
@@ -52,7 +52,7 @@ struct WriteEffects {
   std::chrono::nanoseconds lag{0};
 
   /// Of an answer that is brought into a channel. A program that takes its request back shows 0,
-  /// too, so one answer is no proof; three are (our choice).
+  /// too, so one answer is not proof; three are (our choice).
   void note_clearing(bool was_shown) {
     clearings_shown = clearing_is_shown ? clearings_shown + (was_shown ? 1U : 0U) : 0U;
   }

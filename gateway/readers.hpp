@@ -1,5 +1,5 @@
-// Who reads what channels publish and log. What nobody reads is not made: to make the events, states
-// and log lines of a call, and to throw them away, costs a fifth of the call.
+// Which outputs of channels have readers. Without a reader they are not made: to make the events,
+// states and log lines of a call and to discard them costs a fifth of the call.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@ namespace millrace::gateway {
 enum class Level : std::uint8_t { debug, info, warn, error };
 
 struct Readers {
-  /// Somebody reads events.
+  /// Events have a reader.
   bool events = true;
-  /// Somebody reads the states of channels.
+  /// The states of channels have a reader.
   bool statuses = true;
   /// The log drops what is below.
   Level min_level = Level::debug;

@@ -12,11 +12,11 @@ namespace millrace::gateway {
 tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state,
                                                  fabric::CompletionSignal completion_signal) {
   if (completion_signal == fabric::CompletionSignal::response_state && state == 0) {
-    return tl::unexpected(std::string("has state 0, which releases no program"));
+    return tl::unexpected(std::string("has state 0, which does not release the NC program"));
   }
   if (completion_signal == fabric::CompletionSignal::response && text.empty()) {
     return tl::unexpected(
-        std::string("is empty, which releases no program that waits for RESPONSE"));
+        std::string("is empty, which does not release an NC program that waits for RESPONSE"));
   }
   if (text.size() > fabric::max_text) {
     return tl::unexpected(

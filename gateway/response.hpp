@@ -1,4 +1,4 @@
-// An answer that a channel can take: who has one need not ask again whether it can be written.
+// A response that a channel can take: it was checked when it was made, so no later check is needed.
 //
 //   const auto response = Response::of(reply.text, reply.state);
 //   if (!response) … response.error()          // "has 200 bytes, at most 127 fit"
@@ -19,7 +19,8 @@ namespace millrace::gateway {
 /// another; the SDK's for a failed handler is the same (services/sdk/service.hpp).
 inline constexpr std::uint32_t refused_state = 500;
 
-/// At most 127 bytes without NUL, and what its program waits for: a state that is not 0, or a text.
+/// At most 127 bytes without NUL, and with what its NC program waits for: a state that is not 0, or
+/// a text.
 class Response {
  public:
   /// The error says what is wrong, in words that go after "the answer ".
@@ -27,8 +28,8 @@ class Response {
       std::string text, std::uint32_t state,
       fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state);
 
-  /// Words of ours in place of an answer. What is no printable ASCII becomes '?', a text that does
-  /// not fit ends in "..."; `state` is not 0.
+  /// Words of ours in place of an answer. What is not a printable ASCII becomes '?', a text that
+  /// does not fit ends in "..."; `state` is not 0.
   static Response in_words(std::string_view words, std::uint32_t state);
 
   [[nodiscard]] const std::string& text() const { return text_; }

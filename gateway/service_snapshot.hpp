@@ -1,11 +1,12 @@
-// What a channel's Service Interface shows, and what that says about a call.
+// The values of a channel's Service Interface, and what they show about a call.
 //
 //   switch (compare(snapshot, request, shown)) {
 //     case RequestStatus::pending: …        // the program still waits for this very call
 //
 // The two states come back to 0 after each call, so a request has no identity but its own content:
 // UUID, REQUEST and REQUEST_STATE together. A program that repeats a request word for word between
-// two reads cannot be told from one that waits; it then gets the answer to the same question.
+// two reads cannot be distinguished from one that waits; it then gets the answer to the same
+// question.
 #pragma once
 
 #include <cstdint>
@@ -57,8 +58,8 @@ struct PendingRequest {
   std::string text;
   std::uint32_t state = 0;
   bool operator==(const PendingRequest&) const = default;
-  /// The reply names this request: call ids are no secret, and somebody else may have asked the
-  /// instance something under one of ours.
+  /// The reply names this request: call ids are not secret, and a stranger may have sent the
+  /// instance another request under one of ours.
   [[nodiscard]] bool is_what(const fabric::Reply& reply) const {
     return reply.asked_state == state && reply.asked_text == text;
   }
@@ -67,11 +68,12 @@ struct PendingRequest {
 enum class RequestStatus : std::uint8_t {
   /// The program waits for this call.
   pending,
-  /// Both states read 0: the program took the request back, or we cleared REQUEST_STATE ourselves.
+  /// Both states read 0: the NC program withdrew the request, or we cleared REQUEST_STATE
+  /// ourselves.
   withdrawn,
   /// Another request stands in the channel.
   replaced,
-  /// No request, but a RESPONSE_STATE that is no interim state of ours: this call is answered.
+  /// No request, but a RESPONSE_STATE that is not an interim state of ours: this call is answered.
   answered,
 };
 

@@ -24,14 +24,13 @@ std::string truncate_reason(std::string text) {
 std::string end_reason(RequestStatus status, const ServiceSnapshot& snapshot) {
   switch (status) {
     case RequestStatus::withdrawn:
-      return "the program took the request back";
+      return "the NC program withdrew the request";
     case RequestStatus::replaced:
-      return "the program put another request in its place";
+      return "the NC program replaced the request";
     case RequestStatus::answered:
-      return fmt::format("somebody else answered it with RESPONSE_STATE {}",
-                         snapshot.response_state);
+      return fmt::format("another writer set RESPONSE_STATE to {}", snapshot.response_state);
     case RequestStatus::pending:
-      return "the program asks anew";
+      return "the NC program made a new request";
   }
   return {};
 }

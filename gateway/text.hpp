@@ -8,7 +8,7 @@
 
 namespace millrace::gateway {
 
-/// Text from a controller made fit for a line of a log: what is no printable ASCII becomes '?'.
+/// Text from a controller made fit for a line of a log: what is not printable ASCII becomes '?'.
 std::string printable(std::string_view text);
 
 /// At most 255 bytes, the size of a reason or detail on the fabric; a longer text ends in "...".

@@ -45,7 +45,7 @@ NumberOwner serial_number(const std::string& given) {
   const int digits = BN_hex2bn(&parsed, given.c_str());
   NumberOwner number(parsed);
   expect(digits > 0 && digits == static_cast<int>(given.size()),
-         fmt::format("{} is no serial number", given));
+         fmt::format("{} is not a serial number", given));
   return number;
 }
 
@@ -104,7 +104,7 @@ tl::expected<Certificate, std::string> Certificate::read(std::string_view pem) {
   Owner certificate(PEM_read_bio_X509(
       in.get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr));
   if (!certificate) {
-    return tl::unexpected(fmt::format("is no certificate in PEM ({})", last_reason()));
+    return tl::unexpected(fmt::format("is not a certificate in PEM ({})", last_reason()));
   }
   return Certificate(std::move(certificate));
 }
@@ -195,11 +195,11 @@ bool Certificate::belongs_to(const Key& key) const {
 
 std::string encoded_name(const Subject& subject) {
   const std::unique_ptr<X509_NAME, Free<X509_NAME_free>> name(X509_NAME_new());
-  expect(name != nullptr, "cannot make a name");
+  expect(name != nullptr, "cannot create an X.509 name");
   set_name(name.get(), subject);
   unsigned char* bytes = nullptr;
   const int size = i2d_X509_NAME(name.get(), &bytes);
-  expect(size > 0, "cannot encode a name");
+  expect(size > 0, "cannot encode an X.509 name");
   std::string encoded(bytes, bytes + size);
   OPENSSL_free(bytes);
   return encoded;

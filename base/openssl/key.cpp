@@ -61,7 +61,7 @@ tl::expected<Key, std::string> Key::read(std::string_view pem, std::string_view 
   if (asked.was_asked) {
     return tl::unexpected(std::string("does not open with this passphrase"));
   }
-  return tl::unexpected(fmt::format("is no private key in PEM ({})", reason));
+  return tl::unexpected(fmt::format("is not a private key in PEM ({})", reason));
 }
 
 std::string Key::pem(std::string_view passphrase) const {

@@ -26,7 +26,7 @@ constexpr long version_2 = 1;
 
 TimeOwner asn1_of(Time time) {
   TimeOwner made(ASN1_TIME_set(nullptr, std::chrono::system_clock::to_time_t(time)));
-  expect(made != nullptr, "a list of revoked certificates cannot hold this date");
+  expect(made != nullptr, "a CRL cannot hold this date");
   return made;
 }
 
@@ -41,16 +41,17 @@ const ASN1_OBJECT* name_extension() {
 void note_name(X509_REVOKED* entry, const std::string& name) {
   const StringOwner text(ASN1_UTF8STRING_new());
   expect(text && ASN1_STRING_set(text.get(), name.data(), static_cast<int>(name.size())) == 1,
-         "cannot note a name");
+         "cannot copy the issuer's name");
   unsigned char* raw = nullptr;
   const int size = i2d_ASN1_UTF8STRING(text.get(), &raw);
   const BytesOwner bytes(raw);
   const OctetsOwner value(ASN1_OCTET_STRING_new());
   expect(size > 0 && value && ASN1_OCTET_STRING_set(value.get(), raw, size) == 1,
-         "cannot note a name");
+         "cannot copy the issuer's name");
   const ExtensionOwner extension(
       X509_EXTENSION_create_by_OBJ(nullptr, name_extension(), 0, value.get()));
-  expect(extension && X509_REVOKED_add_ext(entry, extension.get(), -1) == 1, "cannot note a name");
+  expect(extension && X509_REVOKED_add_ext(entry, extension.get(), -1) == 1,
+         "cannot copy the issuer's name");
 }
 
 /// Empty if no name is recorded.
@@ -76,7 +77,7 @@ void add(X509_CRL* list, const Revoked& revoked) {
   const int digits = BN_hex2bn(&parsed, revoked.serial.c_str());
   const NumberOwner number(parsed);
   expect(digits > 0 && digits == static_cast<int>(revoked.serial.size()),
-         fmt::format("{} is no serial number", revoked.serial));
+         fmt::format("{} is not a serial number", revoked.serial));
   const IntegerOwner serial(BN_to_ASN1_INTEGER(number.get(), nullptr));
   EntryOwner entry(X509_REVOKED_new());
   expect(entry && X509_REVOKED_set_serialNumber(entry.get(), serial.get()) == 1 &&
@@ -95,7 +96,7 @@ void add(X509_CRL* list, const Revoked& revoked) {
 std::string revocation_list(const std::vector<Revoked>& revoked, const Certificate& authority,
                             const Key& authority_key, Time from, Time until) {
   const ListOwner list(X509_CRL_new());
-  expect(list != nullptr, "cannot make a list of revoked certificates");
+  expect(list != nullptr, "cannot create a CRL");
   X509_CRL_set_version(list.get(), version_2);
   X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(authority.get()));
   X509_CRL_set1_lastUpdate(list.get(), asn1_of(from).get());
@@ -104,11 +105,9 @@ std::string revocation_list(const std::vector<Revoked>& revoked, const Certifica
     add(list.get(), one);
   }
   X509_CRL_sort(list.get());
-  expect(X509_CRL_sign(list.get(), authority_key.get(), EVP_sha256()) > 0,
-         "cannot sign a list of revoked certificates");
+  expect(X509_CRL_sign(list.get(), authority_key.get(), EVP_sha256()) > 0, "cannot sign a CRL");
   const BioOwner out = writing();
-  expect(PEM_write_bio_X509_CRL(out.get(), list.get()) == 1,
-         "cannot write a list of revoked certificates");
+  expect(PEM_write_bio_X509_CRL(out.get(), list.get()) == 1, "cannot write a CRL");
   return written(*out);
 }
 
@@ -117,8 +116,7 @@ tl::expected<RevocationList, std::string> RevocationList::read(std::string_view 
   Owner list(PEM_read_bio_X509_CRL(
       in.get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr));
   if (!list) {
-    return tl::unexpected(
-        fmt::format("is no list of revoked certificates in PEM ({})", last_reason()));
+    return tl::unexpected(fmt::format("is not a CRL in PEM ({})", last_reason()));
   }
   return RevocationList(std::move(list));
 }

@@ -34,7 +34,7 @@ tl::expected<std::string, std::string> verified_text(std::string_view document,
   const SignedOwner read(SMIME_read_PKCS7(in.get(), &beside));
   const BioOwner content(beside);
   if (!read || !content) {
-    return tl::unexpected(fmt::format("is no signed document ({})", last_reason()));
+    return tl::unexpected(fmt::format("is not a signed document ({})", last_reason()));
   }
   const auto refuse = [&](std::string_view why) {
     return tl::unexpected(fmt::format("is not signed by {} ({})", authority.subject(), why));
@@ -52,7 +52,7 @@ tl::expected<std::string, std::string> verified_text(std::string_view document,
   X509* const signer = sk_X509_value(signers.get(), 0);
   if (EVP_PKEY_eq(X509_get0_pubkey(signer), X509_get0_pubkey(authority.get())) != 1) {
     last_reason();
-    return refuse("another key has signed it");
+    return refuse("it is signed with another key");
   }
   // A root with the right key and name is not enough for a reader that builds a chain: it must be
   // this certificate.
@@ -63,7 +63,7 @@ tl::expected<std::string, std::string> verified_text(std::string_view document,
                                     X509_verify(signer, X509_get0_pubkey(authority.get())) == 1;
   last_reason();
   if (!counts) {
-    return refuse("with a certificate that this one has not given");
+    return refuse("with a certificate that this CA has not issued");
   }
   return written(*out);
 }

@@ -20,8 +20,9 @@ tl::unexpected<std::string> refused(std::string why) {
 
 tl::unexpected<std::string> last_reason() {
   const int error = errno;
-  return refused(error == ELOOP || error == ENOTDIR ? "a link or no folder is on the way to it"
-                                                    : std::generic_category().message(error));
+  return refused(error == ELOOP || error == ENOTDIR
+                     ? "a part of its path is a symbolic link or not a folder"
+                     : std::generic_category().message(error));
 }
 
 char lower(char c) {
@@ -53,14 +54,14 @@ std::optional<std::filesystem::path> entry_of(const std::filesystem::path& folde
 /// Why the name is refused; empty if it is valid.
 std::string mistake_of(const std::filesystem::path& name) {
   if (name.is_absolute() || !name.has_filename()) {
-    return "it is outside of the folder, or no name of a file";
+    return "it is outside of the folder, or not a file name";
   }
   for (const auto& part : name) {
     if (part == "..") {
-      return "it is outside of the folder, or no name of a file";
+      return "it is outside of the folder, or not a file name";
     }
     if (part.native().starts_with('.')) {
-      return "a name that begins with a dot is not looked at";
+      return "names that begin with a dot are not accepted";
     }
   }
   return "";
@@ -96,10 +97,10 @@ tl::expected<Fd, std::string> open_beneath(const std::filesystem::path& folder,
     return last_reason();
   }
   if (!S_ISREG(status.st_mode)) {
-    return refused("it is no plain file");
+    return refused("it is not a regular file");
   }
   if ((flags & O_ACCMODE) != O_RDONLY && status.st_nlink > 1) {
-    return refused("it has another name, too (a hard link)");
+    return refused("it has more than one hard link");
   }
   return file;
 }

@@ -1,6 +1,6 @@
 // One writer per folder.
 //
-//   const Fd lock = lock_folder(folder, "archive.lock", "another archiver writes here");
+//   const Fd lock = lock_folder(folder, "archive.lock", "another archiver writes into this folder");
 #pragma once
 
 #include <filesystem>

@@ -17,7 +17,7 @@ std::optional<FileFault> fault_of_writers(const std::filesystem::path& path, mod
     return {};
   }
   return FileFault{
-      (mode & S_IWOTH) != 0 ? "everybody on this host can write it" : "its group can write it",
+      (mode & S_IWOTH) != 0 ? "all users of this host can write it" : "its group can write it",
       "`chmod go-w " + path.string() + "`, and replace it if others may have changed it"};
 }
 
@@ -27,11 +27,11 @@ std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy sec
     return {};  // reading it reports the reason
   }
   if (!S_ISREG(status.st_mode)) {
-    return FileFault{"is no regular file", "name a file"};
+    return FileFault{"is not a regular file", "name a file"};
   }
   if (secrecy == Secrecy::secret && (status.st_mode & S_IROTH) != 0) {
     return FileFault{
-        "is a secret, and everybody on this host can read it",
+        "is a secret, and all users of this host can read it",
         "`chmod o= " + file.string() + "`, and make a new one if others may have seen it"};
   }
   return fault_of_writers(file, status.st_mode,

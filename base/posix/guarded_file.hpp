@@ -23,7 +23,7 @@ enum class Secrecy : std::uint8_t {
 
 /// A fault of a file, and what to do.
 struct FileFault {
-  /// For example "everybody on this host can write it".
+  /// For example "all users of this host can write it".
   std::string what;
   /// Empty if there is no advice.
   std::string advice;

@@ -82,7 +82,7 @@ std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
       (code != CLI::ExitCodes::RequiredError && code != CLI::ExitCodes::ExtrasError)) {
     return error.what();
   }
-  const std::string not_known = fmt::format("not known here: {}", fmt::join(unknown, " "));
+  const std::string not_known = fmt::format("unknown argument: {}", fmt::join(unknown, " "));
   return code == CLI::ExitCodes::ExtrasError ? not_known
                                              : fmt::format("{}; {}", error.what(), not_known);
 }
@@ -94,10 +94,10 @@ std::string commands_for(const Asked& asked) {
     commands.push_back(command.words.substr(1));
   }
   const std::vector<std::string> unknown = asked.command.remaining();
-  return fmt::format(
-      "{}; expected one of: {}",
-      unknown.empty() ? "a command is missing" : fmt::format("'{}' is no command", unknown.front()),
-      fmt::join(commands, ", "));
+  return fmt::format("{}; expected one of: {}",
+                     unknown.empty() ? "a command is missing"
+                                     : fmt::format("'{}' is not a command", unknown.front()),
+                     fmt::join(commands, ", "));
 }
 
 /// <CLI/CLI.hpp> adds the formatter and the configuration reader to <CLI/App.hpp>; each source that
@@ -181,7 +181,7 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
 
 namespace {
 
-constexpr const char* check_help = "Read the configuration, say what is wrong with it, and end";
+constexpr const char* check_help = "Read the configuration, print its mistakes and exit";
 
 }  // namespace
 
@@ -191,7 +191,7 @@ bool asks_for_check(int argc, char** argv) {
 }
 
 int check(int argc, char** argv, const std::function<std::string(const std::string&)>& what) {
-  CLI::App app{"Says whether a configuration is good"};
+  CLI::App app{"Checks a configuration"};
   std::string file;
   bool yes = false;
   app.add_option("--config", file, "The configuration")->required();

@@ -86,7 +86,7 @@ void PatientSink::keep(std::string_view text) {
 void PatientSink::tell_of_the_dropped() {
   if (dropped_ > 0) {
     kept_.push_back(std::to_string(dropped_) +
-                    " log lines are missing here: nobody read them in time\n");
+                    " log lines are missing here: standard error was not read in time\n");
     size_ += kept_.back().size();
     dropped_ = 0;
   }

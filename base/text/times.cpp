@@ -109,7 +109,7 @@ tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
   const bool in_range = value >= 0 && value <= longest;
   if (error != std::errc{} || !factor || !in_range) {
     return tl::unexpected(fmt::format(
-        "'{}' is no time span; expected a number with ns, us, ms, s, m or min, h or d", text));
+        "'{}' is not a duration; expected a number with ns, us, ms, s, m or min, h or d", text));
   }
   return nanoseconds(std::llround(value));
 }
@@ -121,10 +121,10 @@ tl::expected<Time, std::string> parse_time(std::string_view text, Time now) {
   const bool has_unit = !text.empty() && !is_digit(text.back()) && text.back() != '.';
   const auto before = parse_time_span(text);
   if (!has_unit || !before) {
-    return tl::unexpected(fmt::format(
-        "'{}' is no time; expected UTC as in 2026-03-01 or 2026-03-01T07:00:00Z, or a time before "
-        "now as in 15m, 12h, 7d",
-        text));
+    return tl::unexpected(
+        fmt::format("'{}' is not a time; expected UTC as in 2026-03-01 or 2026-03-01T07:00:00Z, or "
+                    "a time before now as in 15m, 12h, 7d",
+                    text));
   }
   return now - *before;
 }

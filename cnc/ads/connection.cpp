@@ -100,9 +100,10 @@ asio::awaitable<void> Connection::close_when_idle(std::shared_ptr<Connection> se
     } else if (self->peer_waits()) {
       since = Clock::now();
     } else {
-      self->log_->info("{}: connection closed by us: {} for {} s", self->peer_,
-                       self->outbox_.size() > 0 ? "what was sent was not read" : "it was not used",
-                       std::chrono::duration<double>(limit).count());
+      self->log_->info(
+          "{}: connection closed by us: {} for {} s", self->peer_,
+          self->outbox_.size() > 0 ? "the peer did not read what was sent" : "it was not used",
+          std::chrono::duration<double>(limit).count());
       self->close();
     }
   }
@@ -134,7 +135,7 @@ asio::awaitable<void> Connection::receive() {
     reader_.feed(BytesView(chunk).first(size));
     co_await react_to_frames();
     if (session_.over()) {
-      log_->debug("{}: connection closed: its port was given back", peer_);
+      log_->debug("{}: connection closed: its AMS port was unregistered", peer_);
       co_return;
     }
   }

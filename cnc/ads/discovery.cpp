@@ -118,8 +118,8 @@ tl::expected<Datagram, ProtocolError> decode_datagram(BytesView bytes) {
     datagram.tags.emplace_back(id, Bytes(data.begin(), data.end()));
   }
   if (!right || !in.ok() || count > most_tags) {
-    return tl::make_unexpected(
-        ProtocolError{fmt::format("{} bytes that are no message of an AMS router", bytes.size())});
+    return tl::make_unexpected(ProtocolError{
+        fmt::format("{} bytes that are not a message of an AMS router", bytes.size())});
   }
   return datagram;
 }

@@ -76,13 +76,13 @@ tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
   const std::size_t length = frame->body;
   if (length > max_frame_) {
     return broken(
-        fmt::format("a frame announces {} bytes, at most {} are accepted", length, max_frame_));
+        fmt::format("a frame announces {} bytes; at most {} are accepted", length, max_frame_));
   }
   if (kind == 0 && length < packet_header_size) {
     return broken(fmt::format("an ADS frame of {} bytes is too short for its AMS header", length));
   }
   if (kind != 0 && length >= max_router_frame) {
-    return broken(fmt::format("no AMS/TCP frame: kind {:#06x} with {} bytes", kind, length));
+    return broken(fmt::format("not an AMS/TCP frame: kind {:#06x} with {} bytes", kind, length));
   }
   const auto bytes = BytesView(buffer_).subspan(consumed_ + frame->header);
   if (bytes.size() < length) {

@@ -65,7 +65,7 @@ LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const
                   peer(options), target)};
     default:
       return {answer,
-              fmt::format("{} does not tell its state: {}", peer(options), describe(answer))};
+              fmt::format("{} does not report its state: {}", peer(options), describe(answer))};
   }
 }
 

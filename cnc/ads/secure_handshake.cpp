@@ -164,9 +164,10 @@ std::string words_of(ConnectError error) {
     case ConnectError::unknown_certificate:
       return "it does not know our certificate: it needs a route with its fingerprint";
     case ConnectError::unknown_user:
-      return "it does not know us: user or password is wrong, or it has no route to us";
+      return "it does not know this host: user or password is wrong, or it has no route to this "
+             "host";
     default:
-      return "it refuses us";
+      return "it refuses this host";
   }
 }
 
@@ -310,7 +311,7 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
     std::uint8_t more = 0;  // the client waits for the missing bytes
     const auto buffer = asio::buffer(&more, 1);
     co_await read_all(stream, buffer);
-    co_return Refused("answered with what is no TlsConnectInfo (fault)");
+    co_return Refused("answered with something other than a TlsConnectInfo (fault)");
   }
   if (said->error != ConnectError::none) {
     co_return Refused(fmt::format("refused with {}", describe(said->error)));

@@ -138,8 +138,8 @@ struct TlsContext::Impl {
     const std::time_t time = std::chrono::system_clock::to_time_t(until);
     if (error == X509_V_ERR_CERT_HAS_EXPIRED) {
       return fmt::format(
-          "its certificate, or one that it leads to, has expired; its own is valid "
-          "until {:%Y-%m-%d}: issue a new one, or set the clock",
+          "its certificate, or a CA certificate in its chain, has expired; its own is valid until "
+          "{:%Y-%m-%d}: issue a new one, or set the clock",
           fmt::gmtime(time));
     }
     return fmt::format("its certificate does not lead to our CA: {}",
@@ -174,10 +174,10 @@ struct TlsContext::Impl {
       return "the key " + with.error();
     }
     if (EVP_PKEY_get_base_id(with->get()) != EVP_PKEY_RSA) {
-      return "the key is no RSA key, and a TwinCAT knows no other";
+      return "the key is not an RSA key, and TwinCAT accepts no other kind";
     }
     if (!read->belongs_to(*with)) {
-      return "the key is not that of the certificate";
+      return "the key does not belong to the certificate";
     }
     SSL_CTX* const native = context.native_handle();
     error_code error;

@@ -131,7 +131,7 @@ SystemVariable system_variable(const config::CncVariable& from, const ConfigPath
   const auto value = from.has_value() ? value_of(declaration.element, from.value())
                                       : std::optional(zero_of(declaration.element));
   mistakes.expect(value.has_value(), path / "value",
-                  fmt::format("\"{}\" is no {}", from.value(), name_of(type)));
+                  fmt::format("\"{}\" is not a {}", from.value(), name_of(type)));
   return {std::move(declaration), from.per_axis(), value.value_or(0.0)};
 }
 

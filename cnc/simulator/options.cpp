@@ -70,10 +70,10 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--net-id", options.net_id, "AMS NetId of this CNC")->capture_default_str();
   app.add_option("--channels", options.channels, "Number of channels; overrides the configuration")
       ->check(CLI::Range(1U, max_channels));
-  app.add_option("--run", options.run, "CHANNEL=FILE: a program to run; may be repeated")
+  app.add_option("--run", options.run, "CHANNEL=FILE: an NC program to run; may be repeated")
       ->allow_extra_args(false);
   app.add_flag("--exit-when-idle", options.exit_when_idle,
-               "End when every program has; exit code 0 if all reached M30 or M02");
+               "End when every NC program has ended; exit code 0 if all reached M30 or M02");
   app.add_option("--dir", options.folder,
                  "Folder of message.txt, and where programs and subprograms are searched first")
       ->check(CLI::ExistingDirectory)
@@ -88,7 +88,7 @@ void add_options(CLI::App& app, Options& options) {
                  "Only print every mistake of these programs; exit code 1 if there is any")
       ->check(CLI::ExistingFile);
   app.add_flag("--timings", options.timings,
-               "Print at the end how long each service call took, as the program saw it");
+               "Print at the end how long each service call took for its NC program");
   base::program::add_log_level(app, options.log_level);
 }
 

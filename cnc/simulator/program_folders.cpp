@@ -29,11 +29,11 @@ tl::expected<Program, std::string> text_of(const Fd& open, const fs::path& file)
     return refused(std::strerror(errno));
   }
   if (!S_ISREG(status.st_mode)) {
-    return refused(S_ISDIR(status.st_mode) ? "it is a folder" : "it is no plain file");
+    return refused(S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file");
   }
   if (status.st_size > longest_program) {
-    return refused(
-        fmt::format("it has {} bytes, and a program at most {}", status.st_size, longest_program));
+    return refused(fmt::format("it has {} bytes; an NC program has at most {}", status.st_size,
+                               longest_program));
   }
   Program program{file.string(), std::string(static_cast<std::size_t>(status.st_size) + 1, '\0')};
   std::size_t size = 0;
@@ -48,7 +48,7 @@ tl::expected<Program, std::string> text_of(const Fd& open, const fs::path& file)
     size += got < 0 ? 0 : static_cast<std::size_t>(got);
   }
   if (size == program.text.size()) {
-    return refused("it grows while it is read");
+    return refused("it grew while it was read");
   }
   program.text.resize(size);
   return program;

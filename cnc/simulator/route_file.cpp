@@ -56,7 +56,7 @@ std::shared_ptr<ads::Routes> read_routes(const std::filesystem::path& file,
     const auto written = file.empty() || !all ? tl::expected<void, std::string>()
                                               : base::posix::write_durably(file, text_of(*all));
     if (!written) {
-      log->error("this route is forgotten at the end: {}", written.error());
+      log->error("this route is not kept after a restart: {}", written.error());
     }
   });
   return routes;

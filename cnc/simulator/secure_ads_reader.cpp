@@ -104,8 +104,8 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
   SecureAdsSettings to;
   to.listen = listen_address(from.listen(), path / "listen", mistakes).value_or(to.listen);
   mistakes.expect(from.has_psk() || from.has_self_signed() || from.has_shared_ca(), path,
-                  "it has no way to know its clients; expected psk { … }, self_signed { … } or "
-                  "shared_ca { … }");
+                  "it does not say how clients authenticate; expected psk { … }, self_signed { … } "
+                  "or shared_ca { … }");
   mistakes.expect(!from.has_self_signed() || !from.has_shared_ca(), path / "shared_ca",
                   "stands beside self_signed; expected one of them");
   if (from.has_psk()) {

@@ -165,7 +165,7 @@ void Station::drain(std::function<void()> done) {
   const auto servers = std::make_shared<int>(plain_ && secure_ ? 2 : 1);
   const auto drained = [this, servers, done = std::move(done)](bool all) {
     if (!all) {
-      log_->warn("a client has not taken all its answers within {} s; it will miss them",
+      log_->warn("a client has not read all its responses within {} s; the rest is lost",
                  drain_limit.count());
     }
     if (--*servers == 0) {

@@ -143,7 +143,7 @@ std::uint32_t SystemData::elements(std::string_view name) const {
 tl::expected<SystemData::Place, nc::Fault> SystemData::single(std::string_view name) const {
   const auto place = find(name);
   if (!place) {
-    return tl::unexpected(nc::Fault{0, fmt::format("there are no system data {}", name)});
+    return tl::unexpected(nc::Fault{0, fmt::format("the system data {} do not exist", name)});
   }
   if (!place->element) {
     return tl::unexpected(nc::Fault{

@@ -68,7 +68,7 @@ DataDeclaration declaration(const config::CncSystemData& from, const ConfigPath&
   const ElementType type = single.members.front().element;
   const auto value = from.has_value() ? value_of(type, from.value()) : std::optional(zero_of(type));
   mistakes.expect(value.has_value(), path / "value",
-                  fmt::format("\"{}\" is no {}", from.value(), name_of(type.type)));
+                  fmt::format("\"{}\" is not a {}", from.value(), name_of(type.type)));
   single.value = value.value_or(zero_of(type));
   return single;
 }

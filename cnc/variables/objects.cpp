@@ -94,7 +94,7 @@ tl::expected<ElementType, std::string> element_type(const DirectoryEntry& entry)
                     entry.size > 0 && entry.size <= max_stream;
   if (!fits) {
     return tl::unexpected(
-        fmt::format("the controller says that it is a {} of {} bytes, which is no value of a CNC",
+        fmt::format("the controller describes it as a {} of {} bytes; a CNC has no such value",
                     entry.type, entry.size));
   }
   return ElementType{found->type, entry.size};

@@ -92,7 +92,7 @@ asio::awaitable<Answer> ask_sum(ads::Client& client, Location location) {
   const auto together = co_await channel.read(std::move(items));
   co_return together ? Answer{"sum commands", "five variables in one request"}
                      : Answer{"sum commands",
-                              fmt::format("{}: each variable is a request of its own",
+                              fmt::format("{}: each variable needs its own request",
                                           ads::describe(together.error())),
                               Verdict::optional};
 }

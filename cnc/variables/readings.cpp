@@ -233,7 +233,8 @@ asio::awaitable<Known> Readings::find_object(std::uint16_t channel, std::string 
   }
   const auto found = std::ranges::find(directory->second, name, &DirectoryEntry::name);
   if (found == directory->second.end()) {
-    co_return trouble(fmt::format("the controller's directory of channel {} has no {}", of, name));
+    co_return trouble(
+        fmt::format("the controller's directory of channel {} does not list {}", of, name));
   }
   const auto type = element_type(*found);
   if (!type) {

@@ -105,7 +105,7 @@ asio::awaitable<std::vector<SubscriptionOutcome>> StateSubscriptions::subscribe(
         subscribed.notifications.push_back(*granted[next]);
       } else if (outcome.error == ErrorCode::none) {
         outcome.error = granted[next].error();
-        outcome.refusal = fmt::format("the controller does not tell of changes of {}: {}",
+        outcome.refusal = fmt::format("the controller sends no notifications of {}: {}",
                                       name_of_symbol(about[next].first, about[next].second),
                                       ads::describe(granted[next].error()));
       }

@@ -62,7 +62,7 @@ tl::expected<Bytes, std::string> encode_boolean(const std::string& text) {
   if (upper == "FALSE" || upper == "0") {
     return Bytes{0};
   }
-  return tl::unexpected(fmt::format("'{}' is no BOOLEAN; expected TRUE or FALSE", text));
+  return tl::unexpected(fmt::format("'{}' is not a BOOLEAN; expected TRUE or FALSE", text));
 }
 
 tl::expected<Bytes, std::string> encode_integer(ElementType type, const std::string& text) {
@@ -74,8 +74,8 @@ tl::expected<Bytes, std::string> encode_integer(ElementType type, const std::str
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || value < lowest ||
       value >= range) {
-    return tl::unexpected(fmt::format("'{}' is no {}; expected {} to {}", text, name_of(type.type),
-                                      lowest, range - 1));
+    return tl::unexpected(fmt::format("'{}' is not a {}; expected {} to {}", text,
+                                      name_of(type.type), lowest, range - 1));
   }
   return low_bytes(static_cast<std::uint64_t>(value), type.size);
 }
@@ -84,7 +84,7 @@ tl::expected<Bytes, std::string> encode_real(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    return tl::unexpected(fmt::format("'{}' is no REAL64; expected a number, as in -3.5", text));
+    return tl::unexpected(fmt::format("'{}' is not a REAL64; expected a number, as in -3.5", text));
   }
   return low_bytes(std::bit_cast<std::uint64_t>(value), sizeof value);
 }
@@ -118,7 +118,7 @@ tl::expected<ElementType, std::string> element_type(const Description& descripti
   for (const std::uint32_t length : description.dimensions) {
     count *= length;
     if (count == 0 || count > max_stream) {
-      return tl::unexpected(std::string("its array has no element, or more than can be read"));
+      return tl::unexpected(std::string("its array has no elements, or more than can be read"));
     }
   }
   const std::uint32_t size = size_of(description.type);
@@ -128,8 +128,7 @@ tl::expected<ElementType, std::string> element_type(const Description& descripti
   }
   if (size == 0) {
     return tl::unexpected(
-        fmt::format("the controller says that it is of type {} and {} bytes, "
-                    "which is no value",
+        fmt::format("the controller gives it type {} and {} bytes; a CNC has no such value",
                     static_cast<std::uint32_t>(description.type), description.size));
   }
   return ElementType{description.type, size};
@@ -138,8 +137,8 @@ tl::expected<ElementType, std::string> element_type(const Description& descripti
 tl::expected<std::vector<Element>, std::string> decode_elements(ElementType type, BytesView bytes) {
   const bool one_text = type.type == Type::string && bytes.size() <= type.size;
   if (!one_text && (bytes.empty() || bytes.size() % type.size != 0)) {
-    return tl::unexpected(fmt::format("the controller answers {} bytes for a {} of {}",
-                                      bytes.size(), name_of(type.type), type.size));
+    return tl::unexpected(fmt::format("the controller sent {} bytes for a {} of {}", bytes.size(),
+                                      name_of(type.type), type.size));
   }
   std::vector<Element> elements;
   do {

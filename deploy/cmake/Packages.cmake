@@ -37,7 +37,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl DESTINATION ${millrace_doc} COMPONEN
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
-# What units with trust have more, what installs it, and where to.
+# The additions for units with trust, their installer, and its folder.
 install(FILES ${millrace_deploy}/systemd/trust.conf DESTINATION ${millrace_share}/systemd COMPONENT common)
 install(PROGRAMS ${millrace_deploy}/install-trust DESTINATION ${millrace_share} COMPONENT common)
 install(DIRECTORY DESTINATION ${millrace_etc}/trust COMPONENT common)
@@ -58,11 +58,11 @@ install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATAD
 # For controllers whose programs use the services; SysServiceWait.cyc for those that have none of their own.
 install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/SysServiceWait.cyc
   DESTINATION ${millrace_share}/cycles COMPONENT services)
-# What lcm-gen makes LCM programs of.
+# The input of lcm-gen for LCM programs.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl/lcm DESTINATION ${millrace_share} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS
   COMPONENT services)
-# Where units look for the flags of each instance.
+# The folder where units look for the flags of each instance.
 install(DIRECTORY DESTINATION ${millrace_etc}/services COMPONENT services)
 
 install(FILES ${millrace_deploy}/systemd/millrace-recorder.service ${millrace_deploy}/systemd/millrace-web.service
@@ -74,7 +74,7 @@ install(DIRECTORY ${millrace_deploy}/prometheus DESTINATION ${millrace_share} CO
 install(PROGRAMS ${millrace_deploy}/demo DESTINATION ${millrace_share} COMPONENT cnc)
 install(DIRECTORY ${millrace_deploy}/nc DESTINATION ${millrace_share} COMPONENT cnc)
 
-# Pure Python, where Debian's python3 looks for packages of every version.
+# Pure Python, in the folder that Debian's python3 of every version searches.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/python/millrace DESTINATION lib/python3/dist-packages COMPONENT python
   FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 
@@ -163,8 +163,8 @@ foreach(component IN LISTS millrace_components)
   set(CPACK_DEBIAN_${upper}_DESCRIPTION "${CPACK_COMPONENT_${upper}_DESCRIPTION}")
 endforeach()
 
-# What a user changed under /etc stays as it is; new units are known at once. Nothing is enabled or restarted: that
-# is the operator's decision, one instance at a time.
+# Files under /etc that a user changed are kept; new units are known at once. Nothing is enabled or restarted: that is
+# the operator's decision, one instance at a time.
 set(scripts ${PROJECT_BINARY_DIR}/packaging)
 set(units_common millrace.target)
 set(units_gateway millrace-gateway.service)

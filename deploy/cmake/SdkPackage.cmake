@@ -30,7 +30,7 @@ set_target_properties(millrace_sdk_shared PROPERTIES
 install(TARGETS millrace_sdk_shared EXPORT millrace LIBRARY COMPONENT sdk NAMELINK_COMPONENT sdk-dev)
 install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk-dev)
 
-# What a service includes, and what that includes.
+# The headers that a service includes, and those that they include.
 set(headers
   fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/alarm_sink.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp

@@ -1,4 +1,4 @@
-# How a millrace target is made: one interface target for what all share, two functions.
+# How a millrace target is made: one interface target for common settings, two functions.
 include(GNUInstallDirs)
 
 add_library(millrace_options INTERFACE)
@@ -76,7 +76,7 @@ function(millrace_add_program name)
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE room)
   string(REGEX REPLACE "/.*" "" room ${room})
   install(TARGETS ${name} COMPONENT ${room})
-  # Where a sanitizer is, no package is made.
+  # No package is made with a sanitizer.
   if(NOT PROJECT_IS_TOP_LEVEL OR MILLRACE_SANITIZE OR MILLRACE_FUZZ)
     return()
   endif()

@@ -71,7 +71,7 @@ struct Authenticator::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void open(dds_entity_t participant, const ProcessInfo& where);
-  /// Who of those known as revoked is not among `names`.
+  /// Returns the participants that were revoked before and are not in `names`.
   std::vector<std::string> revoke(const std::set<std::string>& names);
   void say(std::string text);
 
@@ -93,7 +93,7 @@ struct Authenticator::Impl {
   LogLimiter log_limiter;
   std::vector<std::string> said;
 
-  /// Taken before `lock`, if both are; who changes them holds both.
+  /// Locked before `lock` if both are needed; a change of the list needs both.
   std::mutex queues_lock;
   std::vector<ChangeQueue*> queues;
   /// Taken before the others. Its holder may end a waiter.
@@ -105,7 +105,7 @@ struct Authenticator::Impl {
   Entity reader;
   Entity publisher;
   Entity writer;
-  /// Last: it ends before what it tells.
+  /// Last, so that it ends before the objects that it calls.
   std::optional<TrustWatch> watch;
 };
 
@@ -153,7 +153,7 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
 
 void Authenticator::Impl::on_identity(dds_entity_t own,
                                       const dds_subscription_matched_status_t& status) noexcept {
-  base::program::contain("noticing an identity", [&] {
+  base::program::contain("processing an identity", [&] {
     const Handle handle = status.last_publication_handle;
     if (status.current_count_change > 0) {
       const Endpoint endpoint(dds_get_matched_publication_data(own, handle));
@@ -178,7 +178,7 @@ void Authenticator::Impl::on_identity(dds_entity_t own,
 
 void Authenticator::Impl::on_writer(dds_entity_t own,
                                     const dds_subscription_matched_status_t& status) noexcept {
-  base::program::contain("noticing a writer", [&] {
+  base::program::contain("processing a writer", [&] {
     const Handle handle = status.last_publication_handle;
     if (status.current_count_change > 0) {
       const Endpoint endpoint(dds_get_matched_publication_data(own, handle));

@@ -1,11 +1,10 @@
-// Shows the identity of a participant, and knows those of the others: what each has proved to be,
-// by the certificate that Cyclone has checked (fabric/participant_identity.hpp says how).
+// Announces the identity of a participant, and knows the identities of the others: those that their
+// certificates prove and Cyclone has checked (fabric/participant_identity.hpp has the details).
 //
 //   if (Authenticator* authenticator = participant.authenticator()) …                    // null without trust
 //   authorization_of(authenticator->of_writer(info.publication_handle), "press_1") == Authorization::granted
 //
-// Whom the authority has taken back since is looked at again and again
-// (fabric/dds/trust_watch.hpp).
+// The CRL is read again regularly (fabric/dds/trust_watch.hpp).
 #pragma once
 
 #include <functional>
@@ -39,13 +38,14 @@ class Authenticator {
   /// Of a participant, by the handle that samples of built-in topics have. Of one that is gone,
   /// too, for a while: its last words may be untaken.
   [[nodiscard]] Known look_up(dds_instance_handle_t participant) const;
-  /// Of who has this writer: one that is, or was lately, matched with a reader that listens here.
+  /// The identity of the participant with this writer, which is or lately was matched with a reader
+  /// that listens here.
   [[nodiscard]] IdentityStatus of_writer(dds_instance_handle_t writer) const;
   /// Those that are there now.
   [[nodiscard]] std::vector<IdentityStatus> all() const;
 
-  /// Has a reader tell of the writers that it is matched with. To be given to it when it is
-  /// created.
+  /// Makes the listener report the writers that its reader is matched with. Pass it to the reader
+  /// when the reader is created.
   void listen(dds_listener_t* listener);
 
   /// The program of this writer, for people: what DDS calls it. Of one that is matched with a
@@ -54,11 +54,12 @@ class Authenticator {
   /// A program that is there has proved to be a gateway of this machine.
   [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
 
-  /// What is not believed is said once a minute, by whoever takes it first.
+  /// A warning about unauthorized samples, at most once a minute for each subject; the first caller
+  /// takes it.
   void warn_limited(const std::string& about, const std::string& text);
   std::vector<std::string> take_warnings();
 
-  /// Who wants to know when somebody has shown an identity, is gone, or is believed no more.
+  /// Receives changes of identities: announced, gone, or revoked.
   class ChangeQueue {
    public:
     /// `changed` is called in any thread, also for warnings.
@@ -67,7 +68,7 @@ class Authenticator {
     ChangeQueue(const ChangeQueue&) = delete;
     ChangeQueue& operator=(const ChangeQueue&) = delete;
 
-    /// The participants of whom something is different since the last call; at first all.
+    /// The participants that changed since the last call; at first all.
     std::vector<dds_instance_handle_t> take();
 
    private:
@@ -77,11 +78,11 @@ class Authenticator {
     std::vector<dds_instance_handle_t> different_;
   };
 
-  /// Who has something in hand whose writer has proved nothing yet.
+  /// Waits for identities on behalf of samples whose writers have proved nothing yet.
   class ChangeListener {
    public:
-    /// `look` is called in any thread, after somebody has proved what it is, and once a second; it
-    /// may end this object.
+    /// `look` is called in any thread, after a participant has proved its identity, and once a
+    /// second; it may destroy this object.
     ChangeListener(Authenticator& authenticator, std::function<void()> look);
     ~ChangeListener();
     ChangeListener(const ChangeListener&) = delete;

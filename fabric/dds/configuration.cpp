@@ -15,26 +15,26 @@ constexpr std::string_view loopback =
     R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
 
 // Key hashes: without them another vendor's DDS disposes the wrong channel. Acknowledgements: a
-// request that is written before the other side knows its writer is asked for by its first one, and
-// Cyclone's defaults take up to 200 ms for that. Heartbeats: what is lost is asked for when one of
-// them tells of it; each goes to all readers of a writer, so that with ten times as many of them a
-// hundred processes that start together take ten times as long.
+// reader requests a sample that was written before it was matched with its first acknowledgement,
+// and Cyclone's defaults delay that by up to 200 ms. DDS heartbeats: a reader requests lost samples
+// after a heartbeat. Each heartbeat goes to all readers of a writer, so ten times as many
+// heartbeats would let the start of a hundred processes take ten times as long.
 constexpr std::string_view settings =
     R"(<General><AllowMulticast>spdp</AllowMulticast></General>)"
     R"(<Internal><GenerateKeyhash>true</GenerateKeyhash>)"
     R"(<HeartbeatInterval min="20ms" minsched="50ms" max="1s">200ms</HeartbeatInterval>)"
     R"(<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay><NackDelay>1ms</NackDelay></Internal>)";
 
-// Cyclone asks another one for his keys as soon as it has accepted his certificate, and puts that
-// into one packet with the end of the handshake if it comes to send both at once. Fast DDS drops a
-// packet from the first part on that it has no key for, Cyclone (0.10.2) does not repeat the end if
-// all else is protected, and the two would never hear each other. A handshake takes longer than
-// this, so that nobody waits for it.
+// Cyclone requests the keys of a participant as soon as it has accepted its certificate, and may
+// put that request and the end of the handshake into one packet. Fast DDS drops a packet from the
+// first part on for which it has no key, and Cyclone (0.10.2) does not repeat the end of the
+// handshake if everything else is protected: the two would never match. A handshake takes longer
+// than this delay, so the delay costs nothing.
 constexpr std::string_view handshaking =
     R"(,<Internal><PreEmptiveAckDelay>40ms</PreEmptiveAckDelay></Internal>)";
 
-// Who hears finds another one like it by its announcement when it starts; these are for who was not
-// heard then.
+// A process that receives announcements finds another one by the announcement at its start; these
+// are for announcements that were lost then.
 constexpr std::string_view hearing = R"(<Discovery><SPDPInterval>5s</SPDPInterval></Discovery>)";
 
 constexpr std::string_view file_scheme = "file://";
@@ -77,7 +77,7 @@ std::string announcing(std::uint32_t domain, std::string_view extra) {
       base_port + domain_gain * domain);
 }
 
-/// Whoever has his own way of finding others knows better.
+/// A configuration with its own discovery settings is not changed.
 bool finds_otherwise(std::string_view list) {
   return list.find("<Peers>") != std::string_view::npos ||
          list.find("<AllowMulticast>false") != std::string_view::npos ||

@@ -29,7 +29,7 @@ Log& log() {
 constexpr std::string_view deleted_already = "dds_participant_delete: internal error -3";
 
 void write(void*, const dds_log_data_t* data) noexcept {
-  base::program::contain("writing what Cyclone DDS logs", [&] {
+  base::program::contain("writing the log of Cyclone DDS", [&] {
     const std::string_view header(data->message - data->hdrsize, data->hdrsize);
     const std::string text(data->message, data->size);
     if (text.starts_with(deleted_already)) {

@@ -1,6 +1,5 @@
-// What Cyclone has to say while a program runs: a line on standard error, as Cyclone itself writes
-// it. One that comes again and again (who is not believed asks once a second) is said at intervals
-// that grow.
+// The log of Cyclone while a process runs: lines on standard error, in Cyclone's format. Repeated
+// lines (a rejected participant tries once a second) appear at growing intervals.
 #pragma once
 
 #include <string>
@@ -11,8 +10,8 @@ namespace millrace::fabric::dds {
 /// Has it do so from now on, for the whole process.
 void take_cyclone_log();
 
-/// What lines of the same fault have in common: all of it but the words with a digit in them, which
-/// are ids, ports and times.
+/// What lines of the same fault have in common: all words without digits. Words with digits are
+/// ids, ports and times.
 std::string kind_of_line(std::string_view text);
 
 }  // namespace millrace::fabric::dds

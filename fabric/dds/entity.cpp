@@ -11,8 +11,8 @@ namespace millrace::fabric::dds {
 
 namespace {
 
-/// Who may write a topic, as fabric/trust/grants.cpp has it; empty where that is no matter of a
-/// role alone. A fabric or a UUID may be the wrong one, too.
+/// The role that may write a topic, as in fabric/trust/grants.cpp; empty if the role alone does not
+/// decide. The fabric or the UUID may also be wrong.
 std::string role_needed(std::string_view what) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> roles{
       {{"write millrace/command", "operator"},
@@ -34,7 +34,7 @@ dds_return_t check(dds_return_t result, std::string_view what) {
   if (result < 0) {
     if (result == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY) {
       throw std::runtime_error(
-          fmt::format("may not {}: the certificate of this program does not say so{}; `millrace "
+          fmt::format("may not {}: the certificate of this process does not allow it{}; `millrace "
                       "trust show` says what it may",
                       what, role_needed(what)));
     }

@@ -10,7 +10,7 @@
 
 namespace millrace::fabric::dds {
 
-/// Returns `result` if it is no error; else throws std::runtime_error("cannot WHAT: Cyclone's
+/// Returns `result` if it is not an error; else throws std::runtime_error("cannot WHAT: Cyclone's
 /// reason"). For what is done at start-up.
 dds_return_t check(dds_return_t result, std::string_view what);
 

@@ -22,7 +22,7 @@ void MatchQueue::listen(dds_listener_t* listener) {
 }
 
 void MatchQueue::put(dds_instance_handle_t handle, std::int32_t change) noexcept {
-  base::program::contain("noticing who is matched", [&] {
+  base::program::contain("processing matched endpoints", [&] {
     if (change != 0) {
       const std::lock_guard guard(lock_);
       matches_.emplace_back(handle, change > 0);

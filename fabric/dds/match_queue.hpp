@@ -1,5 +1,5 @@
-// Which endpoints come to be matched with ours, and which no more, one by one: to ask Cyclone for
-// all of them each time costs as much as there are.
+// Which endpoints were matched with ours and which were unmatched, one by one: to ask Cyclone for
+// all of them each time costs as much as there are endpoints.
 //
 //   MatchQueue matches([this] { post.post(); });
 //   matches.listen(listener);               // to be given to readers and writers when created
@@ -27,10 +27,10 @@ class MatchQueue {
   MatchQueue(const MatchQueue&) = delete;
   MatchQueue& operator=(const MatchQueue&) = delete;
 
-  /// Has `listener` tell of readers and of writers.
+  /// Makes `listener` report readers and writers.
   void listen(dds_listener_t* listener);
 
-  /// What has happened since the last call, in its order.
+  /// The changes since the last call, in order.
   std::vector<Match> take();
 
  private:

@@ -24,8 +24,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Cyclone's domains and its log sink belong to the process, not to us: whoever creates or deletes
-/// a domain holds this lock.
+/// Cyclone's domains and its log sink belong to the whole process: hold this lock to create or
+/// delete a domain.
 std::mutex& process_lock() {
   static std::mutex lock;
   return lock;
@@ -47,7 +47,7 @@ class LogCapture {
 
  private:
   static void write(void* self, const dds_log_data_t* data) noexcept {
-    base::program::contain("keeping what Cyclone DDS logs", [&] {
+    base::program::contain("keeping the log of Cyclone DDS", [&] {
       auto& capture = *static_cast<LogCapture*>(self);
       const std::lock_guard guard(capture.lock_);
       capture.text_.append(data->message, data->size);
@@ -61,7 +61,7 @@ class LogCapture {
 void check_fabric_name(const std::string& name) {
   if (!is_fabric_name(name)) {
     throw std::invalid_argument(fmt::format(
-        "'{}' is no name of a fabric: expected some text without '*', '?', '/' and ','", name));
+        "'{}' is not a fabric name: expected some text without    ,    ,     and    ", name));
   }
 }
 
@@ -73,11 +73,10 @@ void check_fabric_name(const std::string& name) {
 /// Once per process.
 void report_ignored(std::string_view uri) {
   static const bool reported = [&] {
-    fmt::print(
-        stderr,
-        "{}: CYCLONEDDS_URI is ignored ({}): the fabric's profile (--fabric-config) says how "
-        "this program joins. Without a profile the variable applies\n",
-        program_invocation_short_name, base::text::safe(uri));
+    fmt::print(stderr,
+               "{}: CYCLONEDDS_URI is ignored ({}): the fabric's profile (--fabric-config) "
+               "configures the network. Without a profile the variable applies\n",
+               program_invocation_short_name, base::text::safe(uri));
     return true;
   }();
   (void)reported;
@@ -106,7 +105,8 @@ Qos participant_qos(const ParticipantOptions& options) {
       qos.get(), DDS_LIVELINESS_AUTOMATIC,
       DDS_MSECS(std::max(options.lease, options.participant_lease.value_or(usual)).count()));
   if (options.trust) {
-    // Of their own Cyclone tells everybody the true ones. These stay here; the identity has them.
+    // Cyclone announces the true values to every participant. These replace them; the identity's
+    // user_data has the true ones.
     for (const char* const told : {"__ProcessName", "__Pid", "__Hostname"}) {
       dds_qset_prop(qos.get(), told, "");
     }

@@ -15,13 +15,14 @@ namespace millrace::fabric::dds {
 class Authenticator;
 struct Trust;
 
-/// How processes find each other where multicast does it.
+/// How processes find each other with multicast.
 enum class Finding : std::uint8_t {
-  /// Gateways and tools: in the group, hears everybody.
+  /// Gateways and tools: in the group, receives all others.
   hears,
-  /// Services: not in the group, only announce themselves to it, several times a second. Those that
-  /// hear answer. So services do not find each other, who have nothing to say to each other: if all
-  /// find all, that costs the square of their number.
+  /// Services: they are not in the discovery group and only announce themselves to it, several
+  /// times a second. Processes in the group respond. So services, which do not communicate with
+  /// each other, do not discover each other: discovery between all would cost the square of their
+  /// number.
   announces
 };
 
@@ -29,23 +30,24 @@ struct ParticipantOptions {
   std::uint32_t domain = 0;
   /// The fabric's name, first element of each partition.
   std::string fabric = "millrace";
-  /// How soon those who give it work notice that this process is gone without a word, or hangs: its
-  /// instances send heartbeats, and a gateway asserts itself, several times in it.
+  /// How soon it is noticed that this process ended without leaving, or hangs: within this time its
+  /// instances send several heartbeats, and a gateway asserts itself several times.
   std::chrono::milliseconds lease{500};
-  /// After this time without a word DDS takes a process for gone; not shorter than `lease`. DDS's
-  /// ordinary one: with a shorter one each process announces itself to all others so much more
-  /// often, and Cyclone 0.10.2 crashes if it ends while the process' endpoints are being found.
-  /// Nothing: 10 s for who only announces itself; 100 s for who hears, because who has lost one
-  /// that he does not hear would not find it again while it believes in him.
+  /// After this time without a packet DDS takes a process for gone; not shorter than `lease`. This
+  /// is DDS's own lease: with a shorter one each process announces itself to all others more often,
+  /// and Cyclone 0.10.2 crashes if it ends while the endpoints of the process are being discovered.
+  /// Nullopt: 10 s for a process that only announces itself, 100 s for one in the discovery group,
+  /// since one that has lost a process which it does not receive would not find it again while it
+  /// still has that process's entry.
   std::optional<std::chrono::milliseconds> participant_lease{};
   Finding finding = Finding::hears;
-  /// What `ps`-like tools show.
+  /// The name that tools show.
   std::string name{};
   /// Further Cyclone configuration (XML fragments or files, with commas between); wins over ours.
   /// CYCLONEDDS_URI takes its place if it is empty and is ignored otherwise. The fabric stays on
   /// loopback unless the one that applies names an interface.
   std::string configuration{};
-  /// What the certificate says that `configuration` shows the others; null without trust.
+  /// The contents of the certificate in `configuration`; null without trust.
   std::shared_ptr<const Trust> trust{};
 };
 
@@ -66,7 +68,7 @@ class Participant {
   /// Cyclone's entity handle (dds_entity_t).
   [[nodiscard]] std::int32_t handle() const { return handle_; }
   [[nodiscard]] const ParticipantOptions& options() const { return options_; }
-  /// What the others have proved to be; null without trust. From any thread.
+  /// The identities of the others; null without trust. From any thread.
   [[nodiscard]] Authenticator* authenticator() const { return authenticator_.get(); }
 
  private:

@@ -15,7 +15,7 @@ void PostOnce::post() noexcept {
     return;
   }
   bool posted = false;
-  base::program::contain("handing over what has come from the fabric", [&] {
+  base::program::contain("passing on samples from the fabric", [&] {
     boost::asio::post(executor_, [this, owner = owner_] {
       if (const auto alive = owner.lock()) {
         // Cleared first: what arrives during the work wakes again.

@@ -24,8 +24,8 @@ class PostOnce {
   /// any thread, never waits. What the work throws comes out of the executor's loop.
   void post() noexcept;
 
-  /// Has `listener` wake for data. To be given to an entity when it is created, because Cyclone
-  /// 0.10 does not tell a later listener what is already there.
+  /// Makes `listener` wake for data. Pass it to an entity when it is created, because Cyclone 0.10
+  /// does not report existing samples to a later listener.
   void listen_for_data(dds_listener_t* listener);
 
  private:

@@ -1,4 +1,4 @@
-// Whether anybody reads what a writer has to say.
+// Whether a writer has readers for what it has to say.
 //
 //   ReaderCount readers([] { … });        // called in Cyclone's thread, when readers come or go
 //   readers.listen(listener);             // to be given to the writer when it is created
@@ -37,7 +37,7 @@ class ReaderCount {
  private:
   void count(std::uint32_t readers) noexcept {
     present_ = readers > 0;
-    base::program::contain("noticing who reads", changed_);
+    base::program::contain("counting readers", changed_);
   }
 
   std::function<void()> changed_;

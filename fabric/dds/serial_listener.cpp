@@ -13,8 +13,8 @@ void SerialListener::run() noexcept {
 void SerialListener::take_turns() noexcept {
   unsigned seen = asked_.load();
   do {
-    // Whatever becomes of it: who comes next must find the serial free.
-    base::program::contain("taking in what has come from the fabric", work_);
+    // Also after an exception: the next caller must find the serial free.
+    base::program::contain("receiving samples from the fabric", work_);
   } while (!asked_.compare_exchange_strong(seen, 0));
 }
 

@@ -35,7 +35,7 @@ class SerialListener {
   void take_turns() noexcept;
 
   std::function<void()> work_;
-  /// Who asked for the work since it last came to its end; the builder is the first.
+  /// Number of requests for the work since it last ended; the constructor makes the first.
   std::atomic<unsigned> asked_ = 1;
 };
 

@@ -1,5 +1,5 @@
-// What a participant of a fabric with trust shows, and how it learns whom to believe no more. Made
-// by fabric/profile of the folder that `millrace trust issue` has filled.
+// The credentials of a participant of a fabric with trust, and how it learns of revocations. Made
+// by fabric/profile from the folder that `millrace trust issue` filled.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ namespace millrace::fabric::dds {
 struct Trust {
   /// The name in its certificate.
   std::string name{};
-  /// Where it shows its identity, as its permissions allow (fabric/participant_identity.hpp).
+  /// The partitions of its identity, which its permissions allow (fabric/participant_identity.hpp).
   std::vector<std::string> identity_partitions{};
   /// When its certificate ends: Cyclone takes the participant away then, without a word.
   std::chrono::sys_seconds until{};

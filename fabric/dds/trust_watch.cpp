@@ -16,9 +16,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// How soon a change of the list is seen.
+/// How soon a change of the CRL is seen.
 constexpr auto look_every = 1s;
-/// Who has been told that his own certificate is over is told again.
+/// How often the end of the own certificate is reported again.
 constexpr auto tell_again = 15s;
 
 }  // namespace
@@ -43,7 +43,7 @@ void TrustWatch::run() {
   std::unique_lock guard(end_lock_);
   while (!end_news_.wait_for(guard, look_every, [this] { return ending_; })) {
     guard.unlock();
-    base::program::contain("looking whom to believe", [this] {
+    base::program::contain("checking certificates and the CRL", [this] {
       look_whom_to_believe();
       look_at_our_own(Clock::now());
     });
@@ -61,15 +61,14 @@ void TrustWatch::look_whom_to_believe() {
     own_revoked_ = own_revoked_ || names->contains(trust_->name);
     if (const auto missing = told_.revoked(*names); !missing.empty()) {
       trouble = fmt::format(
-          "the list of revoked participants (revoked.pem) does not name {} any more: an older one "
-          "has "
-          "been copied over it; this program goes on not to believe whom it has named, and one "
-          "that "
-          "starts now would: copy the newest list from where the plant's authorities are",
+          "the CRL (revoked.pem) does not list {} any more: an older CRL was copied over it. This "
+          "process still rejects those participants; a process that starts now would accept them. "
+          "Copy the newest CRL from the admin host",
           fmt::join(missing, ", "));
     }
   } else {
-    trouble = names.error() + "; until then whom the list named before is not believed";
+    trouble = names.error() +
+              "; until then this process rejects the participants that the last readable CRL lists";
   }
   if (std::exchange(trouble_, trouble) != trouble && !trouble.empty()) {
     told_.said(std::move(trouble));
@@ -85,18 +84,17 @@ void TrustWatch::look_at_our_own(Clock::time_point now) {
     return;
   }
   ended_at_ = now;
-  const std::string reason =
-      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust_->name,
-                         trust_->until)
-           : fmt::format("the certificate of {} has been revoked", trust_->name);
+  const std::string reason = over ? fmt::format("the certificate of {} expired on {:%F %R} UTC",
+                                                trust_->name, trust_->until)
+                                  : fmt::format("the certificate of {} was revoked", trust_->name);
   if (trust_->ended) {
     trust_->ended(reason);
     return;
   }
   // A program that is not ours is not ended.
   told_.said(reason +
-             ": from now on nobody on the fabric hears this program; start it again with newer "
-             "material");
+             ": from now on no process on the fabric accepts what this one publishes; start it "
+             "again with newer credentials");
 }
 
 }  // namespace millrace::fabric::dds

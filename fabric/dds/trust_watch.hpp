@@ -1,5 +1,5 @@
-// Looks again and again whom a participant is to believe no more, and whether its own certificate
-// is over: a thread, since Cyclone reads the list of revoked participants once and tells of no end.
+// Checks regularly which participants are revoked, and whether the own certificate has expired. It
+// has a thread, since Cyclone reads the CRL once and does not report expiry.
 //
 //   TrustWatch watch(trust, {.revoked = […](const auto& names) { return store.left_out_of(names); },
 //                            .said = […](std::string text) { … }});
@@ -23,13 +23,14 @@ namespace millrace::fabric::dds {
 class TrustWatch {
  public:
   struct Told {
-    /// Whom the list names now, at each look. Returns who of those that it ever named is missing.
+    /// Called with the names in the CRL at each check. Returns the names that an earlier CRL listed
+    /// and this one does not.
     std::function<std::vector<std::string>(const std::set<std::string>&)> revoked;
     /// Something for people, once.
     std::function<void(std::string)> said;
   };
 
-  /// Looks once before it returns; from then on `told` is called in its thread.
+  /// Checks once before it returns; from then on `told` is called in its thread.
   TrustWatch(std::shared_ptr<const Trust> trust, Told told);
   ~TrustWatch();
   TrustWatch(const TrustWatch&) = delete;
@@ -42,10 +43,10 @@ class TrustWatch {
 
   const std::shared_ptr<const Trust> trust_;
   const Told told_;
-  /// What is wrong with the list, as it was said last.
+  /// The problem with the CRL that was reported last.
   std::string trouble_;
   bool own_revoked_ = false;
-  /// When the end of our own certificate was told last.
+  /// When the expiry of our own certificate was reported last.
   std::optional<std::chrono::steady_clock::time_point> ended_at_;
 
   std::mutex end_lock_;

@@ -45,7 +45,7 @@ class Plan {
     std::vector<const Leaf*> path;
     google::protobuf::FieldDescriptor::Type type{};
     std::uint32_t tag = 0;
-    /// Of the second field of a text, for bytes that are no UTF-8, which has a place of its own.
+    /// Of the second field of a text, for bytes that are not UTF-8, which has a place of its own.
     std::uint32_t raw_tag = 0;
     bool is_packed = false;
     bool is_read_only = false;

@@ -15,7 +15,7 @@ namespace millrace::fabric::endpoints {
 
 namespace {
 
-/// How often it is seen whether the certificate ends soon.
+/// How often the expiry of the certificate is checked.
 constexpr std::chrono::hours between_looks{1};
 
 }  // namespace
@@ -87,7 +87,7 @@ void AlarmEndpoint::Impl::schedule() {
   });
 }
 
-/// What fails here fails again, and is told when something new is said.
+/// A failure here repeats and is reported with the next change.
 void AlarmEndpoint::Impl::repeat() {
   static_cast<void>(tell());
   for (const auto& [key, alarm] : table.told()) {
@@ -95,7 +95,7 @@ void AlarmEndpoint::Impl::repeat() {
   }
 }
 
-/// What comes of telling it is of no interest: it is tried again with the next one.
+/// The result is ignored: the next alarm publishes again.
 void AlarmEndpoint::Impl::look_at_certificate() {
   const dds::Trust& trust = *participant.options().trust;
   const auto now = std::chrono::system_clock::now();
@@ -103,9 +103,9 @@ void AlarmEndpoint::Impl::look_at_certificate() {
     table.raise(
         {.key = {.kind = "certificate"},
          .level = AlarmLevel::warning,
-         .text = fmt::format("its certificate ({}) ends on {:%F %R} UTC", trust.name, trust.until),
-         .advice = fmt::format("`millrace trust renew PKI {}` where the plant's "
-                               "authorities are, copy the folder anew, and restart it",
+         .text = fmt::format("the certificate {} expires on {:%F %R} UTC", trust.name, trust.until),
+         .advice = fmt::format("run `millrace trust renew PKI {}` on the admin host, copy the "
+                               "folder again, and restart this process",
                                trust.name)},
         now);
     static_cast<void>(tell());
@@ -147,7 +147,7 @@ tl::expected<void, std::string> AlarmEndpoint::raise(const Alarm& alarm) {
 tl::expected<void, std::string> AlarmEndpoint::clear(const std::string& kind,
                                                      const std::string& subject) {
   impl_->table.clear(kind, subject);
-  // Whoever has said nothing yet has nothing to take back.
+  // Without an alarm so far there is nothing to retract.
   return impl_->writer ? impl_->tell() : tl::expected<void, std::string>();
 }
 

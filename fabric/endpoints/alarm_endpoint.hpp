@@ -1,14 +1,14 @@
-// The end of a program that says something of itself: troubles that it has, and that they are over.
+// The endpoint of a process that publishes alarms about itself, and retracts them.
 //
 //   AlarmEndpoint alarms(participant, io.get_executor(),
 //                     {.key = {.responder = id}, .program = "millrace record", .pid = 17});
 //   alarms.raise({.key = {.kind = "recording"}, .level = AlarmLevel::fine, .text = "records"});
 //   alarms.clear("recording");
 //
-// Of itself it says that the certificate which the program shows ends soon.
+// It raises by itself an alarm when the certificate of the process expires soon.
 //
-// It announces no writer before there is something to say, so a program that is well costs the
-// fabric nothing.
+// It announces no writer before the first alarm, so a process without alarms costs the fabric
+// nothing.
 #pragma once
 
 #include <chrono>
@@ -28,18 +28,20 @@ class AlarmEndpoint {
  public:
   /// A program that is silent for so long has no alarms any more: it is gone, or its loop hangs.
   static constexpr std::chrono::milliseconds lease{5000};
-  /// Each alarm is said so often in the lease, so that who took it for gone hears it again.
+  /// How often each alarm is repeated within the lease, so that a reader that missed one gets the
+  /// next.
   static constexpr int repeats_per_lease = 4;
 
-  /// `who` has responder, program, host and process. `participant` outlives it.
+  /// `who` has responder, program, host and process. `participant` outlives this object.
   AlarmEndpoint(const dds::Participant& participant, const boost::asio::any_io_executor& executor,
                 Alarm who);
-  /// Takes back what it has said.
+  /// Retracts its alarms.
   ~AlarmEndpoint();
   AlarmEndpoint(const AlarmEndpoint&) = delete;
   AlarmEndpoint& operator=(const AlarmEndpoint&) = delete;
 
-  /// Says it, if it is new. The error says why nobody is told; it is tried again with the next one.
+  /// Publishes the alarm if it changed. The error is the reason of a failure; the next change tries
+  /// again.
   tl::expected<void, std::string> raise(const Alarm& alarm);
   tl::expected<void, std::string> clear(const std::string& kind, const std::string& subject = {});
 

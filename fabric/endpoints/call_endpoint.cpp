@@ -42,8 +42,8 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   void open();
   void close();
   void look_who_reads();
-  /// What observers are told at the end of a turn of the loop: its events and states share
-  /// datagrams. A datagram for each of them, to each observer, costs more than the call.
+  /// Publishes events and states for observers at the end of a turn of the loop, so that they share
+  /// datagrams: one datagram for each of them, to each observer, costs more than the call.
   void flush();
   void drain_discovery();
   void update();
@@ -78,12 +78,12 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   dds::ReaderCount event_readers{[this] { readers_post->post(); }};
   LivenessMonitor liveness;
   Of kind;
-  /// What discovery has told and nobody was told yet.
+  /// Rejected endpoints that discovery found and the listener was not yet told of.
   std::vector<std::string> ignored;
-  /// What a stranger may do ten thousand times a second is said once.
+  /// A warning that a stranger can cause ten thousand times a second is logged once.
   LogLimiter log_limiter;
   std::optional<wire::ForeignReplies> replies;
-  /// Of those that are of too many keys, as was told.
+  /// The number of replies with too many keys, as reported.
   std::uint64_t told_dropped = 0;
   std::optional<RequestWriters> request_writers;
   std::optional<ChannelStatusWriter> channels;
@@ -210,10 +210,9 @@ void CallEndpoint::Impl::note_dropped() {
   }
   if (auto line = log_limiter.admit(
           "keys", "",
-          fmt::format(
-              "replies to calls that nobody asked here, of more than {} channels, instances "
-              "and callers: those of others are dropped",
-              ReplyKeys::most_others),
+          fmt::format("unexpected replies from more than {} channels, instances and requesters: "
+                      "further ones are dropped without a log line",
+                      ReplyKeys::most_others),
           steady_now())) {
     ignored.push_back(*std::move(line));
   }
@@ -237,7 +236,8 @@ void CallEndpoint::Impl::drain_replies() {
 void CallEndpoint::Impl::take(const wire::Taken<Reply>& taken) {
   const Reply& reply = taken.value;
   if (!liveness.registry().speaks_for(taken.writer, reply.instance)) {
-    // It may be here before anybody has looked who has come. That is announced in its own turn.
+    // A heartbeat may arrive before discovery was read. Its instances are announced in their own
+    // turn.
     update();
     discovery_post->post();
   }
@@ -245,11 +245,9 @@ void CallEndpoint::Impl::take(const wire::Taken<Reply>& taken) {
     listener->on_reply(reply);
     return;
   }
-  ignore(
-      taken.writer,
-      fmt::format("{}: a reply to call {} in the name of instance {} is dropped: it does not come "
-                  "from that instance's writer",
-                  reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
+  ignore(taken.writer,
+         fmt::format("{}: a reply to call {} from instance {} is dropped: another writer sent it",
+                     reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
 }
 
 void CallEndpoint::Impl::ignore(registry::EndpointHandle stranger, const std::string& reason) {
@@ -264,11 +262,11 @@ void CallEndpoint::Impl::drain_heartbeats() {
                           SteadyTime) { take(writer, load, is_theirs); };
   while (listener != nullptr && liveness.take_heartbeats(use)) {
   }
-  // Somebody who was silent may be heard again.
+  // An instance that was silent may be heard again.
   announce();
 }
 
-/// Who it is from is not for the heartbeat to say.
+/// The writer decides whose heartbeat it is, not the heartbeat's contents.
 void CallEndpoint::Impl::take(registry::EndpointHandle writer, const InstanceLoad& load,
                               bool is_theirs) {
   if (listener == nullptr) {
@@ -277,10 +275,8 @@ void CallEndpoint::Impl::take(registry::EndpointHandle writer, const InstanceLoa
   if (is_theirs) {
     listener->on_load(load);
   } else if (liveness.registry().is_seen(load.status.instance)) {
-    ignore(writer,
-           fmt::format("a heartbeat that speaks for instance {} is dropped: it does not come "
-                       "from that instance's process",
-                       load.status.instance.to_string()));
+    ignore(writer, fmt::format("a heartbeat of instance {} is dropped: another process sent it",
+                               load.status.instance.to_string()));
   }
 }
 
@@ -316,7 +312,7 @@ tl::expected<void, std::string> CallEndpoint::publish(const MachineStatus& statu
 }
 
 tl::expected<void, std::string> CallEndpoint::publish(const Event& event) {
-  // Nobody can ask for it later.
+  // No later reader can get it.
   if (!impl_->event_readers.present()) {
     return {};
   }

@@ -1,4 +1,5 @@
-// The gateway's end of the fabric: gives requests out, takes replies in, knows who is there.
+// The gateway's endpoint on the fabric: publishes requests, takes replies, and knows which
+// instances run.
 //
 //   CallEndpoint end(participant, executor, listener);
 //   end.publish(request);                   // to the partition of the instance it is assigned to
@@ -34,16 +35,15 @@ class CallEndpointListener {
   /// writer has sent it; everything else in it is as the instance, or another DDS, has put it
   /// there.
   virtual void on_reply(const Reply& reply) = 0;
-  /// What an instance does, by its process' latest heartbeat, which has only just come.
+  /// The load of an instance, from the latest heartbeat of its process, which just arrived.
   virtual void on_load(const InstanceLoad& load) { static_cast<void>(load); }
-  /// Who reads what is published beside calls: somebody reads states of channels, or events. Until
-  /// the first call nobody does.
+  /// Whether status of channels and events have readers. Until the first call neither has.
   virtual void on_readers(bool of_channels, bool of_events) {
     static_cast<void>(of_channels);
     static_cast<void>(of_events);
   }
-  /// Somebody looks like an instance but cannot be one, or speaks in the name of one; `reason` says
-  /// who and why, for the log.
+  /// An endpoint looks like an instance's but cannot be one, or uses the id of another instance;
+  /// `reason` says which and why, for the log.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
@@ -52,7 +52,7 @@ class CallEndpointListener {
 class CallEndpoint {
  public:
   enum class Of : std::uint8_t {
-    /// Publishes what its machines and channels do, besides calls and events.
+    /// Publishes machines and channels, besides calls and events.
     gateway,
     /// Has no machines.
     tool
@@ -75,17 +75,16 @@ class CallEndpoint {
   /// Nothing happens if there is none. Calls that are not taken back stay with the instances when
   /// this end is gone.
   void withdraw(const RequestKey& key);
-  /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
-  /// sample. Of a channel or a machine only a gateway's end.
+  /// For observers; an error (a text is too long, a recorder does not keep up) loses one sample.
+  /// Only a gateway's endpoint publishes channels and machines.
   tl::expected<void, std::string> publish(const ChannelStatus& status);
   tl::expected<void, std::string> publish(const MachineStatus& status);
   tl::expected<void, std::string> publish(const Event& event);
-  /// Says that whoever runs this end is there. Machines are orphaned for those who read of them,
-  /// and another gateway takes them over, when nothing was published of them and this was not
-  /// called for the participant's lease: also if only the executor hangs. Then they are to be
-  /// published anew.
+  /// Asserts that the process of this endpoint runs. If no machine was published and this was not
+  /// called for the participant's lease, also because only the executor hangs, readers see its
+  /// machines as orphaned, and another gateway takes them over. Then they must be published again.
   void assert_machines();
-  /// The channel, or the machine, is not ours any more; another gateway may tell of it.
+  /// The channel, or the machine, is not ours any more; another gateway may publish it.
   void unregister(const ChannelKey& key);
   void unregister(const MachineStatus& status);
 

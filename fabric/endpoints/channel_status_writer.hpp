@@ -1,11 +1,12 @@
-// The status of each channel, for whoever looks.
+// Publishes the status of each channel.
 //
 //   ChannelStatusWriter status_writer(participant, [&] { post.post(); });   // which calls status_writer.update_readers()
 //   status_writer.write(status);
 //
-// While nobody reads, what changes is noted and not written: a call changes its channel's status
-// five times, and each time costs Cyclone 2 us. Who joins is told at once, as by Cyclone itself.
-// What is written waits for flush(), so that the states of a turn share datagrams.
+// While there is no reader, a change is stored and not written: a call changes the status of its
+// channel five times, and each write costs Cyclone 2 us. A new reader gets the status at once, as
+// from Cyclone itself. Writes wait for flush(), so that the status samples of a turn share
+// datagrams.
 #pragma once
 
 #include <functional>
@@ -44,7 +45,7 @@ class ChannelStatusWriter {
   /// Sends what was written.
   void flush() { writer_.flush(); }
 
-  /// Somebody reads, as of the last update_readers().
+  /// There is a reader, as of the last update_readers().
   [[nodiscard]] bool has_readers() const { return has_readers_; }
 
   /// Readers have come or gone.

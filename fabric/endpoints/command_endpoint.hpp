@@ -25,7 +25,7 @@ namespace millrace::fabric::endpoints {
 class CommandListener {
  public:
   virtual ~CommandListener() = default;
-  /// Any command on the fabric, whoever it is for; one that is heard twice is given once.
+  /// Any command on the fabric, for any receiver; a repeated one is passed on once.
   virtual void on_command(const Command& command) = 0;
 };
 
@@ -37,7 +37,7 @@ class CommandEndpoint {
   CommandEndpoint(const CommandEndpoint&) = delete;
   CommandEndpoint& operator=(const CommandEndpoint&) = delete;
 
-  /// Tells how a command ended. Fails for a detail over 255 bytes.
+  /// Publishes how a command ended. Fails for a detail over 255 bytes.
   tl::expected<void, std::string> publish(const Outcome& outcome);
 
  private:

@@ -1,4 +1,4 @@
-// The end of who tells of machine data and programs: a gateway, or a replay.
+// The endpoint that publishes machine data and NC programs: of a gateway, or of a replay.
 //
 //   DataEndpoint end(participant);
 //   end.publish(sample);
@@ -31,7 +31,7 @@ class DataEndpoint {
   tl::expected<void, std::string> publish(const ProgramEvent& event) {
     return programs_.write(event);
   }
-  /// Has nothing more to tell of the group, or of the channel's programs.
+  /// Unregisters the group, or the channel's programs.
   void unregister(const DataSample& sample) { samples_.unregister(sample); }
   void unregister(const ProgramEvent& event) { programs_.unregister(event); }
 

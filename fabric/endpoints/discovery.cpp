@@ -12,15 +12,15 @@ namespace {
 using Endpoint = dds_builtintopic_endpoint_t;
 using Seen = registry::InstanceRegistry::Seen;
 
-/// What is said of a name that a stranger may have made 60 KiB long.
+/// A foreign name shortened for a message; it may have 60 KiB.
 std::string fit(const std::string& uuid) {
   return uuid.size() <= max_text ? uuid : uuid.substr(0, max_text) + "...";
 }
 
 Discovery::Ignored full(std::string_view what) {
   return {"full", std::string(what),
-          fmt::format("more than {} {} are announced on this fabric; those that come now are left "
-                      "out until they announce themselves anew",
+          fmt::format("more than {} {} are announced on this fabric; further ones are ignored "
+                      "until they announce themselves again",
                       registry::InstanceRegistry::most_endpoints, what)};
 }
 
@@ -50,18 +50,18 @@ std::string partition(const Endpoint& endpoint) {
   return only;
 }
 
-/// What a request reader says of itself; its partition decides who it is and which UUID it serves.
+/// The user_data of a request reader; its partition decides the instance and the UUID.
 tl::expected<InstanceIdentity, std::string> identity_of(
     const std::string& text, const wire::RequestPartition& request_partition) {
   auto identity = registry::parse_identity(text);
   if (identity && identity->uuid != request_partition.uuid) {
-    return tl::unexpected(fmt::format("it names UUID {} but reads the partition of {}",
+    return tl::unexpected(fmt::format("its user_data has UUID {}, but it reads the partition of {}",
                                       identity->uuid, fit(request_partition.uuid)));
   }
   if (identity && identity->id != request_partition.instance) {
-    return tl::unexpected(fmt::format("it calls itself {} but reads the partition of {}",
-                                      identity->id.to_string(),
-                                      request_partition.instance.to_string()));
+    return tl::unexpected(
+        fmt::format("its user_data has instance {}, but it reads the partition of {}",
+                    identity->id.to_string(), request_partition.instance.to_string()));
   }
   return identity;
 }
@@ -95,7 +95,7 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
     }
     const auto request_partition = wire::parse_request_partition(fabric_, partition(endpoint));
     const std::string text = user_data(endpoint);
-    // A recorder reads requests too; it tells nothing of itself.
+    // A recorder reads requests too; it has no user_data.
     if (!request_partition || text.empty()) {
       return;
     }
@@ -114,8 +114,8 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
       case Seen::second:
         news.ignored.push_back(
             {"second", request_partition->instance.to_string(),
-             fmt::format("instance {} of {} is announced by two processes; what the second one "
-                         "says is dropped while the first is there",
+             fmt::format("two processes announce instance {} of {}; the second one is ignored "
+                         "while the first one runs",
                          request_partition->instance.to_string(), fit(request_partition->uuid))});
         break;
       case Seen::full:
@@ -140,7 +140,7 @@ void Discovery::drain_writers(registry::InstanceRegistry& registry, News& news) 
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::heartbeat_topic.name)) {
       registry.heartbeat_writer_seen(info.instance_handle, endpoint.participant_instance_handle);
     }
-    // One that has come and gone meanwhile was there: its last words may be untaken.
+    // One that came and left in between did exist: its last samples may still be untaken.
     if (!info.valid_data || wire::instance_state_of(info) != wire::InstanceState::alive) {
       registry.endpoint_gone(info.instance_handle);
     }

@@ -19,7 +19,7 @@ class Discovery {
   Discovery(const dds::Participant& participant, const dds_listener_t* listener);
 
   struct Ignored {
-    /// What is wrong in a word, and whose: what is said of it is limited by these.
+    /// The kind of mistake, and its endpoint: both limit the warnings.
     std::string kind;
     std::string about;
     std::string reason;
@@ -27,7 +27,7 @@ class Discovery {
   struct News {
     /// Whose request readers were seen, new or not.
     std::vector<wire::RequestPartition> request_partitions;
-    /// Endpoints that look like an instance's but do not count, and why.
+    /// Endpoints that look like an instance's but are rejected, and why.
     std::vector<Ignored> ignored;
   };
   /// Feeds the registry with what is new.

@@ -43,7 +43,7 @@ bool covers(const MachineStatus& status, const ChannelKey& key) {
   return queue || status.claims.empty() || std::ranges::count(status.claims, key.channel) > 0;
 }
 
-/// Nobody speaks for a gateway but itself, also while it is taken for gone.
+/// Only a gateway publishes about itself, also while it is taken for gone.
 constexpr auto first_come = [](const auto&, const auto&) { return 0; };
 
 }  // namespace
@@ -66,7 +66,7 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   void take(const wire::Taken<ChannelStatus>& taken);
   void take_lost_writers();
   void lose(const ClaimKey& key, MachineClaim& claim);
-  /// Whose certificates have been taken back since: what they have said holds no more.
+  /// Removes the samples of revoked participants.
   void drop_revoked();
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
   template <typename IsGone>
@@ -112,12 +112,12 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   std::optional<dds::Authenticator::ChangeQueue> identity_changes;
   Claims claims;
   bool claims_differ = false;
-  /// What gateways say of channels; of all only.
+  /// What gateways publish about channels; only if all channels are wanted.
   Channels owned_channels;
   LogLimiter log_limiter;
   std::mutex lock;
-  /// Writers that are gone or taken for gone; with the lock, since Cyclone's threads add to it. DDS
-  /// says that of each writer, while the state of an instance is one for all who write its key.
+  /// Writers that are gone or taken for gone; locked, since Cyclone's threads add to it. DDS
+  /// reports that for each writer, while the instance state covers all writers of a key.
   std::vector<Handle> lost_writers;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
@@ -161,7 +161,7 @@ void GatewayMonitor::Impl::close() {
 }
 
 void GatewayMonitor::Impl::drain_machines() {
-  // What they did last comes first: the end of a gateway is judged by it.
+  // The last samples come first: the end of a gateway is judged by them.
   drain_channels();
   // Each callback may close this watch.
   while (listener != nullptr && machines) {
@@ -208,7 +208,7 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
     listener->on_machine(status);
   } else {
     ignore(taken.writer, machines->program_of(taken.writer),
-           fmt::format("says what gateway {} of {} does", status.gateway.to_string(),
+           fmt::format("publishes the state of gateway {} of {}", status.gateway.to_string(),
                        base::text::safe(status.machine)));
   }
 }
@@ -222,9 +222,9 @@ void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim) {
 
 void GatewayMonitor::Impl::ignore(Handle writer, const std::string& program,
                                   const std::string& what) {
-  warn_limited(
-      "speaker", std::to_string(writer),
-      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
+  warn_limited("speaker", std::to_string(writer),
+               fmt::format("participant {} {}, which belongs to another participant; ignored",
+                           program, what));
 }
 
 void GatewayMonitor::Impl::warn_limited(const std::string& kind, const std::string& about,
@@ -239,7 +239,7 @@ void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* listener_of_reader)
                       void* self) noexcept {
     auto& impl = *static_cast<Impl*>(self);
     if (status.alive_count_change < 0) {
-      base::program::contain("noting that a gateway is gone", [&] {
+      base::program::contain("processing the end of a gateway", [&] {
         const std::lock_guard guard(impl.lock);
         impl.lost_writers.push_back(status.last_publication_handle);
       });
@@ -349,7 +349,7 @@ void GatewayMonitor::Impl::settle_channels() {
   }
 }
 
-/// Who claims the channel speaks for it then; if none does, no one.
+/// The gateway that claims the channel owns it then; if none does, the channel has no owner.
 template <typename IsGone>
 void GatewayMonitor::Impl::forget_channels(const IsGone& is_gone) {
   const std::vector<ChannelKey> changed = owned_channels.forget(is_gone);

@@ -1,7 +1,7 @@
-// What gateways say: which machines and channels they claim, and what goes on in those. Whose word
-// counts is decided here: a gateway speaks for itself, that is the participant that has used its id
-// first; for a channel speaks who claims its machine, of several gateways the one that has claimed
-// it first. Who serves a machine may so be taken over once its gateway is gone, and not before.
+// What gateways publish: which machines and channels they claim, and the state of those. This class
+// decides which samples count: about a gateway, those of the participant that used its id first;
+// about a channel, those of the gateway that claims its machine, of several gateways the one that
+// claimed it first. So a machine can be taken over once its gateway is gone, and not before.
 //
 //   GatewayMonitor monitor(participant, executor, listener);
 //   monitor.subscribe_channels();                 // from now on also their channels
@@ -25,10 +25,10 @@ class GatewayMonitorListener {
  public:
   virtual ~GatewayMonitorListener() = default;
   virtual void on_machine(const MachineStatus& status) = 0;
-  /// The gateway has let go of the machine, or is gone, or is taken for gone.
+  /// The gateway has released the machine, or is gone, or is taken for gone.
   virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway) = 0;
   virtual void on_channel(const ChannelStatus& status) = 0;
-  /// No gateway tells of the channel any more.
+  /// No gateway publishes the channel any more.
   virtual void on_channel_gone(const ChannelKey& key) { static_cast<void>(key); }
   /// A participant speaks in the place of a gateway; once a minute of each.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
@@ -49,7 +49,7 @@ class GatewayMonitor {
   /// Listens to channels too, as they are now and as they change; costs a little with each call on
   /// the fabric.
   void subscribe_channels();
-  /// Tells what has arrived and was not told yet.
+  /// Passes on what has arrived since the last call.
   void drain();
 
   /// The participant, as samples of built-in topics name it, is this gateway.

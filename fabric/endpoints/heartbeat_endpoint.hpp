@@ -15,8 +15,8 @@ namespace millrace::fabric::endpoints {
 
 class HeartbeatEndpoint {
  public:
-  /// Heartbeats in the lease of a participant's instances: who listens takes silence for four
-  /// fifths of it for their end, so that two heartbeats may be lost or late.
+  /// Heartbeats within the lease of a participant's instances: readers take silence for four fifths
+  /// of it as their end, so two heartbeats may be lost or late.
   static constexpr int heartbeats_per_lease = 4;
 
   /// Throws std::runtime_error with Cyclone's reason.

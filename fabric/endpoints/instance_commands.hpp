@@ -1,5 +1,5 @@
-// What an operator asks of instances, and their word on it: ping and drain. For programs that are
-// one instance, or several.
+// The commands of an operator for instances, and their outcomes: ping and drain. For processes with
+// one instance or several.
 //
 //   InstanceCommands commands(participant, executor, listener);
 #pragma once

@@ -68,7 +68,7 @@ void LivenessMonitor::check_identities(Discovery::News& news) {
       for (const InstanceId& instance : registry_.instances_of(participant)) {
         news.ignored.push_back(
             {"revoked", instance.to_string(),
-             fmt::format("instance {} is put off: the certificate of {} has been revoked",
+             fmt::format("instance {} gets no calls: the certificate of {} was revoked",
                          instance.to_string(), base::text::safe(known.status.identity->name))});
       }
     } else if (!known.there) {
@@ -81,9 +81,9 @@ void LivenessMonitor::check_identities(Discovery::News& news) {
     news.ignored.push_back(
         {"unauthenticated", instance.to_string(),
          fmt::format(
-             "instance {} of {} gets no calls: its process announces no identity "
-             "certificate. It is of an earlier version (`millrace trust renew` its material "
-             "and start it with this one), or of another vendor (docs/wire.md)",
+             "instance {} of {} gets no calls: its process announces no identity certificate. It "
+             "runs an earlier version (renew its credentials with `millrace trust renew` and start "
+             "it with this version), or another vendor's DDS (docs/wire.md)",
              instance.to_string(), base::text::safe(uuid))});
   }
 }
@@ -120,7 +120,7 @@ void LivenessMonitor::on_silence(SteadyTime due) {
   owner_.drain_heartbeats();
   registry_.on_time(now());
   if (identity_changes_) {
-    // Who has proved nothing is told of in its turn.
+    // A process without a proved identity is reported in its turn.
     on_endpoint_->post();
   }
   owner_.announce();

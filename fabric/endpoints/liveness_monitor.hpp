@@ -1,5 +1,5 @@
-// Who is there: what discovery and heartbeats say goes into a registry, and a timer rings when
-// somebody has been silent for too long. For the endpoints that want to know of instances.
+// Which instances run: discovery and heartbeats feed a registry, and a timer fires when a process
+// has been silent for too long. For endpoints that use instances.
 //
 //   LivenessMonitor liveness(executor, {.drain_heartbeats = …, .announce = …});
 //   liveness.open(participant, weak_from_this(), on_endpoint, on_heartbeat);   // who posts for them
@@ -28,12 +28,12 @@ namespace millrace::fabric::endpoints {
 /// To be used on one executor, which runs one thing at a time.
 class LivenessMonitor {
  public:
-  /// What its owner does when it is to be seen who has fallen silent.
+  /// Functions of the owner, called when silent instances must be found.
   struct Owner {
-    /// Takes the heartbeats that have come: while this process stood still it heard nobody, and
-    /// what has come since is not silence.
+    /// Takes the heartbeats that have arrived: after a pause of this process, an instance whose
+    /// heartbeats waited in that time is not silent.
     std::function<void()> drain_heartbeats;
-    /// Tells of changes().
+    /// Passes on changes().
     std::function<void()> announce;
   };
 
@@ -48,7 +48,7 @@ class LivenessMonitor {
             dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat);
   void close();
 
-  /// Takes in what discovery and identities have told since.
+  /// Applies the news of discovery and of identities.
   Discovery::News update();
 
   /// Takes a batch of heartbeats and calls use(writer, load, is_theirs, at) for what each says of
@@ -57,7 +57,7 @@ class LivenessMonitor {
   template <typename Use>
   bool take_heartbeats(Use use);
 
-  /// What is different since the last call; sets the timer.
+  /// The changes since the last call; sets the timer.
   registry::InstanceRegistry::Changes changes();
 
   [[nodiscard]] registry::InstanceRegistry& registry() { return registry_; }
@@ -72,7 +72,7 @@ class LivenessMonitor {
   registry::InstanceRegistry registry_;
   std::optional<Discovery> discovery_;
   std::optional<wire::Reader<Heartbeat>> heartbeats_;
-  /// Who sends heartbeats for ever new processes, until it was told.
+  /// The writer that sends heartbeats of ever new processes, until it was reported.
   std::optional<std::string> flooding_;
   /// Null without trust.
   dds::Authenticator* authenticator_ = nullptr;
@@ -94,7 +94,7 @@ bool LivenessMonitor::take_heartbeats(Use use) {
   }
   const SteadyTime at = std::chrono::steady_clock::now();
   for (const wire::Taken<Heartbeat>& taken : batch) {
-    // Of a process that nobody knows yet it may be the first, and is followed by the next one.
+    // It may be the first heartbeat of an unknown process; the next one follows.
     if (!taken.valid || !registry_.heartbeat(taken.writer, at)) {
       continue;
     }

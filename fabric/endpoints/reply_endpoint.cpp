@@ -23,18 +23,18 @@ namespace millrace::fabric::endpoints {
 
 namespace {
 
-/// The last answer to so many channels of gateways stays for who finds this end later. Far more
-/// than ever wait; about 1 kB each.
+/// The last response to this many channels of gateways stays for readers that find this endpoint
+/// later. Far more than ever wait; about 1 kB each.
 constexpr std::size_t most_answered = 4096;
 
-/// Whoever asks.
+/// Any requester.
 RequestKey any_of(RequestKey key) {
   key.requester = 0;
   return key;
 }
 
-/// Only a sample takes a request back: DDS says of each sample who wrote it, but not who disposed a
-/// key of which samples are still to be taken.
+/// Only a sample withdraws a request: DDS names the writer of each sample, but not the writer that
+/// disposed a key whose samples are still untaken.
 bool takes_back(const wire::Taken<Request>& taken) {
   return taken.valid && taken.authorization == Authorization::granted && is_withdrawal(taken.value);
 }
@@ -68,8 +68,8 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
   wire::Writer<Reply> replies;
   std::mutex answering;
   RecentKeys answered{most_answered};
-  /// Who has asked what, of those that may: who may not says nothing about that, and who has not
-  /// takes nothing back. Under `answering`.
+  /// Which authorized requester sent which request: an unauthorized one is not recorded, and only
+  /// the requester itself can withdraw. Guarded by `answering`.
   RecentKeys asked{most_answered};
   std::unordered_map<RequestKey, std::uint64_t, RequestKeyHash> requesters;
   LogLimiter log_limiter;
@@ -155,13 +155,13 @@ void ReplyEndpoint::Impl::tell(const wire::Taken<Request>& taken, bool is_over) 
     // Its request may be here too, untaken: a gateway that leaves overtakes it.
     listener->on_orphaned(key_of(taken.value));
   } else if (taken.valid && !is_over && taken.value.assigned == identity.id) {
-    // The partition is this instance's alone; who writes for another one into it is mistaken.
+    // The partition belongs to this instance; a request for another one in it is a mistake.
     listener->on_request(taken.value);
   }
 }
 
-/// A gateway that has started again asks with another writer than before, once; that a stranger
-/// uses the ids of its calls looks the same at first.
+/// A restarted gateway requests with another writer than before, once; a stranger that uses its
+/// call ids looks the same at first.
 void ReplyEndpoint::Impl::add_requester(const wire::Taken<Request>& taken) {
   const RequestKey key = key_of(taken.value);
   std::string reason;
@@ -188,9 +188,9 @@ void ReplyEndpoint::Impl::add_requester(const wire::Taken<Request>& taken) {
     }
     if (auto line = log_limiter.admit(
             "requester", std::to_string(taken.writer),
-            fmt::format("{}: participant {} {} epoch {:x}, in which another one has asked{}",
+            fmt::format("{}: participant {} {} epoch {:x}, which belongs to another requester{}",
                         base::text::safe(key.key.to_string()), requests->program_of(taken.writer),
-                        asks ? "asks in" : "takes back a call of", key.epoch,
+                        asks ? "asks in" : "cancels a call of", key.epoch,
                         asks ? "" : ": the call goes on"),
             std::chrono::steady_clock::now())) {
       reason = *std::move(line);
@@ -210,7 +210,7 @@ void ReplyEndpoint::Impl::decline(const wire::Taken<Request>& taken) {
     return;
   }
   {
-    // What is said of the calls of a gateway that may ask is for it to hear alone.
+    // A reply to an authorized gateway is readable by that gateway alone.
     const std::lock_guard lock(answering);
     if (requesters.contains(any_of(key_of(request)))) {
       return;
@@ -222,7 +222,7 @@ void ReplyEndpoint::Impl::decline(const wire::Taken<Request>& taken) {
                             .attempt = request.attempt,
                             .kind = ReplyKind::declined,
                             .code = ServiceCode::refused,
-                            .text = "the certificate of who asks does not name this machine"}));
+                            .text = "the requester's certificate does not name this machine"}));
 }
 
 tl::expected<void, std::string> ReplyEndpoint::Impl::answer(const Reply& reply) {
@@ -265,7 +265,8 @@ ReplyEndpoint::~ReplyEndpoint() {
 tl::expected<void, std::string> ReplyEndpoint::publish(const Reply& reply) {
   if (reply.kind == ReplyKind::final && reply.state == 0 &&
       impl_->identity.completion_signal == CompletionSignal::response_state) {
-    return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
+    return tl::unexpected(
+        std::string("a final reply with state 0 does not release the NC program"));
   }
   return impl_->answer(reply);
 }

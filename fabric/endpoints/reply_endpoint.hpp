@@ -22,9 +22,9 @@ class ReplyEndpointListener {
   virtual ~ReplyEndpointListener() = default;
   /// A request in this instance's partition; repeats are delivered as they come.
   virtual void on_request(const Request& request) = 0;
-  /// What that gateway asks of the channel is answered, given to another instance, or its program
-  /// does not want it any more. A gateway that dies withdraws nothing: it comes back for the
-  /// answer.
+  /// The gateway's request for the channel was answered, was dispatched to another instance, or its
+  /// NC program has withdrawn it. A gateway that ends unexpectedly withdraws nothing: after its
+  /// restart it requests the response again.
   virtual void on_withdrawn(const RequestKey& key) = 0;
   /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
   /// journal, may come back for the answer: then its request is heard once more.
@@ -58,7 +58,7 @@ class ReplyEndpoint {
   /// Fails for text over 127 bytes and, unless its programs wait for RESPONSE alone, for a final
   /// reply of state 0.
   tl::expected<void, std::string> publish(const Reply& reply);
-  /// Tells gateways through discovery; they give nothing new to a draining instance.
+  /// Announced to gateways through discovery; they dispatch no new calls to a draining instance.
   void set_draining(bool draining);
   /// As it was given to the constructor.
   [[nodiscard]] const InstanceIdentity& identity() const;

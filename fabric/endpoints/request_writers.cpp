@@ -46,7 +46,7 @@ void RequestWriters::close_if_done(Writers::iterator target) {
 tl::expected<void, std::string> RequestWriters::publish(const Request& request) {
   const auto target = writers_.find(request.assigned);
   if (target == writers_.end()) {
-    return tl::unexpected(fmt::format("instance {} has not shown up on fabric '{}'",
+    return tl::unexpected(fmt::format("instance {} was not discovered on fabric '{}'",
                                       request.assigned.to_string(), participant_.options().fabric));
   }
   auto written = target->second.writer.write(request);

@@ -1,5 +1,5 @@
-// Where instances get their requests: a writer for each, opened when it is seen, closed when it is
-// gone and nothing stands in it.
+// The request writers, one for each instance: opened when the instance is discovered, closed when
+// it is gone and no request is pending.
 //
 //   RequestWriters writers(participant, executor, weak_from_this(), matches);
 //   writers.open({uuid, instance});
@@ -36,7 +36,7 @@ class RequestWriters {
 
   /// Throws std::runtime_error with Cyclone's reason.
   void open(const wire::RequestPartition& of);
-  /// Nobody reads it any more.
+  /// The instance has no request reader any more.
   void on_vanished(const InstanceId& instance);
 
   /// See CallEndpoint.
@@ -53,7 +53,7 @@ class RequestWriters {
         : writer(participant, partition, options) {}
 
     wire::Writer<Request> writer;
-    /// What was written and not taken back.
+    /// Requests that were written and not withdrawn.
     std::unordered_set<RequestKey, RequestKeyHash> pending;
     bool vanished = false;
     /// It waits for the end of the turn.

@@ -67,7 +67,7 @@ struct Hearing : std::enable_shared_from_this<Hearing<Value>> {
 struct VariableReplyEndpoint::Impl : Hearing<VariableRequest> {
   using Hearing::Hearing;
 
-  /// The writer for who asks; new ones take the place of the one that was used longest ago.
+  /// The writer for a requester; a new one replaces the writer that was unused for longest.
   wire::Writer<VariableReply>& writer_for(const InstanceId& requester) {
     if (const auto known = writers.find(requester); known != writers.end()) {
       oldest_first.splice(oldest_first.end(), oldest_first, known->second.place);

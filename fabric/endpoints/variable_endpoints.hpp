@@ -1,4 +1,4 @@
-// The two endpoints of questions about variables: who answers, a gateway, and who asks.
+// The two endpoints of variable requests: a gateway replies, a tool requests.
 //
 //   VariableReplyEndpoint end(participant, executor, [&](const VariableRequest& request) { … });
 //   end.publish(request.requester, reply);
@@ -7,8 +7,8 @@
 //   request.requester = asking.id();
 //   if (asking.gateways() > 0) asking.publish(request);
 //
-// A reply travels in a partition of who asks, whom the answering end meets with his first request:
-// so the first reply waits for DDS to make the two acquainted, and the next ones do not.
+// A reply travels in the requester's partition. The replying endpoint creates a writer there at the
+// first request, so the first reply waits until DDS has matched it; later ones do not.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,8 @@ namespace millrace::fabric::endpoints {
 /// Its handler is called on the executor, one at a time, never from within a function of it.
 class VariableReplyEndpoint {
  public:
-  /// So many who ask are answered; whoever has not been for longest is forgotten for the next one,
-  /// and met again with his next request.
+  /// Largest number of requesters with a writer. The one that was silent for longest is removed for
+  /// a new one, and matched again with its next request.
   static constexpr std::size_t most_requesters = 128;
 
   using OnRequest = std::function<void(const VariableRequest&)>;
@@ -41,7 +41,7 @@ class VariableReplyEndpoint {
 
   /// Fails for a name or reason that is too long, and where DDS has no room for one more requester.
   tl::expected<void, std::string> publish(const InstanceId& requester, const VariableReply& reply);
-  /// Who is known now.
+  /// Number of requesters with a writer.
   [[nodiscard]] std::size_t requesters() const;
 
  private:
@@ -59,9 +59,9 @@ class VariableRequestEndpoint {
   VariableRequestEndpoint(const VariableRequestEndpoint&) = delete;
   VariableRequestEndpoint& operator=(const VariableRequestEndpoint&) = delete;
 
-  /// What goes into each request as its requester.
+  /// The requester id of each request.
   [[nodiscard]] const InstanceId& id() const;
-  /// So many gateways hear requests now.
+  /// Number of gateways that read requests now.
   [[nodiscard]] std::size_t gateways() const;
   /// A gateway may not hear it, or take it in and die: say it again, with the same token, until the
   /// reply is there.

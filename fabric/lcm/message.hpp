@@ -45,7 +45,8 @@ tl::expected<void, std::string> check_type(std::string_view bytes) {
   // No message of ours comes near to this; what is longer is not even looked at.
   constexpr std::size_t most = 65'535;
   if (bytes.size() < fingerprint_size || bytes.size() > most) {
-    return tl::unexpected(fmt::format("{} bytes are no {}", bytes.size(), Message::getTypeName()));
+    return tl::unexpected(
+        fmt::format("{} bytes are not a {}", bytes.size(), Message::getTypeName()));
   }
   const std::int64_t fingerprint =
       boost::endian::load_big_s64(reinterpret_cast<const unsigned char*>(bytes.data()));

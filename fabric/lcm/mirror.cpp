@@ -104,13 +104,13 @@ Message mirror(const Sample& sample, const Entry& entry) {
 
 using Mistake = tl::unexpected<std::string>;
 
-/// What a foreign message is taken for if something in it is impossible: thrown here, caught below.
+/// Thrown for an impossible value in a foreign message, and caught below.
 struct Impossible {
   std::string what;
 };
 
 std::string cp1252_of(const std::string& utf8, std::string_view field) {
-  // The order matters: a NUL is no character that CP1252 lacks.
+  // The order matters: a NUL is not a character that CP1252 lacks.
   auto text = base::text::to_cp1252(replaced(utf8, null_symbol, std::string_view("\0", 1)));
   if (!text) {
     throw Impossible{fmt::format("its {}: {}", field, text.error())};

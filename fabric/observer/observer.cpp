@@ -114,7 +114,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     use(alarms);
   }
 
-  /// A sample as an entry; nothing if it is no news.
+  /// A sample as an entry; nothing if it is not news.
   template <typename Value>
   std::optional<Sample> news_of(wire::Taken<Value>&& taken) {
     return sample_of(std::move(taken));
@@ -317,7 +317,7 @@ bool Observer::Impl::counts(wire::Taken<Event>& taken) {
   const auto is_its = gateways->has_epoch(events->participant_of(taken.writer), event.key.machine,
                                           event.call.epoch);
   if (!is_its.value_or(true)) {
-    ignore(taken.writer, events->program_of(taken.writer), "tells of a call of a gateway");
+    ignore(taken.writer, events->program_of(taken.writer), "publishes a call of a gateway");
   }
   return is_its.value_or(true);
 }
@@ -332,7 +332,7 @@ bool Observer::Impl::counts(wire::Taken<Request>& taken) {
     return true;
   }
   ignore(taken.writer, requests->program_of(taken.writer),
-         is_withdrawal(request) ? "takes back a call" : "asks in the epoch of a gateway");
+         is_withdrawal(request) ? "cancels a call" : "sends a request in the epoch of a gateway");
   return false;
 }
 
@@ -353,7 +353,7 @@ bool Observer::Impl::counts(wire::Taken<Reply>& taken) {
   }
   if (replies) {
     ignore(taken.writer, replies->program_of(taken.writer),
-           "answers a call of instance " + reply.instance.to_string());
+           "replies to a call of instance " + reply.instance.to_string());
   }
   return false;
 }
@@ -377,7 +377,7 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
     }
   }
   if (listener != nullptr && !is_its()) {
-    ignore(taken.writer, outcomes->program_of(taken.writer), "says what came of a command");
+    ignore(taken.writer, outcomes->program_of(taken.writer), "publishes the outcome of a command");
     return false;
   }
   return listener != nullptr;
@@ -385,9 +385,9 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
 
 void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& program,
                             const std::string& what) {
-  warn_limited(
-      what.substr(0, what.find(' ')), std::to_string(writer),
-      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
+  warn_limited(what.substr(0, what.find(' ')), std::to_string(writer),
+               fmt::format("participant {} {}, which belongs to another participant; ignored",
+                           program, what));
 }
 
 void Observer::Impl::warn_limited(const std::string& kind, const std::string& about,

@@ -23,7 +23,7 @@ class ObserverListener {
  public:
   virtual ~ObserverListener() = default;
   virtual void on_entry(Entry entry) = 0;
-  /// What a participant said is no entry, since it is not its to say; once a minute of each.
+  /// What a participant said is not an entry, since it is not its to say; once a minute of each.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 

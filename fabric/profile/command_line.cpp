@@ -24,11 +24,11 @@ dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOpti
   if (options->trust) {
     auto trust = std::make_shared<dds::Trust>(*options->trust);
     trust->ended = [](const std::string& reason) {
-      program::give_up(fmt::format(
-          "{}: from now on nobody on the fabric hears this program. Put newer material into its "
-          "folder (`millrace trust renew`, or `issue` under another name where it was revoked) and "
-          "start it again",
-          reason));
+      program::give_up(
+          fmt::format("{}: from now on no process on the fabric accepts what this one publishes. "
+                      "Put newer credentials into its folder (`millrace trust renew`, or `issue` "
+                      "under another name where the certificate was revoked) and start it again",
+                      reason));
     };
     options->trust = std::move(trust);
   }
@@ -40,19 +40,20 @@ dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOpti
 FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults,
                          std::filesystem::path of_host)
     : defaults_(std::move(defaults)), of_host_(std::move(of_host)) {
-  app.add_option("--fabric-config", file_,
-                 fmt::format("How to join the fabric: interface, peers, domain (fabric.textproto); "
-                             "else {}, if it is there. Without either nothing leaves this host",
-                             of_host_.string()))
+  app.add_option(
+         "--fabric-config", file_,
+         fmt::format("Interface, peers and domain of the fabric (fabric.textproto); default "
+                     "{}, if it exists. Without a file nothing leaves this host",
+                     of_host_.string()))
       ->envname("MILLRACE_FABRIC_CONFIG")
       ->check(CLI::ExistingFile);
   app.add_option(
          "--domain", domain_,
-         fmt::format("DDS domain to join, whatever the file says; else {}", defaults_.domain))
+         fmt::format("DDS domain to join; overrides the file; default {}", defaults_.domain))
       ->envname("MILLRACE_DOMAIN")
       ->check(CLI::Range(0U, last_domain));
   app.add_option("--fabric", fabric_,
-                 fmt::format("Fabric to join within the domain, whatever the file says; else {}",
+                 fmt::format("Fabric to join within the domain; overrides the file; default {}",
                              defaults_.fabric))
       ->envname("MILLRACE_FABRIC");
 }

@@ -1,4 +1,4 @@
-// How a program is told which fabric to join.
+// Which fabric a process joins, from its command line.
 //
 //   FabricFlags fabric(app);
 //   return program::run(app, argc, argv, [&] { Participant participant(fabric.options()); … });
@@ -29,7 +29,7 @@ class FabricFlags {
   /// To be called once the command line is parsed. Throws program::UsageError with every mistake of
   /// the file.
   [[nodiscard]] dds::ParticipantOptions options() const;
-  /// The file, or nothing: for who needs to know more of it than how to join.
+  /// The file, or empty: for callers that need more than how to join.
   [[nodiscard]] std::string file() const;
 
  private:

@@ -1,5 +1,5 @@
-// What the trust of a fabric.textproto makes of a program: where the folder is, what is in it, and
-// how the participant learns whom to believe no more.
+// The trust section of a fabric.textproto for a process: the folder, its contents, and how the
+// participant learns of revocations.
 //
 //   auto credentials = credentials_of(profile.trust(), "fabric.textproto");
 //   options.trust = trust_of(*credentials);

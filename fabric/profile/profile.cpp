@@ -80,9 +80,9 @@ void check_protection(const config::Fabric& profile, base::configuration::Mistak
       is_loopback(profile.interface()) || !is_interface(profile.interface()) ||
           profile.unprotected(),
       {{"interface"}},
-      fmt::format("\"{}\" without trust: whoever reaches this network could answer calls, claim "
-                  "machines and act as operator; expected trust {{ folder: \"…\" }} (`millrace "
-                  "trust init` begins it), or unprotected: true if that is meant",
+      fmt::format("\"{}\" without trust: any process on this network could answer calls, own "
+                  "machines and send commands; expected trust {{ folder: \"…\" }} (`millrace trust "
+                  "init` makes one), or unprotected: true if that is meant",
                   profile.interface()));
 }
 

@@ -1,5 +1,4 @@
-// What a fabric.textproto (idl/fabric.proto) says, as the options of a participant: nobody has to
-// write Cyclone's XML.
+// A fabric.textproto (idl/fabric.proto) as participant options, so that users need no Cyclone XML.
 //
 //   Participant participant(read_profile("fabric.textproto").value());
 #pragma once
@@ -21,9 +20,9 @@ namespace millrace::fabric::profile {
 /// The profile of a host, which packages bring.
 inline constexpr const char* host_profile = "/etc/millrace/fabric.textproto";
 
-/// The profile that a program reads which is told of none by a flag. `said` is what the environment
-/// says (MILLRACE_FABRIC_CONFIG), or null: then it is the host's, if there is one. Empty for none,
-/// which an empty `said` means, too.
+/// The profile of a process without a flag for it. `said` is the value of MILLRACE_FABRIC_CONFIG,
+/// or null: then it is the host's profile, if that exists. Empty for none; an empty `said` also
+/// means none.
 std::string profile_to_read(const char* said, const std::filesystem::path& of_host = host_profile);
 
 /// The highest DDS domain whose ports exist.

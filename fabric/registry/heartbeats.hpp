@@ -1,4 +1,4 @@
-// What goes into the next heartbeat of a process. Pure.
+// Chooses the contents of the next heartbeat of a process. Pure.
 //
 //   for (…) heartbeats.note(load);          // all instances, before each heartbeat
 //   Heartbeat heartbeat = heartbeats.next(now);
@@ -17,10 +17,10 @@ namespace millrace::fabric::registry {
 class Heartbeats {
  public:
   static constexpr std::size_t most_loads = 64;
-  /// Heartbeats in which a change is told: some may be lost, and tools take one a second, which is
-  /// eight heartbeats of the usual lease.
+  /// Number of heartbeats that repeat a change: some may be lost, and tools take one a second,
+  /// which is one in eight at the usual lease.
   static constexpr std::uint64_t told = 15;
-  /// Of the others so many are in each heartbeat, for whoever listens from now on.
+  /// Number of other instances in each heartbeat, for new readers.
   static constexpr std::size_t in_turn = 4;
 
   explicit Heartbeats(const InstanceId& process) : process_(process) {}
@@ -39,7 +39,7 @@ class Heartbeats {
   InstanceId process_;
   std::uint64_t number_ = 1;
   std::map<InstanceId, Known> known_;
-  /// The last one that was told of in its turn, or because it has calls.
+  /// The last instance that was included in turn, or because it has calls.
   InstanceId last_;
 };
 

@@ -1,4 +1,4 @@
-// What an instance may tell of itself.
+// Limits of what an instance announces.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,10 @@
 
 namespace millrace::fabric::registry {
 
-/// Limits of what an instance tells of itself: discovery repeats it to every process.
+/// Limits of what an instance announces: discovery repeats it to every process.
 inline constexpr std::size_t max_identity_value = 255;
 inline constexpr std::size_t max_identity_channels = 64;
-/// Who promised to send heartbeats more often would have everybody look at nothing else.
+/// A shorter lease would make all readers process its heartbeats and nothing else.
 inline constexpr std::chrono::milliseconds min_identity_lease{50};
 
 /// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0,

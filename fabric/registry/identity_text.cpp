@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view header = "millrace-instance 2";
 constexpr std::string_view instance_key = "instance=";
 
-/// Far above what check_identity lets through: more is no identity of ours.
+/// Far above what check_identity lets through: more is not an identity of ours.
 constexpr std::size_t max_text_size = std::size_t{64} * 1024;
 
 using base::text::parse_number;
@@ -69,7 +69,7 @@ std::string_view word_of(const Leaf& leaf, std::uint8_t number) {
   return number < truth.size() ? truth.at(number) : "unknown";
 }
 
-/// The key of a field; empty if the identity does not tell it.
+/// The key of a field; empty if the identity does not announce it.
 std::string key_of(const Leaf& leaf) {
   const std::string name(leaf.options.on_wire ? leaf.name : "");
   return leaf.kind == Kind::milliseconds ? name + "_ms" : name;

@@ -14,7 +14,7 @@ InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Read
     if (readers_.size() >= most_endpoints) {
       return Seen::full;
     }
-    // Who changes what it says of itself keeps its place.
+    // An instance that changes its user_data keeps its place.
     readers_of_[reader.identity.id].push_back(handle);
   }
   Process& process = processes_[reader.participant];
@@ -227,7 +227,7 @@ void InstanceRegistry::start_over(SteadyTime now) {
   }
 }
 
-/// A fifth of the lease is left for who takes notice.
+/// A fifth of the lease is left for the reaction of readers.
 SteadyTime InstanceRegistry::silent_at(const Process& process) {
   return process.heard_at + std::chrono::duration_cast<SteadyTime::duration>(process.lease) * 4 / 5;
 }
@@ -274,7 +274,7 @@ EndpointHandle InstanceRegistry::home_of(const InstanceId& id) const {
   if (readers == readers_of_.end()) {
     return 0;
   }
-  // Who is not believed keeps nobody else from being who he says.
+  // An unauthenticated participant does not keep an authenticated one from using its id.
   const auto believed = std::ranges::find_if(readers->second, [&](EndpointHandle handle) {
     return is_authenticated(readers_.at(handle).participant);
   });

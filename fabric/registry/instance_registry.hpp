@@ -1,6 +1,5 @@
-// Who is ready to take calls, worked out from what discovery shows and who is heard. Pure:
-// endpoints, matches, heartbeats and times in, changes out; nothing is looked through that is not
-// concerned.
+// Which instances are ready for calls, from discovery and heartbeats. Pure: endpoints, matches,
+// heartbeats and times in, changes out; each event costs only what it concerns.
 //
 //   registry.reader_seen(7, {identity, participant}, now);
 //   registry.writer_seen(8, {identity.id, participant});
@@ -46,8 +45,8 @@ class InstanceRegistry {
     std::vector<InstanceId> gone;
   };
 
-  /// Far more endpoints of a kind than a fabric has. Whoever comes then is not taken in: a stranger
-  /// can announce any number. Nobody hears of it again until it announces itself anew.
+  /// Far more endpoints of a kind than a fabric has. Further ones are ignored until they announce
+  /// themselves again: a stranger can announce any number.
   static constexpr std::size_t most_endpoints = 16'384;
 
   enum class Seen : std::uint8_t {
@@ -65,17 +64,16 @@ class InstanceRegistry {
   /// A writer of heartbeats, and whose.
   void heartbeat_writer_seen(EndpointHandle handle, EndpointHandle participant);
   void endpoint_gone(EndpointHandle handle);
-  /// An endpoint is matched with ours, or no more; it may not have been seen yet.
+  /// An endpoint was matched with ours, or unmatched; it may not have been seen yet.
   void matched(EndpointHandle handle, bool is);
-  /// For who only watches and has nothing to match: every endpoint that is seen counts as matched.
+  /// For observers, which have nothing to match: every seen endpoint counts as matched.
   void match_all() { match_all_ = true; }
 
-  /// From now on nobody is believed whose process has not proved who it is.
+  /// From now on only instances of authenticated processes count.
   void require_authentication() { authentication_required_ = true; }
-  /// The participant has proved to have a certificate of this name; nothing: it is not believed any
-  /// more.
+  /// The participant has proved to have a certificate of this name; nullopt: it was revoked.
   void authenticated(EndpointHandle participant, std::optional<std::string> name);
-  /// The participant that had proved it is gone; what it had said may still be untaken.
+  /// The authenticated participant is gone; its last samples may still be untaken.
   void authenticated_gone(EndpointHandle participant);
   /// Instances whose processes have proved nothing in authentication_timeout, with their UUIDs;
   /// each once.
@@ -84,25 +82,25 @@ class InstanceRegistry {
   }
   /// Those whose requests this participant reads.
   [[nodiscard]] std::vector<InstanceId> instances_of(EndpointHandle participant) const;
-  /// A program shows its identity first, so that DDS tells of it before all others; another
+  /// A process announces its identity first, so DDS reports it before all other endpoints; another
   /// vendor's may come later.
   static constexpr std::chrono::seconds authentication_timeout{2};
 
-  /// This writer has sent a heartbeat. False if it is nobody's whose instances are known.
+  /// This writer sent a heartbeat. False if it belongs to no process with known instances.
   bool heartbeat(EndpointHandle writer, SteadyTime now);
-  /// For so long nobody could be heard, because whoever listens stood still.
+  /// The reader stood still for this time, so it could receive nothing.
   void stood_still(std::chrono::nanoseconds late);
-  /// The same, for so long that what was sent meanwhile may be on its way still: each process has
-  /// its whole time again before it is taken for silent.
+  /// The same, for so long that samples of that time may still be on their way: each process gets
+  /// its full time again before it counts as silent.
   void start_over(SteadyTime now);
   /// Takes those for gone that have been silent for too long, until they are heard again.
   void on_time(SteadyTime now);
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return check_at_; }
 
-  /// Whether what this writer says is the word of `instance`: it is that instance's reply writer,
-  /// of the process that reads its requests, if one is known to. It may have left meanwhile; what
-  /// it had said before may still be untaken.
+  /// Whether this writer may publish for `instance`: it is the instance's reply writer, of the
+  /// process that reads its requests, if one is known. It may have left since; its earlier samples
+  /// may still be untaken.
   [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
   /// The same for a writer of heartbeats.
   [[nodiscard]] bool heartbeats_for(EndpointHandle writer, const InstanceId& instance) const;
@@ -110,17 +108,17 @@ class InstanceRegistry {
   [[nodiscard]] bool is_home(EndpointHandle participant, const InstanceId& instance) const {
     return is_seen(instance) && home_of(instance) == participant;
   }
-  /// Somebody has a request reader of this instance.
+  /// The instance has a request reader.
   [[nodiscard]] bool is_seen(const InstanceId& instance) const {
     return readers_of_.contains(instance);
   }
 
-  /// Instances of which nobody has a request reader any more, since the last call.
+  /// Instances without a request reader, since the last call.
   std::vector<InstanceId> take_vanished() { return std::exchange(vanished_, {}); }
 
-  /// What is different since the last call. An instance is ready when a request reader and a reply
-  /// writer of its id, both of the participant that announced it first, are matched, and that
-  /// participant is not silent.
+  /// The changes since the last call. An instance is ready when a request reader and a reply writer
+  /// of its id, both of the participant that announced it first, are matched, and that participant
+  /// is not silent.
   Changes changes();
 
  private:
@@ -176,14 +174,14 @@ class InstanceRegistry {
   std::unordered_set<EndpointHandle> matched_;
   bool match_all_ = false;
   bool authentication_required_ = false;
-  /// By participant: what it has proved to be.
+  /// The proved name, by participant.
   std::map<EndpointHandle, std::string> names_;
   /// Of those that are gone, the first one in front.
   std::set<EndpointHandle> gone_names_;
   std::deque<EndpointHandle> gone_in_turn_;
   std::vector<std::pair<InstanceId, std::string>> unauthenticated_;
   std::map<InstanceId, InstanceIdentity> announced_;
-  /// Of whom something may be different since the last call of changes().
+  /// Instances that may have changed since the last call of changes().
   std::set<InstanceId> touched_;
   std::vector<InstanceId> vanished_;
   std::optional<SteadyTime> check_at_;

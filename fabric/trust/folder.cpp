@@ -26,10 +26,10 @@ template <typename T>
 using Result = tl::expected<T, std::string>;
 
 constexpr std::string_view ask_for_it =
-    "`millrace trust issue` makes all files of a participant; copy its folder anew";
+    "run `millrace trust issue` to make all files of a participant, and copy its folder again";
 
 constexpr std::string_view renew_it =
-    "`millrace trust renew` where the plant's authorities are, then copy the folder anew";
+    "run `millrace trust renew` on the admin host, then copy the folder again";
 
 tl::unexpected<std::string> refuse(const fs::path& file, std::string_view what,
                                    std::string_view do_this = ask_for_it) {
@@ -54,7 +54,7 @@ Result<T> read_as(const fs::path& file, posix::Secrecy secrecy = posix::Secrecy:
   });
 }
 
-/// What the one authority that counts has signed.
+/// A document that the given CA has signed.
 Result<std::string> document_in(const fs::path& file, const Certificate& authority) {
   return content_of(file).and_then([&](const std::string& text) -> Result<std::string> {
     auto verified = openssl::verified_text(text, authority);
@@ -67,7 +67,7 @@ Result<openssl::RevocationList> read_list(const fs::path& folder, const Certific
   auto list = read_as<openssl::RevocationList>(folder / files::revoked);
   if (list && !list->is_issued_by(authority)) {
     return refuse(folder / files::revoked,
-                  fmt::format("is not signed by the authority in {}", files::identity_authority));
+                  fmt::format("is not signed by the CA in {}", files::identity_authority));
   }
   return list;
 }
@@ -85,40 +85,40 @@ Result<openssl::RevocationList> check_certificate(const fs::path& folder,
     return tl::unexpected(authority.error());
   }
   if (now >= authority->until()) {
-    return refuse(folder / files::identity_authority,
-                  fmt::format("expired on {:%F %R} UTC", authority->until()),
-                  "`millrace trust renew-authorities` where they are, then copy the folder anew");
+    return refuse(
+        folder / files::identity_authority,
+        fmt::format("expired on {:%F %R} UTC", authority->until()),
+        "run `millrace trust renew-authorities` on the admin host, then copy the folder again");
   }
   if (!certificate.is_issued_by(*authority)) {
-    return refuse(file,
-                  fmt::format("is not issued by the authority in {}", files::identity_authority));
+    return refuse(file, fmt::format("is not issued by the CA in {}", files::identity_authority));
   }
   if (now >= certificate.until()) {
     return refuse(file, fmt::format("expired on {:%F %R} UTC", certificate.until()), renew_it);
   }
   if (now < certificate.from()) {
     return refuse(file, fmt::format("is not valid before {:%F %R} UTC", certificate.from()),
-                  "look at this host's clock");
+                  "check the clock of this host");
   }
   auto revoked = read_list(folder, *authority);
   if (!revoked) {
     return revoked;
   }
   if (revoked->names(certificate)) {
-    return refuse(file, "has been revoked", "ask who answers for the plant's trust");
+    return refuse(file, "was revoked", "ask the administrator of the plant's PKI");
   }
   // Each certificate comes with a list of its own time, and every later list is newer.
   if (revoked->from() < certificate.from()) {
     return refuse(folder / files::revoked,
-                  fmt::format("was made on {:%F %T} UTC, before the certificate: an older one has "
-                              "been copied over it, and who was revoked since is not in it",
+                  fmt::format("was made on {:%F %T} UTC, before the certificate: an older CRL was "
+                              "copied over it, and later revocations are missing",
                               revoked->from()),
-                  "copy the newest one from where the plant's authorities are");
+                  "copy the newest CRL from the admin host");
   }
   return revoked;
 }
 
-/// What is the same for all, and signed by the authority for permissions.
+/// The governance is the same for all participants, and signed by the CA for permissions.
 Result<void> check_governance(const fs::path& folder, Protection protection,
                               const Certificate& authority) {
   const fs::path file = folder / governance_file(protection);
@@ -134,8 +134,8 @@ Result<void> check_governance(const fs::path& folder, Protection protection,
   });
 }
 
-/// What the participant may do: signed by the authority for permissions, of the certificate and of
-/// its time. Returns where its identity may be shown.
+/// The participant's permissions: signed by the CA for permissions, for this certificate and its
+/// time. Returns the partitions of its identity.
 Result<std::vector<std::string>> check_permissions(const fs::path& folder,
                                                    const Certificate& certificate,
                                                    const Certificate& authority) {
@@ -148,7 +148,8 @@ Result<std::vector<std::string>> check_permissions(const fs::path& folder,
     }
     std::vector<std::string> partitions = identity_partitions_in(document);
     if (partitions.empty()) {
-      return refuse(file, "is of an earlier version of millrace: it says nothing of an identity",
+      return refuse(file,
+                    "was made by an earlier version of millrace: it has no rules for identities",
                     renew_it);
     }
     return partitions;
@@ -160,7 +161,7 @@ Result<fs::path> plugins() {
   Dl_info info{};
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): what dladdr() takes.
   if (::dladdr(reinterpret_cast<const void*>(&dds_create_participant), &info) == 0) {
-    return tl::unexpected(std::string("cannot find out where Cyclone DDS is installed"));
+    return tl::unexpected(std::string("cannot find the folder where Cyclone DDS is installed"));
   }
   std::error_code none;
   const fs::path beside = fs::canonical(info.dli_fname, none).parent_path();
@@ -209,13 +210,12 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   std::error_code missing;
   const fs::path folder = fs::canonical(given, missing);
   if (missing || !fs::is_directory(folder)) {
-    return refuse(given, "is no folder");
+    return refuse(given, "is not a folder");
   }
   if (std::error_code none; fs::is_directory(folder / "authorities", none)) {
-    return refuse(
-        folder, "is the folder of a whole plant, whose authorities are in it",
-        "keep it where only you can read it, and name the folder of one participant, which is "
-        "all that a host needs");
+    return refuse(folder, "is a PKI folder with the private keys of its CAs",
+                  "keep it where only you can read it, and name the folder of one participant: a "
+                  "host needs nothing else");
   }
   if (folder.string().find(',') != std::string::npos) {
     return refuse(folder, "has a comma in its name, which Cyclone's configuration cannot hold",

@@ -1,5 +1,4 @@
-// What a host holds to take part in a fabric with trust: the folder that `millrace trust issue`
-// fills.
+// The credentials of a host on a fabric with trust: the folder that `millrace trust issue` fills.
 //
 //   auto credentials = read_folder("/etc/millrace/trust/square-root", Protection::sign, now);
 //   if (!credentials) return tl::unexpected(credentials.error());
@@ -21,9 +20,9 @@ namespace millrace::fabric::trust {
 
 /// Names in the folder.
 namespace files {
-/// The authority that says who somebody is.
+/// The CA that signs identity certificates.
 inline constexpr std::string_view identity_authority = "identity_authority.pem";
-/// The other one, that says what he may do.
+/// The CA that signs permissions.
 inline constexpr std::string_view permissions_authority = "permissions_authority.pem";
 inline constexpr std::string_view certificate = "certificate.pem";
 inline constexpr std::string_view key = "key.pem";
@@ -36,7 +35,7 @@ inline constexpr std::string_view governance_encrypt = "governance_encrypt.p7s";
 
 std::string_view governance_file(Protection protection);
 
-/// What the folder makes of whoever uses it.
+/// The credentials from the folder.
 struct Credentials {
   /// As it was named: where it is a link, another folder may be there later.
   std::filesystem::path folder;
@@ -47,18 +46,17 @@ struct Credentials {
   /// Whose certificates are taken back, and when that list was made.
   std::set<std::string> revoked;
   std::chrono::sys_seconds revoked_as_of;
-  /// Where its identity may be shown, by its permissions.
+  /// The partitions of its identity, from its permissions.
   std::vector<std::string> identity_partitions;
   /// A fragment for the participant: <Security>…</Security>.
   std::string cyclone_configuration;
 };
 
-/// Reads all of it and checks what Cyclone would only refuse without a word that helps: a file that
-/// is missing, a key that everybody on the host can read, one of another certificate, a certificate
-/// of another authority, expired, not valid yet or revoked, a list of revoked ones that is older
-/// than the certificate, a document that the authority has not signed, or has signed for somebody
-/// else, another time or another protection. The error is one line that names the file and says
-/// what to do.
+/// Reads everything and checks what Cyclone would reject without a useful message: a missing file,
+/// a key that other users of the host can read or that belongs to another certificate, a
+/// certificate of another CA, expired, not yet valid or revoked, a CRL that is older than the
+/// certificate, a document that the CA has not signed, or has signed for another participant, time
+/// or protection. The error is one line with the file and the remedy.
 tl::expected<Credentials, std::string> read_folder(const std::filesystem::path& folder,
                                                    Protection protection,
                                                    std::chrono::sys_seconds now);

@@ -1,5 +1,5 @@
-// What protects a whole fabric, the same for all its participants: the governance document of DDS
-// Security. Pure.
+// The protection of a whole fabric, the same for all its participants: the governance document of
+// DDS Security. Pure.
 //
 //   sign_text(governance_document(Protection::sign), authority, key);
 #pragma once
@@ -12,7 +12,7 @@
 namespace millrace::fabric::trust {
 
 enum class Protection : std::uint8_t {
-  /// Nobody can change or forge what travels; who listens can read it.
+  /// Samples cannot be changed or forged; any listener can read them.
   sign,
   /// Nor read it.
   encrypt
@@ -25,7 +25,7 @@ std::optional<Protection> protection_named(std::string_view name);
 /// Cyclone's plugins know no domains beyond this one.
 inline constexpr std::uint32_t last_domain = 230;
 
-/// All topics of all domains; nobody without material takes part, and each endpoint is checked.
+/// All topics of all domains; participants need credentials, and each endpoint is checked.
 std::string governance_document(Protection protection);
 
 /// Whether a document that has been signed is the one above; line ends do not count, which signing

@@ -13,7 +13,7 @@ namespace {
 
 using wire::Topic;
 
-/// Those in the partition of the fabric itself, of which everybody who sees everything is a reader.
+/// Topics in the partition of the fabric itself, which every full observer reads.
 const std::initializer_list<const Topic*> spoken{
     &wire::heartbeat_topic, &wire::channel_topic,         &wire::machine_topic, &wire::event_topic,
     &wire::command_topic,   &wire::outcome_topic,         &wire::alarm_topic,   &wire::data_topic,
@@ -30,7 +30,7 @@ class Grants {
                &wire::alarm_topic, &wire::data_topic, &wire::program_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
-        // To each who asks about variables, in a partition of his own.
+        // To each requester of variables, in its own partition.
         write({&wire::variable_reply_topic}, calls_);
         see_everything();
         break;
@@ -38,17 +38,17 @@ class Grants {
         answer(participant);
         break;
       case Role::operating:
-        // Who only reads variables needs it as well: a question is written.
+        // A requester that only reads variables also writes requests.
         write({&wire::command_topic, &wire::variable_request_topic}, fabric_);
         see_everything();
         break;
       case Role::observer:
-        // What a recorder says of itself.
+        // The alarms of a recorder.
         write({&wire::alarm_topic}, fabric_);
         see_everything();
         break;
       case Role::tester:
-        // What a replay tells, too: of machines whose names nobody serves.
+        // What a replay publishes too: of machines that no gateway serves.
         write({&wire::event_topic, &wire::data_topic, &wire::program_topic}, fabric_);
         write({&wire::request_topic}, calls_);
         see_everything();
@@ -56,7 +56,7 @@ class Grants {
     }
   }
 
-  /// Who he is, for all to see, and who the others are.
+  /// Its own identity, readable for all, and those of the others.
   void add_identity(const Participant& participant) {
     ParticipantIdentity identity{.name = participant.name};
     for (const Role role : participant.roles) {
@@ -96,7 +96,7 @@ class Grants {
   }
 
   void answer(const Participant& participant) {
-    // Whose heartbeat and whose outcome it is, is told by the participant that writes it.
+    // The writing participant decides whose heartbeat and outcome it is.
     write({&wire::heartbeat_topic, &wire::outcome_topic, &wire::alarm_topic}, fabric_);
     read({&wire::command_topic}, fabric_);
     for (const std::string& uuid : participant.uuids) {

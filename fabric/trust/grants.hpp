@@ -1,4 +1,4 @@
-// What a participant may write and read: the one place that says it. Pure.
+// Show what a participant may write and read: the one place that says it. Pure.
 //
 //   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v3/reply",
 //   "millrace/560aacbf-…"}

@@ -19,9 +19,9 @@ constexpr std::array<std::pair<Role, std::string_view>, 5> names{{{Role::gateway
                                                                   {Role::observer, "observer"},
                                                                   {Role::tester, "tester"}}};
 
-/// What X.509 lets a common name have.
+/// The limit of X.509 for a common name.
 constexpr std::size_t max_name = 64;
-/// What the wire lets them have.
+/// The limit of the wire for them.
 constexpr std::size_t max_identifier = 127;
 
 bool is_letter_or_digit(char c) {
@@ -74,9 +74,8 @@ bool is_participant_name(std::string_view name) {
 std::optional<std::string> mistake_in(const Participant& participant) {
   if (!is_participant_name(participant.name)) {
     return fmt::format(
-        "\"{}\" is no name of a participant: expected letters, digits, '-', '_' and '.', beginning "
-        "with "
-        "a letter or digit, at most {} of them",
+        "\"{}\" is not a participant name: expected letters, digits,    ,     and    , beginning "
+        "with a letter or digit, at most {} of them",
         base::text::safe(participant.name), max_name);
   }
   if (participant.roles.empty()) {
@@ -93,18 +92,16 @@ std::optional<std::string> mistake_in(const Participant& participant) {
   for (const std::string& uuid : participant.uuids) {
     if (!is_plain(uuid, max_identifier)) {
       return fmt::format(
-          "\"{}\" is no UUID that can be trusted: expected at most {} printable characters of "
-          "ASCII "
-          "without '*', '?', '[', ']', '\\', '/' and ','",
+          "\"{}\" cannot be a UUID in a certificate: expected at most {} printable characters of "
+          "ASCII without    ,    ,    ,    ,     ,     and    ",
           base::text::safe(uuid), max_identifier);
     }
   }
   for (const std::string& machine : participant.machines) {
     if (!is_machine_name(machine)) {
       return fmt::format(
-          "\"{}\" is no name of a machine: expected letters, digits, '_' and '-' of ASCII, at most "
-          "{} "
-          "of them, as the gateway's configuration has it",
+          "\"{}\" is not a machine name: expected letters, digits,     and     of ASCII, at most "
+          "{} of them, as the gateway's configuration has it",
           base::text::safe(machine), longest_machine_name);
     }
   }

@@ -1,4 +1,4 @@
-// Who somebody is on a fabric with trust, and what he is there for. Pure.
+// A participant of a fabric with trust, and its roles. Pure.
 //
 //   const Participant participant{.name = "square-root", .roles = {Role::service}, .uuids = {"560aacbf-…"}};
 //   if (auto mistake = mistake_in(participant)) …
@@ -14,13 +14,14 @@
 namespace millrace::fabric::trust {
 
 enum class Role : std::uint8_t {
-  /// Gives the calls of machines to services: writes requests, what its machines do, and commands.
+  /// Dispatches the calls of machines to services: writes requests, the state of its machines, and
+  /// commands.
   gateway,
   /// Answers the calls of its UUIDs, and reads no others.
   service,
   /// Sees everything; answers, retries, drains.
   operating,
-  /// Sees everything, and writes nothing but what troubles itself: a recorder, a status page.
+  /// Sees everything, and writes only its own alarms: a recorder, a status page.
   observer,
   /// Sees everything and sends requests that come from no machine: `millrace call` and `millrace
   /// replay`.
@@ -46,7 +47,7 @@ struct Participant {
 /// A name that is also one of a folder: see Participant::name.
 bool is_participant_name(std::string_view name);
 
-/// What cannot be, in words for who gave it: a service without a UUID, a UUID with a wildcard …
+/// The mistake in a participant, for its author: a service without a UUID, a UUID with a wildcard …
 std::optional<std::string> mistake_in(const Participant& participant);
 
 }  // namespace millrace::fabric::trust

@@ -19,8 +19,8 @@ std::string time_text(std::chrono::sys_seconds time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", time);
 }
 
-/// What stands between the two at or after `from`, which is moved behind it; nothing if they are
-/// not there.
+/// The text between the two at or after `from`, which is moved behind it; nullopt if they are
+/// missing.
 std::optional<std::string_view> between(std::string_view text, std::string_view begin,
                                         std::string_view end, std::size_t& from) {
   const auto first = text.find(begin, from);
@@ -76,7 +76,7 @@ std::optional<std::string> mismatch_in(std::string_view document, std::string_vi
         between(document, fmt::format("<{}>", name), fmt::format("</{}>", name), at).value_or(""));
   };
   if (const std::string about = field("subject_name"); about != subject) {
-    return fmt::format("is about {}, and the certificate about {}", base::text::safe(about),
+    return fmt::format("is made for {}, and the certificate for {}", base::text::safe(about),
                        base::text::safe(subject));
   }
   const std::string begin = field("not_before");

@@ -1,4 +1,4 @@
-// What one participant may do, as DDS Security reads it: the permissions document. Pure.
+// The permissions document of one participant, for DDS Security. Pure.
 //
 //   sign_text(permissions_document(grants_of(participant, fabric), certificate.subject(), from, until),
 //   authority, key);
@@ -18,12 +18,12 @@ namespace millrace::fabric::trust {
 std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,
                                  std::chrono::sys_seconds from, std::chrono::sys_seconds until);
 
-/// Where a document lets its participant show an identity (fabric/participant_identity.hpp);
-/// nothing in one that an earlier version has made.
+/// The partitions of the identity in a document (fabric/participant_identity.hpp); nullopt in a
+/// document of an earlier version.
 std::vector<std::string> identity_partitions_in(std::string_view document);
 
-/// Whether a document is about the holder of a certificate with this subject, for the time that is
-/// given; else what it is instead, for people: "is about CN=gateway-1,O=plant".
+/// Whether a document belongs to a certificate with this subject and this validity; else the
+/// difference, for people: "is made for CN=gateway-1,O=plant".
 std::optional<std::string> mismatch_in(std::string_view document, std::string_view subject,
                                        std::chrono::sys_seconds from,
                                        std::chrono::sys_seconds until);

@@ -31,7 +31,7 @@ void Authorizer::warn_limited(dds_instance_handle_t writer, const AuthorizationS
   const std::string denial = denial_of(status, authorization, scope.machine);
   authenticator_->warn_limited(
       fmt::format("{}/{}/{}", who, machine, topic),
-      fmt::format("{}{}: what it says on {} is not listened to", denial,
+      fmt::format("{}{}: its samples on {} are ignored", denial,
                   status.identity ? "" : fmt::format(" ({})", who), topic));
 }
 

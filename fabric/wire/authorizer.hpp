@@ -1,5 +1,5 @@
-// Whom a reader believes what, where there is trust: DDS has checked that a writer may write its
-// topic, not of which machine it speaks.
+// Which samples a reader accepts on a fabric with trust: DDS has checked that a writer may write
+// its topic, not for which machine.
 //
 //   Authorizer authorizer(participant);
 //   if (authorizer.authorize(writer, authorization_scope_of(value), topic) == Authorization::granted) …
@@ -23,7 +23,7 @@ struct VariableRequest;
 
 namespace millrace::fabric::wire {
 
-/// What a sample says that is somebody's to say.
+/// What a sample claims to speak for.
 struct AuthorizationScope {
   /// Of which machine it speaks; empty: of none.
   std::string_view machine{};
@@ -31,7 +31,7 @@ struct AuthorizationScope {
   bool testers = false;
 };
 
-/// Whoever is of the plant may say it.
+/// Every participant of the fabric may write it.
 template <typename Value>
 AuthorizationScope authorization_scope_of(const Value& value) {
   static_cast<void>(value);
@@ -61,31 +61,31 @@ class Authorizer {
   explicit Authorizer(const dds::Participant& participant)
       : authenticator_(participant.authenticator()) {}
 
-  /// False without trust: then everybody is believed.
+  /// False without trust: then every sample is accepted.
   [[nodiscard]] bool enabled() const { return authenticator_ != nullptr; }
   [[nodiscard]] dds::Authenticator* authenticator() const { return authenticator_; }
-  /// Also of who has left lately, whose last words may be untaken.
+  /// Also for participants that left lately, whose last samples may still be untaken.
   [[nodiscard]] Authorization authorize(dds_instance_handle_t writer,
                                         const AuthorizationScope& scope) const;
   /// The writer belongs to a gateway whose certificate names this machine.
   [[nodiscard]] bool speaks_for(dds_instance_handle_t writer, std::string_view machine) const;
-  /// Has it said that this is not believed.
+  /// Logs that a sample was rejected.
   void warn_limited(dds_instance_handle_t writer, const AuthorizationScope& scope,
                     const char* topic) const;
-  /// Who asks with this writer for `machine`, as a number: with trust the same of all that may
-  /// speak for the machine, since one of them may go on with what another one has begun, and of
-  /// anybody else what its certificate is called; without trust the writer itself.
+  /// The requester with this writer for `machine`, as a number: with trust the same for all
+  /// participants that may speak for the machine, since one of them may continue what another
+  /// began, and otherwise a number of its certificate's name; without trust the writer itself.
   [[nodiscard]] std::uint64_t requester_of(dds_instance_handle_t writer,
                                            std::string_view machine) const;
-  /// The name in the certificate of who has this writer; empty without trust.
+  /// The name in the certificate of this writer; empty without trust.
   [[nodiscard]] std::string certificate_name_of(dds_instance_handle_t writer) const;
 
  private:
   dds::Authenticator* authenticator_;
 };
 
-/// What the certificate of its writer says better than a sample itself: from whom it is, and
-/// whether it is of a machine or of a tester (`replayed`).
+/// Sets what the writer's certificate proves and the sample only claims: its sender, and whether it
+/// comes from a machine or a tester (`replayed`).
 template <typename Value>
 void apply_certificate(Value& value, const Authorizer& authorizer, dds_instance_handle_t writer) {
   if constexpr (requires { value.replayed; }) {

@@ -68,7 +68,7 @@ class Putter {
   [[nodiscard]] std::string& error() { return error_; }
 
  private:
-  // What no member of the sample has the name of.
+  // Fields without a member of the same name in the sample.
   void rest(const InstanceLoad& from, millrace_InstanceLoad& to) const {
     to.waiting = from.status.waiting;
   }
@@ -122,7 +122,8 @@ class Putter {
     if (most_ != 0 && from.size() > most_) {
       fail(fmt::format("the {} has {} bytes, at most {} fit", words_, from.size(), most_));
     }
-    // Cyclone only reads what it writes out; the pointer is not const because it is a C struct.
+    // Cyclone only reads the samples that it writes; the pointer is not const because it is a C
+    // struct.
     lend(to, reinterpret_cast<std::uint8_t*>(const_cast<char*>(from.data())), from.size());
   }
   template <typename Element, Sequence To>
@@ -182,7 +183,7 @@ class Getter {
     }
   }
 
-  // What no member of the sample has the name of.
+  // Fields without a member of the same name in the sample.
   static void rest(const millrace_InstanceLoad& from, InstanceLoad& to) {
     to.status.waiting = std::min(from.waiting, from.calls._length);
     to.status.running = from.calls._length - to.status.waiting;
@@ -254,7 +255,7 @@ auto elements_of(const From& from) {
   return std::span(from._buffer, from._length);
 }
 
-/// What a request has too much of; empty if it is none.
+/// Which limit a request exceeds; empty if none.
 std::string excess_of(const millrace_VariableRequest& sample) {
   if (sample.names._length > most_variables) {
     return fmt::format("{} names; at most {} are answered in one request", sample.names._length,

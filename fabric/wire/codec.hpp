@@ -69,7 +69,7 @@ template <>
 struct Codec<ProgramEvent> : CodecOf<ProgramEvent, millrace_ProgramEvent, program_topic> {};
 template <>
 struct Codec<Alarm> : CodecOf<Alarm, millrace_Alarm, alarm_topic> {};
-/// Of a request with too much nothing is copied: `excess` says what it is.
+/// A request over a limit is not copied: `excess` names the limit.
 template <>
 struct Codec<VariableRequest>
     : CodecOf<VariableRequest, millrace_VariableRequest, variable_request_topic> {};

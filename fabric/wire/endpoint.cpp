@@ -51,7 +51,7 @@ dds::Listener reader_listener(const dds::Participant& participant, const Endpoin
   }
   dds_on_subscription_matched_fn taken = nullptr;
   dds_lget_subscription_matched(listener.get(), &taken);
-  // Who listens to matches himself judges himself.
+  // An endpoint with its own match listener authenticates by itself.
   if (participant.authenticator() != nullptr && taken == nullptr) {
     participant.authenticator()->listen(listener.get());
   }

@@ -1,4 +1,4 @@
-// What readers and writers have in common.
+// The common parts of readers and writers.
 #pragma once
 
 #include <chrono>
@@ -13,14 +13,13 @@
 namespace millrace::fabric::wire {
 
 struct EndpointOptions {
-  /// What discovery tells of the endpoint.
+  /// The user_data of the endpoint in discovery.
   std::string user_data{};
   /// Not owned; copied by Cyclone.
   const dds_listener_t* listener = nullptr;
   /// A reader that does not hear the writers of its own participant.
   bool others_only = false;
-  /// A reader that hands out also what nobody is believed to have said, marked so
-  /// (Taken::authorization).
+  /// A reader that also returns unauthorized samples, marked as such (Taken::authorization).
   bool deliver_unauthorized = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
@@ -30,9 +29,9 @@ struct EndpointOptions {
   std::optional<std::chrono::milliseconds> lease{};
 };
 
-/// What a writer with these options offers.
+/// The QoS that a writer with these options offers.
 dds::Qos writer_qos(const Topic& topic, const EndpointOptions& options);
-/// What a reader with these options asks for.
+/// The QoS that a reader with these options requests.
 dds::Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options);
 
 /// The DDS topic of one endpoint; throws std::runtime_error.
@@ -53,8 +52,8 @@ dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topi
 
 using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::size_t);
 
-/// What DDS calls the program of this writer, which is matched with `reader`, for people: the
-/// prefix of its GUID. Empty if it is not there any more.
+/// The DDS name of this writer's participant, which is matched with `reader`: the prefix of its
+/// GUID. Empty if it is gone.
 std::string program_of(dds_entity_t reader, dds_instance_handle_t writer);
 
 /// The same as samples of DCPSParticipant have it; nil if it is not there any more.

@@ -10,8 +10,8 @@ namespace millrace::fabric::wire {
 
 namespace {
 
-/// What an enumeration holds: a foreign one may hold what none of its names stands for, and C++
-/// does not let that be read as one of C, not even by std::bit_cast.
+/// The value of an enumeration: a foreign one may have a value without a name, and C++ does not
+/// allow to read that as an enumeration, not even with std::bit_cast.
 template <typename Enumeration>
 std::underlying_type_t<Enumeration> number_of(const Enumeration& value) {
   std::underlying_type_t<Enumeration> number{};
@@ -27,15 +27,15 @@ RequestKey key_of(const millrace_Reply& reply) {
 
 }  // namespace
 
-/// The type of replies in which each enumeration may have any value (dds_opcodes.h). What it says
-/// of itself in XTypes is what the type says, so that writers of the type match it.
+/// The type of replies in which each enumeration may have any value (dds_opcodes.h). Its XTypes
+/// description is that of the original type, so that writers of that type match it.
 struct ForeignReplies::Type {
   Type() {
     constexpr std::uint32_t opcode_mask = 0xFF000000;
     constexpr std::uint32_t type_mask = 0x007F0000;
     constexpr std::uint32_t any_value = 0x7FFFFFFF;
     for (std::size_t i = 0; i + 2 < ops.size(); ++i) {
-      // An instruction of three words: what it is, where, and the largest value.
+      // An instruction of three words: operation, offset, and the largest value.
       if ((ops[i] & opcode_mask) == DDS_OP_ADR && (ops[i] & type_mask) == DDS_OP_TYPE_ENU) {
         ops[i + 2] = any_value;
       }
@@ -65,7 +65,7 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                  topic_.handle(),
                  [](const void* sample, void* self) -> bool {
                    bool admitted = true;
-                   base::program::contain("looking whose a reply is", [&] {
+                   base::program::contain("finding the requester of a reply", [&] {
                      const auto& reply = *static_cast<const millrace_Reply*>(sample);
                      auto& replies = *static_cast<ForeignReplies*>(self);
                      const std::lock_guard guard(replies.lock_);
@@ -74,7 +74,7 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                    return admitted;
                  },
                  this),
-             "choose among replies");
+             "filter replies");
   // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
   // the instance has said.
   reader_ =

@@ -1,12 +1,11 @@
-// The replies that a caller takes: whoever has written them, of whatever kind, and not of more keys
-// than a caller has to do with.
+// The replies for a requester: of any writer and kind, limited to the keys of its own requests.
 //
 //   ForeignReplies replies(participant, "millrace/*", {.listener = listener.get()});
 //   replies.ask(key_of(request));                  // before it is published
 //   for (const Taken<Reply>& taken : replies.take()) …
 //
-// A Reader<Reply> drops a reply with a kind that it does not know before anybody hears of it, and
-// its call would wait for ever.
+// A Reader<Reply> drops a reply of an unknown kind without a report, and its call would wait for
+// ever.
 #pragma once
 
 #include <cstdint>
@@ -32,10 +31,9 @@ class ForeignReplies {
 
   /// Replies to this are taken, however many others there are.
   void ask(const RequestKey& key);
-  /// Up to 64; call it until it returns none. One of a kind or code that nobody knows has
-  /// unknown_kind.
+  /// Up to 64; call it until it returns none. A reply of an unknown kind or code has unknown_kind.
   std::vector<Taken<Reply>> take();
-  /// How many were dropped because they were of too many keys.
+  /// Number of replies that were dropped because of too many keys.
   [[nodiscard]] std::uint64_t dropped() const;
 
  private:

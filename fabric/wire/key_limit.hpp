@@ -1,5 +1,5 @@
-// How many keys a reader keeps of each writer: Cyclone keeps about 0.6 kB of each until no writer
-// has it any more, and a stranger can make up any number.
+// Limits the keys that a reader keeps of each writer: Cyclone keeps about 0.6 kB for each key until
+// it has no writer any more, and a stranger can invent any number.
 //
 //   KeyLimit limit(4);                     // outlives the topic, and is not moved
 //   limit.watch(topic);                    // before the reader is created
@@ -37,13 +37,13 @@ class KeyLimit {
   void watch(const dds::Entity& topic);
   /// Whether a sample of this key is to be kept. In Cyclone's threads.
   bool admits(dds_instance_handle_t writer, dds_instance_handle_t key);
-  /// How many samples were admitted so far.
+  /// Number of samples that were admitted so far.
   [[nodiscard]] std::uint64_t admitted() const {
     const std::lock_guard guard(lock_);
     return admitted_;
   }
-  /// What was taken after `before` says that no writer has this key any more. Not if a sample of it
-  /// was admitted since: that one Cyclone still keeps.
+  /// A sample that was taken after `before` shows that this key has no writer any more. Ignored if
+  /// a sample of it was admitted since: Cyclone still keeps that one.
   void forget(dds_instance_handle_t key, std::uint64_t before);
   /// A writer of which something was dropped since the last call.
   std::optional<dds_instance_handle_t> take_flooding() {

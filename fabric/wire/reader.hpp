@@ -24,7 +24,7 @@
 
 namespace millrace::fabric::wire {
 
-/// What DDS says about the key of a sample at the moment it is taken.
+/// What DDS reports about the key of a sample when it is taken.
 enum class InstanceState {
   alive,
   /// The writer took it back.
@@ -39,12 +39,11 @@ struct Taken {
   /// False if only the key of `value` means something: news of its presence.
   bool valid = false;
   InstanceState instance_state = InstanceState::alive;
-  /// Who has sent it, as in the samples of DCPSPublication: what DDS says, whatever the sample
-  /// does.
+  /// The writer, as in the samples of DCPSPublication: from DDS, not from the sample.
   dds_instance_handle_t writer = DDS_HANDLE_NIL;
-  /// Whether its writer may say so, where there is trust. What is not believed is handed out by
-  /// readers that ask for it (EndpointOptions::deliver_unauthorized), and told of and dropped by
-  /// the others. What comes from a writer that has proved nothing waits until it has, or for two
+  /// Whether its writer may publish this, with trust. Readers with
+  /// EndpointOptions::deliver_unauthorized return unauthorized samples, all others log and drop
+  /// them. A sample of a writer without a proved identity waits until it has one, or for two
   /// seconds.
   Authorization authorization = Authorization::granted;
 };
@@ -59,13 +58,13 @@ class Reader {
   /// Up to 64 samples; call it until it returns none.
   std::vector<Taken<Value>> take();
 
-  /// Changes what discovery tells of the reader.
+  /// Changes the reader's user_data in discovery.
   void set_user_data(const std::string& user_data);
 
   /// Samples that writers overwrote or dropped before they arrived here, since the start.
   [[nodiscard]] std::uint32_t lost() const;
 
-  /// Waits until its listener has ended what it does, and never calls it again.
+  /// Waits until its listener has finished, and never calls it again.
   void silence();
 
   /// Handles of the writers that are matched, as in the samples of DCPSPublication.
@@ -76,7 +75,7 @@ class Reader {
   /// For the log, if samples of too many keys of a writer were dropped since the last call
   /// (Topic::most_keys).
   std::optional<std::string> take_flooding();
-  /// What DDS calls the program of a writer.
+  /// The DDS name of a writer's participant.
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
   }
@@ -85,7 +84,7 @@ class Reader {
   dds_instance_handle_t participant_of(dds_instance_handle_t writer);
 
  private:
-  /// What was taken of writers that have proved nothing yet; with trust only.
+  /// Samples of writers without a proved identity; with trust only.
   struct UnauthenticatedSamples {
     using Clock = std::chrono::steady_clock;
     struct One {
@@ -108,7 +107,7 @@ class Reader {
   /// Whether it is to be handed out now.
   bool authorize(Taken<Value>& taken);
   void drop(const Taken<Value>& taken);
-  /// What a sample that was taken after `before` says of its key.
+  /// Evaluates what a sample that was taken after `before` shows about its key.
   void note_key(const dds_sample_info_t& info, std::uint64_t before);
   void take_unauthenticated(std::vector<Taken<Value>>& taken);
 
@@ -235,7 +234,7 @@ void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before
   }
 }
 
-/// What is proved by now, and what has waited for too long.
+/// Samples that are proved by now, and those that have waited for too long.
 template <typename Value>
 void Reader<Value>::take_unauthenticated(std::vector<Taken<Value>>& taken) {
   const auto now = UnauthenticatedSamples::Clock::now();
@@ -301,8 +300,9 @@ std::optional<std::string> Reader<Value>::take_flooding() {
   if (!writer) {
     return std::nullopt;
   }
-  return fmt::format("participant {} tells of more than {} things on {}: further ones are dropped",
-                     program_of(*writer), limit_->most(), Codec<Value>::topic().name);
+  return fmt::format(
+      "participant {} writes more than {} DDS instances on {}: further ones are dropped",
+      program_of(*writer), limit_->most(), Codec<Value>::topic().name);
 }
 
 template <typename Value>

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::int32_t last_only = 1;
 
-/// A reader keeps one history for each key, whoever writes it. With a depth of 1, a participant
-/// that writes another's key often would replace that one's sample before the reader takes it.
+/// A reader keeps one history for each key, of all writers. With a depth of 1, a participant that
+/// often writes another's key would replace that sample before the reader takes it.
 constexpr std::int32_t last_of_a_key = 32;
 
 /// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds
@@ -27,7 +27,7 @@ constexpr std::int32_t events_in_flight = 8192;
 /// Neither has this one: an operator sends them one by one.
 constexpr std::int32_t commands_in_flight = 16;
 
-/// What a gateway tells of commands, and of each variable that was written.
+/// Outcomes of commands and of each written variable.
 constexpr std::int32_t outcomes_in_flight = 256;
 
 /// Of one group of data: what a recorder may be behind. At 100 heartbeats a second that is a third
@@ -37,7 +37,7 @@ constexpr std::int32_t heartbeats_in_flight = 32;
 /// Of one channel: programs come one after the other, and short ones many in a second.
 constexpr std::int32_t program_events_in_flight = 128;
 
-/// Of one requester: what it may be behind.
+/// Requests of one requester that may be unread.
 constexpr std::int32_t questions_in_flight = 64;
 
 /// Should a write ever have to wait for a reader, it fails instead.
@@ -58,11 +58,10 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-// A writer asks one instance: its keys are the channels of who asks.
+// A writer sends to one instance: its keys are the channels of the requester.
 const Topic request_topic{
     "millrace/v3/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
-// Twice as many as an instance keeps for those who find it later
-// (fabric/endpoints/reply_endpoint.cpp).
+// Twice as many as an instance keeps for later readers (fabric/endpoints/reply_endpoint.cpp).
 const Topic reply_topic{
     "millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
@@ -89,8 +88,8 @@ const Topic variable_reply_topic{"millrace/variable/reply", &millrace_VariableRe
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos = common_qos(topic, user_data);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, topic.writer_depth);
-  // For those who join later the last sample of each key stays, and none that others only have not
-  // acknowledged yet.
+  // Later readers get the last sample of each key, and none that others have only not acknowledged
+  // yet.
   dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, last_only, DDS_LENGTH_UNLIMITED,
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
   // A withdrawal is said explicitly (Writer::withdraw). What a writer leaves behind when it dies is
@@ -139,7 +138,7 @@ std::optional<RequestPartition> parse_request_partition(std::string_view fabric,
     return std::nullopt;
   }
   partition.remove_prefix(fabric.size() + 1);
-  // An identifier that is no UUID may have slashes in it.
+  // An identifier that is not a UUID may have slashes in it.
   const auto end = partition.rfind('/');
   if (end == std::string_view::npos || end == 0) {
     return std::nullopt;

@@ -13,9 +13,9 @@
 //   millrace/program     gateway to tools                    partition FABRIC
 //   millrace/variable/request   tools to gateways            partition FABRIC
 //   millrace/variable/reply     gateway to one requester         partition FABRIC/ASKER
-// Those of variables have no key. Requests are volatile: an requester repeats one until it is
-// answered. The last reply waits for an requester that the gateway finds only now. Who may write
-// and read which one where there is trust: fabric/trust/grants.hpp.
+// Those of variables have no key. Requests are volatile: a requester repeats its request until it
+// is answered. The last reply stays for a requester that the gateway discovers later.
+// fabric/trust/grants.hpp has the permissions with trust.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each
 // other; the number in it is the version.
@@ -32,7 +32,7 @@
 
 namespace millrace::fabric::wire {
 
-/// What sets a topic apart from the others.
+/// What distinguishes a topic from the others.
 struct Topic {
   const char* name = nullptr;
   const dds_topic_descriptor_t* type = nullptr;
@@ -43,9 +43,9 @@ struct Topic {
   std::int32_t writer_depth = 1;
   /// A sample that is lost is followed by the next one soon.
   bool best_effort = false;
-  /// Of so many keys of each writer a reader takes samples, and drops those of others before
-  /// anything is kept of them: far more than a plant has, and as many as a stranger may cost us
-  /// memory. 0: the topic has no key.
+  /// Largest number of keys that a reader keeps of each writer; it drops samples of further keys
+  /// before anything is stored. Far more than a plant has, and no more memory than a stranger may
+  /// cost. 0: the topic has no key.
   std::size_t most_keys = 0;
 };
 
@@ -66,7 +66,7 @@ extern const Topic program_topic;
 extern const Topic variable_request_topic;
 extern const Topic variable_reply_topic;
 
-/// How much a reader keeps. Reliable and durability come from the topic.
+/// How much a reader keeps. Reliability and durability come from the topic.
 enum class Keep {
   /// The newest samples of each key, at most 32.
   last,
@@ -74,7 +74,7 @@ enum class Keep {
   all
 };
 
-/// What a writer offers: reliable, but it never waits for a slow reader.
+/// The QoS of a writer: reliable, but it never waits for a slow reader.
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data = {});
 dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data = {});
 /// Of a publisher or subscriber.
@@ -94,7 +94,7 @@ struct RequestPartition {
   std::string uuid;
   InstanceId instance;
 };
-/// What a request_partition of this fabric is made of; nothing for patterns and other partitions.
+/// The parts of a request partition of this fabric; nullopt for patterns and other partitions.
 std::optional<RequestPartition> parse_request_partition(std::string_view fabric,
                                                         std::string_view partition);
 

@@ -28,11 +28,11 @@ class Writer {
   /// frees it for each sample of a volatile topic, in a thread of its own.
   tl::expected<void, std::string> hold(const Value& value);
 
-  /// Takes the sample of this key back: who has it sees it disposed, who joins later sees nothing.
+  /// Withdraws the sample of this key: existing readers see it disposed, later ones see nothing.
   void withdraw(const Value& value);
 
-  /// Has nothing more to say of this key: who has the sample sees it orphaned, unless another
-  /// writer has it too; who joins later sees nothing of ours.
+  /// Unregisters this key: existing readers see the sample orphaned, unless another writer has the
+  /// key too; later readers see nothing of this writer.
   void unregister(const Value& value);
 
   /// Says that it is there, as a sample says too; for a writer with a lease. What readers have of

@@ -34,7 +34,7 @@ std::optional<std::chrono::nanoseconds> Sent::note_read(bool shows, const ReadTi
     return {};
   }
   shown = true;
-  // Of one that was written again, nobody can tell which write is shown.
+  // After a repeated write it is unknown which of the writes is shown.
   return times > 1 ? std::nullopt
                    : std::optional(late ? read.came - last : std::chrono::nanoseconds{});
 }
@@ -147,7 +147,8 @@ AnswerWriter::Step AnswerWriter::decide_final(const ServiceSnapshot& snapshot, R
       return state_sent_.due_again(time) ? over() : Step::read;
     }
     if (!text_last_ && !response_stands_ && !written_here_) {
-      // An earlier run has written RESPONSE. If that is not late, somebody else has written since.
+      // An earlier run wrote RESPONSE. If that write is not late, another writer has changed it
+      // since.
       return response_sent_.due_again(time) ? Step::dropped : Step::read;
     }
     if (!text_last_ && !response_stands_ && may_be_released()) {
@@ -163,7 +164,7 @@ AnswerWriter::Step AnswerWriter::decide_uncleared(const ReadTime& time) {
     return Step::write_response;
   }
   if (!clearing_recorded_) {
-    // Who finds the call in the journal relies on RESPONSE.
+    // A gateway that finds the call in the journal relies on RESPONSE.
     return response_unknown_ && !response_stands_
                ? bring(response_sent_, Step::write_response, "RESPONSE", time)
                : Step::record_clearing;
@@ -182,7 +183,7 @@ AnswerWriter::Step AnswerWriter::decide_uncleared(const ReadTime& time) {
     report_ =
         "this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; "
         "if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this "
-        "machine, and its first answer need not wait";
+        "machine, and its first response is released earlier";
     problem_.clear();
   }
   return clearing_is_.is_shown ? Step::read : complete(time);
@@ -234,8 +235,9 @@ AnswerWriter::Step AnswerWriter::bring(const Sent& sent, Step write, std::string
 }
 
 void AnswerWriter::repeat(const Sent& sent, std::string_view what) {
-  problem_ = fmt::format("the controller acknowledged {} and does not show it; written {} times",
-                         what, sent.times + 1);
+  problem_ =
+      fmt::format("the controller acknowledged {}, but its reads do not show it; written {} times",
+                  what, sent.times + 1);
   report_ = problem_;
 }
 
@@ -255,7 +257,7 @@ void AnswerWriter::wait(SteadyTime now) {
 }
 
 AnswerWriter::Step AnswerWriter::on_written(SteadyTime now) {
-  // What it wrote is read next, at once.
+  // The write is verified by a read at once.
   read_at_ = {};
   switch (next_) {
     case Step::write_response:
@@ -277,7 +279,7 @@ AnswerWriter::Step AnswerWriter::on_written(SteadyTime now) {
       next_ = text_last_ ? Step::read : Step::done;
       break;
     default:
-      assert(false && "no write was asked for");
+      assert(false && "no write was requested");
   }
   return next_;
 }
@@ -296,7 +298,7 @@ AnswerWriter::Step AnswerWriter::on_unknown(SteadyTime now) {
       state_sent_.note(now);
       break;
     default:
-      assert(false && "no write was asked for");
+      assert(false && "no write was requested");
   }
   read_at_ = {};
   next_ = Step::read;
@@ -321,8 +323,8 @@ AnswerWriter::Step AnswerWriter::read_again() {
 
 void AnswerWriter::on_link_up() {
   read_again();
-  // What was acknowledged may still take effect, and an interim answer must not be followed by a
-  // final one before that.
+  // An acknowledged write may still take effect later, and the final response must not follow an
+  // interim one before that.
   if (kind_ == Kind::final && clear_sent_.times == 0 && state_sent_.times == 0) {
     response_sent_ = {};
   }

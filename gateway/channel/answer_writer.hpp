@@ -69,7 +69,7 @@ struct Sent {
     last = now;
     shown = false;
   }
-  /// How long after its acknowledgement it was shown, the first time that a read shows it.
+  /// The time from its acknowledgement until the first read that shows it.
   std::optional<std::chrono::nanoseconds> note_read(bool shows, const ReadTime& read);
   /// A read that was asked for then and does not show it proves that it is lost.
   [[nodiscard]] bool due_again(const ReadTime& read) const;
@@ -91,7 +91,8 @@ class AnswerWriter {
     write_state,
     /// The answer is written, or the program has read it and moved on.
     done,
-    /// The program withdrew or changed the request, or somebody else answered it: drop the answer.
+    /// The NC program withdrew or changed the request, or another writer answered it: drop the
+    /// response.
     dropped,
   };
 
@@ -117,7 +118,7 @@ class AnswerWriter {
   [[nodiscard]] const std::string& text() const { return response_.text(); }
   [[nodiscard]] std::uint32_t state() const { return response_.state(); }
   [[nodiscard]] bool text_last() const { return text_last_; }
-  /// What a read must take in: all, once something was or may have been written.
+  /// The variables that a read must cover: all, once a write was or may have been sent.
   [[nodiscard]] ReadSet reads() const {
     return resumed_ || response_sent_.times + clear_sent_.times + state_sent_.times > 0
                ? ReadSet::all
@@ -127,7 +128,7 @@ class AnswerWriter {
   /// Something has changed in the channel: the next read is due at once.
   void read_now() { read_at_ = {}; }
 
-  /// How this controller treats REQUEST_STATE.
+  /// How this controller handles REQUEST_STATE.
   struct Clearing {
     /// A read shows 0 after 0 was written; false where the kernel clears it itself once
     /// RESPONSE_STATE is written, and no read shows 0 before that.
@@ -156,9 +157,9 @@ class AnswerWriter {
   Step on_recorded(bool fresh);
   /// Nothing was written, and what the last read showed has aged: the controller refused.
   Step read_again();
-  /// The same on a new connection. What has no effect on whom the program hears is begun again.
+  /// The same on a new connection. Steps that do not affect what the NC program sees are repeated.
   void on_link_up();
-  /// The channel shows what may change by itself: read again a little later.
+  /// The channel shows a state that may change by itself: read again a little later.
   void wait(SteadyTime now);
 
   /// The write that releases the program was sent, or may have been.
@@ -188,7 +189,8 @@ class AnswerWriter {
   [[nodiscard]] std::uint32_t state_before() const { return state_before_; }
   /// Why the answer is not in yet; empty while nothing is wrong.
   [[nodiscard]] std::string_view problem() const { return problem_; }
-  /// How long after its acknowledgement the last read showed a write that no read had shown before.
+  /// The time from its acknowledgement until the last read, if that is the first one to show a
+  /// write.
   std::optional<std::chrono::nanoseconds> take_shown_after() {
     return std::exchange(shown_after_, std::nullopt);
   }
@@ -202,7 +204,7 @@ class AnswerWriter {
                                   const PendingRequest& request, const ReadTime& time);
   /// REQUEST_STATE is still what the program wrote.
   [[nodiscard]] Step decide_uncleared(const ReadTime& time);
-  /// What is left to do before the release, and the release.
+  /// The remaining steps before the release, and the release.
   [[nodiscard]] Step complete(const ReadTime& time);
   [[nodiscard]] Step release(const ReadTime& time);
   /// Writes it, or, once that is done, waits for a read to show it.
@@ -233,12 +235,12 @@ class AnswerWriter {
   /// The journal knows that REQUEST_STATE is being cleared.
   bool clearing_recorded_ = false;
 
-  // What the last read shows.
+  // Values of the last read.
   bool request_state_zero_ = false;
   bool response_stands_ = false;
   bool state_stands_ = false;
 
-  /// A read has shown 0, whoever wrote it.
+  /// A read has shown 0, by any writer.
   bool zero_read_ = false;
   bool zero_seen_ = false;
   bool state_seen_ = false;

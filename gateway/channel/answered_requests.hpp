@@ -4,11 +4,12 @@
 //   answered.replace({key, epoch, instance});          // it is asked for the channel's next call
 //   for (const auto& request : answered.due(now)) …    // withdraw them
 //
-// The next request of a channel to the same instance replaces the one before on the fabric, so
-// taking each answered one back first would say nothing new to anybody: it would cost two messages
-// a call, and Cyclone, which frees at most about a thousand DDS instances a second, memory without
-// limit above that rate. What is left is taken back once it has been quiet for a while, so that a
-// process that joins later finds pending calls only; so many at a time that Cyclone keeps up.
+// The next request of a channel to the same instance replaces the previous one on the fabric, so
+// withdrawing each answered request first would tell no reader anything new: it would cost two
+// messages a call, and above about a thousand DDS instances a second, which Cyclone frees at most,
+// memory without limit. The remaining requests are withdrawn once they have been quiet for a while,
+// so that a process that joins later finds only pending calls; the number at a time is limited to
+// what Cyclone keeps up with.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +28,7 @@ class AnsweredRequests {
  public:
   /// A request stays for at least this long.
   static constexpr std::chrono::seconds quiet{1};
-  /// How often it is looked who has been quiet for long enough, and how many are taken back then.
+  /// How often quiet requests are searched, and the largest number that is withdrawn then.
   static constexpr std::chrono::milliseconds pause{250};
   static constexpr std::size_t at_once = 200;
 

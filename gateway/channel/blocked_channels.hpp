@@ -1,5 +1,5 @@
-// Since when channels stand, and why: held for an operator, or left alone. The journal knows it, so
-// that a gateway that starts anew shows the same. Pure.
+// Since when channels are blocked, and why: they wait for an operator, or no service has the UUID.
+// The journal stores it, so that a restarted gateway shows the same. Pure.
 //
 //   blocked.note(status, now);
 //   if (const BlockedEntry* entry = blocked.of(status)) …
@@ -16,13 +16,13 @@ class BlockedChannels {
  public:
   explicit BlockedChannels(Outputs& port) : port_(port) {}
 
-  /// What the journal knows.
+  /// Takes over the entries of the journal.
   void resume(std::map<fabric::ChannelKey, BlockedEntry> known) { entries_ = std::move(known); }
-  /// Remembers that the channel stands, or that it does not any more. A journal that is full says
-  /// so itself, and is no place for this: then `begins` is false, and nothing new is remembered.
+  /// Stores that the channel is blocked, or that it is not any more. With `begins` false nothing
+  /// new is stored: a full journal raises its own alarm.
   void note(const fabric::ChannelStatus& status, bool begins, Moment now);
   void forget(const fabric::ChannelKey& key);
-  /// What it is remembered to stand for, if that is the same; nullptr if not.
+  /// The stored entry for the same cause; nullptr if there is none.
   [[nodiscard]] const BlockedEntry* of(const fabric::ChannelStatus& status) const;
 
  private:

@@ -25,7 +25,7 @@ Channel::Channel(fabric::ChannelKey key, ChannelContext& context, ReadIntervals 
     : intervals_(intervals), out_(std::move(key), context), effects_(std::move(effects)) {}
 
 void Channel::on_link_up(Moment now) {
-  assert(io_ == Io::none && "each read and write is answered before the link comes back");
+  assert(io_ == Io::none && "all reads and writes end before the connection is restored");
   link_up_ = true;
   zero_seen_ = false;
   controller_error_.clear();
@@ -144,11 +144,10 @@ void Channel::on_write(WriteOutcome outcome, const std::string& reason, Moment n
       hold_off(reason, now);
       break;
     case WriteOutcome::unknown:
-      out_.log(
-          Level::warn,
-          fmt::format("call {}: a write may or may not have taken place ({}); the channel is read "
-                      "before anything else is written",
-                      call_->id().to_string(), reason));
+      out_.log(Level::warn,
+               fmt::format("call {}: a write may or may not have reached the controller ({}); the "
+                           "channel is read before the next write",
+                           call_->id().to_string(), reason));
       writer->on_unknown(now.steady);
       break;
   }
@@ -196,9 +195,9 @@ void Channel::drain(Moment now) {
 void Channel::hand_over(const std::string& reason, Moment now) {
   draining_ = true;
   handed_over_ = reason;
-  // An answer that has begun to release the program is brought to its end; nobody else can. After
-  // an interim answer the kernel may have cleared REQUEST_STATE, and the other gateway sees no
-  // request: the next read tells.
+  // A response that has begun to release the NC program is completed: no other gateway can do that.
+  // After an interim response the kernel may have cleared REQUEST_STATE, and the other gateway sees
+  // no request: the next read decides.
   if (call_ && !call_->call().clearing && call_->call().shown.empty()) {
     leave_to_the_other(now);
   }
@@ -362,8 +361,7 @@ void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
   if (snapshot.set == ReadSet::request) {
     whole_due_ = now.steady + intervals_.full;
     if (!call_->verify(out_, now)) {
-      end(false, "the gateway was restarted before it had answered; the request is read again",
-          now);
+      end(false, "the gateway was restarted before it responded; the request is read again", now);
     }
   }
 }
@@ -415,11 +413,12 @@ void Channel::publish_status(Moment now) {
   if (call_) {
     view = call_->view();
   } else if (released_call_ && released_call_->open) {
-    // The journal still has the call, and so has who takes the channel over.
+    // The journal still has the call, and so does the gateway that takes over the channel.
     view.state = answering;
     view.uuid = released_call_->answer.request().uuid;
     view.call = released_call_->call;
-    view.reason = "answered; no read has shown yet that the program has gone on";
+    view.reason =
+        "the response is written; no read has shown yet that the NC program has continued";
   } else if (reader_.unserved()) {
     view.state = unserved;
     view.uuid = reader_.unserved()->uuid;
@@ -428,8 +427,10 @@ void Channel::publish_status(Moment now) {
     view.state = idle;
   } else {
     // Idle is a word that other gateways rely on.
-    view.reason = unknown_ ? "RESPONSE_STATE stands beside a request: it may be answered already"
-                           : "connected; what stands in the channel is not known yet";
+    view.reason =
+        unknown_
+            ? "RESPONSE_STATE is not 0 beside a request: the request may have its response already"
+            : "connected; the channel was not read yet";
   }
   if (!link_up_) {
     view.state = link_down;

@@ -1,7 +1,7 @@
-// One channel's conversation with its controller and the fabric: looks at it, finds requests,
-// brings the answers back. Pure: takes events and times; what is to be done outside goes out
-// through the context's Outputs, and what the gateway has to do comes from take_news(). What
-// becomes of an accepted call is said in gateway/channel/open_call.hpp.
+// The connection of one channel between its controller and the fabric: polls the channel, finds
+// requests and writes responses. Pure: takes events and times; actions go to the context's Outputs,
+// and the gateway gets its tasks from take_news(). gateway/channel/open_call.hpp describes accepted
+// calls.
 //
 //   Channel channel({"cnc", 1}, context);
 //   channel.on_link_up(now);                  → read(ReadSet::state)
@@ -46,11 +46,10 @@ class Channel {
   /// The link was taken away: what was asked of it is not answered any more.
   void on_link_dropped(const std::string& reason, Moment now);
   void on_wake(Moment now);
-  /// From now on changes are told, so looks are for safety only; or they are not. Not so on a new
-  /// link.
+  /// The controller now sends notifications, so polling is only a safeguard; or it does not. Reset
+  /// by a new link.
   void set_notified(bool notified, Moment now);
-  /// The controller tells that this variable has changed: it is time to read. What has changed is
-  /// for the read to find.
+  /// The controller notified a change of this variable: read now. The read finds what has changed.
   void on_change(Variable variable, Moment now);
   void on_read(const ServiceSnapshot& snapshot, Moment now);
   /// `reason` in words, with the code.
@@ -58,7 +57,7 @@ class Channel {
   void on_write(WriteOutcome outcome, const std::string& reason, Moment now);
   void on_recorded(EntryNumber entry, Moment now);
 
-  /// What the steps since have to say to the gateway.
+  /// The news of all steps since the last call.
   ChannelNews take_news() { return out_.take_news(); }
 
   /// The request of ChannelNews::found.
@@ -69,13 +68,13 @@ class Channel {
   void accept(fabric::CallId id, const Policy& policy, Moment now);
   /// Leaves it alone; `reason` says why.
   void leave_unserved(const std::string& reason, const Policy& policy, Moment now);
-  /// Finds a request again that was left: somebody new is there.
+  /// Finds a skipped request again, because a new instance has appeared.
   void offer_again(Moment now);
 
-  /// Somebody looks who has not looked before.
+  /// A new reader has appeared.
   void republish_status(Moment now) { publish_status(now); }
 
-  // What becomes of the call, as OpenCall has it; nothing if there is none, or it is answered.
+  // The progress of the call in OpenCall; without effect if there is none, or it is answered.
   void assign(const Assignment& assignment, Moment now);
   void suspend(const std::string& reason, bool held, Moment now);
   void hold(const std::string& reason, Moment now);
@@ -173,8 +172,8 @@ class Channel {
   /// True if the answer that was written last is in, and the channel idle or asked again.
   bool release_is_over(const ServiceSnapshot& snapshot, Moment now);
   void end(bool written, const std::string& detail, Moment now);
-  /// There is a call, or one whose end the journal does not know; or, for some seconds, one whose
-  /// last write no read has shown: if it is lost, nobody else writes it again.
+  /// There is a call, or one whose end is not in the journal yet; or, for some seconds, one whose
+  /// last write no read has shown: if that write is lost, no other gateway repeats it.
   [[nodiscard]] bool has_work() const {
     return call_ || (released_call_ && (released_call_->open ||
                                         (link_up_ && released_call_->answer.problem().empty())));
@@ -209,13 +208,13 @@ class Channel {
   bool read_again_ = false;
   /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
   std::string handed_over_;
-  /// What is shown of the channel stays the call that was left to the other gateway, which must not
-  /// give it out again.
+  /// The published status stays the call that was left to the other gateway, which must not
+  /// dispatch it again.
   bool final_status_ = false;
-  /// As told last.
+  /// The last logged one.
   std::string write_problem_;
   std::string link_reason_ = "not connected yet";
-  /// What the controller refused last; empty while it answers.
+  /// The controller's last error; empty while it responds.
   std::string controller_error_;
   Io io_ = Io::none;
   SteadyTime due_{};
@@ -244,11 +243,11 @@ class Channel {
   };
   std::optional<ReleasedCall> released_call_;
   std::optional<EndedCall> past_;
-  /// To whom that one was given.
+  /// The instances that the last call was dispatched to.
   std::vector<fabric::InstanceId> past_asked_;
-  /// Of the call that was answered late last: whose replies were told.
+  /// The late replies to the last answered call that were logged.
   LateReplies late_replies_;
-  /// When it was said last that somebody answers who was not asked.
+  /// When the last reply from an instance without the call was logged.
   std::optional<SteadyTime> unassigned_logged_;
 };
 

@@ -98,9 +98,9 @@ void Channel::on_reply(const fabric::Reply& reply, Moment now) {
   if (!call_ || reply.call != call_->id()) {
     late_reply(reply, now);
   } else if (!call_->call().asked(reply.instance)) {
-    log_unassigned_reply(reply, "a call that was not given to it", now);
+    log_unassigned_reply(reply, "a call that was not dispatched to it", now);
   } else if (!call_->call().request.is_what(reply)) {
-    log_unassigned_reply(reply, "another request than ours under the same id", now);
+    log_unassigned_reply(reply, "another request with the same call id", now);
   } else {
     ask_call(now, [&](OpenCall& call) {
       if (!call.take(reply, out_, now)) {
@@ -111,17 +111,17 @@ void Channel::on_reply(const fabric::Reply& reply, Moment now) {
   finish(now);
 }
 
-/// It may do so ten thousand times a second, for each call anew.
+/// An instance may send ten thousand replies a second, each to another call.
 void Channel::log_unassigned_reply(const fabric::Reply& reply, std::string_view what, Moment now) {
   if (unassigned_logged_ && now.steady - *unassigned_logged_ < unassigned_pause) {
     return;
   }
   unassigned_logged_ = now.steady;
-  out_.log(Level::warn,
-           fmt::format("call {}: instance {} answers {}; its reply is dropped (said every {} s at "
-                       "most)",
-                       reply.call.to_string(), reply.instance.to_string(), what,
-                       unassigned_pause.count()));
+  out_.log(
+      Level::warn,
+      fmt::format(
+          "call {}: instance {} replies to {}; the reply is dropped (logged at most every {} s)",
+          reply.call.to_string(), reply.instance.to_string(), what, unassigned_pause.count()));
 }
 
 void Channel::late_reply(const fabric::Reply& reply, Moment now) {
@@ -154,11 +154,11 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
     event.text = response->text();
     event.state = response->state();
   }
-  event.detail = in_hand || past_->answered ? "the call is answered already"
-                                            : "the program waits for this answer no more";
+  event.detail = in_hand || past_->answered ? "the call has its response already"
+                                            : "the NC program has stopped waiting";
   out_.log(Level::info,
-           fmt::format("call {}: the reply of instance {} comes too late: {}",
-                       reply.call.to_string(), reply.instance.to_string(), event.detail));
+           fmt::format("call {}: the reply of instance {} is too late: {}", reply.call.to_string(),
+                       reply.instance.to_string(), event.detail));
   out_.publish(std::move(event), now);
 }
 
@@ -269,8 +269,8 @@ bool Channel::release_is_over(const ServiceSnapshot& snapshot, Moment now) {
     case Released::Found::unreleased:
       released_call_->write_again = true;
       out_.log(answer.problem().empty() ? Level::info : Level::warn,
-               fmt::format("call {}: no read has shown {} within {} ms: it is lost, or the program "
-                           "has reset it already; it is written again",
+               fmt::format("call {}: no read has shown {} within {} ms: the write is lost, or the "
+                           "NC program has reset the value already; it is written again",
                            released_call_->call.to_string(), name_of(answer.variable()),
                            takes_effect.count()));
       return false;

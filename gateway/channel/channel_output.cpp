@@ -95,7 +95,7 @@ void ChannelOutput::publish(const fabric::ChannelStatus& status) {
   fabric::ChannelStatus since_then = status;
   since_then.since = blocked->since;
   if (blocked->state == fabric::ChannelState::held) {
-    // Who was lost with it only the one that saw it can name.
+    // Only the gateway that saw the loss can name the lost instance.
     since_then.reason = blocked->reason;
   }
   context_.port.publish(since_then);

@@ -1,4 +1,4 @@
-// What a channel does: to the world at once, and for its owner until it asks.
+// The actions of a channel: to the outside at once, and for its owner until the owner asks.
 //
 //   ChannelOutput out({"cnc", 1}, context);
 //   const EntryNumber entry = out.append(AnsweredEntry{…});      // on_recorded(entry) follows
@@ -24,36 +24,36 @@ namespace millrace::gateway::channel {
 /// Of an entry that the journal has not confirmed yet; 0 = none.
 using EntryNumber = std::uint64_t;
 
-/// What a channel shows at the moment, beside its counters.
+/// The published state of a channel, without its counters.
 struct ChannelView {
   fabric::ChannelState state = fabric::ChannelState::link_down;
   std::string_view reason{};
   std::string_view uuid{};
   fabric::CallId call{};
   std::uint32_t attempt = 0;
-  /// Who has the call, or has answered it.
+  /// The instance that has the call, or answered it.
   fabric::InstanceId instance{};
 };
 
-/// What the channels of a gateway share.
+/// The shared state of all channels of a gateway.
 struct ChannelContext {
   explicit ChannelContext(Outputs& own_port) : port(own_port), blocked(own_port) {}
 
   Outputs& port;
   Readers readers{};
-  /// Why the journal cannot be written; empty while it can. What waits for it says so.
+  /// Why the journal cannot be written; empty while it can. Waiting calls show it as their reason.
   std::string journal_error{};
   AnsweredRequests answered{};
   BlockedChannels blocked;
-  /// Counts the entries of all channels: one may leave and come back before the journal confirms
-  /// what it was given before.
+  /// Counts the entries of all channels: a channel may leave and return before the journal confirms
+  /// its earlier entries.
   EntryNumber last_entry = 0;
   /// The gateway that had a channel before us, by its epoch: its calls there are over.
   std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash>
       predecessor_epochs{};
 };
 
-/// What a step of a channel means for the gateway, which does it in this order.
+/// What a step of a channel means for the gateway, which acts in this order.
 struct ChannelNews {
   struct Ended {
     fabric::CallId call;
@@ -92,20 +92,20 @@ class ChannelOutput {
 
   /// on_recorded(entry) is to follow.
   [[nodiscard]] EntryNumber append(const JournalEntry& entry);
-  /// The same, and nobody waits for it.
+  /// The same, without a callback.
   void append_untracked(const JournalEntry& entry) { context_.port.append(entry, {}); }
 
   void publish(fabric::Request request);
   /// Takes the call back from an instance.
   void withdraw(const fabric::InstanceId& instance, const fabric::CallId& call);
-  /// The instance has answered the call: nobody needs to be told, and the request is taken back
-  /// when the channel is quiet.
+  /// The instance has answered the call: it needs no notice, and the request is withdrawn when the
+  /// channel is quiet.
   void add_answered(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
     context_.answered.add({key(), call.epoch, instance}, now.steady);
   }
 
-  /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
-  /// call asks first.
+  /// Whether an event, or a line of this level, has a reader. Frequent messages are built only if
+  /// it has.
   [[nodiscard]] bool events_wanted() const { return context_.readers.events; }
   [[nodiscard]] bool wanted(Level level) const { return level >= context_.readers.min_level; }
   /// Adds the channel and the time.
@@ -118,10 +118,10 @@ class ChannelOutput {
   void report_write_problem(const std::string& text) {
     context_.port.report_write_problem(key(), text);
   }
-  /// Shows what is new in it, or, if nobody had looked until now, all; `view` refers to nothing of
-  /// this object.
+  /// Publishes the changes, or everything for a new reader; `view` refers to nothing of this
+  /// object.
   void publish_status(const ChannelView& view, Moment now);
-  /// Shows an idle channel, for the last time and whatever stands in it.
+  /// Publishes the channel as idle for the last time, whatever its state.
   void publish_idle(const std::string& reason, Moment now);
 
   /// For the gateway.
@@ -145,7 +145,7 @@ class ChannelOutput {
   fabric::ChannelStatus status_;
   /// Nothing was to be shown yet.
   bool fresh_ = true;
-  /// What was shown last, if somebody has looked since.
+  /// The last published status, if it has had readers since.
   std::optional<fabric::ChannelStatus> published_;
 };
 

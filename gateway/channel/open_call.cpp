@@ -59,7 +59,7 @@ void OpenCall::enter(Phase phase, std::string reason) {
 }
 
 bool OpenCall::may_be_assigned() const {
-  // What is held was given out by an earlier gateway, if not by us.
+  // A blocked call was dispatched by an earlier gateway, if not by this one.
   return !call_.attempts.empty() || std::holds_alternative<phase::Held>(phase_) ||
          call_.delivery == fabric::Delivery::at_most_once;
 }
@@ -200,7 +200,7 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
   if (answered()) {
     return;
   }
-  enter(phase::Waiting{unconfirmed_attempt()}, fmt::format("given out again by {}", by));
+  enter(phase::Waiting{unconfirmed_attempt()}, fmt::format("dispatched again by {}", by));
   out.log(Level::info, fmt::format("{}: {}", name(), reason_));
 }
 
@@ -240,7 +240,7 @@ void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutp
 }
 
 void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
-  // Whoever had it before does not hear of this.
+  // The earlier instances do not hear of this.
   for (const fabric::InstanceId& instance : std::exchange(asked_, {to.attempt.instance})) {
     if (instance != to.attempt.instance) {
       out.withdraw(instance, call_.id);
@@ -277,7 +277,7 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   publish_event(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out,
                 now);
   for (const fabric::InstanceId& instance : asked_) {
-    // Who else was given it may be running it still.
+    // The other instances that got it may still be running it.
     const bool runs_it_no_more = written && call_.answer->instance == instance;
     runs_it_no_more ? out.add_answered(instance, call_.id, now) : out.withdraw(instance, call_.id);
   }

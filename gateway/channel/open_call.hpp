@@ -1,5 +1,4 @@
-// A call that the gateway has accepted and not brought to its end, and in which phase it is. Pure:
-// says what is to be done through the channel's output.
+// An accepted call until its end, and its phase. Pure: actions go through the channel's output.
 //
 //      accepted           from the journal ─── with an answer ───┐
 //         │                      │                               │
@@ -11,8 +10,8 @@
 //                                                                ▼
 //      each of these ── take, answer_locally ──► Answered ── recorded ──► Writing ──► close
 //
-// A phase has what only it needs, numbers of journal entries among them: one whose phase is over
-// is nobody's. Interim answers have a way of their own beside the phases.
+// A phase has what only it needs, numbers of journal entries among them: one whose phase is over is
+// invalid. Interim responses are separate from the phases.
 #pragma once
 
 #include <optional>
@@ -35,7 +34,7 @@ struct LocalAnswer {
   std::string by;
 };
 
-/// How a call ended, for the replies that come after it.
+/// How a call ended, for later replies.
 struct EndedCall {
   fabric::CallId call;
   bool answered = false;
@@ -46,15 +45,15 @@ namespace phase {
 
 /// Of an earlier run; the channel has not shown yet that its program still waits.
 struct Unverified {
-  /// What the journal has for an answer, and a channel cannot take: an earlier version took it.
+  /// A response in the journal that a channel cannot take: an earlier version accepted it.
   std::optional<Answer> unwritable{};
 };
-/// Nobody has it.
+/// No instance has it.
 struct Waiting {
   /// Of the last attempt, while the journal has not confirmed it.
   EntryNumber entry = 0;
 };
-/// The journal is being told who gets it.
+/// The journal is storing the assignment.
 struct Assigned {
   Assignment to;
   EntryNumber entry = 0;
@@ -71,7 +70,7 @@ struct Held {
   /// for another reason.
   std::optional<SteadyTime> lost_since{};
 };
-/// It has its answer, and the journal is being told.
+/// It has its response, and the journal is storing it.
 struct Answered {
   Response answer;
   EntryNumber entry = 0;
@@ -101,12 +100,13 @@ class OpenCall {
   [[nodiscard]] bool verified() const { return !std::holds_alternative<phase::Unverified>(phase_); }
   /// An instance may have it, or have had it.
   [[nodiscard]] bool may_be_assigned() const;
-  /// What people see of it.
+  /// The published state of the call.
   [[nodiscard]] ChannelView view() const;
 
   /// The age of a call of an earlier run is counted from the first link on.
   void on_link_up(Moment now);
-  /// The program still waits. False if nobody was ever asked: the request is better found anew.
+  /// The NC program still waits. False if the call was never dispatched: the request is then found
+  /// again.
   bool verify(ChannelOutput& out, Moment now);
 
   // open_call.cpp: who gets it. Nothing happens to a call that is answered.
@@ -115,7 +115,8 @@ class OpenCall {
   void assign(const Assignment& to, ChannelOutput& out, Moment now);
   /// Takes it from its instance. It waits for another one, or, if `held`, for an operator.
   void suspend(const std::string& reason, bool held, ChannelOutput& out, Moment now);
-  /// Keeps it for an operator although nobody was asked by us: it may have run already.
+  /// Blocks the call for an operator although this gateway did not dispatch it: it may have run
+  /// already.
   void hold(const std::string& reason, ChannelOutput& out, Moment now);
   /// Why it still waits.
   void explain(const std::string& reason);
@@ -130,7 +131,7 @@ class OpenCall {
 
   // open_call_answer.cpp: what it is answered with.
 
-  /// An instance that was asked says something. False if the call has the answer of another one.
+  /// A reply of an instance that got the call. False if the call has the response of another one.
   bool take(const fabric::Reply& reply, ChannelOutput& out, Moment now);
   /// Answers it in the service's place.
   void answer_locally(const LocalAnswer& answer, ChannelOutput& out, Moment now);
@@ -139,7 +140,7 @@ class OpenCall {
 
   /// Lets the next interim answer begin its way, if it is its turn.
   void begin_writing(ChannelOutput& out);
-  /// What is on its way into the channel now, or nullptr.
+  /// The response being written, or nullptr.
   [[nodiscard]] AnswerWriter* writer();
   /// The writer's own read, which `status` judges.
   AnswerWriter::Step on_read(const ServiceSnapshot& snapshot, RequestStatus status,
@@ -151,14 +152,15 @@ class OpenCall {
     return (interim_at_ && now.steady - *interim_at_ < takes_effect) ||
            (writer != nullptr && writer->may_be_released());
   }
-  /// What a read says of it, REQUEST_STATE among what it holds. It may show the state of the last
-  /// interim answer; and once REQUEST_STATE has read 0, which a kernel may write after an interim
-  /// answer, another value is the program's next request, also if it is the same word for word.
+  /// What a read shows about the call, with REQUEST_STATE. It may show the state of the last
+  /// interim response; and once REQUEST_STATE has read 0, which a kernel may write after an interim
+  /// response, another value is the NC program's next request, even with identical texts.
   RequestStatus on_snapshot(const ServiceSnapshot& snapshot, Moment now);
   /// The program may still wait although both states read 0: a kernel that clears REQUEST_STATE
   /// when an interim answer is written shows that before the state of that answer.
   [[nodiscard]] bool may_show_interim(const ServiceSnapshot& snapshot, RequestStatus status) const;
-  /// Has the journal told that REQUEST_STATE is about to be cleared; false if it is told already.
+  /// Makes the journal store that REQUEST_STATE is about to be cleared; false if it is stored
+  /// already.
   bool record_clearing(ChannelOutput& out);
   /// An interim answer stands in the channel.
   void interim_written(ChannelOutput& out, Moment now);
@@ -167,14 +169,14 @@ class OpenCall {
   using Phase = std::variant<phase::Unverified, phase::Waiting, phase::Assigned, phase::Running,
                              phase::Held, phase::Answered, phase::Writing>;
 
-  /// An interim answer of which the journal is told; entry 0 once it has it.
+  /// An interim response that the journal is storing; entry 0 once it is stored.
   struct Interim {
     Response response;
     EntryNumber entry = 0;
   };
 
-  /// An answer, told from the next one of the same instance: a service of another make may leave
-  /// the attempt out.
+  /// A refused reply, distinguished from the next one of the same instance: a service without the
+  /// SDK may omit the attempt.
   struct Refused {
     Attempt of;
     fabric::Time answered{};
@@ -200,14 +202,14 @@ class OpenCall {
   void take_answer(const Attempt& of, Response response, const std::string& detail,
                    ChannelOutput& out, Moment now);
   void give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now);
-  /// Opens the call in the journal although nobody was asked.
+  /// Opens the call in the journal although it was not dispatched.
   void append_unasked(ChannelOutput& out) const;
   void publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
                      Moment now) const;
   void log_end(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
   [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
 
-  /// What the journal knows of it.
+  /// The call's data in the journal.
   CallRecord call_;
   /// The one under which it was accepted.
   Policy policy_;
@@ -218,7 +220,7 @@ class OpenCall {
   std::optional<SteadyTime> since_;
   /// False for one that the wall clock, set back since, calls younger than new.
   bool age_known_ = false;
-  /// The deadline is over and was told.
+  /// The deadline has passed and was logged.
   bool overdue_ = false;
   /// The newest interim answer, while another one is on its way.
   std::optional<Response> next_interim_;

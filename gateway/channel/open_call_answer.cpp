@@ -1,4 +1,5 @@
-// What an open call is answered with: by its service, in its place, and on the way to that.
+// The responses of an open call: from its service, from an operator or a policy, and until they are
+// stored.
 #include <algorithm>
 #include <utility>
 
@@ -72,8 +73,9 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
   }
   auto response = Response::of(reply.text, reply.state);
   if (response && call_.completion_signal == fabric::CompletionSignal::response) {
-    response = tl::unexpected(
-        std::string("would release the program, which waits for RESPONSE and looks at no state"));
+    response =
+        tl::unexpected(std::string("would release the NC program, which waits for RESPONSE and "
+                                   "does not check RESPONSE_STATE"));
   }
   if (response) {
     next_interim_ = *std::move(response);
@@ -185,11 +187,11 @@ void OpenCall::check_deadlines(ChannelOutput& out, Moment now) {
   auto* const held = std::get_if<phase::Held>(&phase_);
   if (held != nullptr && over(policy_.lost, held->lost_since, now)) {
     held->lost_since.reset();
-    give_up(*policy_.lost, "its instance is lost, and it must not run twice", out, now);
+    give_up(*policy_.lost, "its instance is lost, and the call must not run twice", out, now);
   } else if (!overdue_ && over(policy_.deadline, since_, now)) {
     overdue_ = true;
-    give_up(*policy_.deadline, fmt::format("no answer within {}", seconds(policy_.deadline->after)),
-            out, now);
+    give_up(*policy_.deadline,
+            fmt::format("no response within {}", seconds(policy_.deadline->after)), out, now);
   }
 }
 
@@ -199,7 +201,7 @@ void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& 
                    out, now);
     return;
   }
-  reason_ = fmt::format("{}; the program waits on", why);
+  reason_ = fmt::format("{}; the NC program goes on waiting", why);
   publish_event(fabric::EventKind::late, reason_, out, now);
   out.log(Level::warn, fmt::format("{}: {}", name(), reason_));
 }
@@ -233,7 +235,7 @@ AnswerWriter* OpenCall::writer() {
 AnswerWriter::Step OpenCall::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
                                      ChannelOutput& out, const ReadTime& time) {
   if (status == RequestStatus::pending && stands_beside(snapshot, call_)) {
-    // Once REQUEST_STATE is cleared it must not be taken for somebody's answer.
+    // Once REQUEST_STATE is cleared, it must not be taken for another writer's response.
     call_.shown.push_back(snapshot.response_state);
     out.append_untracked(InterimEntry{call_.id, snapshot.response_state});
   }

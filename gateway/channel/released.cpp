@@ -82,13 +82,14 @@ Released::Found Released::decide_uncleared(const ServiceSnapshot& snapshot, cons
   if (text_last_ && shows_text) {
     release_seen_ = true;
   }
-  // RESPONSE was visible before the release, or has been since: who changed it has gone on.
+  // RESPONSE was visible before the release, or has been since: so the NC program that changed it
+  // has continued.
   const bool text_gone = (!text_last_ || release_seen_) && !shows_text;
   if (same_texts && !text_gone) {
     moved_on_.reset();
     return text_last_ && shows_text ? Found::nothing : release_again(time);
   }
-  // Whether its next request is complete, only time tells.
+  // Only time shows whether its next request is complete.
   moved_on_ = moved_on_.value_or(time.came);
   return time.asked - *moved_on_ >= takes_effect ? Found::request : Found::nothing;
 }
@@ -98,8 +99,9 @@ Released::Found Released::release_again(const ReadTime& time) {
     return Found::nothing;
   }
   if (sent_.times > 1) {
-    problem_ = fmt::format("the controller acknowledged {} and does not show it; written {} times",
-                           name_of(variable()), sent_.times + 1);
+    problem_ = fmt::format(
+        "the controller acknowledged {}, but its reads do not show it; written {} times",
+        name_of(variable()), sent_.times + 1);
   }
   return Found::unreleased;
 }

@@ -43,7 +43,7 @@ class Released {
   void on_link_up();
 
   [[nodiscard]] ReadSet reads() const { return whole_ ? ReadSet::all : ReadSet::states; }
-  /// Nothing: at the pace of an idle channel.
+  /// Nothing: like an idle channel.
   [[nodiscard]] std::optional<SteadyTime> read_at() const { return read_at_; }
   void read_now() { read_at_ = SteadyTime{}; }
   [[nodiscard]] Variable variable() const {
@@ -76,7 +76,7 @@ class Released {
   std::uint32_t stood_ = 0;
   bool text_last_ = false;
   bool zero_seen_ = false;
-  /// We have written 0: it is no sign of a kernel that has taken the release.
+  /// We have written 0: it is not a sign of a kernel that has taken the release.
   bool cleared_ = false;
   /// A read has shown what releases the program; and the state, which its next write of
   /// REQUEST_STATE sets to 0.

@@ -25,7 +25,7 @@ std::optional<PendingRequest> RequestReader::on_read(const ServiceSnapshot& snap
         start(snapshot, true);
         return {};
       }
-      // Asked before somebody expected more of it.
+      // Requested before more was expected of it.
       [[fallthrough]];
     case Step::state:
       start(snapshot, with_texts);

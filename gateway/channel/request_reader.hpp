@@ -20,7 +20,7 @@ namespace millrace::gateway::channel {
 
 class RequestReader {
  public:
-  /// What to read next.
+  /// The variables to read next.
   [[nodiscard]] ReadSet reads() const;
   /// A request is being read: the next read is due at once.
   [[nodiscard]] bool reading() const { return step_ != Step::state && step_ != Step::whole; }

@@ -46,7 +46,7 @@ void Core::enter() {
 
 void Core::finish() {
   remove_drained_channels();
-  // What a queue's call has asked may end a channel, of which the machines are told, and so on.
+  // An action of a queue's call may end a channel, which the machines must learn, and so on.
   do {
     machines_.finish(now_);
   } while (deliver_queue_events());
@@ -167,7 +167,7 @@ void Core::on_link_down(const std::string& machine, const std::string& reason) {
 void Core::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
   enter();
   if (machines_.linked(key.machine)) {
-    // First, so that it is known when to look next.
+    // First, so that the time of the next read is known.
     machines_.on_read(key, snapshot, now_);
     machines_.on_call_answered(key.machine, now_);
     read_channel(key, snapshot);
@@ -261,8 +261,9 @@ void Core::on_journal_error(const std::string& error) {
     }
     error.empty() ? accept_again() : stop_accepting(error);
   }
-  host_.set_alarm({.kind = "journal"}, error,
-                  "make room on the disk, or give it its folder back; it goes on by itself");
+  host_.set_alarm(
+      {.kind = "journal"}, error,
+      "free space on the disk, or restore the folder; the gateway then continues by itself");
   finish();
 }
 

@@ -1,15 +1,15 @@
 // The gateway without its sockets: the Service Interfaces of all channels, machines and message
-// queues, who gets which call, and how all that is wired to the ports. Decides only.
+// queues, the dispatch of calls, and their connection to the ports. Pure decisions.
 //
 //   Core core(fabric, host, {own, lease, machines, policies}, journal_state);
 //   core.start();                                     → host.connect(…)
 //   core.on_link_up("cnc", {1, 2});                   → the link's read(…)
 //   core.on_read({"cnc", 1}, snapshot);
 //
-// Each public function that is no `const` is an input: an event with the time that Host::now() has
-// where it begins. First it notices that this gateway stood still, if it did: others may have taken
-// its machines over meanwhile, so links may go before the event itself is looked at. Last it does
-// what the event has left to do, and asks to be woken.
+// Each public function that is not `const` is an input: an event at the time of Host::now() when it
+// begins. It first detects whether this gateway stood still: others may have taken over its
+// machines, so links may be closed before the event itself is handled. At its end it performs the
+// remaining actions and requests the next wake-up.
 #pragma once
 
 #include <map>
@@ -38,19 +38,19 @@ namespace millrace::gateway::core {
 
 struct CoreOptions {
   GatewayIdentity own{};
-  /// How long others wait for a gateway that says nothing.
+  /// How long other gateways wait for a silent one.
   std::chrono::nanoseconds lease{};
   std::vector<settings::MachineSettings> machines{};
   Policies policies{};
 };
 
-/// What became of an operator's command.
+/// The result of an operator's command.
 struct CommandResult {
   bool done = false;
   std::string detail;
 };
 
-/// What an operator wants a program to get.
+/// The response that an operator gives to an NC program.
 struct OperatorAnswer {
   std::string text;
   std::uint32_t state = 0;
@@ -58,7 +58,7 @@ struct OperatorAnswer {
   std::string by;
 };
 
-/// What became of the calls of all channels since the start.
+/// The calls of all channels since the start, by their end.
 struct CallCounts {
   std::uint64_t answered = 0;
   /// With an error in the service's place.
@@ -80,14 +80,14 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void end();
 
   void on_time();
-  /// It lives: others are to be told now, and again at the time that is returned.
+  /// Publishes that the gateway runs, now and again at the returned time.
   SteadyTime heartbeat();
-  /// About once a second: tells how busy links and queues are.
+  /// About once a second: publishes the load of links and queues.
   void publish_load();
   /// Nothing else than that an event begins: notices that this gateway stood still.
   void on_other_event();
 
-  // What the links say.
+  // Events of the links.
   void on_link_up(const std::string& machine, const machines::Channels& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override;
@@ -102,29 +102,30 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) override;
   void on_queue_event(const fabric::ChannelKey& queue) override;
 
-  // What the journal says.
+  // Events of the journal.
   void on_recorded(const Ticket& ticket);
-  /// It cannot be written, and why; empty = it can again. No call is accepted meanwhile, and those
-  /// that wait for it say so.
+  /// The journal cannot be written, and why; empty = it can again. No call is accepted while it
+  /// cannot, and waiting ones show the reason.
   void on_journal_error(const std::string& error);
 
-  // What happens on the fabric.
+  // Events of the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance);
   void on_instance_gone(const fabric::InstanceId& instance);
   void on_load(const fabric::InstanceLoad& load);
   /// A reply for a channel that no machine of ours has belongs to another gateway.
   void on_reply(const fabric::Reply& reply);
-  /// Who reads from now on. Who begins to read is shown what is not as it was shown last.
+  /// The present readers. A new reader gets everything that has changed since it was last
+  /// published.
   void set_readers(const Readers& readers);
-  /// What other gateways say.
+  /// Samples of other gateways.
   void on_machine(const fabric::MachineStatus& status);
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway);
   void on_channel(const fabric::ChannelStatus& status);
   /// Left to other gateways if the channel is not ours.
   void on_variable_request(const fabric::VariableRequest& request);
 
-  // What an operator wants: answer a channel's call, or have it given out again. `call` must still
-  // be pending, and the answer be one that a channel can take. core_commands.cpp.
+  // An operator's command: answer a channel's call, or dispatch it again. `call` must still be
+  // pending, and the response be one that a channel can take. core_commands.cpp.
   CommandResult on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
                           const OperatorAnswer& answer);
   CommandResult on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -134,8 +135,8 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   [[nodiscard]] CallCounts counts() const;
 
  protected:
-  // What becomes of machines; core_channels.cpp. The simulation sees through these what becomes of
-  // them, and what the gateway shows its own calls of a message queue.
+  // Events of machines; core_channels.cpp. The simulation observes machines and the calls of
+  // message queues through these.
   void on_serve(const std::string& machine, const machines::Channels& channels) override;
   void on_lost(const std::string& machine, const std::string& reason) override;
   void on_link_dropped(const std::string& machine, const std::string& reason) override;
@@ -173,7 +174,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// Ends channels that are drained or handed over once nothing is left to do there.
   void remove_drained_channels();
   void dispose(const std::vector<fabric::RequestKey>& requests);
-  /// Tells the channels of message queues what the queues have to say; false if nothing.
+  /// Passes the events of message queues to their channels; false if there are none.
   bool deliver_queue_events();
 
   // What the steps of a channel mean for calls; core_requests.cpp.
@@ -206,7 +207,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// An answer is on its way into a channel.
   [[nodiscard]] bool answering() const;
 
-  // What an operator wants; core_commands.cpp.
+  // Commands of operators; core_commands.cpp.
   CommandResult answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                                const OperatorAnswer& answer);
   CommandResult retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -215,7 +216,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   tl::expected<channel::Channel*, std::string> find_pending(const fabric::ChannelKey& key,
                                                             const fabric::CallId& call);
 
-  // What channels do; core_outputs.cpp.
+  // Actions of channels; core_outputs.cpp.
   void read(const fabric::ChannelKey& key, ReadSet set) override;
   void write(const fabric::ChannelKey& key, const Write& write) override;
   void append(const JournalEntry& entry, const Ticket& ticket) override;
@@ -257,7 +258,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   std::string not_accepting_;
   MessageQueues queues_;
   Machines machines_;
-  /// What was asked of the host last.
+  /// The last wake-up time that was requested.
   std::optional<SteadyTime> wakes_at_;
   /// It is to end, at this time at the latest.
   std::optional<SteadyTime> ends_at_;

@@ -108,7 +108,8 @@ void Core::on_link_dropped(const std::string& machine, const std::string& reason
 
 void Core::on_channel_removed(const fabric::ChannelKey& key) {
   drain(key);
-  queues_.on_channel_lost(key.machine, key.channel, "its channel is no longer configured");
+  queues_.on_channel_lost(key.machine, key.channel,
+                          "its channel was removed from the configuration");
 }
 
 void Core::drain(const fabric::ChannelKey& key) {

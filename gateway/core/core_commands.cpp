@@ -1,4 +1,4 @@
-// What an operator wants of a channel's call.
+// Commands of an operator for a channel's call.
 #include <utility>
 
 #include "gateway/core/core.hpp"
@@ -37,7 +37,7 @@ CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::
   }
   (*channel)->answer_locally({*std::move(response), answer.by}, now_);
   follow(**channel);
-  return {true, "the answer is on its way to the program"};
+  return {true, "the response is being written to the controller"};
 }
 
 CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -47,7 +47,7 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
     return {false, found.error()};
   }
   channel::Channel& channel = **found;
-  // It would run whenever an instance comes, long after somebody has looked at the machine.
+  // It would run whenever an instance starts, long after the operator has looked at the machine.
   if (const auto unserved = dispatcher_.why_unserved(channel.call()->request.uuid, key)) {
     return {false, *unserved + "; start the service, then retry"};
   }
@@ -62,17 +62,18 @@ tl::expected<channel::Channel*, std::string> Core::find_pending(const fabric::Ch
                                                                 const fabric::CallId& call) {
   channel::Channel* channel = find(key);
   if (channel != nullptr && channel->status().state == fabric::ChannelState::unserved) {
-    return tl::unexpected("the program's request is left alone, so there is no call to act on: " +
-                          channel->status().reason);
+    return tl::unexpected(
+        "the gateway does not accept this request, so there is no call to act on: " +
+        channel->status().reason);
   }
   if (channel == nullptr || channel->call() == nullptr) {
     return tl::unexpected(std::string("no call is pending on this channel"));
   }
   if (channel->call()->id != call) {
-    return tl::unexpected("another call is pending by now: " + channel->call()->id.to_string());
+    return tl::unexpected("the channel has another call now: " + channel->call()->id.to_string());
   }
   if (channel->call()->answer) {
-    return tl::unexpected(std::string("the call's answer is being written"));
+    return tl::unexpected(std::string("the call's response is being written"));
   }
   return channel;
 }

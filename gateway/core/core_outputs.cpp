@@ -1,4 +1,4 @@
-// What channels do to the world: those of controllers, and those that the gateway plays for message
+// The actions of channels: those of controllers, and those that the gateway simulates for message
 // queues.
 #include <fmt/format.h>
 
@@ -52,12 +52,11 @@ void Core::log(const fabric::ChannelKey& key, Level level, const std::string& te
 }
 
 void Core::report_write_problem(const fabric::ChannelKey& key, const std::string& text) {
-  host_.set_alarm(
-      {.kind = "write", .subject = key.to_string()},
-      text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),
-      "the NC program waits; check whether the controller runs, and whether a PLC or another "
-      "ADS client writes V.G.SERVICE of this channel; the gateway repeats the write at least "
-      "once a minute");
+  host_.set_alarm({.kind = "write", .subject = key.to_string()},
+                  text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),
+                  "the NC program waits; check whether the controller runs, and whether a PLC or "
+                  "another ADS client writes V.G.SERVICE of this channel. The gateway repeats the "
+                  "write at least once a minute");
 }
 
 }  // namespace millrace::gateway::core

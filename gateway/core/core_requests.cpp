@@ -1,5 +1,5 @@
-// What the steps of a channel mean for calls, and what becomes of a request that was found: left as
-// it is, accepted under a new number, held for an operator, or settled here.
+// What the steps of a channel mean for calls, and how a found request goes on: it is skipped,
+// accepted with a new number, blocked for an operator, or answered here.
 #include <algorithm>
 #include <string>
 
@@ -101,7 +101,7 @@ void Core::admit(channel::Channel& channel) {
     channel.accept(next_id(), policy, now_);
     follow(channel);
     const auto answer =
-        Response::in_words("millrace: served by nobody", policy.unserved->response_state);
+        Response::in_words("millrace: no service has this UUID", policy.unserved->response_state);
     channel.answer_locally({answer, "the gateway"}, now_);
     follow(channel);
   } else {
@@ -118,8 +118,8 @@ bool Core::hold_for_predecessor(channel::Channel& channel, const std::string& ca
   }
   channel.accept(next_id(), policy, now_);
   follow(channel);
-  channel.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
-                           "twice: an operator must answer or retry it",
+  channel.hold(fmt::format("{} is gone and may have dispatched this call, which must not run "
+                           "twice; an operator must answer or retry it",
                            predecessor->from),
                now_);
   follow(channel);

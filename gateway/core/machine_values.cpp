@@ -220,7 +220,7 @@ void MachineValues::pump(machines::Controller* link, std::optional<SteadyTime> r
   gives_way_ = false;
   variables_.on_time(now);
   if (up_ && link != nullptr) {
-    // Before who asked is told of anything: the controller's answer takes longest.
+    // Before replies are sent: the controller's response takes longest.
     ask_variables(*link, rests_since, now);
     ask_data(*link, rests_since, now);
   } else {

@@ -1,6 +1,5 @@
-// What is asked of one controller beside calls: its sampled data, the states of its programs, and
-// what others want to know of its variables. Decides what is asked when, and tells what came of it;
-// calls go before. Pure.
+// The requests to one controller besides calls: sampled data, states of NC programs, and requested
+// variables. Decides what is requested when, and publishes the results; calls have priority. Pure.
 //
 //   MachineValues values("press", fabric, host, own);
 //   values.set(settings, now);                        // again when the configuration changes
@@ -31,7 +30,7 @@ class MachineValues {
   void set(const settings::MachineSettings& settings, Moment now);
   /// The link is up and these of its channels are served; also when there are more.
   void on_up(const machines::Channels& channels, Moment now);
-  /// What was asked is not answered any more.
+  /// The pending request gets no response any more.
   void on_down(const std::string& reason, Moment now);
   /// The link was taken away: no channel is ours any more.
   void on_dropped(Moment now);
@@ -41,8 +40,8 @@ class MachineValues {
   void on_request(const fabric::VariableRequest& request, Moment now);
   void on_answer(const machines::Answer& answer, Moment now);
 
-  /// Tells what there is to tell and asks what is due, of `link` if there is one. `rests_since`:
-  /// since when no request of a call is under way; nothing while one is.
+  /// Publishes results and sends the requests that are due over `link`, if there is one.
+  /// `rests_since`: since when no request of a call is under way; nullopt while one is.
   void pump(machines::Controller* link, std::optional<SteadyTime> rests_since, Moment now);
   /// pump() has something to do.
   [[nodiscard]] bool is_due(Moment now) const {
@@ -61,7 +60,7 @@ class MachineValues {
     /// Something is to be asked since then.
     std::optional<SteadyTime> wanted_since{};
   };
-  /// How long a question waits after the last request of a call, and for a link that never rests.
+  /// How long a request waits after the last request of a call, and for a link that is always busy.
   struct Patience {
     std::chrono::microseconds rest;
     std::chrono::milliseconds longest;

@@ -46,7 +46,7 @@ void Machines::set(const std::vector<settings::MachineSettings>& wanted, Moment 
   for (auto& [name, one] : machines_) {
     if (!names.contains(name) && !one.removed) {
       host_.log(Level::info,
-                fmt::format("{}: not in the configuration any more", one.settings.to_string()));
+                fmt::format("{}: removed from the configuration", one.settings.to_string()));
       one.removed = true;
       for (const std::uint16_t channel : listener_.channels_of(name)) {
         remove(one, channel, now);
@@ -124,7 +124,7 @@ void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
   listener_.on_link_dropped(one.settings.name, reason);
 }
 
-/// The configuration names the channel no more.
+/// The channel was removed from the configuration.
 void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
   values_of(one).on_over(channel, now);
   listener_.on_channel_removed({one.settings.name, channel});
@@ -171,7 +171,7 @@ void Machines::on_link_down(const std::string& machine, const std::string& reaso
 
 void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
   if (!consider(status, now)) {
-    // What it had said before may have stood in our way.
+    // Its earlier samples may have kept us from serving.
     review(status.machine, now);
     return;
   }
@@ -199,8 +199,8 @@ void Machines::on_machine_gone(const std::string& machine, const fabric::Instanc
 }
 
 void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
-  // What an earlier run of this gateway did is in its journal; and who has no call in the channel
-  // need not know of another one's, unless the channel is idle.
+  // The calls of an earlier run of this gateway are in its journal; and a gateway without a call in
+  // the channel need not know another one's, unless the channel is idle.
   if (status.call.epoch == own_.epoch ||
       (status.call == fabric::CallId{} && status.state != fabric::ChannelState::idle)) {
     return;
@@ -210,8 +210,8 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   }
   if (last_seen_.size() >= most_channels && !last_seen_.contains(status.key)) {
     warn_limited("channels", "",
-                 fmt::format("other gateways speak of more than {} channels; what goes on in "
-                             "the others is not remembered",
+                 fmt::format("other gateways publish the status of more than {} channels; the "
+                             "status of further channels is ignored",
                              most_channels),
                  now);
     return;

@@ -1,15 +1,15 @@
-// The machines a gateway is set up for: connects to each, serves the channels that no other gateway
-// serves, asks for what else is wanted of them, and tells the fabric how its links are. Pure.
+// The configured machines: connects to each, serves the channels that no other gateway serves,
+// requests their other values, and publishes the state of its links. Pure.
 //
 //   Machines machines(own, fabric, host, listener);
 //   machines.set(settings.machines, now);             // again when the configuration changes
 //   machines.on_time(now);                            // once machines.next_time() has come
 //   → host.connect(…), listener.on_serve("cnc", {1, 2}), fabric.publish(status)
 //
-// Of two gateways that claim a channel the one that claimed it first serves it. The other does not
-// even connect if all its channels are taken (a controller keeps one connection for each host), and
-// takes over when the first is gone. So that two that start together see each other first, each
-// listens for a moment before it serves.
+// Of two gateways that claim a channel, the one that claimed it first serves it. The other one does
+// not even connect if all its channels are taken (a controller keeps one connection for each host),
+// and takes over when the first one is gone. To let two gateways that start together discover each
+// other, each waits for a moment before it serves.
 #pragma once
 
 #include <map>
@@ -33,7 +33,7 @@ namespace millrace::gateway::core {
 
 using machines::Channels;
 
-/// What a gateway tells of itself.
+/// How a gateway identifies itself.
 struct GatewayIdentity {
   fabric::InstanceId id{};
   std::string host{};
@@ -43,24 +43,25 @@ struct GatewayIdentity {
   std::uint64_t epoch = 0;
 };
 
-/// What becomes of channels. May ask channels_of(), and calls nothing else back from within.
+/// Events of channels. It may call channels_of() and nothing else from within.
 class MachinesListener {
  public:
   virtual ~MachinesListener() = default;
-  /// The link is up and these channels are ours; again when their number changes meanwhile.
+  /// The link is up and these channels are ours; again when their number changes.
   virtual void on_serve(const std::string& machine, const Channels& channels) = 0;
   /// Every read and write is answered before the link comes up again.
   virtual void on_lost(const std::string& machine, const std::string& reason) = 0;
   /// The link was taken away: reads and writes under way are not answered any more.
   virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
-  /// The configuration names the channel no more.
+  /// The channel was removed from the configuration.
   virtual void on_channel_removed(const fabric::ChannelKey& key) = 0;
   /// Another gateway serves the channel.
   virtual void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) = 0;
   /// We serve the channel from now on, in the place of a gateway that is gone and left this status.
   virtual void on_predecessor_call(const fabric::ChannelStatus& status,
                                    const std::string& from) = 0;
-  /// Whether changes in the channel are told from now on: not so when the link comes up.
+  /// Whether the controller sends reliable notifications for the channel from now on; false when
+  /// the link comes up.
   virtual void on_trusted(const fabric::ChannelKey& key, bool trusted) = 0;
   /// Something has changed there: it is time to read.
   virtual void on_change(const fabric::ChannelKey& key, Variable variable) = 0;
@@ -76,50 +77,50 @@ class Machines {
   Machines(const Machines&) = delete;
   Machines& operator=(const Machines&) = delete;
 
-  /// The machines to serve from now on. One that is named no more is served until its calls under
-  /// way are answered. One whose address or channels changed is connected to anew.
+  /// The machines to serve from now on. A removed one is served until its running calls are
+  /// answered. One with a new address or other channels is connected again.
   void set(const std::vector<settings::MachineSettings>& machines, Moment now);
 
-  /// What other gateways say on the fabric.
+  /// Samples of other gateways.
   void on_machine(const fabric::MachineStatus& status, Moment now);
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway, Moment now);
   void on_channel(const fabric::ChannelStatus& status, Moment now);
 
-  // What the links say, also one that was taken away a moment ago.
+  // Events of the links, also of one that was closed a moment ago.
   void on_link_up(const std::string& machine, const Channels& channels, Moment now);
   void on_link_down(const std::string& machine, const std::string& reason, Moment now);
-  /// To be told before anything else learns what was read.
+  /// Called before any other part sees the read.
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now);
   void on_subscribed(const std::string& machine,
                      const std::vector<machines::SubscribeOutcome>& outcomes, Moment now);
   void on_notification(const fabric::ChannelKey& key, Variable variable,
                        std::optional<std::uint32_t> value, Moment now);
-  /// What came of a question of its values.
+  /// The response to a request for its values.
   void on_answer(const std::string& machine, const machines::Answer& answer, Moment now);
-  /// False if the link was taken away: what it still says is of no interest.
+  /// False if the link was closed: its later events are ignored.
   [[nodiscard]] bool linked(const std::string& machine) const {
     return machines_.at(machine).connected() != nullptr;
   }
 
   /// A channel that was removed, or is another gateway's, is over.
   void on_over(const fabric::ChannelKey& key) { reviews_.insert(key.machine); }
-  /// This process stood still for longer than others wait for it: machines that another gateway may
-  /// have taken over are let go of, until it is known who serves them. False if there are none. All
-  /// are told anew, since who takes this gateway for gone has forgotten what it told.
+  /// This process stood still for longer than other gateways wait: it gives up the machines that
+  /// another one may have taken over, until their owners are known. False if there are none. All
+  /// machines are published again, since readers that took this gateway for gone have dropped them.
   bool on_stall(Moment now);
-  /// About once a second: tells how busy the links are.
+  /// About once a second: publishes the load of the links.
   void publish_load(Moment now);
 
   void read(const fabric::ChannelKey& key, ReadSet set);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
   /// The link has answered a read or write of a call.
   void on_call_answered(const std::string& machine, Moment now);
-  /// Somebody asks for a variable. Left to other gateways if the channel is not ours.
+  /// A request for variables. Left to other gateways if the channel is not ours.
   void on_request(const fabric::VariableRequest& request, Moment now);
   /// Null if it was taken away, or the machine is not ours.
   [[nodiscard]] machines::Controller* link_of(const std::string& machine) const;
 
-  /// Where each event ends: does what the event has left to do.
+  /// The end of each event: performs its remaining actions.
   void finish(Moment now);
   /// And this, at its very end: asks for values while no call is under way.
   void ask_values(Moment now);
@@ -168,11 +169,11 @@ class Machines {
     std::variant<StandingBy, Listening, Connected> phase{};
     /// It may have served already; then its claim is not moved behind those of others.
     bool has_served = false;
-    /// The configuration names it no more.
+    /// It was removed from the configuration.
     bool removed = false;
-    /// Who serves it in our place, as it was logged last.
+    /// The gateway that serves it instead, as logged last.
     std::string refusal{};
-    /// What is missing although it is up: channels that others serve.
+    /// What is missing although it is up: channels of other gateways.
     std::string note{};
     machines::Subscriptions subscriptions;
     MachineValues values;
@@ -183,7 +184,7 @@ class Machines {
   MachineValues& values_of(Machine& one);
   Machine& add(const settings::MachineSettings& settings, Moment now);
   void change(Machine& one, const settings::MachineSettings& settings, Moment now);
-  /// What another gateway says of a machine; false if it does not count for ours.
+  /// Another gateway's sample of a machine; false if it does not affect ours.
   bool consider(const fabric::MachineStatus& status, Moment now);
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text,
                     Moment now);
@@ -213,13 +214,13 @@ class Machines {
   bool values_changed_ = false;
   /// When values are due next, of all machines.
   std::optional<SteadyTime> values_time_;
-  /// Machines to be looked at anew once the event at hand is over.
+  /// Machines to review once the current event is over.
   std::set<std::string> reviews_;
   /// None is due before.
   std::optional<SteadyTime> next_;
-  /// What channels of contested machines showed last, while others served them.
+  /// The last status of channels of contested machines, while others served them.
   std::map<fabric::ChannelKey, fabric::ChannelStatus> last_seen_;
-  /// What a stranger may say ten thousand times a second is said once.
+  /// A warning that a stranger can cause ten thousand times a second is logged once.
   fabric::LogLimiter log_limiter_;
   /// The gateway that left each machine last.
   std::map<std::string, std::string> predecessors_;

@@ -11,7 +11,7 @@ namespace millrace::gateway::core {
 
 namespace {
 
-/// How long a gateway listens for others before it serves: discovery takes some 10 ms on a quiet
+/// How long a gateway waits for others before it serves: discovery takes some 10 ms on a quiet
 /// host.
 constexpr std::chrono::milliseconds listen_time{300};
 
@@ -34,7 +34,7 @@ void Machines::listen(Machine& one, Moment now) {
   const SteadyTime until = now.steady + listen_time;
   one.phase = Machine::Listening{since, until};
   wake_at(until);
-  one.status_writer.on_down("listening whether another gateway serves this machine", now);
+  one.status_writer.on_down("waiting to learn whether another gateway serves this machine", now);
   publish(one);
 }
 
@@ -62,27 +62,25 @@ bool Machines::consider(const fabric::MachineStatus& status, Moment now) {
     case machines::Claims::Accepted::implausible:
       warn_limited(
           "implausible", machine,
-          fmt::format("{}: {} claims it since a time at which there was no gateway "
-                      "(claimed={}); that is not listened to. Who says so is no gateway of "
-                      "ours, or speaks out of turn: see docs/trust.md",
-                      machine, who, status.claimed.time_since_epoch().count()),
+          fmt::format(
+              "{}: {} claims this machine since an impossible time (claimed={}); ignored. Its "
+              "sender is not a gateway of this plant, or its clock is wrong: see docs/trust.md",
+              machine, who, status.claimed.time_since_epoch().count()),
           now);
       return false;
     case machines::Claims::Accepted::another_controller:
       if (machines_.contains(status.machine)) {
-        warn_limited(
-            "another", machine,
-            fmt::format("{}: {} has a machine of this name too, but of another controller "
-                        "({}); both are served, and tools cannot tell them apart: give one "
-                        "of them another name",
-                        machine, who, printable(status.address)),
-            now);
+        warn_limited("another", machine,
+                     fmt::format("{}: {} serves another controller ({}) under the same machine "
+                                 "name; tools cannot tell the two apart: rename one of them",
+                                 machine, who, printable(status.address)),
+                     now);
       }
       return false;
     case machines::Claims::Accepted::full:
       warn_limited("claims", "",
-                   fmt::format("{} is not listened to, who claims {}: more than {} machines, or {} "
-                               "gateways of one, are announced on this fabric",
+                   fmt::format("the claim of {} on {} is ignored: more than {} machines, or more "
+                               "than {} gateways of one machine, are announced on this fabric",
                                who, machine, machines::Claims::most_machines,
                                machines::Claims::most_gateways),
                    now);
@@ -140,8 +138,8 @@ bool Machines::owned_by_others(Machine& one, Moment now) {
     }
     return false;
   }
-  const std::string refusal =
-      fmt::format("{} serves it already; this gateway stands by", machines::name_of(*other));
+  const std::string refusal = fmt::format("{} serves this machine already; this gateway stands by",
+                                          machines::name_of(*other));
   if (one.refusal != refusal) {
     one.refusal = refusal;
     host_.log(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));

@@ -1,4 +1,4 @@
-// How the changes in a machine's channels are found out: carries out what its watch decides.
+// How changes in a machine's channels are detected: performs what its Subscriptions decide.
 #include <fmt/format.h>
 
 #include "gateway/core/machines.hpp"

@@ -170,8 +170,7 @@ void MessageQueues::on_answer(const fabric::ChannelKey& key, queues::StepAnswer 
   std::visit(fabric::Cases{[&](queues::Answer<queues::Control>& control) {
                              queue.on_control(control, now);
                              if (control && queue.settings().events && !one->subscribed) {
-                               // The queue is looked at all the same, whatever the controller
-                               // tells.
+                               // The queue is read in any case, with notifications or without.
                                one->subscribed = true;
                                one->link->subscribe(key);
                              }
@@ -304,11 +303,12 @@ void MessageQueues::log(const fabric::ChannelKey& key, const queues::MessageQueu
   }
   if (output.trouble) {
     host_.set_alarm({.kind = "queue", .subject = key.to_string()}, *output.trouble,
-                    "see the names in gateway.textproto, and whether a program has initialised it");
+                    "check the names in gateway.textproto, and whether an NC program has "
+                    "initialised the queue");
   }
   if (output.filling) {
     host_.set_alarm({.kind = "queue_filling", .subject = key.to_string()}, *output.filling,
-                    "start its service, or see why it does not answer");
+                    "start its service, or find out why it does not respond");
   }
 }
 

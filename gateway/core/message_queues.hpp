@@ -36,8 +36,8 @@ class MessageQueues {
   MessageQueues(const MessageQueues&) = delete;
   MessageQueues& operator=(const MessageQueues&) = delete;
 
-  /// The queues to read from now on, by their machines. `known` is what the journal has of queues;
-  /// what it has of others stays there.
+  /// The queues to read from now on, by their machines. `known` has the queues of the journal;
+  /// entries of other queues stay there.
   void set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
            const std::map<fabric::ChannelKey, QueueLog>& known, Moment now);
   [[nodiscard]] bool has(const fabric::ChannelKey& key) const { return queues_.contains(key); }
@@ -46,7 +46,7 @@ class MessageQueues {
   void on_up(const std::string& machine, const machines::Channels& channels,
              machines::Controller& link, Moment now);
   void on_down(const std::string& machine, const std::string& reason);
-  /// The channel is another gateway's, or nobody's.
+  /// The channel has another owner, or none.
   void on_channel_lost(const std::string& machine, std::uint16_t channel,
                        const std::string& reason);
   /// So are all of them.
@@ -59,7 +59,7 @@ class MessageQueues {
   void on_answer(const fabric::ChannelKey& key, queues::StepAnswer answer, Moment now);
   void on_change(const fabric::ChannelKey& key, Moment now);
 
-  // What the calls of a queue want of its channel.
+  // The reads of a queue's calls from its channel.
   void read(const fabric::ChannelKey& key, ReadSet set);
   void write(const fabric::ChannelKey& key, const Write& write, Moment now);
   [[nodiscard]] ServiceSnapshot snapshot(const fabric::ChannelKey& key, ReadSet what) const {
@@ -75,9 +75,9 @@ class MessageQueues {
       down,
       /// They are not ours any more: the one under way is finished first. Answered by on_over().
       draining,
-      /// What read() has asked for.
+      /// The result of read().
       read,
-      /// What write() has written is acknowledged.
+      /// The acknowledgement of write().
       written,
       /// Another message is shown.
       changed,
@@ -86,7 +86,7 @@ class MessageQueues {
     fabric::ChannelKey key;
     /// Why it is down.
     std::string reason{};
-    /// What is read.
+    /// The values that were read.
     ServiceSnapshot shown{};
     /// Of the queue that was meant: another one of this key may have taken its place.
     std::uint64_t number = 0;
@@ -95,7 +95,7 @@ class MessageQueues {
   std::optional<ChannelEvent> next_event();
   void on_event_delivered(const ChannelEvent& event);
 
-  /// About once a second: tells each queue in numbers.
+  /// About once a second: publishes the numbers of each queue.
   void publish_numbers(Moment now);
   void on_time(Moment now);
   /// When on_time() has something to do.
@@ -114,18 +114,18 @@ class MessageQueues {
     machines::Controller* link = nullptr;
     /// A question is under way.
     bool asking = false;
-    /// The controller was asked to tell of changes.
+    /// Notifications were requested from the controller.
     bool subscribed = false;
     /// Its channel is served by us.
     bool ours = false;
-    /// The configuration names it no more.
+    /// It was removed from the configuration.
     bool removed = false;
     bool draining = false;
     /// Reads and writes of its calls that are not answered yet.
     std::size_t asked = 0;
     /// To be opened once they are.
     bool opens = false;
-    /// Its numbers as they were told last.
+    /// Its numbers as last published.
     fabric::DataSample published{};
 
     [[nodiscard]] bool has_messages() const { return queue.queue_log().waiting() > 0; }

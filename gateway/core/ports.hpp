@@ -1,6 +1,6 @@
-// What a gateway's decisions do to the world: `Fabric` has its DDS writers, `Host` the rest. The
-// shell (gateway/shell) implements both with sockets, the simulation with its models. No function
-// calls back into the core from within.
+// The effects of a gateway's decisions: `Fabric` has its DDS writers, `Host` the rest. The shell
+// (gateway/shell) implements both with sockets, the simulation with its models. No function calls
+// back into the core from within.
 #pragma once
 
 #include <memory>
@@ -33,14 +33,14 @@ class Fabric {
   virtual void publish(const fabric::DataSample& sample) = 0;
   virtual void publish(const fabric::ProgramEvent& event) = 0;
   virtual void publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) = 0;
-  /// What became of a variable that somebody wanted written.
+  /// The outcome of writing a variable.
   virtual void publish(const fabric::Outcome& outcome) = 0;
   virtual void dispose(const fabric::RequestKey& request) = 0;
   virtual void dispose(const fabric::ChannelKey& status) = 0;
   virtual void dispose(const fabric::MachineStatus& status) = 0;
-  /// There is nothing more to tell of the group.
+  /// The group is not published any more.
   virtual void dispose(const fabric::DataSample& sample) = 0;
-  /// What other gateways say of their channels comes to Core::on_channel() from now on.
+  /// From now on Core::on_channel() gets the channel samples of other gateways.
   virtual void subscribe_channels() = 0;
 };
 
@@ -55,10 +55,10 @@ class Host {
   virtual std::unique_ptr<machines::Controller> connect(
       const settings::MachineSettings& machine) = 0;
   /// Journal this; Core::on_recorded(ticket) once it is as safe as the journal's policy promises,
-  /// if anybody waits.
+  /// if the caller waits.
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
   virtual void log(Level level, const std::string& text) = 0;
-  /// Raises what the gateway has to say of itself, or clears it if `text` is empty.
+  /// Raises an alarm of the gateway, or clears it if `text` is empty.
   virtual void set_alarm(const fabric::AlarmKey& key, const std::string& text,
                          const std::string& advice) = 0;
 

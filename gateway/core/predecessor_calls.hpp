@@ -1,6 +1,6 @@
-// What other gateways had done with the requests of channels before they were gone, and this one
-// itself before it left a channel: a call that must not run twice is held for an operator if it may
-// be one of them. Pure.
+// The requests of channels that other gateways had dispatched before they were gone, and this one
+// before it left a channel: an at-most-once call is blocked for an operator if it may be one of
+// them. Pure.
 //
 //   predecessors.add(key, {uuid, "gateway …", call});
 //   predecessors.on_read_started(key);  predecessors.on_zero_read(key);     // it is over
@@ -28,9 +28,8 @@ struct PredecessorCall {
 
 class PredecessorCalls {
  public:
-  /// A channel has one call at a time, and with two gateways that lose each other some more may be
-  /// left. A stranger may tell of any number, which only makes those wait for an operator that are
-  /// called next.
+  /// A channel has one call at a time; two gateways that lose each other may leave a few more. A
+  /// stranger may publish any number, which only blocks the next calls.
   static constexpr std::size_t most_per_channel = 64;
 
   /// The last one of each UUID counts.

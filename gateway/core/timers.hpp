@@ -1,11 +1,11 @@
-// When each channel is to be read again.
+// When each channel must be read again.
 //
 //   timers.set(key, at);
 //   for (const auto& key : timers.take_due(now.steady)) …       // once timers.next() has come
 //
 // A channel may be due too early: a later time than the one it is set to changes nothing, and its
 // owner sets it again when it is due. A call moves its channel's next read several times, and to
-// sort the channel anew each time costs more than an early time now and then.
+// sort the channel again each time costs more than an early time now and then.
 #pragma once
 
 #include <optional>

@@ -81,7 +81,7 @@ std::optional<DataSample> Group::end_cycle(Moment now) {
   return next;
 }
 
-/// Over ten cycles, and at least five seconds: one that is late now and then is no news.
+/// Over ten cycles, and at least five seconds: one that is late now and then is not news.
 void Group::measure(SteadyTime now) {
   constexpr std::chrono::seconds at_least{5};
   constexpr std::uint32_t beats = 10;
@@ -91,7 +91,7 @@ void Group::measure(SteadyTime now) {
     return;
   }
   const auto one = std::chrono::nanoseconds(passed) / counted_;
-  // It is slow from a fifth on, and no more when it is back within a tenth.
+  // It counts as slow from a fifth on, until it is within a tenth again.
   const bool was_slow = slow();
   const std::chrono::nanoseconds wanted = settings_.period;
   const bool is_slow = was_slow ? one > wanted + wanted / 10 : one > wanted + wanted / 5;

@@ -21,11 +21,11 @@ namespace millrace::gateway::data {
 /// A variable or object of a group.
 struct Item {
   fabric::Value value{};
-  /// How it is read; nothing until it has been resolved.
+  /// How it is read; nullopt until it is resolved.
   std::optional<cnc::variables::Reading> reading{};
   /// When it is resolved, while it is not known.
   SteadyTime resolve_at{};
-  /// What the log has been told of it.
+  /// What was logged about it last.
   std::string logged{};
 };
 
@@ -42,7 +42,7 @@ class Group {
   /// It is not, or not any more: what was good is stale. A sample if another was published.
   std::optional<fabric::DataSample> stop(const std::string& reason, Moment now);
   [[nodiscard]] bool started() const { return started_; }
-  /// Who heard of it has forgotten it.
+  /// Its readers may have dropped it: publish everything again.
   void republish() { published_.clear(); }
 
   [[nodiscard]] SteadyTime due() const { return due_; }
@@ -59,7 +59,7 @@ class Group {
   /// now.
   std::optional<fabric::DataSample> end_cycle(Moment now);
 
-  /// How long a cycle takes lately; the wanted period while it is kept.
+  /// The recent length of a cycle; the configured period while that is kept.
   [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
   [[nodiscard]] bool slow() const { return period_ > settings_.period; }
   /// True once after it became slow, or no longer is.
@@ -79,11 +79,11 @@ class Group {
   bool in_cycle_ = false;
   std::set<std::size_t> pending_;
   std::size_t under_way_ = 0;
-  /// What was published last; empty = nothing yet.
+  /// The last published values; empty = none yet.
   std::vector<fabric::Value> published_;
   std::chrono::nanoseconds period_;
   bool period_changed_ = false;
-  /// Beats since then, to know how long one takes.
+  /// Samples since then, to know how long one takes.
   SteadyTime counting_since_{};
   std::uint32_t counted_ = 0;
 };

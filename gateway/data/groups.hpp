@@ -1,4 +1,4 @@
-// What of a machine's data is sampled, as the configuration says it (idl/gateway.proto, Data).
+// The sampled data of a machine, from the configuration (idl/gateway.proto, Data).
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,7 @@ struct GroupSettings {
 
 struct DataSettings {
   std::vector<GroupSettings> groups;
-  /// What all groups of the machine may ask of its controller; calls have theirs besides.
+  /// The request budget of all groups of the machine; calls have their own.
   double requests_per_second = 50;
   bool operator==(const DataSettings&) const = default;
 };

@@ -1,4 +1,4 @@
-// So many requests in a second, a few of them at once. Pure.
+// A limit of requests per second, with a small burst. Pure.
 //
 //   RateLimit limit(50, now);
 //   if (limit.left(now) >= 1) { …; limit.spend(1); }
@@ -19,7 +19,7 @@ class RateLimit {
 
   [[nodiscard]] double per_second() const { return per_second_; }
 
-  /// What may be spent now.
+  /// The number of requests that are allowed now.
   double left(SteadyTime now) {
     const std::chrono::duration<double> passed = now - at_;
     if (passed.count() > 0) {

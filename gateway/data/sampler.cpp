@@ -46,7 +46,7 @@ void Sampler::on_down(const std::string& reason, Moment now) {
 void Sampler::on_over(std::uint16_t channel, Moment now) {
   for (Group& group : groups_) {
     if (channel == 0 || group.settings().channel == channel) {
-      static_cast<void>(group.stop("another gateway may tell of it", now));
+      static_cast<void>(group.stop("another gateway may publish it", now));
       group.republish();
       output_.left.push_back(
           {.key = {machine_, group.settings().channel}, .group = group.settings().name});
@@ -206,7 +206,7 @@ void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
       refuse(one, cnc::ads::describe(code), now.steady + retry_refused);
       return;
     }
-    // What was good may have another handle by now.
+    // A valid handle may have changed by now.
     one.reading.reset();
     one.resolve_at = now.steady;
   }
@@ -280,9 +280,9 @@ void Sampler::report_period(const Group& group) {
       {Level::warn,
        fmt::format("{}: sampled every {} ms, not every {} ms: {}", where(group), ms, wanted,
                    short_of_budget_
-                       ? fmt::format("the budget of {} requests a second does not allow for more",
+                       ? fmt::format("the budget of {} requests a second is used up",
                                      rate_limit_.per_second())
-                       : "its controller answers too slowly, or calls went first")});
+                       : "the controller responds too slowly, or calls had priority")});
 }
 
 std::string Sampler::where(const Group& group) const {

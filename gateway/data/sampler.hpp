@@ -1,5 +1,5 @@
-// What is asked of a controller, and when, so that each group of its data is sampled on its cycle:
-// merged over groups, within a budget, one request at a time. Pure.
+// Which requests sample the data groups of a controller, and when: merged over groups, within a
+// budget, one request at a time. Pure.
 //
 //   Sampler sampler("press", settings);
 //   sampler.on_up({1, 2}, now);
@@ -8,9 +8,9 @@
 //   publish(sampler.take_output());              // samples, and lines for the log
 //   wait_until(sampler.next_time(now.steady));
 //
-// What the budget does not allow for is sampled more slowly, each group in its turn, and that is
-// said. A variable that the controller refuses costs the others nothing: it is refused, said once,
-// and tried again now and then, since what a program has comes and goes.
+// Groups beyond the budget are sampled more slowly, in turn, and this is logged. A variable that
+// the controller refuses does not slow the others: the refusal is logged once, and the variable is
+// tried again now and then, since variables of NC programs appear and disappear.
 #pragma once
 
 #include <optional>
@@ -29,7 +29,7 @@
 
 namespace millrace::gateway::data {
 
-/// What these are, is to be found out.
+/// Find the types and addresses of these.
 struct Resolve {
   std::uint16_t channel = 0;
   std::vector<std::string> names;
@@ -40,10 +40,10 @@ struct Read {
 };
 using Step = std::variant<Resolve, Read>;
 
-/// What comes of an event.
+/// The result of an event.
 struct Output {
   std::vector<fabric::DataSample> samples;
-  /// Groups of which we have nothing more to tell, by their keys.
+  /// Groups that are not published any more, by their keys.
   std::vector<fabric::DataSample> left;
   struct Line {
     Level level = Level::info;
@@ -58,7 +58,7 @@ class Sampler {
   static constexpr std::size_t most_together = 64;
   /// Bytes of an answer that one request may ask for.
   static constexpr std::size_t most_bytes = 16'384;
-  /// Until what the controller refuses is tried again, and what it did not answer.
+  /// The pause before refused and unanswered variables are tried again.
   static constexpr std::chrono::seconds retry_refused{10};
   static constexpr std::chrono::seconds retry_silent{1};
 
@@ -68,23 +68,23 @@ class Sampler {
   void on_up(const std::vector<std::uint16_t>& channels, SteadyTime now);
   /// The link is gone: a step under way is not answered any more.
   void on_down(const std::string& reason, Moment now);
-  /// The channel is not served any more, or none with 0. Somebody else may tell of its groups now:
-  /// they are in Output::left, and nothing more is said of them.
+  /// The channel is not served any more, or none if 0. Another gateway may publish its groups now:
+  /// they are in Output::left, and nothing more is published about them.
   void on_over(std::uint16_t channel, Moment now);
 
-  /// What to ask now; nothing while something is under way, or nothing is due.
+  /// The next request; nullopt while one is pending, or none is due.
   std::optional<Step> next(Moment now);
   /// When next() has something, nothing while something is under way.
   std::optional<SteadyTime> next_time(SteadyTime now);
 
   using Resolved = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
   using Answer = cnc::ads::Result<cnc::variables::Bytes>;
-  /// What came of the step, in its order, and how many requests that took. `sums`: the controller
+  /// The results of the step, in its order, and the number of its requests. `sums`: the controller
   /// reads many values in one request.
   void on_resolved(const std::vector<Resolved>& known, std::uint64_t requests, Moment now);
   void on_read(const std::vector<Answer>& answers, std::uint64_t requests, bool sums, Moment now);
 
-  /// What has come of all this since it was last asked for.
+  /// The results since the last call.
   Output take_output() { return std::exchange(output_, {}); }
 
  private:

@@ -13,12 +13,12 @@ namespace millrace::gateway::data {
 
 /// The type as the fabric names it.
 fabric::ValueType type_of(const cnc::variables::Reading& reading);
-/// What the controller answered; the error says what does not fit.
+/// The controller's response as elements; the error describes the mismatch.
 tl::expected<fabric::Elements, std::string> elements_of(const cnc::variables::Reading& reading,
                                                         cnc::variables::BytesView answer);
 
-/// Whether `now` is news for who knows `told`: another quality or reason, another text, a number
-/// that differs by more than `deadband`, other elements. Its time is no news.
+/// Whether `now` differs from the published value `told`: another quality, reason or text, a number
+/// that differs by more than `deadband`, other elements. Its time does not count.
 bool is_news(const fabric::Value& told, const fabric::Value& now, double deadband);
 
 }  // namespace millrace::gateway::data

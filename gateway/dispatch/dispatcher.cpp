@@ -14,7 +14,7 @@ namespace millrace::gateway::dispatch {
 
 namespace {
 
-/// Who declines so often without an answer in between is not believed when he says he has room.
+/// After this number of declines without a response, announced room is ignored.
 constexpr unsigned most_declined = 8;
 
 std::string name_of(const fabric::InstanceIdentity& identity) {
@@ -100,7 +100,7 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
     PendingCalls::note_waiters(*instance);
   });
   if (instance->busy_until && instance->declined < most_declined) {
-    // What it has now is known.
+    // Its present calls are known.
     instances_.change(*instance, [&] { instance->busy_until.reset(); });
   }
   if (!unheard.empty()) {
@@ -174,27 +174,18 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
   if (service.served) {
     return {};
   }
-  // It is no program that says who gets the messages of a queue, or the call of a command
-  // ("call.7f3a").
-  constexpr std::string_view variable = "V.G.SERVICE.UUID";
-  const std::string_view subject = fabric::queue_of(key.machine).empty() ? variable : "uuid";
   if (service.draining) {
-    return fmt::format("{} {}: its instances are draining and take nothing new", subject,
-                       printable(uuid));
+    return fmt::format("the service {} is draining and accepts no new calls", printable(uuid));
   }
   if (service.elsewhere != nullptr) {
-    return fmt::format("{} {} is served for {}, not for {}", subject, printable(uuid),
+    return fmt::format("the service {} serves {}, not {}", printable(uuid),
                        scope_of(service.elsewhere->identity), key.to_string());
   }
   const auto last = last_of_.find(fabric::canonical_uuid(uuid));
-  std::string why = last == last_of_.end()
-                        ? explain_unserved(uuid, instances_.uuids())
-                        : fmt::format("{} {} is served by nobody; its last instance was {}",
-                                      variable, printable(uuid), last->second);
-  if (why.starts_with(variable)) {
-    why.replace(0, variable.size(), subject);
+  if (last == last_of_.end()) {
+    return explain_unserved(uuid, instances_.uuids());
   }
-  return why;
+  return fmt::format("no instance serves {}; the last one was {}", printable(uuid), last->second);
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
@@ -380,7 +371,7 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
 
 void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions) {
   const std::string name = *pending.at->name;
-  const std::string what = loss == Loss::gone ? "is lost" : "does not take what it is given";
+  const std::string what = loss == Loss::gone ? "is lost" : "does not read its requests";
   if (pending.delivery == fabric::Delivery::at_most_once) {
     calls_.hold(pending);
   } else {
@@ -388,7 +379,7 @@ void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions
   }
   pending.reason = pending.held
                        ? fmt::format(
-                             "{} {} with this call, which must not run twice; an operator must "
+                             "{} {} during this call, which must not run twice; an operator must "
                              "answer or retry it",
                              name, loss == Loss::gone ? "is lost" : "is deaf")
                        : fmt::format("{} {}; the call goes to another instance", name, what);

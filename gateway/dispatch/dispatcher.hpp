@@ -53,18 +53,18 @@ using Decision = std::variant<Assign, Unassign, Explain>;
 using Decisions = std::vector<Decision>;
 
 struct DispatcherOptions {
-  /// How long a lost instance keeps its calls. An instance is found again about 10 ms after a
-  /// frozen gateway wakes.
+  /// How long a lost instance keeps its calls. About 10 ms after a frozen gateway wakes, it finds
+  /// its instances again.
   std::chrono::milliseconds grace{50};
-  /// The same for the instances of the journal when the gateway starts and knows nobody yet.
+  /// The same for the instances in the journal when the gateway starts and has not discovered any.
   std::chrono::milliseconds rejoin{1500};
   /// An instance sends heartbeats, and does not have a call that was sent to it so long ago: it
   /// does not hear, or is not heard. After the second such heartbeat the call goes to another one.
   std::chrono::milliseconds unresponsive{700};
-  /// What is unresponsive is tried again after this time.
+  /// An unresponsive instance is tried again after this time.
   std::chrono::milliseconds unresponsive_pause{5000};
-  /// How long one that declines is left alone if no heartbeat says what it has. One that declines
-  /// again and again is left alone for as long as one that is unresponsive, whatever it says.
+  /// How long an instance that declined is skipped if no heartbeat shows room. One that declines
+  /// again and again is skipped for as long as an unresponsive one, whatever its heartbeats show.
   std::chrono::milliseconds busy_pause{1000};
 };
 
@@ -77,7 +77,7 @@ class Dispatcher {
   /// A new instance, one that came back, or one whose identity changed (draining, channels).
   Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
   Decisions on_instance_gone(const fabric::InstanceId& instance, SteadyTime now);
-  /// What an instance does, by a heartbeat that has just arrived.
+  /// The load of an instance, from a heartbeat that just arrived.
   Decisions on_load(const fabric::InstanceLoad& load, SteadyTime now);
   /// The call's request is on its way to the instance that has it.
   void on_published(const fabric::CallId& call, SteadyTime now);
@@ -88,21 +88,20 @@ class Dispatcher {
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_alarm(); }
 
-  /// How many instances there are, those that are gone for a moment among them.
+  /// The number of instances, including temporarily lost ones.
   [[nodiscard]] std::size_t known() const { return instances_.size(); }
 
   [[nodiscard]] bool serves(const std::string& canonical_uuid, const fabric::ChannelKey& key) const;
 
-  /// Why nobody serves this UUID for this channel; nothing if somebody does.
+  /// Why no instance serves this UUID for this channel; nullopt if one does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;
 
-  /// How often a call of this canonical UUID may run: at most once if any instance says so.
+  /// How often a call of this canonical UUID may run: at most once if any instance announces it.
   [[nodiscard]] fabric::Delivery delivery_of(const std::string& uuid) const;
 
-  /// A call to give out: one that was just claimed, or one that an operator wants given out once
-  /// more, as a new attempt and wherever it is; he takes the responsibility if it may run at most
-  /// once.
+  /// A call to dispatch: a new one, or one that an operator dispatches again, as a new attempt and
+  /// wherever it is; an at-most-once call is then the operator's responsibility.
   Decisions add(const CallRecord& call);
   /// A call of an earlier run, last given to the instance of its last attempt.
   Decisions resume(const CallRecord& call, SteadyTime now);
@@ -114,7 +113,7 @@ class Dispatcher {
   void assign_waiting(const std::string& uuid, Decisions& decisions);
   /// One call that waits: gives it, or says why it waits.
   void try_to_assign(PendingCall& pending, Decisions& decisions);
-  /// What waits for this instance, which has room for it.
+  /// Assigns waiting calls to this instance, which has room.
   void fill(Instance& instance, Decisions& decisions);
   void assign(PendingCall& pending, Instance& instance, Decisions& decisions);
   void assign_again(Instance& instance, Decisions& decisions);
@@ -128,7 +127,7 @@ class Dispatcher {
   Instances instances_;
   PendingCalls calls_;
   std::uint64_t assigned_ = 0;
-  /// By canonical UUID: who served it last, of services that have nobody any more.
+  /// By canonical UUID: the last instance of services without an instance.
   std::map<std::string, std::string> last_of_;
 };
 

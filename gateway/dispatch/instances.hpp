@@ -27,7 +27,7 @@ namespace millrace::gateway::dispatch {
 struct PendingCall;
 struct ScopeGroup;
 
-/// What is chosen by is changed through Instances only.
+/// The fields that dispatch depends on are changed only through Instances.
 struct Instance {
   fabric::InstanceIdentity identity;
   /// For people; see Assignment.
@@ -44,15 +44,15 @@ struct Instance {
   std::uint64_t last_used = 0;
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
-  /// It has declined a call: until it says that it has room, or until this time.
+  /// It has declined a call: until it announces room, or until this time.
   std::optional<SteadyTime> busy_until;
-  /// It is there and does not take what it is given; until this time nothing more is tried.
+  /// It is there and does not read its requests; until this time nothing more is tried.
   std::optional<SteadyTime> unresponsive_until;
   /// Declined since it last answered.
   unsigned declined = 0;
   /// False for an instance that only the journal has named yet.
   bool seen = true;
-  /// Where Instances has it.
+  /// Its places in Instances.
   std::vector<ScopeGroup*> scope_groups;
 
   [[nodiscard]] std::uint32_t most() const {
@@ -93,7 +93,7 @@ class Instances {
   /// The one of this id, made if there is none; its address stays until it is erased.
   Instance& enter(const fabric::InstanceId& id);
   void erase(Instance& instance);
-  /// Has `make` change its load and no more: running, others, has_waiter, last_used.
+  /// `make` changes only its load: running, others, has_waiter, last_used.
   template <typename Make>
   static void change_load(Instance& instance, Make make) {
     unrank(instance);
@@ -108,23 +108,23 @@ class Instances {
     list(instance);
   }
 
-  /// Who gets a call: of those with room the one that names the channel most closely, then the
-  /// least busy, then the one that was longest without. Null if none has room.
+  /// The instance for a call: of those with room the one that names the channel most closely, then
+  /// the least busy, then the longest unused. Null if none has room.
   [[nodiscard]] Instance* choose(const std::string& uuid, const fabric::ChannelKey& key);
-  /// With whom it waits if none has room: with one that is busy for others.
+  /// The instance whose queue the call joins if none has room: one that is busy for other gateways.
   [[nodiscard]] Instance* choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key);
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
                                    const fabric::ChannelKey& key);
 
-  /// How many of those that serve the channel take calls, busy or not.
+  /// The number of instances that serve the channel and accept calls, busy or not.
   [[nodiscard]] std::size_t ready(const std::string& uuid, const fabric::ChannelKey& key) const;
-  /// What the instances of a UUID are to a channel, whether they are gone for a moment or not.
+  /// The instances of a UUID as seen from a channel, including temporarily lost ones.
   struct Service {
     bool served = false;
     /// It is served by instances that drain only.
     bool draining = false;
-    /// Somebody who serves other channels only, or null.
+    /// An instance that serves only other channels, or null.
     const Instance* elsewhere = nullptr;
   };
   [[nodiscard]] Service service(const std::string& uuid, const fabric::ChannelKey& key) const;
@@ -134,7 +134,7 @@ class Instances {
 
   /// The earliest alarm.
   [[nodiscard]] std::optional<SteadyTime> next_alarm() const;
-  /// Somebody whose time has come, or null.
+  /// An instance whose timer has expired, or null.
   [[nodiscard]] Instance* alarmed(SteadyTime now);
 
  private:

@@ -12,7 +12,7 @@ namespace millrace::gateway::dispatch {
 
 namespace {
 
-/// How the nearest UUID differs, from the program's point of view.
+/// How the nearest UUID differs from the one in the NC program.
 std::string difference(std::string_view written, std::string_view meant) {
   const std::size_t edits = edit_distance(written, meant);
   if (edits != 1) {
@@ -24,7 +24,7 @@ std::string difference(std::string_view written, std::string_view meant) {
   return written.size() > meant.size() ? "one character is too many" : "one character differs";
 }
 
-/// Canonical, and in lower case even where it is no UUID, so that the case makes no difference.
+/// Canonical, and in lower case even where it is not a UUID, so that the case makes no difference.
 std::string comparable(std::string_view uuid) {
   std::string text = fabric::canonical_uuid(uuid);
   std::ranges::transform(text, text.begin(), [](char c) {
@@ -78,14 +78,14 @@ std::string malformed(std::string_view uuid) {
     return {};
   }
   if (const auto wrong = std::ranges::find_if_not(text, uuid_character); wrong != text.end()) {
-    return text.size() == length ? fmt::format("'{}' is no hexadecimal digit",
+    return text.size() == length ? fmt::format("'{}' is not a hexadecimal digit",
                                                printable(std::string_view(&*wrong, 1)))
                                  : std::string();
   }
   if (text.size() != length) {
     return fmt::format("{} characters, a UUID has {}", text.size(), length);
   }
-  return "its dashes are not where a UUID has them";
+  return "its dashes are in the wrong places";
 }
 
 std::string explain_unserved(std::string_view uuid, const std::vector<std::string>& known) {
@@ -94,7 +94,7 @@ std::string explain_unserved(std::string_view uuid, const std::vector<std::strin
     return "V.G.SERVICE.UUID is empty; the program must write its service's UUID before "
            "REQUEST_STATE";
   }
-  std::string words = fmt::format("V.G.SERVICE.UUID {} is served by nobody", printable(uuid));
+  std::string words = fmt::format("no service has the UUID {}", printable(uuid));
   if (const auto meant = nearest(written, known)) {
     words += fmt::format("; did you mean {}, {}", *meant, difference(written, *meant));
   }

@@ -1,8 +1,8 @@
-// Why nobody serves a UUID, in words that help: the vendor's own NC sample misses one character of
-// its service's UUID (ISG FCT-C31, Service Interface).
+// Why no service has a UUID, with a hint: the vendor's own NC sample misses one character of its
+// service's UUID (ISG FCT-C31, Service Interface).
 //
 //   explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", known)
-//   → "V.G.SERVICE.UUID 560AACBF-… is served by nobody; did you mean 560aacbf-…, one character is
+//   → "no service has the UUID 560AACBF-…; did you mean 560aacbf-…, one character is
 //      missing; it is malformed: 35 characters, a UUID has 36"
 #pragma once
 
@@ -21,7 +21,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 std::optional<std::string> nearest(std::string_view text, const std::vector<std::string>& known);
 
 /// What is wrong with a text that was meant to be a UUID, "35 characters, a UUID has 36"; empty if
-/// it is a UUID, or no attempt at one.
+/// it is a UUID, or does not resemble one.
 std::string malformed(std::string_view uuid);
 
 /// The whole sentence, for a UUID as the program wrote it and the canonical UUIDs that are served.

@@ -1,8 +1,8 @@
-// The calls that a dispatcher has, found by id, by who has them, and by what they wait for. Pure.
+// The calls of a dispatcher, indexed by id, by instance, and by what they wait for. Pure.
 //
 //   PendingCall& call = calls.enter({.call = id, .key = key, .uuid = "560aacbf-…"});
 //   calls.assign(call, instance);            // it has the call now
-//   calls.queue(call);                          // nobody has it, it waits for an instance
+//   calls.queue(call);                          // without an instance, it waits for one
 //   calls.hold(call);                           // … for an operator
 //   if (const PendingCalls::Queue* queue = calls.waiting("560aacbf-…")) …
 #pragma once
@@ -27,7 +27,7 @@ struct PendingCall {
   fabric::ChannelKey key;
   std::string uuid;
   std::uint32_t attempts = 0;
-  /// Who has the call now, or null.
+  /// The instance that has the call, or null.
   Instance* at = nullptr;
   /// The instance of the last attempt.
   fabric::InstanceId instance;
@@ -54,13 +54,13 @@ class PendingCalls {
   PendingCalls(const PendingCalls&) = delete;
   PendingCalls& operator=(const PendingCalls&) = delete;
 
-  /// A call that nobody has; its address stays until it is forgotten.
+  /// A call without an instance; its address stays the same until it is removed.
   PendingCall& enter(PendingCall pending);
   /// Null if there is none.
   [[nodiscard]] PendingCall* find(const fabric::CallId& call);
   void forget(PendingCall& pending);
 
-  /// Each takes it from whoever has it, and from where it waits.
+  /// Each of these removes the call from its instance and from its queue first.
   void assign(PendingCall& pending, Instance& instance);
   void queue(PendingCall& pending);
   void hold(PendingCall& pending);
@@ -70,8 +70,8 @@ class PendingCalls {
   /// Those that an operator must decide about.
   [[nodiscard]] const Queue& held() const { return held_; }
 
-  /// Whoever changes `waits` of a call of this instance says so here, within
-  /// Instances::change_load.
+  /// Must be called within Instances::change_load after a change of `waits` of a call of this
+  /// instance.
   static void note_waiters(Instance& instance);
 
  private:
@@ -81,7 +81,7 @@ class PendingCalls {
 
   void detach(PendingCall& pending);
 
-  /// Each of a thousand channels looks here several times in a call.
+  /// A hash map, since each of a thousand channels searches it several times in a call.
   std::unordered_map<fabric::CallId, PendingCall, IdHash> calls_;
   std::unordered_map<std::string, Queue> waiting_;
   Queue held_;

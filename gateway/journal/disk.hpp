@@ -25,8 +25,7 @@ void force(const base::posix::Fd& file, const std::filesystem::path& name);
 /// Begins FILE.new, which is to take the place of `file`, with these bytes; open for appending.
 base::posix::Fd begin_new_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Forces the new file to the disk and has it take the place of `file`, in one step even if the
-/// power fails meanwhile.
+/// Forces the new file to the disk and replaces `file` with it, atomically even if the power fails.
 void replace_file(const base::posix::Fd& new_file, const std::filesystem::path& file);
 
 }  // namespace millrace::gateway::journal

@@ -137,7 +137,7 @@ class File final : public Journal, private JournalFile {
         });
   }
 
-  /// Does `work` on the journal's thread, then calls `then` with what it returned, on the executor.
+  /// Runs `work` on the journal's thread, then calls `then` with its result on the executor.
   template <typename Work, typename Then>
   void on_disk(Work work, Then then) {
     asio::post(pool_, [this, work = std::move(work), then = std::move(then),
@@ -163,7 +163,7 @@ class File final : public Journal, private JournalFile {
 
   void report_error(const std::string& error) override {
     if (error.empty()) {
-      log_->info("journal {} can be written again", path_.string());
+      log_->info("journal {} is writable again", path_.string());
     } else {
       log_->error("{}", error);
     }

@@ -227,7 +227,7 @@ Step read_one(std::string_view rest) {
   }
   const std::uint32_t length = u32(rest.substr(0, 4));
   if (length == 0 || length > longest) {
-    return {{}, 0, fmt::format("a record claims a length of {} bytes", length)};
+    return {{}, 0, fmt::format("a record has the impossible length of {} bytes", length)};
   }
   if (rest.size() - head < length) {
     return {{}, 0, "a record is cut short"};
@@ -238,7 +238,7 @@ Step read_one(std::string_view rest) {
   }
   pb::Record record;
   if (!record.ParseFromArray(message.data(), static_cast<int>(length))) {
-    return {{}, 0, "a record is no message"};
+    return {{}, 0, "a record is not a message"};
   }
   return {entry_of(record), head + length, {}};
 }
@@ -265,7 +265,7 @@ Contents decode(std::string_view file) {
     return contents;
   }
   if (!file.starts_with(magic)) {
-    contents.damage = "it does not begin as a journal of this version";
+    contents.damage = "it does not begin like a journal of this version";
     return contents;
   }
   contents.good = magic.size();

@@ -7,8 +7,8 @@
 //   each record: u32 length of the message, u32 CRC-32 of length and message, the message
 //   (little endian; idl/journal.proto)
 //
-// A crash can tear the newest record. decode() stops there and says so; what stands before is
-// whole.
+// A crash can tear the newest record. decode() stops there and reports it; the records before it
+// are complete.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ struct Contents {
   std::vector<JournalEntry> entries;
   /// Length of the undamaged part, magic included.
   std::size_t good = 0;
-  /// What is wrong after it; empty if nothing is.
+  /// The damage after it; empty if there is none.
   std::string damage;
 };
 

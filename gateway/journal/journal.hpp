@@ -1,4 +1,4 @@
-// Where the gateway remembers its calls: in memory, or in a file that survives it.
+// Where the gateway stores its calls: in memory, or in a file that survives a restart.
 //
 //   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
 //   Core core(fabric, host, options, journal->state());
@@ -31,8 +31,8 @@ class Journal {
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
   /// To be set before anything is appended with a ticket.
   virtual void on_recorded(std::function<void(const Ticket&)> handler) = 0;
-  /// Told when the journal cannot write any more, with the reason, and with an empty text when it
-  /// can again.
+  /// Called when the journal cannot be written any more, with the reason, and with an empty text
+  /// when it can again.
   virtual void on_write_error(std::function<void(const std::string&)> handler) = 0;
 };
 

@@ -1,4 +1,4 @@
-// What a journal adds up to: the calls that are still open, and which call numbers are used.
+// The sum of a journal's entries: the open calls, and the used call numbers.
 //
 //   JournalState state;
 //   for (const Entry& entry : contents.entries) state.apply(entry);
@@ -25,7 +25,7 @@ class JournalState {
   [[nodiscard]] const NumbersEntry& numbers() const { return numbers_; }
   /// In the order they were claimed; at most one for each channel.
   [[nodiscard]] std::vector<CallRecord> open_calls() const;
-  /// What is known of message queues, by the key of each.
+  /// The state of message queues, by their keys.
   [[nodiscard]] const std::map<fabric::ChannelKey, QueueLog>& queues() const { return queues_; }
   /// The channels that stand.
   [[nodiscard]] const std::map<fabric::ChannelKey, BlockedEntry>& blocked() const {

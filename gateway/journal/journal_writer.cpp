@@ -13,8 +13,8 @@ namespace millrace::gateway::journal {
 
 namespace {
 
-/// A file that is so many times as long as the open calls need is written anew: what that costs
-/// stays in proportion to what was appended, however many calls are open.
+/// A file of more than this multiple of what the open calls need is rewritten: so the cost stays in
+/// proportion to what was appended, for any number of open calls.
 constexpr std::size_t growth = 2;
 
 }  // namespace
@@ -65,7 +65,7 @@ void JournalWriter::append(const JournalEntry& entry, const Ticket& ticket) {
   }
 }
 
-/// In trouble only a new file holds what comes: the next one is begun with it.
+/// After a failure only a new file holds what comes: the next one is begun with it.
 void JournalWriter::write(const std::string& bytes) {
   if (error_.empty()) {
     size_ += bytes.size();
@@ -177,8 +177,7 @@ void JournalWriter::on_replaced(const std::string& failure) {
   proceed();
 }
 
-/// Everything appended so far is covered by what is started now; what comes meanwhile is covered by
-/// the next round.
+/// Covers everything appended so far; later entries are covered by the next batch.
 void JournalWriter::begin_batch() {
   dirty_ = false;
   force_due_ = false;
@@ -198,7 +197,8 @@ void JournalWriter::set_limit(std::size_t needed) {
 
 void JournalWriter::fail(const std::string& reason) {
   if (error_.empty()) {
-    error_ = fmt::format("the journal {}; no new call is taken until it can be written", reason);
+    error_ = fmt::format(
+        "the journal {}; the gateway accepts no new call until the journal is writable", reason);
     file_.report_error(error_);
   }
 }

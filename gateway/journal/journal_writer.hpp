@@ -1,5 +1,5 @@
-// Decides what the journal's file holds and when a step is safe. No disk, thread or clock of its
-// own: the disk is a JournalFile, time comes as ticks.
+// Decides the contents of the journal's file and when a step is safe. It has no disk, thread or
+// clock of its own: the disk is a JournalFile, time comes as ticks.
 //
 //   JournalWriter writer(file, options);
 //   if (auto loaded = writer.load(bytes, epoch); !loaded) …    // the file is none of ours
@@ -7,14 +7,13 @@
 //   writer.append(entry, ticket);              → file.confirm({ticket}), at once or once forced
 //   writer.on_tick();                                          // once a period
 //
-// The file grows until it is several times as long as the open calls need; then a new file is
-// written beside it, with those only, and takes its place. Until it has done so the file holds
-// everything, and from the moment it may have done so the new file does: what is appended meanwhile
-// goes into both. So calls go on, and whoever kills the process or cuts the power finds one or the
-// other, whole.
+// The file grows until it is several times as long as the open calls need; then a new file with
+// only these is written beside it and replaces it. Until the replacement the old file has
+// everything, and from the moment it may have happened the new one does: entries in between go into
+// both. So calls continue, and after a kill or a power failure one of the two files is complete.
 //
-// When anything fails, a new file is written once a period until that works: what a disk kept of a
-// failed write is not known.
+// After any failure a new file is written once a period until that works, since the disk's contents
+// after a failed write are unknown.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +36,7 @@ namespace millrace::gateway::journal {
 class JournalFile {
  public:
   virtual ~JournalFile() = default;
-  /// Writes the file anew and forces it to the disk. At the start only: it waits.
+  /// Rewrites the file and forces it to the disk. Only at the start: it blocks.
   virtual tl::expected<void, std::string> begin(std::string_view bytes) = 0;
   /// To the end of the file, as the operating system has it: a crash of the process loses nothing.
   virtual tl::expected<void, std::string> append(std::string_view bytes) = 0;
@@ -48,8 +47,8 @@ class JournalFile {
   /// Begins a new file with these entries, in the place of an earlier one:
   /// JournalWriter::on_new_file.
   virtual void start_new_file(std::vector<JournalEntry> entries) = 0;
-  /// Forces the new file to the disk and has it take the file's place, in one step even if the
-  /// power fails meanwhile; from then on it is the file: JournalWriter::on_replaced.
+  /// Forces the new file to the disk and replaces the file with it, atomically even if the power
+  /// fails; from then on it is the file: JournalWriter::on_replaced.
   virtual void start_replace() = 0;
   /// Hands these back a little later, in their order: their entries are as safe as promised.
   virtual void confirm(std::vector<Ticket> tickets) = 0;
@@ -62,15 +61,16 @@ class JournalWriter {
   /// `file` must outlive the writer.
   JournalWriter(JournalFile& file, FileOptions options);
 
-  /// What the file holds when the gateway starts, and an epoch for a new journal. The damage that
-  /// was cut off in words, empty if there was none; an error if the file is no journal of ours.
+  /// The file's contents when the gateway starts, and an epoch for a new journal. Returns the
+  /// damage that was cut off, empty if there was none; an error if the file is not a millrace
+  /// journal.
   tl::expected<std::string, std::string> load(std::string_view bytes, std::uint64_t new_epoch);
-  /// Has the file begin anew, as short as it can be; before anything is appended.
+  /// Rewrites the file as short as possible, before the first append.
   tl::expected<void, std::string> begin();
 
-  /// What has to wait for the disk may be confirmed after later entries that need not.
+  /// An entry that waits for the disk may be confirmed after later entries that do not.
   void append(const JournalEntry& entry, const Ticket& ticket);
-  /// Once a period: forces, shortens, or tries again after trouble.
+  /// Once a period: forces, shortens, or tries again after a failure.
   void on_tick();
 
   /// The answers to what was started; `failure` is empty if it worked.
@@ -82,7 +82,7 @@ class JournalWriter {
   [[nodiscard]] const JournalState& state() const { return state_; }
 
  private:
-  /// What the disk is doing for us.
+  /// The current job of the disk.
   enum class Job : std::uint8_t { none, force, new_file, replace };
 
   void write(const std::string& bytes);
@@ -100,7 +100,7 @@ class JournalWriter {
   FileOptions options_;
   JournalState state_;
   Job job_ = Job::none;
-  /// Of the file; a longer one than the limit is written anew.
+  /// Of the file; above the limit it is rewritten.
   std::size_t size_ = 0;
   std::size_t limit_ = 0;
   /// Something was appended that no force or replacement has covered.
@@ -111,10 +111,10 @@ class JournalWriter {
   /// Covered by the force or replacement under way, and by the next one.
   std::vector<Ticket> batch_;
   std::vector<Ticket> waiting_;
-  /// What the new file was begun with needs so much; with all that came since it is so long.
+  /// The bytes that the new file's first contents need; with all later entries it has this size.
   std::size_t new_file_needs_ = 0;
   std::size_t new_file_size_ = 0;
-  /// What came while the new file was begun, and is not in it yet.
+  /// Entries that came while the new file was started and are not in it yet.
   std::string tail_;
   /// Something could not be appended to the new file.
   bool spoiled_ = false;

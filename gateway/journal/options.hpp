@@ -1,4 +1,4 @@
-// How a journal is kept in a file.
+// How a journal is stored in a file.
 #pragma once
 
 #include <chrono>
@@ -22,9 +22,9 @@ enum class Sync : std::uint8_t {
 struct FileOptions {
   std::filesystem::path folder;
   Sync sync = Sync::interval;
-  /// How often `interval` forces, and how often a full disk is tried again.
+  /// How often `interval` forces to the disk, and how often a full disk is tried again.
   std::chrono::milliseconds period{1000};
-  /// A longer file is written anew, with open calls only, once it has several times the length that
+  /// A longer file is rewritten with open calls only, once it has several times the length that
   /// these need.
   std::size_t compact_at = std::size_t{1} << 20U;
   bool operator==(const FileOptions&) const = default;

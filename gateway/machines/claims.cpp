@@ -17,8 +17,8 @@ bool covers(const fabric::MachineStatus& gateway, std::uint16_t channel) {
          std::ranges::find(gateway.claims, channel) != gateway.claims.end();
 }
 
-/// The NetId of an address as a gateway tells it; empty if there is none, and for that by which
-/// each host means itself, which says nothing about which controller it is.
+/// The NetId of an address as a gateway publishes it; empty if there is none, and for the loopback
+/// NetId, which identifies no controller.
 std::string net_id_of(const std::string& address) {
   const auto comma = address.rfind(", ");
   if (comma == std::string::npos) {

@@ -1,5 +1,5 @@
-// Who serves a channel when several gateways are set up for it: the one that claimed it first.
-// Pure: takes what the gateways say of themselves, and believes what can be.
+// The owner of a channel when several gateways are configured for it: the one that claimed it
+// first. Pure: takes the samples of gateways and rejects impossible ones.
 //
 //   Claims claims(our_id);
 //   claims.set(status);                               // another gateway's millrace/machine
@@ -25,18 +25,18 @@ class Claims {
   static constexpr std::size_t most_machines = 1024;
   static constexpr std::size_t most_gateways = 64;
 
-  /// What `self` says is not listened to.
+  /// Samples of `self` are ignored.
   explicit Claims(const fabric::InstanceId& self) : self_(self) {}
 
-  /// Our machine of this name is the controller at this address ("HOST:PORT, NETID"). Who claims a
-  /// machine of the name at another AMS NetId means another controller: it takes nothing from us.
+  /// Our machine of this name is the controller at this address ("HOST:PORT, NETID"). A gateway
+  /// that claims the name at another AMS NetId means another controller: it does not affect ours.
   void set_address(const std::string& machine, const std::string& address);
 
   enum class Accepted : std::uint8_t {
     yes,
-    /// It is said to be claimed at a time at which nobody did. Not listened to.
+    /// The claim has an impossible time. Ignored.
     implausible,
-    /// Another controller goes by the name of one of ours. Remembered, and in nobody's way.
+    /// Another controller has the name of one of ours. Stored, without effect on ours.
     another_controller,
     /// There are too many. Not listened to.
     full
@@ -44,7 +44,7 @@ class Claims {
   Accepted set(const fabric::MachineStatus& status);
   void remove(const std::string& machine, const fabric::InstanceId& gateway);
 
-  /// What another gateway said last of the machine; nullptr if nothing.
+  /// The last sample of another gateway about the machine; nullptr if there is none.
   [[nodiscard]] const fabric::MachineStatus* find(const std::string& machine,
                                                   const fabric::InstanceId& gateway) const;
   /// The gateway whose calls carry this epoch, if it claims channels of the machine; else nullptr.
@@ -65,7 +65,7 @@ class Claims {
   /// Whether the other gateway's claim comes before ours of time `ours`.
   [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
   /// `ours`, or a moment after the claims of those that serve the machine already: clocks of hosts
-  /// differ, and who comes later must not be before them.
+  /// differ, and a later gateway must not come before them.
   [[nodiscard]] fabric::Time after_owners(const std::string& machine, fabric::Time ours) const;
 
  private:

@@ -20,7 +20,7 @@ namespace millrace::gateway::machines {
 
 using Channels = std::vector<std::uint16_t>;
 
-/// Who asks for values of a controller, beside calls.
+/// The part that requests values of a controller, besides calls.
 enum class Requester : std::uint8_t { data, variables };
 
 struct Question {
@@ -30,7 +30,7 @@ struct Question {
   variables::Step step;
 };
 
-/// What came of a question: what variables are, their values, that one is written, or a list.
+/// The response to a request: descriptions of variables, values, a confirmed write, or a list.
 struct Answer {
   Requester requester = Requester::data;
   std::uint64_t number = 0;
@@ -58,23 +58,23 @@ class ControllerEvents {
   virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
   virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                         const std::string& reason) = 0;
-  /// What became of subscribe(), of each channel once; nothing if the link is gone.
+  /// The result of subscribe(), once for each channel; none if the link is gone.
   virtual void on_subscribed(const std::string& machine,
                              const std::vector<SubscribeOutcome>& outcomes) = 0;
-  /// The controller tells the value of a state that is watched, the first time and whenever it has
-  /// changed; without value that it tells no more. May come before on_subscribed().
+  /// A notification of a watched state, at first and after each change; without a value: the
+  /// controller has stopped sending them. May come before on_subscribed().
   virtual void on_notification(const fabric::ChannelKey& key, Variable variable,
                                std::optional<std::uint32_t> value) = 0;
-  /// What came of ask(); nothing if the link is gone.
+  /// The result of ask(); none if the link is gone.
   virtual void on_answer(const std::string& machine, const Answer& answer) = 0;
-  /// What came of ask() for a queue, unless it was opened anew; nothing if the link is gone.
+  /// The result of ask() for a queue, unless the queue was opened again; none if the link is gone.
   virtual void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) = 0;
   /// The controller notifies a change in the queue.
   virtual void on_queue_event(const fabric::ChannelKey& queue) = 0;
 };
 
-/// Its end closes the connection, and leaves nothing at the controller that it was asked to tell;
-/// no event comes after it.
+/// Its destructor closes the connection and removes all subscriptions at the controller; no event
+/// comes after it.
 class Controller {
  public:
   virtual ~Controller() = default;

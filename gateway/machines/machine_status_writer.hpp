@@ -1,4 +1,5 @@
-// What is told of the link to one machine: kept up to date, and told when it changes. Pure.
+// The published status of the link to one machine: kept up to date, and published when it changes.
+// Pure.
 //
 //   MachineStatusWriter writer(status);          // what never changes: names, address, poll period
 //   writer.on_up(2, now);
@@ -15,7 +16,7 @@
 
 namespace millrace::gateway::machines {
 
-/// What a link has done since it exists.
+/// The load of a link since it exists.
 struct LinkLoad {
   std::uint64_t requests = 0;
   std::uint64_t answered = 0;
@@ -29,7 +30,7 @@ class MachineStatusWriter {
 
   /// `note` is what is missing all the same: channels that others serve.
   void on_up(std::size_t channels, const std::string& note, Moment now);
-  /// Also when the link does not come up, or is not wanted; `reason` may change meanwhile.
+  /// Also when the link does not come up, or is not wanted; `reason` may change.
   void on_down(const std::string& reason, Moment now);
   /// Counters that fall belong to a new link.
   void on_load(const LinkLoad& load, SteadyTime now);
@@ -40,7 +41,7 @@ class MachineStatusWriter {
   [[nodiscard]] const fabric::MachineStatus& status() const { return status_; }
   /// The status, if it is not what was published last.
   std::optional<fabric::MachineStatus> take_change();
-  /// What was told is forgotten by those who heard it.
+  /// Its readers may have dropped it: publish it again.
   void republish() { published_.reset(); }
 
  private:

@@ -14,10 +14,10 @@ namespace millrace::gateway::machines {
 
 class StallDetector {
  public:
-  /// Who has not heard of this process for its `lease` takes it for gone. Several heartbeats may be
-  /// lost on the way. Cyclone renews the lease of a process, which a frozen one loses too, up to
-  /// 0.8 of its time before; who comes half a lease after the last heartbeat is forgiven all the
-  /// same, for the sake of busy hosts.
+  /// Other processes take this one for gone after its `lease` without a heartbeat; several
+  /// heartbeats may be lost. Cyclone renews the lease of a process, which a frozen one loses too,
+  /// up to 0.8 of its time before; a return within half a lease after the last heartbeat is
+  /// accepted nevertheless, for the sake of busy hosts.
   explicit StallDetector(std::chrono::nanoseconds lease)
       : period_(lease / 8), forgiven_(lease / 2 - period_) {}
 
@@ -26,7 +26,7 @@ class StallDetector {
     due_ = now + period_;
     return *due_;
   }
-  /// It stood still and nobody has asked for how long; never before its first heartbeat.
+  /// It stood still, and the length was not requested yet; never before its first heartbeat.
   [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > forgiven_; }
   /// For how long it stood still, once for each time; nothing if it did not.
   std::optional<std::chrono::nanoseconds> take_overdue(SteadyTime now) {

@@ -55,7 +55,7 @@ SubscriptionActions Subscriptions::set_mode(SubscriptionMode mode) {
   return actions;
 }
 
-/// For all that nobody has asked for.
+/// Requests all subscriptions that are missing.
 void Subscriptions::ask(SubscriptionActions& actions) {
   if (mode_ == SubscriptionMode::poll || !given_up_.empty()) {
     return;
@@ -74,7 +74,7 @@ SubscriptionActions Subscriptions::on_subscribed(const std::vector<SubscribeOutc
   for (const SubscribeOutcome& outcome : outcomes) {
     const auto found = channels_.find(outcome.channel);
     if (found == channels_.end() || found->second.step != Step::asked) {
-      continue;  // what came of an earlier question is of no interest any more
+      continue;  // the result of an earlier request is obsolete
     }
     ChannelSubscription& one = found->second;
     if (outcome.refusal.empty()) {
@@ -105,7 +105,7 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
   }
   ChannelSubscription& one = found->second;
   if (!value) {
-    // A restart or an online change of the controller: what its handles stood for is gone.
+    // After a restart or an online change of the controller, its handles are invalid.
     reset(channel, one, Step::idle, actions);
     one.refusal = "the controller has dropped its handle";
     actions.changed.emplace_back(channel, Variable::request_state);
@@ -119,7 +119,7 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
     }
     return actions;
   }
-  // The same once more: something between was not told.
+  // The same value again: a change in between was not notified.
   if (one.notified == value && one.other_seen && missed(channel, actions, now)) {
     return actions;
   }
@@ -127,7 +127,7 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
     times_late_ = now - *one.zero_shown_at > late ? times_late_ + 1 : 0;
     one.zero_shown_at.reset();
   } else if (one.seen == value) {
-    // The program was faster than the controller's cycle: what we wrote will never be told.
+    // The NC program was faster than the controller's cycle: our write will never be notified.
     one.zero_shown_at.reset();
   }
   one.notified = value;
@@ -137,7 +137,7 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
   one.unnotified_since.reset();
   one.unnotified_reads = 0;
   if (times_late_ >= most_late) {
-    give_up(fmt::format("it tells of changes more than {} ms late", late.count()), actions, now);
+    give_up(fmt::format("its notifications come more than {} ms late", late.count()), actions, now);
     return actions;
   }
   if (one.seen != one.notified) {
@@ -205,10 +205,10 @@ void Subscriptions::see(std::uint16_t channel, std::uint32_t state, Subscription
     }
     ++one.unnotified_reads;
     if (now - *one.unnotified_since > lost && one.unnotified_reads >= lost_reads) {
-      give_up(one.notified ? fmt::format("it did not tell of a change of {} in channel {}",
+      give_up(one.notified ? fmt::format("it sent no notification of a change of {} in channel {}",
                                          cnc::variables::name_of(Variable::request_state), channel)
-                           : fmt::format("it grants notifications and tells nothing, not even the "
-                                         "first value of channel {}",
+                           : fmt::format("it accepts subscriptions and sends no notification, not "
+                                         "even the first value of channel {}",
                                          channel),
               actions, now);
       return;
@@ -225,7 +225,7 @@ bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, 
   if (missed_.size() < most_missed) {
     return false;
   }
-  give_up(fmt::format("it does not tell of all changes of {} in channel {}",
+  give_up(fmt::format("it does not send a notification for each change of {} in channel {}",
                       cnc::variables::name_of(Variable::request_state), channel),
           actions, now);
   return true;
@@ -324,7 +324,8 @@ std::string Subscriptions::status_text() const {
     return "polled: " + refusal;
   }
   if (refused > 0) {
-    return fmt::format("pushed, but for channel{} {}: {}", refused == 1 ? "" : "s", which, refusal);
+    return fmt::format("pushed, except for channel{} {}: {}", refused == 1 ? "" : "s", which,
+                       refusal);
   }
   return granted ? "pushed" : "polled";
 }
@@ -342,11 +343,11 @@ void Subscriptions::describe(SubscriptionActions& actions) {
     return;
   }
   const bool pushed = now == "pushed";
-  actions.log.emplace_back(pushed || mode_ != SubscriptionMode::notify ? Level::info : Level::warn,
-                           pushed
-                               ? std::string("pushed: the controller tells of changes; looks are "
-                                             "for safety")
-                               : now);
+  actions.log.emplace_back(
+      pushed || mode_ != SubscriptionMode::notify ? Level::info : Level::warn,
+      pushed
+          ? std::string("pushed: the controller sends notifications; polling is only a safeguard")
+          : now);
 }
 
 }  // namespace millrace::gateway::machines

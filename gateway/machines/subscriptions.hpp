@@ -1,6 +1,5 @@
-// How the changes in a machine's channels are found out: by notifications of the controller, or by
-// reading. Decides when notifications are asked for, when they are trusted, and when they are given
-// up. Pure.
+// How changes in a machine's channels are detected: by notifications of the controller, or by
+// polling. Decides when notifications are requested, trusted, and given up. Pure.
 //
 //   Subscriptions subscriptions(SubscriptionMode::automatic);
 //   subscriptions.serve({1, 2});                               → subscribe {1, 2}
@@ -9,12 +8,12 @@
 //   subscriptions.on_read(1, snapshot, now);                   → trusted {1, true}: polled rarely
 //   subscriptions.on_notification(1, request_state, 7, now);   → changed {1, request_state}
 //
-// ADS promises no delivery, a value that changes and changes back between two samples gives no
-// notification at all, and whether the variables of a CNC can be subscribed to is not documented.
-// So the silence of a controller is trusted only while its last notification has the value that the
-// last read has shown: how late a write of ours takes effect is not documented, so it counts when a
-// read has shown it. Otherwise the channel is read as if there were no notifications, until both
-// agree; and if they do not come to agree, the controller is not trusted any more.
+// ADS guarantees no delivery, a value that changes and changes back between two samples causes no
+// notification, and whether the variables of a CNC can be subscribed to is not documented. So the
+// silence of a controller is trusted only while its last notification has the value of the last
+// read: how late a write takes effect is not documented, so a write counts when a read has shown
+// it. Otherwise the channel is polled as if there were no notifications, until both agree; if they
+// do not agree after a while, the controller's notifications are not used any more.
 #pragma once
 
 #include <chrono>
@@ -33,7 +32,7 @@
 
 namespace millrace::gateway::machines {
 
-/// What became of asking a controller for notifications of the changes in a channel.
+/// The result of a subscription to the changes in a channel.
 struct SubscribeOutcome {
   std::uint16_t channel = 0;
   /// Empty: it will. Otherwise why not, in words with the code.
@@ -42,7 +41,7 @@ struct SubscribeOutcome {
   bool undecided = false;
 };
 
-/// What the subscriptions want done, in this order.
+/// The actions of the subscriptions, in this order.
 struct SubscriptionActions {
   std::vector<std::uint16_t> unsubscribe{};
   std::vector<std::uint16_t> subscribe{};
@@ -62,16 +61,16 @@ class Subscriptions {
 
   /// The channels to subscribe to from now on; link_down() first if the link is new.
   SubscriptionActions serve(const std::vector<std::uint16_t>& channels);
-  /// Nothing is told any more, and the controller has forgotten what it was asked. A new link
-  /// begins anew.
+  /// No notifications come any more, and the controller has dropped the subscriptions. A new link
+  /// starts from the beginning.
   void link_down();
   SubscriptionActions set_mode(SubscriptionMode mode);
 
   SubscriptionActions on_subscribed(const std::vector<SubscribeOutcome>& outcomes, SteadyTime now);
-  /// No value: the controller will tell no more of this variable.
+  /// No value: the controller sends no more notifications of this variable.
   SubscriptionActions on_notification(std::uint16_t channel, Variable variable,
                                       std::optional<std::uint32_t> value, SteadyTime now);
-  /// A read of the channel begins. What it finds may be older than a notification before its end.
+  /// A read of the channel begins. Its result may be older than a notification before its end.
   void read_started(std::uint16_t channel);
   SubscriptionActions on_read(std::uint16_t channel, const ServiceSnapshot& snapshot,
                               SteadyTime now);
@@ -86,16 +85,17 @@ class Subscriptions {
   /// there is nothing to watch.
   [[nodiscard]] std::string status_text() const;
 
-  /// What is told so much later than a read has shown it is told late; a poll is faster.
+  /// A notification this long after a read showed the value is late; polling is faster.
   static constexpr std::chrono::milliseconds late{100};
-  /// So many in a row and the controller is not believed any more: one may be ours, or the host's.
+  /// This number of late ones in a row ends the use of notifications: a single one may be the fault
+  /// of this process or host.
   static constexpr int most_late = 3;
-  /// What was not told after so long and so many reads is not told at all. Both, since somebody may
-  /// have stood still.
+  /// A change that was not notified after this time and number of reads is lost. Both, since one of
+  /// the two sides may have stood still.
   static constexpr std::chrono::milliseconds lost{1000};
   static constexpr int lost_reads = 20;
-  /// Changes that came and went untold, within this time, and the controller is not believed any
-  /// more. One or two may have been shorter than its cycle.
+  /// This number of missed changes within this time ends the use of notifications. One or two may
+  /// have been shorter than the controller's cycle.
   static constexpr std::size_t most_missed = 3;
   static constexpr std::chrono::minutes missed_within{10};
   /// Between two attempts where one may help.
@@ -107,23 +107,23 @@ class Subscriptions {
 
   struct ChannelSubscription {
     Step step = Step::idle;
-    /// REQUEST_STATE, as it was told last and as it was seen last; of RESPONSE_STATE what was seen.
+    /// REQUEST_STATE, as last notified and as last read; RESPONSE_STATE as last read.
     std::optional<std::uint32_t> notified;
     std::optional<std::uint32_t> seen;
     std::optional<std::uint32_t> seen_response;
-    /// What was seen first and was not told, and how often it was seen since.
+    /// The first value that was read and not notified, and how often it was read since.
     std::optional<SteadyTime> unnotified_since;
     int unnotified_reads = 0;
     /// REQUEST_STATE was cleared by us, and no read has shown it yet.
     bool cleared = false;
-    /// Since when reads show the 0 of ours that is not told yet.
+    /// Since when reads show our 0 that is not notified yet.
     std::optional<SteadyTime> zero_shown_at;
-    /// Something else than what was told last has been seen since; and first by a read: the program
-    /// has changed it, not we.
+    /// A value other than the last notified one was read since; and first by a read: the NC program
+    /// changed it, not this gateway.
     bool other_seen = false;
     bool found_by_read = false;
     bool notified_since_read = false;
-    /// What the channel knows.
+    /// The state that the channel knows.
     bool trusted = false;
     std::string refusal;
   };
@@ -134,7 +134,7 @@ class Subscriptions {
   /// True if that was one too many.
   bool missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now);
   void trust(std::uint16_t channel, ChannelSubscription& one, SubscriptionActions& actions);
-  /// Not believed any more: all channels are polled.
+  /// Ends the use of notifications: all channels are polled.
   void give_up(const std::string& reason, SubscriptionActions& actions, SteadyTime now);
   void reset(std::uint16_t channel, ChannelSubscription& one, Step step,
              SubscriptionActions& actions);
@@ -143,13 +143,13 @@ class Subscriptions {
 
   SubscriptionMode mode_;
   std::map<std::uint16_t, ChannelSubscription> channels_;
-  /// Why nobody is asked on this link, or not now.
+  /// Why no notifications are requested on this link, or not now.
   std::string given_up_;
   int times_late_ = 0;
   std::deque<SteadyTime> missed_;
   std::optional<SteadyTime> again_;
   std::chrono::milliseconds pause_ = shortest_pause;
-  /// What was said last.
+  /// The last logged status.
   std::string logged_status_;
 };
 

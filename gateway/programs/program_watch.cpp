@@ -12,8 +12,8 @@ using fabric::Value;
 
 namespace {
 
-constexpr const char* not_seen = "seen when the link was back";
-constexpr const char* found_so = "found so when the gateway began to watch";
+constexpr const char* not_seen = "seen when the connection was restored";
+constexpr const char* found_so = "running when the gateway began to watch";
 
 const Value* good(const DataSample& sample, const std::string& name) {
   const auto found = std::ranges::find(sample.values, name, &Value::name);
@@ -138,7 +138,7 @@ void ProgramWatch::step(const Look& before, const Look& now, std::vector<Program
     program_ = now.name;
     events.push_back(event(ProgramEventKind::aborted, now));
   } else if (before.state == State::error && now.state != State::error) {
-    // Somebody has cleared the error: the aborted run needs nobody from here on.
+    // The error was cleared: the aborted run needs no more attention.
     events.push_back(event(ProgramEventKind::reset, now));
     forget_run();
   }

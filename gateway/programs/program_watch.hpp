@@ -1,4 +1,4 @@
-// What becomes of the programs of one channel, worked out from reads of its state. Pure.
+// The starts, ends and aborts of the NC programs of one channel, from reads of its state. Pure.
 //
 //   ProgramWatch watch({"press", 1}, {.name = "mc_program_name_r", .counter = "V.E.PARTS"});
 //   sampled group: watch.group()                     // what has to be read, and how often
@@ -6,11 +6,11 @@
 //
 // A channel's states and their meaning are documented (IB/tf5200_hli_interface/174845451,
 // 174850187, 174858763); their addresses are those of an open-source client
-// (cnc/variables/objects.hpp). What state a channel is in after a program's end is not documented:
-// from active to ready or selected in the same mode counts as an end, so that an NC reset which
-// leaves the mode as it is looks like one. From hold nothing ends by itself, so there it is a
-// reset, and so it is from error to anything but a program that runs. What begins and ends between
-// two reads is not seen. What runs, or stands in an error, at the first read is told as found.
+// (cnc/variables/objects.hpp). The state after an NC program's end is not documented: from active
+// to ready or selected in the same mode counts as an end, so an NC reset that keeps the mode looks
+// like one. No program ends by itself in hold, so leaving hold is a reset, and so is a change from
+// error to any state but a running program. Programs that begin and end between two reads are not
+// seen. A program that runs or has an error at the first read is reported as found.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@
 
 namespace millrace::gateway::programs {
 
-/// Where a channel's programs are watched (idl/gateway.proto, Programs).
+/// The channels whose NC programs are watched (idl/gateway.proto, Programs).
 struct ProgramSettings {
   std::uint16_t channel = 1;
   std::chrono::milliseconds period{100};
@@ -36,7 +36,7 @@ struct ProgramSettings {
 /// The name of the group that is sampled for it; no group of a configuration has a slash.
 inline constexpr const char* programs_group = "/programs";
 
-/// What is sampled for a channel's programs.
+/// The data group that is sampled for a channel's NC programs.
 data::GroupSettings group_of(const ProgramSettings& settings);
 
 class ProgramWatch {
@@ -58,7 +58,7 @@ class ProgramWatch {
     hold = 5,
     error = 6
   };
-  /// What one read showed.
+  /// The values of one read.
   struct Look {
     State state = State::none;
     std::uint32_t mode = 0;
@@ -79,7 +79,7 @@ class ProgramWatch {
 
   fabric::ChannelKey key_;
   ProgramSettings settings_;
-  /// Nothing until the controller has told.
+  /// Nullopt until the first read.
   std::optional<Look> last_;
   /// The controller did not answer since.
   bool blind_ = false;

@@ -27,8 +27,8 @@ MessageQueue::MessageQueue(const std::string& machine, QueueSettings settings, Q
       reader_(settings_.period),
       service_interface_(settings_.uuid) {
   if (queue_log_.last_get() && (queue_log_.waiting() > 0 || !queue_log_.uncovered().empty())) {
-    // What a gateway that runs knows of its journal need not be on the disk yet: what is written
-    // behind it says when it is.
+    // Entries of a running gateway's journal need not be on the disk yet: the confirmation of a
+    // later entry covers them.
     settled_ = false;
     note(LastGetEntry{key_, *queue_log_.last_get(), queue_log_.covered()});
     wait_for_journal();
@@ -167,7 +167,7 @@ void MessageQueue::write(const Write& write, Moment now) {
 
 void MessageQueue::on_acknowledged() {
   const QueueMessage* const next = queue_log_.next();
-  // What is not in the journal yet has no call.
+  // A message that is not in the journal yet has no call.
   if (next != nullptr && next->number <= journalled_) {
     show_next();
   }

@@ -29,7 +29,7 @@
 
 namespace millrace::gateway::queues {
 
-/// A queue in numbers, for those who look.
+/// The numbers of a queue, for observers.
 struct QueueView {
   /// Of the last read; nothing before the first.
   std::optional<Control> control{};
@@ -38,7 +38,7 @@ struct QueueView {
   std::uint64_t waiting = 0;
   /// Why it is not read; empty if it is.
   std::string trouble{};
-  /// What the last message was answered with.
+  /// The response to the last message.
   std::string response{};
   std::uint32_t response_state = 0;
   bool operator==(const QueueView&) const = default;
@@ -53,26 +53,26 @@ class MessageQueue {
   /// once.
   MessageQueue(const std::string& machine, QueueSettings settings, QueueLog queue_log);
 
-  /// The configuration says something else of the queue of this key. Its message under way goes on;
-  /// the link to follow is another one.
+  /// The queue of this key has a new configuration. Its pending message continues; the link comes
+  /// next.
   void change(QueueSettings settings);
 
   struct Output {
     /// To be journalled in their order; on_journalled() when the last of them is safe, if `wait`.
     std::vector<JournalEntry> entries{};
     bool wait = false;
-    /// The service interface shows another message.
+    /// The service interface has another message.
     bool shows = false;
     struct Line {
       Level level = Level::info;
       std::string text;
     };
     std::vector<Line> lines{};
-    /// It cannot be read, or fills up; or, with an empty text, does so no more.
+    /// It cannot be read, or fills up; or, with an empty text, it recovered.
     std::optional<std::string> trouble{};
     std::optional<std::string> filling{};
   };
-  /// What has come of the events since.
+  /// The results of the events since the last call.
   Output take_output();
 
   // The controller.
@@ -87,7 +87,7 @@ class MessageQueue {
   void on_array(tl::expected<std::vector<std::string>, std::string> answer, Moment now);
   void on_written(const tl::expected<void, std::string>& answer, Moment now);
 
-  /// What take_output() has asked for is in the journal.
+  /// The journal has stored the entries of take_output().
   void on_journalled(Moment now);
 
   // The call of the message whose turn it is.
@@ -124,7 +124,7 @@ class MessageQueue {
   /// … and up to each of these with the next on_journalled(): over a new link more is read while
   /// the journal still writes what came before it.
   std::deque<std::uint64_t> journalling_;
-  /// What the log had at the beginning is in the journal: until then LastGet stays as it is.
+  /// The journal has stored the initial entries: until then LastGet is not written.
   bool settled_ = true;
   std::string trouble_;
   /// Since when it has been three quarters full, and whether that was said.

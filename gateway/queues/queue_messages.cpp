@@ -7,18 +7,18 @@ namespace millrace::gateway::queues {
 std::string filling_message(const QueueSettings& settings, const Control& control,
                             std::size_t waiting, const std::string& key) {
   const std::string full = fmt::format(
-      "when it is full, the next SSDQ is a runtime error of its program; see in millrace "
-      "channels why the call of {} waits",
+      "when the queue is full, the next SSDQ is a runtime error of its NC program; `millrace "
+      "channels` shows why the call of {} waits",
       key);
   if (settings.acknowledge == Acknowledge::when_answered) {
     return fmt::format(
-        "{} of {} messages that {} has room for are not answered yet by {}, and stay there (drain: "
-        "WHEN_ANSWERED); {}",
+        "{} of {} messages that fit into {} have no response yet from {}, and stay in the queue "
+        "(drain: WHEN_ANSWERED); {}",
         filled(control), control.elements - 1, settings.array, settings.uuid, full);
   }
   return fmt::format(
-      "{} of {} messages that may wait in the journal (backlog) wait for {}, and {} of {} that {} "
-      "has room for stand there; {}",
+      "{} of {} messages that the journal may hold (backlog) wait for {}, and {} of {} that fit "
+      "into {} are in the queue; {}",
       waiting, settings.backlog, settings.uuid, filled(control), control.elements - 1,
       settings.array, full);
 }

@@ -1,4 +1,4 @@
-// What a queue says to people.
+// Messages about a queue for people.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace millrace::gateway::queues {
 
-/// It fills up, and why nobody empties it.
+/// The queue fills up, and why its messages are not read.
 [[nodiscard]] std::string filling_message(const QueueSettings& settings, const Control& control,
                                           std::size_t waiting, const std::string& key);
 

@@ -18,7 +18,7 @@ void QueueReader::on_up(Moment now) {
 }
 
 void QueueReader::on_down() {
-  // What the journal has been given it keeps; nothing waits for it.
+  // Entries given to the journal stay there; nothing waits for them.
   phase_ = Phase::down;
   fresh_ = false;
 }
@@ -27,7 +27,7 @@ void QueueReader::on_event(Moment now) {
   if (phase_ == Phase::waiting) {
     due_ = std::min(due_, now.steady);
   } else {
-    // What is asked now may have been answered before it happened.
+    // A pending request may be answered with values from before the change.
     notified_ = phase_ != Phase::down;
   }
 }
@@ -125,21 +125,21 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   if (!known) {
     result.covers = ReadResult::Covers{get, queue_log.last_number()};
   } else if (get != *known && ours != uncovered.end()) {
-    // Written by us, in this run or in the one before. If not, somebody else has read a message
-    // that is journalled, or a program has initialised the queue and an element's number is the
-    // same: what the array holds tells.
+    // Written by this gateway, in this run or in the one before. If not, another reader has taken a
+    // message that is journalled, or an NC program has initialised the queue and the element number
+    // is the same by chance: comparing the array decides.
     compare_ = compare_ || tried_ != get;
     result.covers = ReadResult::Covers{get, ours->number};
   } else if (get != *known) {
     result.resynchronised = fmt::format(
-        "LastGet is {}, not {} as this gateway has left it: a program has initialised the queue "
-        "(SSDQInit), or somebody else reads it too; going on behind {}",
+        "LastGet is {}, not {} as this gateway wrote it: an NC program has initialised the queue "
+        "(SSDQInit), or another reader uses it; continuing after {}",
         get, *known, get);
     result.covers = ReadResult::Covers{get, queue_log.last_number()};
   } else if (!uncovered.empty() && !holds(control, uncovered.back().element)) {
     result.resynchronised = fmt::format(
-        "LastFilled is {}, but element {} was read already: a program has initialised the queue "
-        "(SSDQInit); going on behind LastGet, {}",
+        "LastFilled is {}, but element {} was read already: an NC program has initialised the "
+        "queue (SSDQInit); continuing after LastGet, {}",
         control.last_filled, uncovered.back().element, get);
     result.covers = ReadResult::Covers{get, queue_log.last_number()};
   }
@@ -147,7 +147,7 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   const std::uint32_t tried = tried_.value_or(0);
   tried_.reset();
   if (in_vain) {
-    return fail(fmt::format("has LastGet {}, although {} was written there", get, tried), now);
+    return fail(fmt::format("has LastGet {}, although the gateway wrote {}", get, tried), now);
   }
   if (result.covers) {
     // The same read again, with what is known now.
@@ -194,8 +194,8 @@ std::string QueueReader::compare(const QueueLog& queue_log) const {
   for (const QueueMessage& message : queue_log.uncovered()) {
     if (message.element > texts_.size() || texts_[message.element - 1] != message.text) {
       return fmt::format(
-          "element {} does not hold the message that was read of it: a program has initialised the "
-          "queue (SSDQInit), or somebody else reads it too; going on behind LastGet",
+          "element {} does not hold the message that was read from it: an NC program has "
+          "initialised the queue (SSDQInit), or another reader uses it; continuing after LastGet",
           message.element);
     }
   }
@@ -204,8 +204,8 @@ std::string QueueReader::compare(const QueueLog& queue_log) const {
 
 QueueReader::ReadResult QueueReader::check(const Control& control, const QueueLog& queue_log,
                                            std::size_t room, Moment now) {
-  // Nobody has initialised the queue, and no other reader was there: then what was named before
-  // still is.
+  // The queue was not initialised, and has no other reader: then the messages named before are
+  // unchanged.
   const bool same = control.last_get == before_.last_get && control.elements == before_.elements &&
                     filled(control) >= filled(before_);
   if (!same) {

@@ -1,19 +1,20 @@
-// Reads a message queue: what is asked of the controller next, and what its answers say. Pure.
+// Reads a message queue: the next request to the controller, and the meaning of its responses.
+// Pure.
 //
 // One round: the control structure; if it names messages, the whole array; the control structure
-// again, so that a queue that was initialised meanwhile is noticed; the messages are journalled;
-// the control structure; LastGet is written; the control structure, which begins the next round.
-// Each arrow is one question, answered by the function of its name.
+// again, so that an initialisation in between is detected; the messages are journalled; the control
+// structure; LastGet is written; the control structure, which begins the next round. Each step is
+// one request, answered by the function of its name.
 //
 //   QueueReader reader(settings.period);
 //   reader.on_up(now);
 //   reader.next(queue_log, writable, now)  // ReadControl → on_control(), ReadQueue → on_array()
 //
-// What LastGet should be is known: as this gateway has seen or written it last
-// (QueueLog::last_get). Where it is not, a program has initialised the queue or somebody else
-// reads it: that is adopted, and said. What nobody can see is not closed: a queue that is
-// initialised between the last read and the write of LastGet, and one that is initialised and
-// filled again up to where it was between two reads.
+// The expected LastGet is known: as this gateway last read or wrote it (QueueLog::last_get). If it
+// differs, an NC program has initialised the queue or another reader uses it: the new value is
+// adopted, and logged. Two cases cannot be detected: a queue that is initialised between the last
+// read and the write of LastGet, and one that is initialised and filled again up to its old
+// position between two reads.
 #pragma once
 
 #include <chrono>
@@ -54,7 +55,7 @@ class QueueReader {
 
   void set_period(std::chrono::milliseconds period) { period_ = period; }
 
-  /// What an answer has shown.
+  /// The result of a response.
   struct ReadResult {
     /// Messages that were not known: their elements and texts.
     struct Found {
@@ -71,24 +72,24 @@ class QueueReader {
     std::optional<Covers> covers{};
     /// LastGet is another than this gateway had left; why in words.
     std::string resynchronised{};
-    /// What cannot be, or what the controller refused: nothing is written.
+    /// An impossible value, or the controller's error: nothing is written.
     std::string wrong{};
-    /// The queue answers, and what it says can be.
+    /// The queue responds, with possible values.
     bool fine = false;
   };
 
-  /// What the controller answers comes from a link that has just come up.
+  /// The next responses come from a new link.
   void on_up(Moment now);
   /// Nothing is asked any more, and what was asked is not answered.
   void on_down();
-  /// The controller tells that something has changed; late or for nothing does no harm.
+  /// The controller notified a change; a late or needless notification does no harm.
   void on_event(Moment now);
   /// The messages that were found are journalled.
   void on_journalled(Moment now);
   /// LastGet may be written now that could not before.
   void read_again(Moment now);
 
-  /// What to ask now. `writable`: the number of the last message that LastGet may cover.
+  /// The next request. `writable`: the number of the last message that LastGet may cover.
   std::optional<Step> next(const QueueLog& queue_log, std::uint64_t writable, Moment now);
   /// When next() has something, if nothing else happens.
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
@@ -98,7 +99,7 @@ class QueueReader {
                         std::size_t room, Moment now);
   ReadResult on_array(tl::expected<std::vector<std::string>, std::string> answer,
                       const QueueLog& queue_log, Moment now);
-  /// Written, refused or unknown: the next read tells. A refusal's words.
+  /// Written, refused or unknown: the next read decides. Returns the text of a refusal.
   ReadResult on_written(const tl::expected<void, std::string>& answer, Moment now);
 
   /// Of the last read that was right, and LastGet as it was written since.
@@ -142,9 +143,9 @@ class QueueReader {
   bool compare_ = false;
   /// The last read has shown LastGet as the log has it: it may be written.
   bool fresh_ = false;
-  /// The controller has told of a change while something else was asked.
+  /// A notification came while another request was pending.
   bool notified_ = false;
-  /// What was written last, until a read shows it.
+  /// The last written value, until a read shows it.
   std::optional<std::uint32_t> tried_;
 };
 

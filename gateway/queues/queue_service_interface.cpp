@@ -66,7 +66,7 @@ bool QueueServiceInterface::write(const Write& write) {
   if (!write.releases || !shown_) {
     return false;
   }
-  // What the program would have read by now.
+  // The NC program would have read it by now.
   shown_.reset();
   text_.clear();
   request_state_ = 0;

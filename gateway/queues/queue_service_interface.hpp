@@ -1,5 +1,5 @@
-// Shows one message of a queue as a channel shows a request in its Service Interface, and takes its
-// answer: so a message is called, repeated, held and answered as everything else is.
+// Presents one message of a queue like a request in a channel's Service Interface, and takes its
+// response: so a message is dispatched, repeated, blocked and answered like any call.
 //
 //   QueueServiceInterface service_interface(uuid);
 //   service_interface.show(message);
@@ -34,7 +34,7 @@ class QueueServiceInterface {
   /// True with the last write of a final answer, which releases the message that is shown. A write
   /// that was on its way when the UUID changed is for the question before, and has no effect.
   bool write(const Write& write);
-  /// What the service has said last.
+  /// The last response of the service.
   [[nodiscard]] const std::string& response() const { return response_; }
   [[nodiscard]] std::uint32_t response_state() const { return response_state_; }
 

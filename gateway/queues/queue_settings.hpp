@@ -1,4 +1,4 @@
-// What the configuration says of a message queue.
+// The configuration of a message queue.
 #pragma once
 
 #include <chrono>
@@ -28,14 +28,14 @@ struct QueueSettings {
   /// Members of the control structure.
   std::string last_filled = "LastFilled";
   std::string last_get = "LastGet";
-  /// Who gets the messages.
+  /// The UUID of the service for the messages.
   std::string uuid{};
   Acknowledge acknowledge = Acknowledge::when_journalled;
   /// Between two reads at a queue without messages.
   std::chrono::milliseconds period{10};
   /// Messages that may wait in the journal; more stay in the queue.
   std::size_t backlog = 10'000;
-  /// Whether the controller is asked for notifications besides.
+  /// Whether notifications are requested from the controller in addition.
   bool events = false;
   bool operator==(const QueueSettings&) const = default;
 

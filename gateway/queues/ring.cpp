@@ -12,8 +12,8 @@ std::string wrong_with(const Control& control) {
   const auto wrong = [&](std::int64_t index) { return index < 1 || index > control.elements; };
   if (wrong(control.last_filled) || wrong(control.last_get)) {
     return fmt::format(
-        "has LastFilled {} and LastGet {}, its elements are 1 to {}: nothing is read and nothing "
-        "written before a program has initialised it (SSDQInit)",
+        "has LastFilled {} and LastGet {}, its elements are 1 to {}: the gateway reads and writes "
+        "nothing until an NC program has initialised the queue (SSDQInit)",
         control.last_filled, control.last_get, control.elements);
   }
   return {};

@@ -24,8 +24,8 @@ struct Control {
 inline constexpr std::uint32_t fewest_elements = 3;
 inline constexpr std::uint32_t most_elements = 10'000;
 
-/// What cannot be: an index that names no element, a queue that is too small. Empty if nothing is
-/// wrong; in words that go behind the name of the queue.
+/// An impossible value: an index outside of the elements, a queue that is too small. Empty if there
+/// is none; a phrase that follows the name of the queue.
 [[nodiscard]] std::string wrong_with(const Control& control);
 
 /// Steps from one element to another, forwards over the end: 0 to elements - 1.

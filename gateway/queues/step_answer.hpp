@@ -1,4 +1,4 @@
-// What a controller answers to the questions of a message queue.
+// The responses of a controller to the requests of a message queue.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ namespace millrace::gateway::queues {
 template <typename T>
 using Answer = tl::expected<T, std::string>;
 
-/// What has come of a Step, in the order of their types; errors are words that go behind the name
-/// of the queue.
+/// The result of a Step, in the order of their types; errors are phrases that follow the name of
+/// the queue.
 using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
 
 }  // namespace millrace::gateway::queues

@@ -1,4 +1,4 @@
-// How a machine's controller is reached, as an ADS client takes it.
+// The ADS client options for a machine's controller.
 #pragma once
 
 #include "cnc/ads/client.hpp"

@@ -51,18 +51,17 @@ DataSettings DataReader::read(const config::Machine& from, const ConfigPath& pat
                          path / "data_requests_per_second");
   to.requests_per_second = from.data_requests_per_second();
   mistakes_.expect(from.data_size() <= most_groups, path / ConfigStep{"data", most_groups},
-                   fmt::format("machine {} has {} groups of data; expected at most {}", from.name(),
+                   fmt::format("machine {} has {} data groups; expected at most {}", from.name(),
                                from.data_size(), most_groups));
   std::set<std::pair<std::uint32_t, std::string>> names;
   for (int i = 0; i < from.data_size() && i < most_groups; ++i) {
     const ConfigPath place = path / ConfigStep{"data", i};
     const config::Data& one = from.data(i);
     to.groups.push_back(group(from, one, place));
-    mistakes_.expect(one.name().empty() || names.insert({one.channel(), one.name()}).second,
-                     place / "name",
-                     fmt::format("two groups of channel {} are called \"{}\"; expected a name of "
-                                 "its own for each",
-                                 one.channel(), one.name()));
+    mistakes_.expect(
+        one.name().empty() || names.insert({one.channel(), one.name()}).second, place / "name",
+        fmt::format("two groups of channel {} are called \"{}\"; expected different names",
+                    one.channel(), one.name()));
   }
   return to;
 }
@@ -137,7 +136,7 @@ variables::VariableSettings DataReader::read_variables(const config::Machine& fr
     const config::Variables& one = from.variables(i);
     const ConfigPath place = path / ConfigStep{"variables", i};
     mistakes_.expect(one.write_size() > 0, place,
-                     "it names nothing that may be written; expected write: \"V.E.*\"");
+                     "it lists no writable variable; expected write: \"V.E.*\"");
     std::vector<std::uint16_t> channels;
     for (int c = 0; c < one.channel_size(); ++c) {
       check_channel(from, one.channel(c), place / ConfigStep{"channel", c});

@@ -1,4 +1,4 @@
-// What the configuration says of a machine's data, programs and variables, checked.
+// The configuration of a machine's data, NC programs and variables, checked.
 #pragma once
 
 #include "base/configuration/mistakes.hpp"
@@ -31,8 +31,8 @@ class DataReader {
   base::configuration::Mistakes& mistakes_;
 };
 
-/// What is wrong with the name of a variable or object; empty if nothing is. Whether a controller
-/// has it, only the controller knows.
+/// What is wrong with the name of a variable or object; empty if nothing is. Only the controller
+/// knows whether it exists.
 std::string wrong_variable(const std::string& name);
 
 }  // namespace millrace::gateway::settings

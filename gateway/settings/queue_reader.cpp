@@ -103,12 +103,11 @@ std::vector<QueueSettings> read_queues(const config::Machine& from, const Config
     const QueueSettings& one = all.back();
     mistakes.expect(
         keys.insert(one.key(from.name())).second, place / "name",
-        fmt::format("two queues of channel {} are called \"{}\"; expected a name of its "
-                    "own for each",
+        fmt::format("two queues of channel {} are called \"{}\"; expected different names",
                     one.channel, one.name));
     mistakes.expect(arrays.insert(one.control).second, place / "control",
-                    fmt::format("{} is read twice: of two readers each loses what the other one "
-                                "reads; expected one queue for it",
+                    fmt::format("{} is read twice: each of two readers loses the messages that the "
+                                "other one reads; expected one queue for it",
                                 one.control));
   }
   return all;

@@ -1,4 +1,4 @@
-// What the configuration says of a machine's message queues, checked.
+// The configuration of a machine's message queues, checked.
 #pragma once
 
 #include <vector>

@@ -49,7 +49,7 @@ class Files {
 
 cnc::ads::Psk psk(const config::SecurePsk& from, Files& files, const ConfigPath& path,
                   Mistakes& mistakes) {
-  // What OpenSSL allows; capitals of other characters would be ours alone.
+  // The limits of OpenSSL; case is only defined for ASCII.
   constexpr std::size_t longest = 127;
   const bool plain =
       std::ranges::all_of(from.identity(), [](unsigned char c) { return c > ' ' && c < 0x7F; });

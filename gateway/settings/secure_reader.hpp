@@ -1,5 +1,5 @@
-// Reads how a machine is reached over Secure ADS from the configuration, with the files that it
-// names: keys, certificates, passwords. So whoever reads the configuration again has them anew.
+// Reads the Secure ADS settings of a machine from the configuration, and the files that it names:
+// keys, certificates, passwords. A reload of the configuration reads them again.
 #pragma once
 
 #include <filesystem>

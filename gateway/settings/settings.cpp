@@ -148,8 +148,8 @@ class Reader {
 
   Rule rule(const config::Rule& from, const ConfigPath& path) {
     mistakes_.expect(from.response_state() != 0, path,
-                     "it has no response_state, or 0, which releases no program; expected "
-                     "response_state: 901 or another number");
+                     "it has no response_state, or 0, which does not release the NC program; "
+                     "expected response_state: 901 or another number");
     return values_of(from);
   }
 
@@ -158,16 +158,17 @@ class Reader {
   }
 
   Rule refused(const config::Refused& from, const ConfigPath& path) {
-    mistakes_.expect(!from.hold() || !from.has_response_state(), path,
-                     "it has a response_state and hold, which writes none; expected one of them");
+    mistakes_.expect(
+        !from.hold() || !from.has_response_state(), path,
+        "it has both response_state and hold, and hold writes no state; expected one of them");
     mistakes_.expect(from.response_state() != 0, path,
-                     "response_state: 0 releases no program; expected another number, or hold: "
-                     "true, which keeps the call for an operator");
+                     "response_state: 0 does not release the NC program; expected another number, "
+                     "or hold: true, which keeps the call for an operator");
     return {std::chrono::milliseconds(0), from.hold() ? 0 : from.response_state()};
   }
 
   Mistakes& mistakes_;
-  /// Where relative paths start.
+  /// The folder of relative paths.
   std::filesystem::path folder_;
 };
 
@@ -204,9 +205,9 @@ Policies policies_of(const config::Gateway& config, Reader& reader, Mistakes& mi
   return policies;
 }
 
-/// What is said of the second machine of one name, in the file and elsewhere.
+/// The message about the second machine of one name, in the file and on the command line.
 std::string name_twice(const std::string& name) {
-  return fmt::format("two machines are called \"{}\"; expected a name of its own for each", name);
+  return fmt::format("two machines are called \"{}\"; expected different names", name);
 }
 
 std::uint16_t port_of(const std::string& text, const std::string& whole) {
@@ -218,7 +219,7 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
   return port;
 }
 
-/// What a configuration says; relative paths start at `folder`. Throws UsageError.
+/// The settings of a configuration; relative paths start at `folder`. Throws UsageError.
 Settings settings_of(const config::Gateway& config, const base::configuration::ConfigPlaces& places,
                      const std::filesystem::path& folder) {
   Mistakes mistakes(config, places);
@@ -312,7 +313,7 @@ MachineSettings parse_machine(const std::string& text) {
     host.resize(colon);
   }
   if (host.empty()) {
-    throw UsageError(fmt::format("--machine {}: it names no host", text));
+    throw UsageError(fmt::format("--machine {}: the host is missing", text));
   }
   machine.host = host;
   const std::string net_id = slash == std::string::npos ? host + ".1.1" : text.substr(slash + 1);

@@ -1,4 +1,4 @@
-// What a gateway is told: which machines, which fabric, which journal.
+// The settings of a gateway: machines, fabric, journal.
 //
 //   Settings settings = read_settings("gateway.textproto");
 //   settings.machines.push_back(parse_machine("press=10.0.0.5:48898/10.0.0.5.1.1"));
@@ -45,7 +45,7 @@ struct MachineSettings {
   std::vector<std::uint16_t> channels{};
   ReadIntervals intervals{};
   SubscriptionMode watch = SubscriptionMode::automatic;
-  /// How the controller calls a channel's variable among its symbols.
+  /// The controller's symbol of a channel's variable.
   std::string symbol = default_symbol;
   Groups groups = Groups::probe;
   data::DataSettings data{};
@@ -54,7 +54,7 @@ struct MachineSettings {
   std::vector<queues::QueueSettings> queues{};
   bool operator==(const MachineSettings&) const = default;
 
-  /// What everybody can read and change on the way: plain ADS to another host.
+  /// Whether others can read and change its traffic: plain ADS to another host.
   [[nodiscard]] bool is_open_to_the_network() const;
   /// "127.0.0.1:48898, 127.0.0.1.1.1", and ", Secure ADS" if it is that.
   [[nodiscard]] std::string address() const;

@@ -49,7 +49,7 @@ std::string list_of(const Channels& channels) {
 
 }  // namespace
 
-/// The coroutines hold it; after stop() they end at their next step and tell nobody.
+/// Kept alive by its coroutines; after stop() they end at their next step without an event.
 struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   Impl(asio::any_io_executor the_executor, settings::MachineSettings the_settings,
        machines::ControllerEvents& the_events, base::program::Log the_log)
@@ -274,7 +274,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   base::program::Log log;
   cnc::ads::Client client;
   AdsServiceAccess interfaces;
-  /// Where the controller keeps its variables.
+  /// The location of the controller's variables.
   cnc::variables::Location location;
   cnc::variables::StateSubscriptions subscriptions;
   /// Of this connection, one for each machines::Requester.

@@ -30,7 +30,7 @@ constexpr std::uint16_t port = cnc::variables::sda_port;
 /// A request on the fabric holds 127 bytes, and a string of a CNC has a NUL behind them.
 constexpr std::uint32_t longest_element = 128;
 
-/// TwinCAT's number of a type (ADST_…), as a symbol tells it.
+/// TwinCAT's number of a type (ADST_…), from a symbol.
 struct NumberedType {
   std::uint32_t number;
   Type type;
@@ -45,7 +45,7 @@ constexpr std::array<NumberedType, 9> numbered_types{{{33, Type::boolean},
                                                       {5, Type::real64},
                                                       {30, Type::string}}};
 
-/// What a message is called with: a text as it is, a number as people write it.
+/// The request text of a message: a text unchanged, a number in decimal.
 std::string text_of(const cnc::variables::Element& element) {
   return std::visit(fabric::Cases{[](bool value) { return std::string(value ? "TRUE" : "FALSE"); },
                                   [](std::int64_t value) { return std::to_string(value); },
@@ -84,7 +84,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string
   const std::uint32_t number = in.u32();
   if (!in.ok()) {
     std::string reason =
-        fmt::format("cannot be read: what the controller says of {} is too short", name);
+        fmt::format("cannot be read: the controller's description of {} is too short", name);
     co_return unexpected(std::move(reason));
   }
   const auto* const type = std::ranges::find(numbered_types, number, &NumberedType::number);
@@ -92,7 +92,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string
     place.type = {type->type, place.size};
   } else if (single) {
     std::string reason = fmt::format(
-        "cannot be read: {} is of a type that is no message (ADS type {}); a queue has texts or "
+        "cannot be read: {} is of a type that is not a message (ADS type {}); a queue has texts or "
         "numbers",
         name, number);
     co_return unexpected(std::move(reason));
@@ -101,7 +101,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string
   if (single && place.type.type != Type::string &&
       place.size != cnc::variables::size_of(place.type.type)) {
     std::string reason = fmt::format(
-        "cannot be read: the controller says that {} is of {} bytes, a {} has {}", name, place.size,
+        "cannot be read: the controller gives {} a size of {} bytes; a {} has {}", name, place.size,
         cnc::variables::name_of(place.type.type), cnc::variables::size_of(place.type.type));
     co_return unexpected(std::move(reason));
   }
@@ -147,7 +147,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Layout> AdsMessageQueue::find_all() {
   for (const Place& member : {layout.last_filled, layout.last_get}) {
     if (!inside(member) || !whole(member)) {
       std::string reason =
-          fmt::format("cannot be read: {} and {} are no whole numbers within {}",
+          fmt::format("cannot be read: {} and {} are not whole numbers within {}",
                       settings_.last_filled, settings_.last_get, settings_.control);
       co_return unexpected(std::move(reason));
     }
@@ -166,7 +166,7 @@ AdsMessageQueue::Found<queues::Control> AdsMessageQueue::read_control() {
   const Layout layout = *layout_;
   const auto answer = co_await client_.read(port, layout.control.index, layout.control.size);
   if (!answer || answer->size() != layout.control.size) {
-    // It may be laid out anew.
+    // Its layout may have changed.
     layout_.reset();
     std::string reason =
         fmt::format("cannot be read: {}: {}", settings_.control,

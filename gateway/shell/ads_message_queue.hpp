@@ -25,8 +25,8 @@
 
 namespace millrace::gateway::shell {
 
-/// For one link: what it has found out about the controller it does not ask again. Errors are words
-/// that go behind the name of the queue. One question at a time.
+/// For one link: it requests the layout from the controller once. Errors are phrases that follow
+/// the name of the queue. One request at a time.
 class AdsMessageQueue {
  public:
   /// `client` outlives what is asked.
@@ -34,13 +34,12 @@ class AdsMessageQueue {
       : client_(client), settings_(std::move(settings)) {}
 
   boost::asio::awaitable<queues::StepAnswer> ask(queues::Step step);
-  /// Asks the controller for notifications of the control structure; `told` may come late, for
-  /// nothing, or never. False if it tells of none: then it is read as its period says, which
-  /// it is anyway.
+  /// Requests notifications of the control structure; `told` may be called late, for nothing, or
+  /// never. False if the controller refuses: the queue is polled in any case.
   boost::asio::awaitable<bool> watch(std::function<void()> told);
 
  private:
-  /// Where something is.
+  /// Index group, index offset and size of a variable.
   struct Place {
     cnc::ads::Index index;
     std::uint32_t size = 0;

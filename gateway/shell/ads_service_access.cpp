@@ -146,12 +146,12 @@ asio::awaitable<void> AdsServiceAccess::read_states([[maybe_unused]] Link link, 
 }
 
 void AdsServiceAccess::read_failed(std::uint16_t channel, ErrorCode code) {
-  events_.on_read_failed({machine_, channel},
-                         link_gone(code)
-                             ? std::string()
-                             : fmt::format("the controller does not let us read the Service "
-                                           "Interface of channel {}: {}",
-                                           channel, cnc::ads::describe(code)));
+  events_.on_read_failed(
+      {machine_, channel},
+      link_gone(code)
+          ? std::string()
+          : fmt::format("the controller refuses to read the Service Interface of channel {}: {}",
+                        channel, cnc::ads::describe(code)));
 }
 
 void AdsServiceAccess::write(const Link& link, std::uint16_t channel, Variable variable,

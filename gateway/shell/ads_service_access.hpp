@@ -1,5 +1,5 @@
-// Reads and writes the Service Interfaces of a controller's channels over its link, and tells what
-// came of it.
+// Reads and writes the Service Interfaces of a controller's channels over its link, and reports the
+// results.
 //
 //   interfaces.read(link, 1, ReadSet::state);    → events.on_read({"cnc", 1}, snapshot)
 #pragma once
@@ -20,20 +20,21 @@
 
 namespace millrace::gateway::shell {
 
-/// Part of a link: who asks hands over a share of the link, which keeps all of it until the answer
-/// is there.
+/// Part of a link: the caller passes a shared pointer to the link, which keeps the link alive until
+/// the response.
 class AdsServiceAccess {
  public:
   AdsServiceAccess(boost::asio::any_io_executor executor, std::string machine,
                    cnc::ads::Client& client, machines::ControllerEvents& events);
 
-  /// Before the channels of a new connection are told; nothing of an earlier one holds.
+  /// Called before the channels of a new connection are used; nothing of an earlier connection is
+  /// valid.
   void begin(const cnc::variables::Location& location, const std::vector<std::uint16_t>& channels);
-  /// Nobody is told anything from here on.
+  /// No event is reported from here on.
   void stop() { stopped_ = true; }
 
-  /// Looks at REQUEST_STATE alone that are due in one turn of the loop share a request: channels of
-  /// one period are due together.
+  /// Reads of REQUEST_STATE alone that are due in one turn of the loop share a request: channels
+  /// with the same period are due together.
   void read(const std::shared_ptr<void>& link, std::uint16_t channel, ReadSet set);
   void write(const std::shared_ptr<void>& link, std::uint16_t channel, Variable variable,
              const Value& value);

@@ -11,8 +11,8 @@
 
 namespace millrace::gateway::shell {
 
-/// A connection that is up, as one of those sees it who ask: what is found out of the controller is
-/// remembered for the next question.
+/// An open connection for value requests: it stores what was found out about the controller for the
+/// next request.
 struct ValueSource {
   ValueSource(cnc::ads::Client& the_client, cnc::variables::Location the_location)
       : client(the_client), location(the_location), readings(client, location) {}

@@ -17,7 +17,7 @@ class BackOff {
   explicit BackOff(std::uint32_t seed) : random_(seed) {}
 
   /// `lasted`: for how long there was a link since the last wait; 0 if there was none. Where every
-  /// link drops soon (somebody else uses this host's route, a controller that fails again and
+  /// link drops soon (another client uses this host's route, a controller that fails again and
   /// again) the waits grow as if there had been none.
   [[nodiscard]] std::chrono::milliseconds next(std::chrono::nanoseconds lasted) {
     if (lasted >= longest) {

@@ -52,10 +52,10 @@ std::string advice_of(Role role) {
       return "move key and certificate away, have `millrace controller add-route --self-signed` "
              "make new ones and add the route again, then reload this gateway";
     case Role::of_a_ca:
-      return "issue a new one of the CA for this gateway, then reload it";
+      return "issue a new certificate of the CA for this gateway, then reload the gateway";
     case Role::ca:
-      return "give controllers and gateway a new CA and certificates of it, then reload this "
-             "gateway";
+      return "install a new CA and certificates from it on controllers and gateway, then reload "
+             "this gateway";
   }
   return {};
 }
@@ -77,15 +77,16 @@ std::vector<fabric::Alarm> certificate_alarms(
     fabric::Alarm& alarm = alarms.emplace_back();
     constexpr std::size_t enough = 23;  // 8 bytes of it
     alarm.key = {.kind = "certificate", .subject = certificate->fingerprint().substr(0, enough)};
-    // A controller that knows the fingerprint looks at no dates (inferred).
+    // A controller with a fingerprint does not check dates (inferred).
     alarm.level = fine                                   ? fabric::AlarmLevel::fine
                   : is_over && role != Role::self_signed ? fabric::AlarmLevel::problem
                                                          : fabric::AlarmLevel::warning;
     alarm.text = fmt::format(
         "the {} \"{}\" for Secure ADS with {} {}", role == Role::ca ? "CA" : "certificate",
         certificate->common_name(), names_of(of_machines),
-        is_over ? fmt::format("has ended on {:%F %R} UTC", until)
-                : fmt::format("ends on {:%F %R} UTC, in {}", until, fabric::time_left(until, now)));
+        is_over
+            ? fmt::format("expired on {:%F %R} UTC", until)
+            : fmt::format("expires on {:%F %R} UTC, in {}", until, fabric::time_left(until, now)));
     alarm.advice = fine ? "" : advice_of(role);
   }
   return alarms;

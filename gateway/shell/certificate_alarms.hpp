@@ -1,5 +1,5 @@
-// What a gateway says of the certificates with which it reaches controllers over Secure ADS: when
-// they end, and in the last days what to do about it. Pure.
+// The gateway's alarms about its certificates for Secure ADS: when they expire, and in the last
+// days what to do. Pure.
 #pragma once
 
 #include <chrono>

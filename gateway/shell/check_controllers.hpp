@@ -9,7 +9,7 @@
 namespace millrace::gateway::shell {
 
 struct ControllerCheck {
-  /// What a controller does not have, or cannot be read there: a line each.
+  /// One line for each variable that a controller does not have, or that cannot be read.
   std::vector<std::string> mistakes;
   /// Controllers that could not be asked, and why: a line each.
   std::vector<std::string> silent;

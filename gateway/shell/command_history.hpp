@@ -1,8 +1,8 @@
-// The commands that were carried out lately, and what came of them. Pure.
+// The recently executed commands, and their outcomes. Pure.
 //
-// A tool sends its command until it hears the outcome, and the fabric is full of commands for
-// others meanwhile: a ping of a thousand instances is a thousand of them. So those of this gateway
-// are remembered by time and not by how many others there were.
+// A tool repeats its command until it receives the outcome, and the fabric may carry many commands
+// for other receivers: a ping of a thousand instances is a thousand commands. So the commands of
+// this gateway are kept by time and not by the number of others.
 #pragma once
 
 #include <chrono>
@@ -20,10 +20,10 @@ class CommandHistory {
   using Moment = std::chrono::steady_clock::time_point;
   /// Far longer than a tool waits for an outcome.
   static constexpr auto remembered = std::chrono::minutes(10);
-  /// More than operators send in that time; a flood of them costs no more memory.
+  /// More than operators send in that time; a flood of commands costs no more memory.
   static constexpr std::size_t most = 4096;
 
-  /// What came of it; null if it is not known.
+  /// The outcome; null if it is unknown.
   [[nodiscard]] const fabric::Outcome* find(const fabric::InstanceId& command) const {
     const auto known = outcomes_.find(command);
     return known == outcomes_.end() ? nullptr : &known->second;

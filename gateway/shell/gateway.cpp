@@ -29,8 +29,8 @@ std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& exec
     return journal::open_file(executor, settings.journal, log);
   }
   log->info(
-      "no journal (--journal DIR): if this gateway ends while it writes an answer, that program "
-      "waits on, and a call under way is given out again under a new id");
+      "no journal (--journal DIR): if this gateway ends while it writes a response, that NC "
+      "program goes on waiting, and a running call is dispatched again with a new call id");
   return journal::in_memory(executor);
 }
 
@@ -144,8 +144,8 @@ void Gateway::log_left_out() {
     log_->warn("{}", line);
   }
   if (const auto left_out = instance_lines_.due(now().steady)) {
-    log_->warn("instances came, changed or went {} times more in {} s than is told one by one",
-               *left_out, instance_lines_.window().count());
+    log_->warn("{} more changes of instances in {} s were not logged one by one", *left_out,
+               instance_lines_.window().count());
   }
 }
 
@@ -154,7 +154,7 @@ void Gateway::start() {
     const bool configured = std::ranges::any_of(
         settings_.machines, [&](const auto& machine) { return machine.name == call.key.machine; });
     if (!configured && fabric::queue_of(call.key.machine).empty()) {
-      log_->warn("call {} of {} stays in the journal: the configuration has no such machine",
+      log_->warn("call {} of {} stays in the journal: its machine is not in the configuration",
                  call.id.to_string(), call.key.to_string());
     }
   }
@@ -175,16 +175,16 @@ void Gateway::warn_of_queues() {
       if (queue.acknowledge == queues::Acknowledge::when_journalled &&
           settings_.journal.folder.empty()) {
         log_->warn(
-            "{}: without a journal (--journal DIR) the messages that it has read are lost if this "
-            "gateway ends; drain: WHEN_ANSWERED leaves them in the controller until they are "
-            "answered",
+            "{}: without a journal (--journal DIR), the messages that were read are lost if this "
+            "gateway ends; drain: WHEN_ANSWERED leaves them in the controller until they have a "
+            "response",
             key.to_string());
       }
     }
   }
   for (const auto& [key, queue_log] : journal_->state().queues()) {
     if (!configured.contains(key) && queue_log.waiting() > 0) {
-      log_->warn("{} messages of {} stay in the journal: the configuration has no such queue",
+      log_->warn("{} messages of {} stay in the journal: their queue is not in the configuration",
                  queue_log.waiting(), key.to_string());
     }
   }
@@ -192,7 +192,7 @@ void Gateway::warn_of_queues() {
 
 void Gateway::change(const settings::Settings& settings) {
   if (settings.journal != settings_.journal) {
-    log_->warn("the journal stays as it is until this gateway is started anew");
+    log_->warn("the change of the journal takes effect when this gateway is restarted");
   }
   settings_.machines = settings.machines;
   settings_.policies = settings.policies;

@@ -54,8 +54,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   Gateway& operator=(const Gateway&) = delete;
 
   void start();
-  /// Takes over machines and policies; calls under way go on as they were accepted. The journal and
-  /// the fabric stay until the gateway is started anew.
+  /// Takes over machines and policies; running calls continue with the old ones. The journal and
+  /// the fabric stay the same until the gateway is restarted.
   void change(const settings::Settings& settings);
   /// Takes no new call and calls `finished` once every answer at hand is written: at once, or after
   /// two seconds at the latest.
@@ -64,10 +64,10 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
  private:
   void heartbeat();
   void publish_load();
-  /// How often what was said once has happened since.
+  /// Logs the counts of suppressed warnings.
   void log_left_out();
   void log_calls();
-  /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
+  /// Publishes the alarms of certificates for Secure ADS, now and as they near their expiry.
   void publish_certificates();
   void alarm_service(const fabric::InstanceIdentity& there);
   void notice_lost(const core::LostService& lost);
@@ -99,12 +99,12 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
                  const std::string& advice) override;
   void may_end(bool half_written) override;
 
-  // What other gateways say.
+  // Samples of other gateways.
   void on_machine(const fabric::MachineStatus& status) override;
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
   void on_channel(const fabric::ChannelStatus& status) override;
 
-  // What happens on the fabric.
+  // Events of the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance) override;
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
   void on_instance_gone(const fabric::InstanceId& instance) override;
@@ -113,7 +113,7 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   void on_readers(bool of_channels, bool of_events) override;
   void on_ignored(const std::string& reason) override;
 
-  // What an operator wants. Commands for channels of others are theirs.
+  // Commands of operators. Commands for channels of other gateways are ignored.
   void on_command(const fabric::Command& command) override;
   core::CommandResult execute(const fabric::Command& command);
   fabric::endpoints::DataEndpoint& data_endpoint();
@@ -129,9 +129,9 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   boost::asio::steady_timer heartbeat_timer_;
   boost::asio::steady_timer load_timer_;
   boost::asio::steady_timer certificate_timer_;
-  /// What was said of each last, by its subject.
+  /// The last published alarm of each, by its subject.
   std::map<std::string, fabric::Alarm> certificates_published_;
-  /// What the log has of calls, once a minute.
+  /// The calls as of the last log line, once a minute.
   core::CallCounts calls_logged_;
   SteadyTime calls_logged_at_ = std::chrono::steady_clock::now();
   core::GatewayIdentity own_;
@@ -140,14 +140,14 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   fabric::endpoints::CommandEndpoint command_endpoint_;
   fabric::endpoints::AlarmEndpoint alarms_;
   CommandHistory command_history_;
-  /// What strangers may do ten thousand times a second is not told each time.
+  /// A warning that a stranger can cause ten thousand times a second is limited.
   fabric::LogLimiter log_limiter_;
   fabric::Throttle instance_lines_{1000, std::chrono::seconds(10)};
   fabric::endpoints::GatewayMonitor gateway_monitor_;
-  /// Once there is something to tell: until then nobody on the fabric hears of these writers.
+  /// Created with the first sample: until then these writers do not exist on the fabric.
   std::optional<fabric::endpoints::DataEndpoint> data_;
   core::Core core_;
-  /// The last, so that nobody asks a core that is half made or half gone.
+  /// Last, so that no request reaches a core that is half built or half destroyed.
   fabric::endpoints::VariableReplyEndpoint variables_;
 };
 

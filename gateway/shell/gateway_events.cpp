@@ -1,4 +1,4 @@
-// What happens on the fabric, and what operators want.
+// Events of the fabric, and commands of operators.
 #include <string_view>
 
 #include <fmt/format.h>
@@ -66,7 +66,7 @@ void Gateway::on_instance_changed(const fabric::InstanceIdentity& instance) {
   core_.on_instance_ready(instance);
 }
 
-/// Nothing but the log is told if that fails: it is no trouble of the gateway.
+/// A failure is only logged: it is not a fault of the gateway.
 void Gateway::alarm_service(const fabric::InstanceIdentity& there) {
   if (lost_services_.on_ready(there)) {
     static_cast<void>(alarms_.clear("service", there.uuid));
@@ -78,9 +78,9 @@ void Gateway::notice_lost(const core::LostService& lost) {
   static_cast<void>(alarms_.raise(
       {.key = {.kind = "service", .subject = lost.uuid},
        .level = fabric::AlarmLevel::warning,
-       .text = fmt::format("{} ({}) has no instance: the last one, pid {} on {}, is gone without a "
-                           "word",
-                           last.name, lost.uuid, last.pid, last.host),
+       .text = fmt::format(
+           "{} ({}) has no instance: the last one, pid {} on {}, disappeared without leaving",
+           last.name, lost.uuid, last.pid, last.host),
        .advice = fmt::format("restart {} on {}", last.name, last.host)}));
 }
 

@@ -1,4 +1,4 @@
-// What the core's decisions do: DDS writers, links, journal, log, timer.
+// The ports of the core: DDS writers, links, journal, log, timer.
 #include <utility>
 
 #include "gateway/shell/ads_controller.hpp"
@@ -32,7 +32,7 @@ Level min_level_of(const base::program::Log& log) {
 
 void Gateway::publish(const fabric::Request& request) {
   if (const auto published = call_endpoint_.publish(request); !published) {
-    log_->error("{}: call {} cannot be given out: {}", request.key.to_string(),
+    log_->error("{}: call {} cannot be dispatched: {}", request.key.to_string(),
                 request.call.to_string(), published.error());
   }
   spin_.expect();
@@ -62,27 +62,27 @@ fabric::endpoints::DataEndpoint& Gateway::data_endpoint() {
 
 void Gateway::publish(const fabric::DataSample& sample) {
   if (const auto published = data_endpoint().publish(sample); !published) {
-    log_->warn("{}: data {} cannot be told: {}", sample.key.to_string(), sample.group,
+    log_->warn("{}: data {} cannot be published: {}", sample.key.to_string(), sample.group,
                published.error());
   }
 }
 
 void Gateway::publish(const fabric::ProgramEvent& event) {
   if (const auto published = data_endpoint().publish(event); !published) {
-    log_->warn("{}: an event of its program cannot be told: {}", event.key.to_string(),
+    log_->warn("{}: an event of its NC program cannot be published: {}", event.key.to_string(),
                published.error());
   }
 }
 
 void Gateway::publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) {
   if (const auto published = variables_.publish(requester, reply); !published) {
-    log_->warn("an answer about variables cannot be told: {}", printable(published.error()));
+    log_->warn("a response about variables cannot be published: {}", printable(published.error()));
   }
 }
 
 void Gateway::publish(const fabric::Outcome& outcome) {
   if (const auto published = command_endpoint_.publish(outcome); !published) {
-    log_->warn("the outcome of a command cannot be told: {}", published.error());
+    log_->warn("the outcome of a command cannot be published: {}", published.error());
   }
 }
 
@@ -137,13 +137,13 @@ void Gateway::set_alarm(const fabric::AlarmKey& key, const std::string& text,
           : alarms_.raise(
                 {.key = key, .level = fabric::AlarmLevel::problem, .text = text, .advice = advice});
   if (!told) {
-    log_->warn("nobody but this log is told of it: {}", told.error());
+    log_->warn("the alarm cannot be published and is only in this log: {}", told.error());
   }
 }
 
 void Gateway::may_end(bool half_written) {
   if (half_written) {
-    log_->warn("ending with an answer half written; the journal knows how to go on");
+    log_->warn("ending in the middle of a response; the journal completes it after a restart");
   }
   boost::asio::post(executor_, [this, then = std::exchange(finished_, {})] {
     core_.end();

@@ -1,12 +1,12 @@
-// A loop that stays awake for a moment after a call was given out.
+// An event loop that stays awake for a moment after a request was published.
 //
 //   SpinAfterPublish spin;
 //   spin.expect();         // an answer may come at once
 //   spin.run(io);          // instead of io.run()
 //
-// To be woken by the thread that receives an answer costs as much as half the way of the answer. A
-// quick service answers within the moment, and then the loop is there already. It gives way to
-// every thread that wants the core meanwhile, so that a busy host loses nothing by it.
+// To be woken by the thread that receives the reply costs as much as half of the reply's way. A
+// fast service replies within the moment, and then the loop is awake already. It yields to every
+// thread that needs the core, so a busy host loses nothing.
 #pragma once
 
 #include <chrono>

@@ -10,12 +10,12 @@
 
 namespace millrace::gateway::variables {
 
-/// "3.5", "\"text\"", "[1, 2, 3]"; what is no printable ASCII becomes '?'.
+/// "3.5", "\"text\"", "[1, 2, 3]"; what is not printable ASCII becomes '?'.
 std::string text_of(const fabric::Elements& elements);
-/// The same of what somebody wrote.
+/// The same for values in a request.
 std::string text_of(const std::vector<std::string>& values);
 
-/// The number of an error as a controller tells it; 0 for our own (no answer, no link).
+/// The ADS error number from a controller; 0 for our own errors (no response, no link).
 std::uint32_t ads_number(cnc::ads::ErrorCode code);
 
 }  // namespace millrace::gateway::variables

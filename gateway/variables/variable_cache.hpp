@@ -1,5 +1,4 @@
-// What is known of the variables that somebody has asked for: how each is read, and what it was
-// when it was read last. Pure.
+// What is known about the requested variables: how each is read, and its last value. Pure.
 //
 //   VariableCacheEntry& one = cache.of(1, "V.E.LIMIT");
 //   cache.on_resolved(one, found, now);
@@ -33,7 +32,7 @@ struct VariableCacheEntry {
   fabric::VariableResult result{};
   /// When that was answered.
   SteadyTime at = SteadyTime::min();
-  /// Who needs it; not forgotten meanwhile.
+  /// Number of requests that need it; it is kept while there are any.
   std::uint32_t users = 0;
   /// The number of the step that takes it along.
   std::uint64_t step = 0;
@@ -41,15 +40,15 @@ struct VariableCacheEntry {
 
 class VariableCache {
  public:
-  /// More are remembered only while somebody waits for them.
+  /// Further ones are kept only while a request waits for them.
   static constexpr std::size_t most = 4'096;
 
   /// Stays where it is while it has users.
   VariableCacheEntry& of(std::uint16_t channel, const std::string& name);
 
   static void on_resolved(VariableCacheEntry& one, const Found& found, Moment now);
-  /// A refusal of what was read before is no answer: its handle may be another by now, and it is
-  /// resolved again.
+  /// A refusal of what was read before is not an answer: its handle may be another by now, and it
+  /// is resolved again.
   static void on_read(VariableCacheEntry& one, const Answered& answer, Moment now);
 
   /// Values may be others now.

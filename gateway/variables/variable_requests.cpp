@@ -54,7 +54,7 @@ void VariableRequests::on_down(const std::string& reason, Moment now) {
   for (auto& [number, open] : requests_) {
     if (open.phase == Phase::writing && request_under_way_ == number) {
       const std::string unknown =
-          fmt::format("nobody knows whether {} was written, so read it: the link to {} is down: {}",
+          fmt::format("{} may or may not be written; read it. The link to {} is down: {}",
                       printable(open.request.names[open.written]), machine_, reason);
       report_write(open.request, false, unknown, now);
       refuse(open.request, unknown, now);
@@ -76,14 +76,15 @@ void VariableRequests::on_over(std::uint16_t channel, Moment now) {
       ++open;
       continue;
     }
-    // Who asks only to read asks again, and hears from who serves the channel now. So does who
-    // writes, if nothing of it was begun.
+    // A requester that only reads asks again, and hears from the new owner of the channel. So does
+    // one that writes, if its write has not begun.
     if (open->second.phase == Phase::writing || open->second.phase == Phase::after) {
-      refuse(open->second.request,
-             fmt::format("this gateway serves {} no more: nobody knows how much was written, so "
-                         "read it",
-                         open->second.request.key.to_string()),
-             now);
+      refuse(
+          open->second.request,
+          fmt::format(
+              "this gateway has stopped serving {}: the variables may be partly written; read them",
+              open->second.request.key.to_string()),
+          now);
     }
     open = remove(open);
   }
@@ -155,7 +156,7 @@ std::string VariableRequests::too_much(const VariableRequest& request) const {
                        machine_);
   }
   if (names_ + request.names.size() > most_names) {
-    return fmt::format("{} variables of {} are being asked for already; ask again later", names_,
+    return fmt::format("{} variables of {} are being requested already; ask again later", names_,
                        machine_);
   }
   return {};
@@ -260,7 +261,7 @@ void VariableRequests::finish_read(const OpenRequest& open, Moment now) {
 
 void VariableRequests::on_time(Moment now) {
   for (auto open = requests_.begin(); open != requests_.end();) {
-    // What is being written ends when the controller has said what became of it.
+    // A running write ends with the controller's response.
     if (open->second.deadline > now.steady || open->second.phase == Phase::writing) {
       ++open;
       continue;
@@ -277,11 +278,10 @@ void VariableRequests::expire(OpenRequest& open, Moment now) {
     return;
   }
   refuse(open.request,
-         busy_
-             ? fmt::format("{} has not answered within {} ms", machine_, waited)
-             : fmt::format("{} could not be asked within {} ms: calls go first, {} requests wait, "
-                           "and {} requests a second are allowed",
-                           machine_, waited, requests_.size(), settings_.requests_per_second),
+         busy_ ? fmt::format("{} has not answered within {} ms", machine_, waited)
+               : fmt::format("{} could not be asked within {} ms: calls have priority, {} requests "
+                             "wait, and {} requests a second are allowed",
+                             machine_, waited, requests_.size(), settings_.requests_per_second),
          now);
 }
 

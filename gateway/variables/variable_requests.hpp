@@ -1,6 +1,6 @@
-// Questions about the variables of one machine: what is asked of its controller and when, merged
-// over all who ask, within a budget, one step at a time; what may be written; and what is answered,
-// also when there is nothing to ask. Pure.
+// Requests for the variables of one machine: what is requested from its controller and when, merged
+// over all requesters, within a budget, one step at a time; which writes are allowed; and the
+// replies, also those that need no request. Pure.
 //
 //   VariableRequests requests("press", settings);
 //   requests.on_up({1, 2}, now);
@@ -10,9 +10,9 @@
 //   publish(requests.take_output());
 //   wait_until(requests.next_time(now.steady));    // then on_time() and next()
 //
-// A value that was read within a cycle, or is being read, answers everybody who asks for it. Writes
-// have their turn between reads, in the order in which they came; all of a write is checked before
-// any of it is written.
+// A value that was read within a cycle, or is being read, answers all requests for it. Writes have
+// their turn between reads, in the order of their arrival; a write is checked completely before any
+// of it is written.
 #pragma once
 
 #include <cstdint>
@@ -47,21 +47,21 @@ struct ListPage {
 };
 using Step = std::variant<data::Resolve, data::Read, WriteOne, ListPage>;
 
-/// What the controller has of a family.
+/// A part of the controller's list of a family.
 struct Page {
   std::uint32_t total = 0;
   std::vector<cnc::variables::Description> variables;
 };
 
-/// What comes of an event.
+/// The result of an event.
 struct Output {
   struct Answer {
     fabric::InstanceId requester{};
     fabric::VariableReply reply{};
   };
   std::vector<Answer> answers;
-  /// For recordings: what became of a variable that was to be written, and by whom; by the token of
-  /// the request.
+  /// For recordings: the outcome of a variable's write, and its issuer; by the token of the
+  /// request.
   struct Written {
     fabric::InstanceId token{};
     bool done = false;
@@ -77,15 +77,15 @@ struct Output {
 
 class VariableRequests {
  public:
-  /// Requests that wait at once, of one who asks and of all, and names in all of them.
+  /// Limits of waiting requests, of one requester and of all, and of the names in them.
   static constexpr std::size_t most_of_one = 16;
   static constexpr std::size_t most_requests = 256;
   static constexpr std::size_t most_names = 8'192;
-  /// How long is waited for the controller, whoever asks: unless said, at least, at most.
+  /// How long a request waits for the controller: default, minimum, maximum.
   static constexpr std::chrono::seconds usual_patience{5};
   static constexpr std::chrono::milliseconds least_patience{10};
   static constexpr std::chrono::seconds most_patience{60};
-  /// Refused writes that are told of in a second; what is more is counted.
+  /// Refused writes that are logged in a second; further ones are counted.
   static constexpr double refusals_reported = 20;
 
   VariableRequests(std::string machine, VariableSettings settings);
@@ -94,21 +94,21 @@ class VariableRequests {
   void change(const VariableSettings& settings);
   /// The controller answers, and these of its channels are served; also when there are more.
   void on_up(const std::vector<std::uint16_t>& channels, Moment now);
-  /// It does not: `reason` says why. Who waits is told.
+  /// The link is down, because of `reason`. Waiting requests get a reply.
   void on_down(const std::string& reason, Moment now);
-  /// The channel is not ours any more; 0 = none is. Who waits asks again, and somebody else
-  /// answers.
+  /// The channel is not ours any more; 0 = none is. Waiting requesters ask again, and its new owner
+  /// replies.
   void on_over(std::uint16_t channel, Moment now);
   void on_request(const fabric::VariableRequest& request, Moment now);
-  /// Who has waited long enough is told.
+  /// Requests whose time is over get a reply.
   void on_time(Moment now);
 
-  /// What to ask now; nothing while something is under way, or nothing is wanted.
+  /// The next request; nullopt while one is pending, or none is wanted.
   std::optional<Step> next(Moment now);
   /// When next() or on_time() has something to do.
   std::optional<SteadyTime> next_time(SteadyTime now);
 
-  /// What came of the step, in its order, and how many requests that took. `sums`: the controller
+  /// The results of the step, in its order, and the number of its requests. `sums`: the controller
   /// reads many values in one request.
   void on_resolved(const std::vector<Found>& found, std::uint64_t requests, Moment now);
   void on_read(const std::vector<Answered>& answers, std::uint64_t requests, bool sums, Moment now);
@@ -120,7 +120,7 @@ class VariableRequests {
  private:
   enum class Phase : std::uint8_t {
     reading,
-    /// What is to be written, as it is now.
+    /// The values before the write.
     before,
     writing,
     /// … and as it is then.
@@ -130,7 +130,7 @@ class VariableRequests {
   struct OpenRequest {
     fabric::VariableRequest request{};
     Phase phase = Phase::reading;
-    /// What was answered from then on, counts.
+    /// Responses from then on count.
     SteadyTime since{};
     SteadyTime deadline{};
     std::vector<VariableCacheEntry*> variables{};
@@ -186,7 +186,7 @@ class VariableRequests {
   std::uint64_t request_under_way_ = 0;
   std::uint64_t step_ = 0;
   bool resolved_last_ = false;
-  /// Writes that are done, by their tokens: who has not heard so asks again.
+  /// Finished writes, by their tokens: a requester that missed the reply asks again.
   std::deque<Output::Answer> done_writes_;
   data::RateLimit refusals_;
   std::uint64_t unreported_refusals_ = 0;

@@ -1,4 +1,4 @@
-// What a request may be, and what is said of it.
+// The checks of a request, and its replies.
 #include <algorithm>
 #include <set>
 
@@ -110,8 +110,8 @@ std::string VariableRequests::unwritable(const VariableRequest& request, Moment 
   const auto served = served_.find(request.key.channel);
   if (served != served_.end() && request.age > now.steady - served->second) {
     return fmt::format(
-        "it was asked of another gateway before this one served {}: nobody knows "
-        "whether it was written, so read it",
+        "the request went to another gateway before this one served {}: the variables may or may "
+        "not be written; read them",
         request.key.to_string());
   }
   for (const std::string& name : request.names) {
@@ -191,7 +191,7 @@ void VariableRequests::report_write(const VariableRequest& request, bool done,
     }
     refusals_.spend(1);
     if (const auto untold = std::exchange(unreported_refusals_, 0); untold > 0) {
-      more = fmt::format("; {} more were refused and not told of", untold);
+      more = fmt::format("; {} more were refused without a log line", untold);
     }
   }
   const std::string detail = fmt::format("{}: {}, by {}{}", request.key.to_string(), what,

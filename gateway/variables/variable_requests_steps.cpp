@@ -1,4 +1,4 @@
-// What is asked of the controller, and what comes of it.
+// The requests to the controller, and their results.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@ namespace millrace::gateway::variables {
 using fabric::VariableReply;
 using fabric::VariableRequest;
 
-/// What is asked together: names that are not known yet, or values of one port.
+/// The variables of one request: unknown names, or values of one port.
 struct VariableRequests::Batch {
   static constexpr std::size_t most_resolved = 32;
   std::uint64_t step = 0;
@@ -65,7 +65,7 @@ std::optional<Step> VariableRequests::turn_of(std::uint64_t number, const OpenRe
 }
 
 std::optional<Step> VariableRequests::start(Batch batch) {
-  // By turns, so that who asks for what is not there does not keep the others waiting.
+  // By turns, so that requests for missing variables do not delay the others.
   const bool resolve = !batch.resolved.empty() && (batch.to_read.empty() || !resolved_last_);
   resolved_last_ = resolve;
   under_way_ = resolve ? std::move(batch.resolved) : std::move(batch.to_read);
@@ -94,7 +94,7 @@ std::optional<Step> VariableRequests::next(Moment now) {
     }
     add_to_batch(all, open);
     if (open.phase != Phase::reading) {
-      // What stands behind a write comes after it.
+      // The steps after a write wait for it.
       break;
     }
   }
@@ -151,11 +151,10 @@ void VariableRequests::on_written(const cnc::ads::Result<void>& outcome, std::ui
     return;
   }
   const bool unknown = cnc::ads::leaves_outcome_unknown(outcome.error());
-  std::string why =
-      fmt::format("{}: {}",
-                  unknown ? fmt::format("nobody knows whether {} was written, so read it", name)
-                          : fmt::format("{} is not written", name),
-                  cnc::ads::describe(outcome.error()));
+  std::string why = fmt::format("{}: {}",
+                                unknown ? fmt::format("{} may or may not be written; read it", name)
+                                        : fmt::format("{} is not written", name),
+                                cnc::ads::describe(outcome.error()));
   report_write(open.request, false, why, now);
   if (open.written > 0) {
     why += fmt::format("; the {} before it are", open.written);

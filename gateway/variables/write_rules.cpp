@@ -68,32 +68,32 @@ bool is_service_interface(std::string_view name) {
 std::string objection(const WriteRules& rules, std::uint16_t channel, std::string_view name) {
   if (is_service_interface(name)) {
     return fmt::format(
-        "{} is never written over the fabric: it belongs to the program and its gateway; 'millrace "
-        "answer' and 'millrace retry' act on a pending call",
+        "{} is never written over the fabric: only the NC program and its gateway write it; "
+        "'millrace answer' and 'millrace retry' act on a pending call",
         printable(name));
   }
   if (cnc::variables::family_of(name).empty()) {
-    return fmt::format("{} may not be written: only variables of {} are; the rest is only read",
+    return fmt::format("{} may not be written: only variables of {} may; all others are read-only",
                        printable(name), fmt::join(cnc::variables::families, ", "));
   }
   if (std::ranges::any_of(rules, [&](const WriteRule& one) { return lets(one, channel, name); })) {
     return {};
   }
   return fmt::format(
-      "{0} may not be written: the gateway's configuration does not say so; there, "
-      "variables {{ write: \"{0}\" }} does",
+      "{0} may not be written: the gateway's configuration does not list it; variables {{ write: "
+      "\"{0}\" }} does",
       printable(name));
 }
 
 std::string wrong_pattern(const std::string& pattern) {
   if (is_service_interface(pattern)) {
     return fmt::format(
-        "\"{}\"; what is in V.G.SERVICE belongs to programs and their gateway, and "
-        "is never written; expected another variable, as in \"V.E.*\"",
+        "\"{}\"; V.G.SERVICE is never written: only NC programs and their gateway write it; "
+        "expected another variable, as in \"V.E.*\"",
         printable(pattern));
   }
   const bool plain = std::ranges::all_of(pattern, [](char c) { return c > ' ' && c <= '~'; });
-  // What stands before the first '*' says of which family it is: "*" alone would be everything.
+  // The text before the first '*' names the family: "*" alone would be everything.
   if (!plain || cnc::variables::family_of(pattern).empty()) {
     return fmt::format(
         "\"{}\"; expected a variable as programs write it, in which * stands for any "

@@ -1,10 +1,10 @@
-// What of a machine's variables may be written over the fabric. Pure.
+// Which variables of a machine may be written over the fabric. Pure.
 //
 //   WriteRules rules{{"V.E.*"}, {"V.P.OFFSET", {2}}};
 //   objection(rules, 1, "V.P.OFFSET")     → why not; empty if it may
 //
-// Nothing unless a rule names it, and V.G.SERVICE.* never, whatever rules say and however it is
-// spelled: what stands there belongs to the program and its gateway.
+// Only those that a rule names, and never V.G.SERVICE.*, in any spelling: these belong to the NC
+// program and its gateway.
 #pragma once
 
 #include <chrono>
@@ -26,9 +26,9 @@ using WriteRules = std::vector<WriteRule>;
 
 struct VariableSettings {
   WriteRules writable;
-  /// What questions about variables may ask of the controller; calls and data have theirs besides.
+  /// The budget of variable requests at the controller; calls and data have their own.
   double requests_per_second = 100;
-  /// What was read so lately is an answer too.
+  /// A value of at most this age is used without a new read.
   std::chrono::nanoseconds cycle = std::chrono::milliseconds(2);
   bool operator==(const VariableSettings&) const = default;
 };

@@ -96,7 +96,8 @@ Archive::Archive(fs::path folder, const Policy& policy, Time now, Report report)
     : folder_(made(std::move(folder))),
       policy_(policy),
       report_(std::move(report)),
-      lock_(base::posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
+      lock_(base::posix::lock_folder(folder_, "archive.lock",
+                                     "another archiver writes into this folder")) {
   open_current(now);
 }
 
@@ -151,7 +152,7 @@ std::int64_t Archive::look_at(const std::vector<fs::path>& older, Time now) {
 
 void Archive::leave(const fs::path& file, const std::string& why) {
   if (foreign_.insert(file).second) {
-    report_(fmt::format("{} is damaged or no file of an archive; it is left as it is: {}",
+    report_(fmt::format("{} is damaged or not a file of an archive; it is not changed: {}",
                         file.string(), why));
   }
 }
@@ -232,7 +233,7 @@ void Archive::rotate(Time now) {
       throw;
     }
     if (!rotation_failed_) {
-      report_(fmt::format("{} cannot be begun; {} is written on and grows: {}",
+      report_(fmt::format("{} cannot be created; {} stays in use and grows: {}",
                           name_of(folder_, number_ + 1).string(), file().string(), why.what()));
     }
     rotation_failed_ = true;
@@ -246,7 +247,7 @@ void Archive::rotate(Time now) {
 std::unique_ptr<Segment> Archive::begin_next(Time now) const {
   if (number_ == max_number) {
     throw std::runtime_error(fmt::format(
-        "{} has the highest number possible; move it to another folder", file().string()));
+        "{} has the highest possible number; move it to another folder", file().string()));
   }
   return std::make_unique<Segment>(name_of(folder_, number_ + 1),
                                    Beginning{.begun = now, .first_put = current_->next_put()});

@@ -53,9 +53,8 @@ int serve(int argc, char** argv) {
   // A repeated call adds no second row, so delivery is at least once.
   sdk::ServiceProgram program({.uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7",
                                .name = "archiver",
-                               .description =
-                                   "Keeps what NC programs give it, and what happens on the "
-                                   "fabric. See also: query --help, export --help",
+                               .description = "Archives data from NC programs and the events of "
+                                              "the fabric. See also: query --help, export --help",
                                .version = MILLRACE_VERSION,
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 16});

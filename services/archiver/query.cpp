@@ -192,7 +192,7 @@ void write_file(const std::filesystem::path& file, const Source& source, const C
                 std::uint64_t limit, const Rows& rows, std::uint64_t& count) {
   SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms);
   if (!database.tableExists("archive")) {
-    throw std::runtime_error("no file of an archive");
+    throw std::runtime_error("not a file of an archive");
   }
   RowWriter& writer = rows();
   if (!database.tableExists(source.table)) {

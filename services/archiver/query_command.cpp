@@ -39,9 +39,10 @@ void add_flags(CLI::App& app, Flags& flags) {
       app.add_option("--config", flags.config, "archiver.textproto of the archive");
   app.add_option("--folder", flags.folder, "Folder of the archive (default archive)")
       ->excludes(config);
-  program::add_choice(app, "--kind", flags.filter.kind, kinds, "Rows of which table")
+  program::add_choice(app, "--kind", flags.filter.kind, kinds, "Table whose rows are shown")
       ->default_str("put");
-  app.add_option("--since", flags.since, "UTC time 2026-03-01T07:00, or so long ago: 15m, 12h, 7d");
+  app.add_option("--since", flags.since,
+                 "UTC time as in 2026-03-01T07:00, or a time before now as in 15m, 12h, 7d");
   app.add_option("--until", flags.until, "The same; this time is not included");
   app.add_option("--machine", flags.filter.machine, "Only of this machine");
   app.add_option("--channel", flags.filter.channel, "Only of this channel");
@@ -68,7 +69,7 @@ Filter filter_from(const Flags& flags) {
     filter.until = time_or_throw("--until", flags.until);
   }
   if (filter.kind != Kind::sample && (filter.group || filter.variable)) {
-    throw program::UsageError("--group and --variable: only samples have them (--kind sample)");
+    throw program::UsageError("--group and --variable need --kind sample");
   }
   if (filter.call && (filter.kind == Kind::sample || filter.kind == Kind::program)) {
     throw program::UsageError("--call: samples and programs belong to no call");
@@ -96,7 +97,7 @@ std::filesystem::path folder_from(const Flags& flags) {
   }
   std::filesystem::path folder = flags.folder.empty() ? "archive" : flags.folder;
   if (!std::filesystem::is_directory(folder)) {
-    throw program::UsageError("--folder: " + folder.string() + " is no folder");
+    throw program::UsageError("--folder: " + folder.string() + " is not a folder");
   }
   return folder;
 }
@@ -167,7 +168,7 @@ int query(int argc, char** argv) {
   CLI::App app{"Shows rows of the archive", "millrace-archiver query"};
   Flags flags;
   add_flags(app, flags);
-  app.add_option("--limit", flags.filter.limit, "At most so many rows");
+  app.add_option("--limit", flags.filter.limit, "Largest number of rows");
   return program::run(app, argc, argv, [&] {
     const Filter filter = filter_from(flags);
     Output out("");

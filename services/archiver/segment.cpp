@@ -45,7 +45,7 @@ void begin(SQLite::Database& database, const Beginning& beginning) {
 void refuse_foreign(SQLite::Database& database) {
   if (database.execAndGet("PRAGMA user_version").getInt() == 0 &&
       database.execAndGet("SELECT EXISTS (SELECT 1 FROM sqlite_master)").getInt() != 0) {
-    throw Foreign("a database, but none of an archiver");
+    throw Foreign("a database, but not one of an archiver");
   }
 }
 

@@ -98,7 +98,7 @@ void Writer::tidy_up() {
   try {
     archive_.tidy_up(now.wall, ages);
   } catch (const std::exception& error) {
-    warn_limited("tidy", fmt::format("the archive {} cannot be tidied up: {}",
+    warn_limited("tidy", fmt::format("old files of the archive {} cannot be removed: {}",
                                      archive_.file().string(), error.what()));
   }
   notice_foreign_files();
@@ -175,12 +175,13 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   guard.unlock();
   if (lost != 0) {
     warn_limited("lost", fmt::format("{} recorded rows are lost so far", lost));
-    alarms_.raise({.key = {.kind = "lost_rows"},
-                   .level = fabric::AlarmLevel::warning,
-                   .text = fmt::format("{} rows are lost since the start: the archive "
-                                       "could not be written for too long",
-                                       lost),
-                   .advice = "what is there is whole; a recording of that time may have the rest"});
+    alarms_.raise(
+        {.key = {.kind = "lost_rows"},
+         .level = fabric::AlarmLevel::warning,
+         .text = fmt::format(
+             "{} rows were lost since the start: the archive was not writable for too long", lost),
+         .advice = "the rows in the archive are complete; a recording of that time may have the "
+                   "missing ones"});
   }
 }
 
@@ -197,14 +198,15 @@ void Writer::notice_failure(const std::string& reason) {
        .level = fabric::AlarmLevel::problem,
        .text =
            fmt::format("the archive {} cannot be written: {}", archive_.file().string(), reason),
-       .advice = "make room on its disk, or give it its folder back; it goes on by itself"});
+       .advice =
+           "free space on the disk, or restore the folder; the archiver then continues by itself"});
 }
 
 void Writer::notice_success() {
   if (std::exchange(failing_, false)) {
     alarms_.clear("archive", "");
-    log_->info("the archive {} can be written again; {} attempts have failed",
-               archive_.file().string(), repeats_.over(unwritable));
+    log_->info("the archive {} is writable again; {} attempts failed", archive_.file().string(),
+               repeats_.over(unwritable));
   }
 }
 
@@ -214,10 +216,10 @@ void Writer::notice_foreign_files() {
     alarms_.raise(
         {.key = {.kind = "foreign_files"},
          .level = fabric::AlarmLevel::warning,
-         .text = fmt::format("damaged, or no files of an archive, and left as they are: {}{}",
+         .text = fmt::format("damaged, or not files of an archive, and not changed: {}{}",
                              files.begin()->string(),
                              files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : ""),
-         .advice = "move them away; what they have is in no query"});
+         .advice = "move them away; queries do not read them"});
   }
 }
 

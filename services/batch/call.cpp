@@ -100,9 +100,9 @@ Verdict unfinished_verdict(const Script& script, const Ended& ended) {
       return {error(state_time_limit,
                     fmt::format("{} took longer than {} ms", name, script.time_limit.count()))};
     case End::unwanted:
-      return {error(state_withdrawn, name + " was ended: the call is withdrawn")};
+      return {error(state_withdrawn, name + " was ended: the call was cancelled")};
     default:
-      return {error(state_not_started, name + " does not start: " + ended.reason)};
+      return {error(state_not_started, name + " cannot be started: " + ended.reason)};
   }
 }
 

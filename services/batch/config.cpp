@@ -53,7 +53,7 @@ void check(const config::Batch::Script& script, const ConfigPath& path,
            std::set<std::string>& uuids, Mistakes& mistakes) {
   const std::string uuid = fabric::canonical_uuid(script.uuid());
   if (mistakes.expect(!uuid.empty(), path / "uuid", "is missing")) {
-    mistakes.expect(uuids.insert(uuid).second, path / "uuid", script.uuid() + " is there twice");
+    mistakes.expect(uuids.insert(uuid).second, path / "uuid", script.uuid() + " occurs twice");
   }
   mistakes.expect(!script.program().empty(), path / "program", "is missing");
   mistakes.expect(script.time_limit_ms() > 0, path / "time_limit_ms", "0; expected 1 or more");

@@ -58,7 +58,7 @@ void Folder::look() {
   }
   auto config = load(file_);
   if (!config) {
-    log_->error("{}\nThe services stay as they are.", config.error());
+    log_->error("{}\nThe services are not changed.", config.error());
     return;
   }
   config_ = *std::move(config);

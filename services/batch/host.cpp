@@ -41,7 +41,7 @@ void Host::serve(const std::vector<Script>& scripts) {
     Served& served = services_.at(script.registration.uuid);
     served.script = script;
     served.current->set(script);
-    log_->info("{} runs {} differently from now on", script.registration.name,
+    log_->info("{} runs {} with the new configuration from now on", script.registration.name,
                script.program.string());
   }
 }
@@ -71,7 +71,7 @@ void Host::start(const Script& script) {
 void Host::stop(const std::string& uuid) {
   auto node = services_.extract(uuid);
   Served& served = node.mapped();
-  log_->info("{} serves {} no longer", served.script.registration.name, uuid);
+  log_->info("{} has stopped serving {}", served.script.registration.name, uuid);
   served.service->stop();
   leaving_.emplace_back([service = std::move(served.service)] { service->wait(); });
 }

@@ -23,11 +23,12 @@ namespace batch = services::batch;
 int serve_folder(int argc, char** argv) {
   CLI::App app{"Answers calls with programs and scripts"};
   std::string file = "batch.textproto";
-  app.add_option("--config", file, "What to serve; changes are followed")->capture_default_str();
+  app.add_option("--config", file, "Services and their programs; changes are applied at once")
+      ->capture_default_str();
   program::add_check(app);
   std::string name = "batch";
   app.add_option("--name", name,
-                 "Name of this program in logs; the programs it serves have their own")
+                 "Name of this process in logs; the programs that it serves have their own")
       ->capture_default_str();
   auto level = spdlog::level::info;
   program::add_log_level(app, level);

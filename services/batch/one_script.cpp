@@ -20,12 +20,12 @@ struct Flags {
 
 void add_flags(CLI::App& app, Flags& flags) {
   app.add_option("--exec", flags.program, "Program to run for each call")->required();
-  app.add_option("--time-limit", flags.time_limit_ms, "Milliseconds it may run")
+  app.add_option("--time-limit", flags.time_limit_ms, "Longest run time in milliseconds")
       ->check(base::program::positive_number())
       ->capture_default_str();
-  app.add_flag("--accept-empty", flags.accept_empty, "Run it for an empty request, too");
+  app.add_flag("--accept-empty", flags.accept_empty, "Also run it for an empty request");
   app.add_flag("--cut", flags.cut, "Answer with the first 127 bytes of longer output");
-  app.add_flag("--cp1252", flags.cp1252, "It speaks the controller's code page, not UTF-8");
+  app.add_flag("--cp1252", flags.cp1252, "The program uses the controller's code page, not UTF-8");
 }
 
 /// Throws UsageError for a missing file: without --config, no check would notice it later.
@@ -68,7 +68,7 @@ void tell_flags_of_one(CLI::App& others) {
       continue;
     }
     const std::string name = option.names.front();
-    const auto refuse = [name] { throw CLI::ValidationError(name, "goes with --exec PROGRAM"); };
+    const auto refuse = [name] { throw CLI::ValidationError(name, "needs --exec PROGRAM"); };
     const std::string description = "With --exec: " + option.description;
     CLI::Option* const told =
         option.value.empty()

@@ -13,7 +13,7 @@ std::vector<pid_t> processes_of(pid_t session);
 /// Sends `signal` to all of them.
 void signal_session(pid_t session, int signal);
 
-/// Ends all of them (SIGKILL), also those that are started meanwhile.
+/// Ends all of them (SIGKILL), also those that start during this call.
 void kill_session(pid_t session);
 
 }  // namespace millrace::services::batch

@@ -170,7 +170,7 @@ typedef struct millrace_call millrace_call;
 /* NC programs wait for RESPONSE_STATE. */
 #define MILLRACE_RESPONSE_STATE 0
 /* NC programs wait for a text in RESPONSE: a response needs a text, its state may be 0, and there
- * are no interim responses. */
+ * are not interim responses. */
 #define MILLRACE_RESPONSE 1
 
 /* Owns the call: it ends the call (answer, fail or decline) and frees it, now or later, in this or

@@ -79,7 +79,7 @@ void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
         is_gauge_name(gauge.name()), path / "name",
         fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", gauge.name()));
     mistakes.expect(names.insert(gauge.name()).second, path / "name",
-                    fmt::format("'{}' is there twice", gauge.name()));
+                    fmt::format("'{}' occurs twice", gauge.name()));
     mistakes.expect(is_length(gauge.minimum_mm()) && is_length(gauge.maximum_mm()) &&
                         gauge.minimum_mm() < gauge.maximum_mm(),
                     path / "minimum_mm", "is not below maximum_mm");
@@ -93,7 +93,7 @@ void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
     if (gauge.has_radio()) {
       const std::string& line = gauge.radio().line();
       mistakes.expect(line_number(from, line) < static_cast<std::size_t>(from.line_size()),
-                      path / "radio" / "line", fmt::format("there is no line '{}'", line));
+                      path / "radio" / "line", fmt::format("the line '{}' does not exist", line));
       if (mistakes.expect(gauge.radio().has_channel(), path / "radio" / "channel", "is missing")) {
         mistakes.expect_range(gauge.radio().channel(), 0U, last_channel(from, line),
                               path / "radio" / "channel");
@@ -109,7 +109,7 @@ void check_lines(const config::DialGauge& from, Mistakes& mistakes) {
     const ConfigPath path{{"line", i}};
     mistakes.expect(!line.name().empty(), path / "name", "is missing");
     mistakes.expect(names.insert(line.name()).second, path / "name",
-                    fmt::format("'{}' is there twice", line.name()));
+                    fmt::format("'{}' occurs twice", line.name()));
     mistakes.expect(!line.device().empty(), path / "device", "is missing");
     mistakes.expect(!line.has_baud_rate() || is_baud_rate(line.baud_rate()), path / "baud_rate",
                     fmt::format("{}; expected a rate of serial lines, such as 9600 or 57600",

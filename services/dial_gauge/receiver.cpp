@@ -40,12 +40,12 @@ tl::expected<Reading, Failure> Receiver::newest(unsigned channel) const {
   const auto found = channels_.find(channel);
   if (found == channels_.end()) {
     return tl::unexpected(
-        Failure{Fault::no_contact, fmt::format("nothing heard on channel {}", channel)});
+        Failure{Fault::no_contact, fmt::format("nothing received on radio channel {}", channel)});
   }
   if (found->second.error) {
-    return tl::unexpected(Failure{
-        Fault::no_contact,
-        fmt::format("the receiver says error {} on channel {}", *found->second.error, channel)});
+    return tl::unexpected(
+        Failure{Fault::no_contact, fmt::format("the receiver reports error {} on radio channel {}",
+                                               *found->second.error, channel)});
   }
   return *found->second.newest;
 }

@@ -48,11 +48,12 @@ class Listener : public SerialLineListener {
   }
 
   void on_closed(const std::string& reason) override {
-    log_->error("line {} is gone and will be opened again: {}", name_, reason);
-    alarms_.raise({.key = {.kind = "gauge_line", .subject = name_},
-                   .level = fabric::AlarmLevel::problem,
-                   .text = fmt::format("line {} is gone: {}", name_, reason),
-                   .advice = "look at its plug and its device; it is opened again by itself"});
+    log_->error("line {} failed and will be opened again: {}", name_, reason);
+    alarms_.raise(
+        {.key = {.kind = "gauge_line", .subject = name_},
+         .level = fabric::AlarmLevel::problem,
+         .text = fmt::format("line {} failed: {}", name_, reason),
+         .advice = "check its plug and its device; the service opens it again by itself"});
     const std::lock_guard guard(lock_);
     receiver_->closed(reason);
   }
@@ -119,8 +120,8 @@ struct RunningGauges::Impl {
     for (const auto& [gauge, why] : answering.failing()) {
       alarms.raise({.key = {.kind = "gauge", .subject = gauge},
                     .level = fabric::AlarmLevel::problem,
-                    .text = "a program cannot read it: " + why,
-                    .advice = "look at the gauge, its battery and its radio"});
+                    .text = "an NC program cannot read it: " + why,
+                    .advice = "check the gauge, its battery and its radio"});
     }
     for (const auto& [gauge, why] : told) {
       if (!answering.failing().contains(gauge)) {

@@ -44,7 +44,7 @@ Actions Bridge::on_message(std::string_view channel, std::string_view bytes, Sen
       on_presence(*presence, sender, now, actions);
     } else {
       warn_limited("presence", "",
-                   fmt::format("a message on {} from {} is no presence: {}", channel,
+                   fmt::format("a message on {} from {} is not a presence message: {}", channel,
                                sender.to_string(), presence.error()),
                    now.steady, actions);
     }
@@ -54,8 +54,8 @@ Actions Bridge::on_message(std::string_view channel, std::string_view bytes, Sen
       on_reply(uuid, *answered, sender, now.steady, actions);
     } else {
       warn_limited("reply", uuid,
-                   fmt::format("a message on {} from {} is no reply: {}", base::text::safe(channel),
-                               sender.to_string(), answered.error()),
+                   fmt::format("a message on {} from {} is not a reply: {}",
+                               base::text::safe(channel), sender.to_string(), answered.error()),
                    now.steady, actions);
     }
   }
@@ -67,7 +67,7 @@ Actions Bridge::on_fragment(std::string_view channel, Sender sender, SteadyTime 
   if (is_ours(channel)) {
     warn_limited(
         "fragment", channel,
-        fmt::format("a message on {} from {} is longer than {} bytes, and is not read",
+        fmt::format("a message on {} from {} is longer than {} bytes; ignored",
                     base::text::safe(channel), sender.to_string(), fabric::lcm::longest_packet),
         now, actions);
   }
@@ -94,22 +94,22 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
   if (const auto off = std::chrono::abs(now.wall - presence.at); off > rules_.silence) {
     warn_limited(
         "clock", uuid,
-        fmt::format("{} of {} at {} says that it is {} ms {} now: the clocks differ, or a log "
-                    "is played; it is not believed",
-                    program_name(number), uuid, sender.to_string(),
-                    std::chrono::duration_cast<std::chrono::milliseconds>(off).count(),
-                    presence.at < now.wall ? "before" : "after"),
+        fmt::format(
+            "the time of {} of {} at {} is {} ms {} this host's: the clocks differ, or a log "
+            "is played; ignored",
+            program_name(number), uuid, sender.to_string(),
+            std::chrono::duration_cast<std::chrono::milliseconds>(off).count(),
+            presence.at < now.wall ? "before" : "after"),
         now.steady, actions);
     return nullptr;
   }
   const bool is_named = rules_.find(uuid) != nullptr;
   if (!is_named && rules_.any_uuid && !fabric::is_uuid(uuid)) {
-    warn_limited(
-        "no uuid", "",
-        fmt::format("{} at {} announces '{}', which is no UUID; it is not served unless the "
-                    "configuration names it (service {{ uuid }})",
-                    program_name(number), sender.to_string(), base::text::safe(uuid)),
-        now.steady, actions);
+    warn_limited("no uuid", "",
+                 fmt::format("{} at {} announces '{}', which is not a UUID; it is served only if "
+                             "the configuration names it (service {{ uuid }})",
+                             program_name(number), sender.to_string(), base::text::safe(uuid)),
+                 now.steady, actions);
     return nullptr;
   }
   if (!is_named && !rules_.any_uuid) {
@@ -126,13 +126,12 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
     if (place->second.sender == sender) {
       return &place->second;
     }
-    warn_limited(
-        "twice", uuid,
-        fmt::format("{} of {} is at {} and, so it says, at {}: two programs with one number, "
-                    "or one with two LCM instances; the second is not heard",
-                    program_name(number), uuid, place->second.sender.to_string(),
-                    sender.to_string()),
-        now.steady, actions);
+    warn_limited("twice", uuid,
+                 fmt::format("{} of {} is at {} and also at {}: two programs have the same number, "
+                             "or one has two LCM instances; the second is ignored",
+                             program_name(number), uuid, place->second.sender.to_string(),
+                             sender.to_string()),
+                 now.steady, actions);
     return nullptr;
   }
   // LCM processes that the configuration does not name take no room from those that it names.
@@ -143,9 +142,9 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
   if (there >= rules_.most_programs) {
     warn_limited(
         "full", is_named ? "named" : "",
-        fmt::format("{} programs are there, and no more are let in (most_programs); {} of {} "
-                    "at {} is not served",
-                    there, program_name(number), uuid, sender.to_string()),
+        fmt::format(
+            "{} programs are served, the limit (most_programs); {} of {} at {} is not served",
+            there, program_name(number), uuid, sender.to_string()),
         now.steady, actions);
     return nullptr;
   }
@@ -193,10 +192,10 @@ Actions Bridge::on_drained(Registration number) {
   if (program == nullptr) {
     return {};
   }
-  Actions actions{Unregister{number},
-                  Say{Level::info, fmt::format("{} of {} has answered everything and is served no "
-                                               "longer",
-                                               program_name(key->second), key->first)}};
+  Actions actions{
+      Unregister{number},
+      Say{Level::info, fmt::format("{} of {} has answered all its calls and is not served any more",
+                                   program_name(key->second), key->first)}};
   program->registration.reset();
   program->calls.clear();
   registered_.erase(number);
@@ -253,11 +252,11 @@ Actions Bridge::on_time(SteadyTime now) {
 
 void Bridge::lose(const Key& key, Program& program, Actions& actions) {
   const bool in_order = program.calls.empty() && (program.draining || program.dismissed);
-  actions.emplace_back(
-      Say{in_order ? Level::info : Level::warn,
-          fmt::format("{} of {} at {} is gone: silent for {} ms; of its calls {} go on elsewhere",
-                      program_name(key.second), key.first, program.sender.to_string(),
-                      rules_.silence.count(), program.calls.size())});
+  actions.emplace_back(Say{
+      in_order ? Level::info : Level::warn,
+      fmt::format("{} of {} at {} is gone: silent for {} ms; {} of its calls go to other instances",
+                  program_name(key.second), key.first, program.sender.to_string(),
+                  rules_.silence.count(), program.calls.size())});
   if (program.registration) {
     registered_.erase(*program.registration);
     actions.emplace_back(Unregister{*program.registration});

@@ -36,7 +36,7 @@ Publish withdrawal_of(const std::string& uuid, std::int64_t program,
 tl::expected<std::uint32_t, std::string> state_of(std::int64_t state) {
   if (state < 0 || state > 0xFFFF'FFFF) {
     return tl::unexpected(
-        fmt::format("the program answered with state {}, which is none of 32 bits", state));
+        fmt::format("the program answered with state {}, which does not fit 32 bits", state));
   }
   return static_cast<std::uint32_t>(state);
 }
@@ -109,10 +109,9 @@ void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender se
   if (program.sender != sender) {
     warn_limited(
         "forged", uuid,
-        fmt::format("an answer to call {} comes from {} in the name of {}, which is at {}; "
-                    "ignored",
-                    call, sender.to_string(), program_name(answered.program),
-                    program.sender.to_string()),
+        fmt::format(
+            "an answer to call {} comes from {} with the number of {}, which is at {}; ignored",
+            call, sender.to_string(), program_name(answered.program), program.sender.to_string()),
         now, actions);
     return;
   }
@@ -125,10 +124,10 @@ void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender se
   if (over == nullptr || answered.attempt.number > *over) {
     warn_limited(
         "stray", uuid,
-        fmt::format("{} of {} at {} answers attempt {} of call {}, which it was not given; "
-                    "ignored",
-                    program_name(answered.program), uuid, sender.to_string(),
-                    answered.attempt.number, call),
+        fmt::format(
+            "{} of {} at {} answers attempt {} of call {}, which was not dispatched to it; ignored",
+            program_name(answered.program), uuid, sender.to_string(), answered.attempt.number,
+            call),
         now, actions);
   }
 }
@@ -153,7 +152,7 @@ void Bridge::take_interim(Program& program, Given& given, const Answered& answer
   sdk::Result result = result_of(answered, encoding_of(key.first));
   if (const std::string why = why_unfit(result); !why.empty()) {
     warn_limited("interim", key.first,
-                 fmt::format("an interim answer of {} to call {} is left out: {}",
+                 fmt::format("an interim answer of {} to call {} is dropped: {}",
                              program_name(answered.program), given.request.call.to_string(), why),
                  now, actions);
     return;

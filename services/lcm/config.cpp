@@ -38,7 +38,7 @@ tl::expected<void, std::string> parse_url(std::string_view url, Network& network
   using Error = tl::unexpected<std::string>;
   constexpr std::string_view scheme = "udpm://";
   if (!url.starts_with(scheme)) {
-    return Error("expected udpm://ADDRESS:PORT?ttl=N; other providers of LCM are not spoken");
+    return Error("expected udpm://ADDRESS:PORT?ttl=N; other LCM providers are not supported");
   }
   url.remove_prefix(scheme.size());
   std::string_view place = cut(url, '?');
@@ -46,11 +46,11 @@ tl::expected<void, std::string> parse_url(std::string_view url, Network& network
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address_v4(std::string(group), error);
   if (error || !address.is_multicast()) {
-    return Error("its address is no multicast address of IPv4 (224.0.0.0 to 239.255.255.255)");
+    return Error("its address is not an IPv4 multicast address (224.0.0.0 to 239.255.255.255)");
   }
   const auto port = base::text::parse_number<std::uint16_t>(place);
   if (!port || *port == 0) {
-    return Error("its port is none; expected 1 to 65535");
+    return Error("its port is missing or wrong; expected 1 to 65535");
   }
   std::uint8_t ttl = 0;
   while (!url.empty()) {
@@ -58,7 +58,7 @@ tl::expected<void, std::string> parse_url(std::string_view url, Network& network
     const std::string_view name = cut(value, '=');
     const auto number = base::text::parse_number<std::uint8_t>(value);
     if (name != "ttl" || !number) {
-      return Error("of LCM's options only ttl is known, 0 to 255");
+      return Error("the only supported LCM option is ttl, 0 to 255");
     }
     ttl = *number;
   }
@@ -75,13 +75,14 @@ void check_network(const config::Lcm& from, Network& network, Mistakes& mistakes
   mistakes.expect(parsed.has_value(), {{"url"}}, parsed ? "" : parsed.error());
   boost::system::error_code error;
   const auto interface = boost::asio::ip::make_address_v4(from.interface(), error);
-  if (!mistakes.expect(!error, {{"interface"}}, "is no address of IPv4")) {
+  if (!mistakes.expect(!error, {{"interface"}}, "is not an address of IPv4")) {
     return;
   }
   mistakes.expect(network.ttl > 0 || interface.is_loopback(), {{"interface"}},
                   "a ttl of 0 stays on this host; name an interface only with a ttl above 0");
-  mistakes.expect(network.ttl == 0 || !interface.is_loopback(), {{"interface"}},
-                  "a ttl above 0 leaves this host; name the address of the interface to leave by");
+  mistakes.expect(
+      network.ttl == 0 || !interface.is_loopback(), {{"interface"}},
+      "packets with a ttl above 0 leave this host; name the address of the interface for them");
 }
 
 ServiceRule rule_from(const config::Lcm::Service& from) {
@@ -109,7 +110,7 @@ void check_service(const config::Lcm::Service& from, const ConfigPath& path, Rul
     return;
   }
   mistakes.expect(uuid.size() <= longest_uuid, path / "uuid",
-                  fmt::format("has {} bytes; {} fit into the name of a channel of LCM", uuid.size(),
+                  fmt::format("has {} bytes; {} fit into the name of an LCM channel", uuid.size(),
                               longest_uuid));
   for (int i = 0; i < from.channel_size(); ++i) {
     const auto scope = fabric::parse_channel_scope(from.channel(i));
@@ -119,7 +120,7 @@ void check_service(const config::Lcm::Service& from, const ConfigPath& path, Rul
     mistakes.expect_range(from.concurrency(), 1U, most_calls, path / "concurrency");
   }
   mistakes.expect(rules.services.emplace(uuid, rule_from(from)).second, path / "uuid",
-                  from.uuid() + " is there twice");
+                  from.uuid() + " occurs twice");
 }
 
 Mirror mirror_from(const config::Lcm::Mirror& from, Mistakes& mistakes) {
@@ -153,7 +154,7 @@ tl::expected<Config, std::string> load(const std::filesystem::path& file) {
     check_service(from.service(i), {{"service", i}}, config.rules, mistakes);
   }
   mistakes.expect(from.any_uuid() || from.service_size() > 0, {{"any_uuid"}},
-                  "is false and no service is named: nothing could be served");
+                  "is false and no service is named, so no service could be served");
   if (from.has_mirror()) {
     config.mirror = mirror_from(from.mirror(), mistakes);
   }

@@ -107,7 +107,7 @@ void Host::Impl::on_foreign(Sender sender) {
   const Lock held(lock);
   const auto line = log_limiter.admit(
       "foreign", "",
-      fmt::format("{} is not on this host, and is not heard: the configuration has a ttl of 0",
+      fmt::format("{} is not on this host; ignored, since the configuration has a ttl of 0",
                   sender.to_string()),
       now().steady);
   if (line) {
@@ -290,7 +290,7 @@ void Host::Impl::stop() {
 void Host::Impl::tell() {
   if (hosted.size() != told) {
     told = hosted.size();
-    base::program::tell_supervisor(fmt::format("STATUS={} programs of LCM are served", told));
+    base::program::tell_supervisor(fmt::format("STATUS=serves {} LCM programs", told));
   }
 }
 

@@ -39,17 +39,17 @@ std::string checked(const std::string& file) {
 }
 
 int serve(int argc, char** argv) {
-  CLI::App app{"Makes programs that speak LCM services of the fabric"};
+  CLI::App app{"Connects LCM programs to the fabric as services"};
   std::string file;
   app.add_option("--config", file,
                  "Group, programs and mirror (lcm.textproto). Without it, every program on "
                  "udpm://239.255.76.67:7667 of this host");
   program::add_check(app);
   bool mirror = false;
-  app.add_flag("--mirror", mirror, "Show calls and events of the fabric on LCM");
+  app.add_flag("--mirror", mirror, "Publish calls and events of the fabric on LCM");
   std::string name = "lcm";
   app.add_option("--name", name,
-                 "Name of this program in logs; the programs it serves have their own")
+                 "Name of this process in logs; the programs that it serves have their own")
       ->capture_default_str();
   auto level = spdlog::level::info;
   program::add_log_level(app, level);

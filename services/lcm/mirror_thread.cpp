@@ -29,7 +29,7 @@ struct MirrorThread::Impl final : fabric::observer::ObserverListener {
   }
 
   void on_entry(fabric::observer::Entry entry) override {
-    base::program::contain("showing the fabric on LCM", [&] {
+    base::program::contain("mirroring the fabric on LCM", [&] {
       if (mirror.without_text.contains(entry.uuid)) {
         fabric::observer::withhold_text(entry);
       }

@@ -81,7 +81,7 @@ tl::expected<Attempt, std::string> attempt_of(const call_t& call) {
   constexpr std::size_t longest = 64;
   if (id.size() > longest || !std::ranges::all_of(id, is_plain) ||
       !fabric::parse_call_id(id.substr(0, id.find('.'))) || call.attempt < 1) {
-    return Error("it names a call that is none: " + base::text::quoted(call.id.substr(0, 64)));
+    return Error("it names an impossible call: " + base::text::quoted(call.id.substr(0, 64)));
   }
   return Attempt{call.id, static_cast<std::uint32_t>(call.attempt)};
 }
@@ -150,15 +150,14 @@ tl::expected<Presence, std::string> parse_presence(std::string_view bytes) {
   const std::int32_t count = fabric::lcm::leading_count(bytes);
   if (count < 0 || count > static_cast<std::int32_t>(most_calls) ||
       static_cast<std::size_t>(count) * smallest_call > bytes.size()) {
-    return Error(
-        fmt::format("it says that it has {} calls; at most {} may follow", count, most_calls));
+    return Error(fmt::format("it announces {} calls; at most {} may follow", count, most_calls));
   }
   const auto message = fabric::lcm::decode<presence_t>(bytes);
   if (!message) {
     return Error(message.error());
   }
   if (message->program == 0) {
-    return Error("its number is 0; expected one that is drawn when the program starts");
+    return Error("its number is 0; expected a random number that the program draws when it starts");
   }
   if (!is_time(message->utime)) {
     return Error(fmt::format("its utime is {}; expected microseconds since 1970", message->utime));

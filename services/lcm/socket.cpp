@@ -98,7 +98,7 @@ void Socket::Impl::open() {
 void Socket::Impl::wait() {
   in.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
     if (!error) {
-      base::program::contain("reading what came on LCM", [this] { read(); });
+      base::program::contain("receiving LCM messages", [this] { read(); });
       wait();
     }
   });
@@ -136,10 +136,10 @@ Socket::Socket(asio::io_context& loop, const Network& network, SocketListener& l
   try {
     impl_->open();
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(fmt::format(
-        "cannot join LCM's group {} on the interface {}: {}; look at url and interface in the "
-        "configuration, and whether the interface is up",
-        network.url, network.interface, error.code().message()));
+    throw std::runtime_error(
+        fmt::format("cannot join LCM's group {} on the interface {}: {}; check url and interface "
+                    "in the configuration, and whether the interface is up",
+                    network.url, network.interface, error.code().message()));
   }
 }
 

@@ -56,7 +56,8 @@ tl::expected<Address, std::string> parse_address(std::string_view text) {
     mailbox = mailbox.substr(open + 1, mailbox.size() - open - 2);
   }
   if (!is_mailbox(mailbox)) {
-    return tl::unexpected(text::in_quotes(mailbox) + " is no address; expected user@example.com");
+    return tl::unexpected(text::in_quotes(mailbox) +
+                          " is not an address; expected user@example.com");
   }
   if (!base::text::is_utf8(address.name) ||
       std::any_of(address.name.begin(), address.name.end(), base::text::is_control)) {

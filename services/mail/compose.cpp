@@ -62,7 +62,7 @@ tl::expected<std::vector<Address>, Response> recipients(const Config& config,
     if (found == config.recipients.end()) {
       return tl::unexpected(
           text::error(state_unknown_recipient,
-                      fmt::format("no recipient {}; there is {}", text::in_quotes(name),
+                      fmt::format("unknown recipient {}; known are {}", text::in_quotes(name),
                                   names_of(config.recipients))));
     }
     add(to, found->second);
@@ -83,7 +83,7 @@ tl::expected<void, Response> check_keys(const Request& request, const MailTempla
     if (!wanted.contains(key)) {
       return tl::unexpected(
           text::error(state_wrong_keys,
-                      fmt::format("template {} has no place for {}; it has {}",
+                      fmt::format("template {} has no placeholder for {}; it has {}",
                                   text::in_quotes(request.template_name), text::in_quotes(key),
                                   wanted.empty() ? std::string("none")
                                                  : fmt::format("{}", fmt::join(wanted, " ")))));
@@ -141,7 +141,7 @@ tl::expected<Mail, Response> compose(const Config& config, const CallInfo& call,
   if (found == config.templates.end()) {
     return tl::unexpected(text::error(
         state_unknown_template,
-        fmt::format("no template {}; there is {}", text::in_quotes(request->template_name),
+        fmt::format("unknown template {}; known are {}", text::in_quotes(request->template_name),
                     names_of(config.templates))));
   }
   const MailTemplate& made = found->second;

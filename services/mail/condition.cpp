@@ -43,7 +43,7 @@ void Condition::tell(fabric::AlarmSink& alarms) const {
                   .level = AlarmLevel::problem,
                   .text = fmt::format("no login at {}, or no safe connection: {}", server_,
                                       *server_trouble_),
-                  .advice = "put the server's user, password or certificate right"});
+                  .advice = "correct the server's user, password or certificate"});
   } else {
     alarms.clear("mail_server", "");
   }
@@ -52,24 +52,24 @@ void Condition::tell(fabric::AlarmSink& alarms) const {
         {.key = {.kind = "mail_queue"},
          .level = now_ - waiting_since_ < patience ? AlarmLevel::warning : AlarmLevel::problem,
          .text = fmt::format("{} for {}: {}", mails(waiting_, "waits", "wait"), server_,
-                             reason_.empty() ? "left by the last run, not tried yet" : reason_),
-         .advice = "look at the mail server; they are tried again by themselves"});
+                             reason_.empty() ? "left by the last run, not yet tried" : reason_),
+         .advice = "check the mail server; the mails are tried again by themselves"});
   } else {
     alarms.clear("mail_queue", "");
   }
   if (not_sent_ > 0) {
     alarms.raise({.key = {.kind = "mails_not_sent"},
                   .level = AlarmLevel::warning,
-                  .text = fmt::format("{} not sent, or not surely, since the start; the last: {}",
+                  .text = fmt::format("{} failed or uncertain since the start; the last: {}",
                                       mails(not_sent_, "was", "were"), last_not_sent_),
-                  .advice = "they are in the spool; the log names their calls"});
+                  .advice = "the mails are in the spool; the log names their calls"});
   }
   if (spool_trouble_) {
-    alarms.raise({.key = {.kind = "spool"},
-                  .level = AlarmLevel::problem,
-                  .text = *spool_trouble_,
-                  .advice = "make room on its disk, or give it its folder back; until then no mail "
-                            "is sent"});
+    alarms.raise(
+        {.key = {.kind = "spool"},
+         .level = AlarmLevel::problem,
+         .text = *spool_trouble_,
+         .advice = "free space on the disk, or restore the folder; until then no mail is sent"});
   } else {
     alarms.clear("spool", "");
   }

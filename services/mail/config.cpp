@@ -68,11 +68,11 @@ class Reader {
       return std::none_of(text.begin(), text.end(), is_bad);
     };
     mistakes_.expect(!from.host().empty() && is_word(from.host()), path / "host",
-                     "is missing or no name");
+                     "is missing or not a name");
     mistakes_.expect_range<std::uint32_t>(from.port(), 1, std::numeric_limits<std::uint16_t>::max(),
                                           path / "port");
     mistakes_.expect(is_word(from.hello()) && from.hello().find('/') == std::string::npos,
-                     path / "hello", "is no name");
+                     path / "hello", "is not a name");
     mistakes_.expect(from.connect_timeout_ms() > 0, path / "connect_timeout_ms",
                      "0; expected 1 or more");
     mistakes_.expect(from.timeout_ms() > 0, path / "timeout_ms", "0; expected 1 or more");
@@ -126,7 +126,7 @@ class Reader {
       check_name(from.name(), path / "name", config_.templates.contains(from.name()));
       for (int j = 0; j < from.to_size(); ++j) {
         mistakes_.expect(config_.recipients.contains(from.to(j)), path / ConfigStep{"to", j},
-                         "'" + from.to(j) + "' is no recipient");
+                         "'" + from.to(j) + "' is not a recipient");
       }
       mistakes_.expect(!from.subject().empty(), path / "subject", "is missing");
       mistakes_.expect(from.subject().find_first_of("\r\n") == std::string::npos, path / "subject",
@@ -145,7 +145,7 @@ class Reader {
   void check_name(const std::string& name, const ConfigPath& path, bool is_there) {
     mistakes_.expect(text::is_name(name), path,
                      fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", name));
-    mistakes_.expect(!is_there, path, fmt::format("'{}' is there twice", name));
+    mistakes_.expect(!is_there, path, fmt::format("'{}' occurs twice", name));
   }
 
   std::optional<Template> text_of(const std::string& text, const ConfigPath& path) {
@@ -156,9 +156,10 @@ class Reader {
     }
     const std::set<std::string>& known = call_keys();
     for (const std::string& key : parsed->keys()) {
-      mistakes_.expect(!key.starts_with(call_prefix) || known.contains(key), path,
-                       fmt::format("there is no {{{}}}; there is {}", key, fmt::join(known, " ")));
-      mistakes_.expect(key != "to", path, "{to} names recipients in requests; choose another key");
+      mistakes_.expect(
+          !key.starts_with(call_prefix) || known.contains(key), path,
+          fmt::format("{{{}}} does not exist; known are {}", key, fmt::join(known, " ")));
+      mistakes_.expect(key != "to", path, "requests name recipients with {to}; choose another key");
     }
     return *std::move(parsed);
   }

@@ -201,7 +201,7 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
 void Postman::keep(Lock& lock, const Entry& entry) {
   const auto kept = spool_.put(entry);
   if (!kept) {
-    log_->error("call {}: what became of its mail is not written down yet: {}",
+    log_->error("call {}: the outcome of its mail is not in the spool yet: {}",
                 entry.call.to_string(), kept.error());
   }
   lock.lock();
@@ -244,8 +244,10 @@ void Postman::tell(const Entry& entry, const Outcome& outcome) const {
       log_->error("call {}: the mail server refuses its mail: {}", call, outcome.reply);
       return;
     case Verdict::doubt:
-      log_->error("call {}: its mail was handed over and no answer came, it is not sent again: {}",
-                  call, outcome.reply);
+      log_->error(
+          "call {}: its mail was handed over, but the server did not respond; it is not sent "
+          "again: {}",
+          call, outcome.reply);
       return;
     case Verdict::insecure:
     case Verdict::login:
@@ -255,12 +257,13 @@ void Postman::tell(const Entry& entry, const Outcome& outcome) const {
                   outcome.reply);
       break;
     case Verdict::later:
-      log_->warn("call {}: its mail is not taken for now (attempt {}): {}", call, entry.attempts,
-                 outcome.reply);
+      log_->warn("call {}: the server does not accept its mail for now (attempt {}): {}", call,
+                 entry.attempts, outcome.reply);
       break;
   }
   if (entry.stage == Stage::given_up) {
-    log_->error("call {}: its mail is given up; it stays in the spool", call);
+    log_->error("call {}: the service has stopped trying to send its mail; it stays in the spool",
+                call);
   }
 }
 
@@ -353,7 +356,7 @@ void Postman::forget_old(Lock& lock, fabric::Time now) {
   const auto forgotten = spool_.forget(now - config_.remember);
   lock.lock();
   if (!forgotten) {
-    log_->error("old calls are not forgotten: {}", forgotten.error());
+    log_->error("old calls cannot be removed from the spool: {}", forgotten.error());
   }
 }
 

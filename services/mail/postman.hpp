@@ -54,7 +54,7 @@ class Postman {
   Spool::Result<std::optional<Entry>> known(fabric::CallId call) const;
   /// Makes the first attempt of a call, and returns the response.
   sdk::Response first_attempt(Lock& lock, const Entry& entry);
-  /// One attempt, with the lock released meanwhile; the entry is the one in the spool.
+  /// One attempt, without the lock; the entry is the one in the spool.
   Outcome attempt(Lock& lock, const Entry& entry, bool program_waits);
   Outcome send(const Entry& entry);
   /// Both write to the spool without the lock and take it afterwards.

@@ -39,7 +39,7 @@ tl::expected<Request, std::string> parse(std::string_view request) {
   const auto odd = std::find_if(request.begin(), request.end(),
                                 [](char c) { return c != '\t' && !text::prints(c); });
   if (odd != request.end()) {
-    return tl::unexpected(fmt::format("byte {} of the request (0x{:02X}) is no text",
+    return tl::unexpected(fmt::format("byte {} of the request (0x{:02X}) is not text",
                                       odd - request.begin() + 1, static_cast<unsigned char>(*odd)));
   }
   if (!text::is_name(words[0])) {

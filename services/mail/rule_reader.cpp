@@ -40,7 +40,7 @@ const char* default_subject(Rule::Kind kind) {
     case Rule::Kind::link_down:
       return "{machine}: no link";
     case Rule::Kind::no_instance:
-      return "nobody serves {uuid}";
+      return "no instance of {uuid}";
   }
   return "";
 }
@@ -130,7 +130,7 @@ class RuleReader {
     mistakes_.expect(from_.to_size() > 0, path_ / "to", "is missing; expected a recipient");
     for (int i = 0; i < from_.to_size(); ++i) {
       mistakes_.expect(config_.recipients.contains(from_.to(i)), path_ / ConfigStep{"to", i},
-                       "'" + from_.to(i) + "' is no recipient");
+                       "'" + from_.to(i) + "' is not a recipient");
     }
   }
 
@@ -145,7 +145,7 @@ class RuleReader {
     for (const std::string& key : parsed->keys()) {
       mistakes_.expect(
           rule_keys().contains(key), path,
-          fmt::format("there is no {{{}}}; there is {}", key, fmt::join(rule_keys(), " ")));
+          fmt::format("{{{}}} does not exist; known are {}", key, fmt::join(rule_keys(), " ")));
     }
     return *std::move(parsed);
   }
@@ -167,7 +167,7 @@ std::vector<Rule> read_rules(const config::Mail& from, const Config& config, Mis
     mistakes.expect(text::is_name(name), path / "name",
                     fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", name));
     mistakes.expect(names.insert(name).second, path / "name",
-                    fmt::format("'{}' is there twice", name));
+                    fmt::format("'{}' occurs twice", name));
     if (auto rule = RuleReader(from.rule(i), config, path, mistakes).read()) {
       rules.push_back(std::move(*rule));
     }

@@ -178,10 +178,9 @@ bool RuleWatch::has_room(std::size_t remembered) {
     return true;
   }
   if (!std::exchange(said_full_, true)) {
-    lines_.push_back(
-        fmt::format("more than {} channels and machines are on the fabric: of the others no rule "
-                    "sends a mail",
-                    most_remembered));
+    lines_.push_back(fmt::format(
+        "more than {} channels and machines are on the fabric: the rules ignore further ones",
+        most_remembered));
   }
   return false;
 }

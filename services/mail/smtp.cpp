@@ -78,13 +78,13 @@ std::size_t read(Session& session, char* buffer, std::size_t room) {
   const std::size_t piece = std::min(room, rest.size());
   if (session.needs_login && !session.logged_in) {
     session.exchange.trouble = Trouble::login;
-    session.exchange.trouble_text = "it offers no way to log in that we know";
+    session.exchange.trouble_text = "it offers no supported login method";
     return CURL_READFUNC_ABORT;
   }
   if (piece == rest.size() && !session.exchange.handed_over) {
     if (session.watch.cancelled() || !session.watch.handing_over()) {
       session.exchange.trouble = Trouble::broken;
-      session.exchange.trouble_text = "stopped before it was handed over";
+      session.exchange.trouble_text = "stopped before the mail was handed over";
       return CURL_READFUNC_ABORT;
     }
     session.exchange.handed_over = true;

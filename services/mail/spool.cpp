@@ -88,9 +88,9 @@ template <typename Work>
 auto Spool::Impl::guarded(Work work) -> Result<decltype(work())> {
   const std::lock_guard guard(mutex);
   if (base::posix::identity_of(file) != opened) {
-    return tl::unexpected(file.string() +
-                          ": it was moved or removed while the service was using it; start the "
-                          "service anew");
+    return tl::unexpected(
+        file.string() +
+        ": it was moved or removed while the service was using it; restart the service");
   }
   try {
     if constexpr (std::is_void_v<decltype(work())>) {

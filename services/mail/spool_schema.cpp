@@ -50,8 +50,8 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 std::string damage(const std::string& file, std::string_view why) {
   return fmt::format(
-      "{}: damaged, or no spool of a mail service: {}. It says which calls were sent: put it right "
-      "(sqlite3 has .recover), or move it away, and calls of before may be sent again",
+      "{}: damaged, or not the spool of a mail service: {}. It records which calls were sent: "
+      "repair it (sqlite3 has .recover), or move it away; then earlier calls may be sent again",
       file, why);
 }
 
@@ -65,7 +65,7 @@ void prepare(SQLite::Database& database) {
   }
   if (version == 0 &&
       database.execAndGet("SELECT EXISTS (SELECT 1 FROM sqlite_master)").getInt() != 0) {
-    throw std::runtime_error(damage(file, "it is somebody else's database"));
+    throw std::runtime_error(damage(file, "it is the database of another program"));
   }
   if (const std::string state = database.execAndGet("PRAGMA quick_check(1)").getString();
       state != "ok") {
@@ -105,7 +105,7 @@ fabric::Time time_of(std::int64_t nanoseconds) {
 fabric::CallId call_in(const std::string& text) {
   const auto call = fabric::parse_call_id(text);
   if (!call) {
-    throw std::runtime_error(fmt::format("'{}' is no call", text));
+    throw std::runtime_error(fmt::format("'{}' is not a call", text));
   }
   return *call;
 }

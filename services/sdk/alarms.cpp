@@ -38,7 +38,7 @@ void Alarms::State::tell(const fabric::Alarm& alarm) {
     return;
   }
   if (const auto told = end->raise(alarm); !told && !std::exchange(logged_unreported, true)) {
-    log->warn("nobody is told of its troubles: {}", told.error());
+    log->warn("its alarms cannot be published: {}", told.error());
   }
 }
 

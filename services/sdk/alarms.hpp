@@ -1,13 +1,13 @@
-// What a service has to say of its own condition besides answering calls, for whoever looks at the
-// fabric: `millrace services`, `health --all`, `doctor`, the page, Prometheus.
+// The alarms of a service about itself, apart from its responses: for `millrace services`, `health
+// --all`, `doctor`, the page and Prometheus.
 //
 //   ServiceProgram program({.uuid = "…", .name = "archiver"});
 //   program.alarms().raise({.key = {.kind = "archive"}, .text = "… cannot be written: disk full",
 //                            .advice = "make room on the disk"});
 //   program.alarms().clear("archive", "");
 //
-// A trouble that an answer tells the program that called is none of these, unless it stays when the
-// call is over.
+// A problem that a response reports to the calling NC program is not an alarm, unless it remains
+// after the call.
 #pragma once
 
 #include <memory>
@@ -23,8 +23,8 @@ namespace millrace::services::sdk {
 
 class SharedParticipant;
 
-/// Functions may be called from any thread, return at once, and remember what they are told while
-/// the service is not on its fabric yet.
+/// Functions may be called from any thread and return at once. Alarms are stored until the service
+/// has joined its fabric.
 class Alarms final : public fabric::AlarmSink {
  public:
   Alarms();
@@ -35,10 +35,10 @@ class Alarms final : public fabric::AlarmSink {
   void raise(const fabric::Alarm& alarm) override;
   void clear(const std::string& kind, const std::string& subject) override;
 
-  /// Tells all of it, as the instance `who`, until leave().
+  /// Publishes all alarms, as the instance `who`, until leave().
   void join(const std::shared_ptr<SharedParticipant>& shared, const fabric::InstanceIdentity& who,
             std::shared_ptr<spdlog::logger> log);
-  /// Takes back what was told, and tells nothing any more.
+  /// Retracts the published alarms, and publishes none from then on.
   void leave();
 
  private:

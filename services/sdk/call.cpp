@@ -14,8 +14,8 @@ Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink, std::stop_toke
     : request_(std::move(request)), sink_(std::move(sink)), cancelled_(std::move(cancelled)) {}
 
 Call::~Call() {
-  base::program::contain("answering a call that its handler let go of",
-                         [this] { fail("the service let go of the call without an answer"); });
+  base::program::contain("answering a call that its handler dropped",
+                         [this] { fail("the service dropped the call without an answer"); });
 }
 
 void Call::interim(const Response& response) const {
@@ -23,7 +23,7 @@ void Call::interim(const Response& response) const {
     throw std::invalid_argument(refusal);
   }
   if (ended_ || cancelled()) {
-    // The call may run anew, under the same id.
+    // The call may run again, with the same id.
     return;
   }
   if (const auto sink = sink_.lock()) {

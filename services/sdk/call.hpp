@@ -14,8 +14,8 @@ namespace millrace::services::sdk {
 
 class CallSink;
 
-/// Lives until its last holder lets it go; a call that nobody answered until then is answered with
-/// the error state. All functions may be called from any thread.
+/// Lives until its last owner drops it; a call without an answer is answered with the error state
+/// then. All functions may be called from any thread.
 class Call {
  public:
   /// `cancelled` is requested to stop when the request is withdrawn.
@@ -41,10 +41,10 @@ class Call {
   /// True if the call comes from a recording and no machine waits for it.
   [[nodiscard]] bool replayed() const { return request_.replayed; }
 
-  /// True once nobody is seen to wait for the answer any more: REQUEST_STATE went to 0, or it, UUID
-  /// or REQUEST changed. An NC reset that leaves them as they are is not seen.
-  /// A handler that takes long looks at it from time to time and may return anything then: nothing
-  /// of it is sent. For good: if the call is wanted again, it is handled anew, as another Call.
+  /// True once no requester waits for the answer any more: REQUEST_STATE went to 0, or it, UUID or
+  /// REQUEST changed. An NC reset that leaves them unchanged is not detected. A long handler checks
+  /// this from time to time and may then return anything: it is not sent. It stays true: if the
+  /// call is wanted again, it is handled again, as another Call.
   [[nodiscard]] bool cancelled() const { return cancelled_.stop_requested(); }
   /// The same for functions that take a token, and for a std::stop_callback. A callback runs in a
   /// thread of the SDK, must neither wait nor throw, and may answer the call.

@@ -1,4 +1,4 @@
-// What is remembered of the last so many calls. Pure.
+// Values of a limited number of recent calls. Pure.
 //
 //   CallMemory<CallKey, Reply> answered(1024);
 //   answered.put(request.requester, name, reply);
@@ -19,8 +19,9 @@ class CallMemory {
  public:
   explicit CallMemory(std::size_t most) : most_(most) {}
 
-  /// In place of what was known of it. If it is one too many, the oldest one is forgotten of the
-  /// requester that has most: whoever asks a lot pushes out its own calls and not those of others.
+  /// Replaces the call's earlier value. If there are too many, the oldest value of the requester
+  /// with most values is removed: a busy requester so removes its own calls and not those of
+  /// others.
   void put(std::uint64_t requester, const Key& call, Value value) {
     if (!known_.insert_or_assign(call, std::move(value)).second) {
       return;

@@ -46,7 +46,7 @@ Reply reply_to(const Request& request, const Response& response) {
   };
 }
 
-/// What goes out in the end: the handler's response, or an error in place of it.
+/// The reply that is sent in the end: the handler's response, or an error instead.
 Reply final_reply(const Request& request, const Result& result,
                   const CallSchedulerOptions& options) {
   const std::string refusal =
@@ -117,15 +117,15 @@ Actions CallScheduler::on_request(const Request& request, Moment now) {
 std::optional<std::string> CallScheduler::reason_to_decline(const Request& request) const {
   const std::uint32_t* const declined = declined_.find(call_key_of(request));
   if (declined != nullptr && request.attempt <= *declined) {
-    return "it has declined this attempt before";
+    return "it declined this attempt before";
   }
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
-  // Its own run, which was given up, ends before it is run anew. Also if a gateway that has started
-  // again asks: it would be given back to us at once, and declined again, until that run ends.
+  // Its own cancelled run ends before it runs again. Also if a restarted gateway asks: it would
+  // dispatch the call to this instance again at once, and be declined again, until that run ends.
   const auto running = running_.find(request.call);
-  const bool anew = running != running_.end() && running->second.cancelled;
-  if (full && !anew && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
-    return fmt::format("it has room for {} at once", options_.concurrency);
+  const bool again = running != running_.end() && running->second.cancelled;
+  if (full && !again && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
+    return fmt::format("it runs at most {} calls at once", options_.concurrency);
   }
   return std::nullopt;
 }
@@ -158,7 +158,7 @@ Actions CallScheduler::on_withdrawn(const RequestKey& key) {
   return actions;
 }
 
-/// DDS says so when nobody is left who had asked.
+/// DDS reports this when no requester of the call is left.
 Actions CallScheduler::on_orphaned(const RequestKey& key) {
   Actions actions;
   std::vector<CallKey> lost;
@@ -308,7 +308,7 @@ void CallScheduler::supersede(const Request& by, Actions& actions) {
   }
 }
 
-/// What a gateway hears whose call is given up because another one says that it has the channel.
+/// The reply to a gateway whose call is cancelled because another gateway owns the channel.
 Reply CallScheduler::reply_to_replaced(const CallKey& call) {
   constexpr const char* why = "another gateway has the channel now";
   // An attempt that waits for the end of a cancelled run is the one that the gateway stands by.
@@ -354,7 +354,7 @@ void CallScheduler::forget_call(const CallKey& call) {
   }
 }
 
-/// Unless somebody else asks for the very same.
+/// Unless another requester wants the same call.
 void CallScheduler::cancel_call(const CallKey& call, Actions& actions) {
   if (is_wanted(call)) {
     return;
@@ -372,7 +372,7 @@ void CallScheduler::cancel_call(const CallKey& call, Actions& actions) {
 }
 
 Reply CallScheduler::cancelled_reply(const RunningCall& running) const {
-  const std::string reason = "the call was given up while it ran, and it must not run twice";
+  const std::string reason = "the call was cancelled while it ran, and it must not run twice";
   Reply reply = final_reply(running.request, tl::unexpected(reason), options_);
   reply.received = running.received.wall;
   reply.started = running.started;
@@ -380,7 +380,7 @@ Reply CallScheduler::cancelled_reply(const RunningCall& running) const {
   return reply;
 }
 
-/// Whoever asks for the call again has it run anew, unless that must not be.
+/// A later request for the call runs it again, unless that is not allowed.
 void CallScheduler::cancel(RunningCall& running) {
   running.cancelled = true;
   if (options_.delivery == fabric::Delivery::at_least_once) {
@@ -394,16 +394,16 @@ void CallScheduler::cancel(RunningCall& running) {
 /// an operator's decision to have it run again.
 const CallScheduler::AnsweredCall* CallScheduler::answer_for(const Request& request) const {
   const AnsweredCall* const known_answer = answered_.find(call_key_of(request));
-  const bool anew = known_answer != nullptr && known_answer->cancelled &&
-                    request.attempt > known_answer->reply.attempt;
-  return anew ? nullptr : known_answer;
+  const bool again = known_answer != nullptr && known_answer->cancelled &&
+                     request.attempt > known_answer->reply.attempt;
+  return again ? nullptr : known_answer;
 }
 
 void CallScheduler::repeat(const Reply& answered, const Request& request, Actions& actions) {
   Reply reply = answered;
   reply.attempt = request.attempt;
   if (reply.code == ServiceCode::ok) {
-    // What failed or was refused is so the second time too.
+    // A failure or refusal repeats itself.
     reply.code = ServiceCode::repeated;
   }
   ++counters_.repeated;

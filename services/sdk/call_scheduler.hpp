@@ -3,31 +3,30 @@
 //
 //   for (const Action& action : scheduler.on_request(request, now)) …
 //
-// A call runs once per instance: a repeat of a running one only raises the attempt that its reply
-// names, a repeat of an answered one gets the same answer from memory. But what a handler returns
-// after it was told that nobody waits is no answer, whatever it is: a call that is wanted again is
-// run anew, once the run that was given up has ended. One that may run at most once is answered
-// with an error instead, unless its attempt is a new one: then an operator has decided to have it
-// run again.
+// A call runs once per instance: a repeat of a running call only raises the attempt that its reply
+// names, a repeat of an answered call gets the same answer from memory. The result of a handler
+// whose call was cancelled is not an answer: if the call is wanted again, it runs again once the
+// cancelled run has ended. An at-most-once call is answered with an error instead, unless its
+// attempt is new: then an operator has decided to run it again.
 //
-// The times of a reply are those of the wall clock when its call came, and what went by since: a
-// clock that is set meanwhile does not change how long a call took.
+// The times of a reply are the wall clock at the arrival of its call plus the time elapsed since:
+// setting the clock during a call does not change the call's duration.
 //
-// A call for which there is no room is declined, so that its gateway gives it to another instance,
-// unless that says that no other has room: then it waits for its turn. An attempt that was declined
-// is declined whenever it comes, also if there is room by then: the gateway, which may not have
-// heard of it when it asked again, gives the call elsewhere as soon as it has.
+// A call without room is declined, so that its gateway dispatches it to another instance, unless
+// the request says that no other has room: then it waits for its turn. A declined attempt stays
+// declined, also if there is room later: the gateway, which may not have received the decline when
+// it asked again, dispatches the call elsewhere as soon as it has.
 //
-// A channel may be asked for by two gateways that do not hear each other. While both are there,
-// each gets its answer; one that is gone has lost its call to the other.
+// Two gateways that do not receive each other may request a channel. While both are there, each
+// gets its answer; one that is gone has lost its call to the other.
 //
-// A call id is no secret, and anybody may ask something under the id of somebody else's call. So a
-// call is the same only if all that is asked is the same; one with another text is another call,
-// which begins when the first one has ended. Only who asks for a call takes it back, or gives it
-// up for another one. Where certificates say who asks, that is whoever may speak for the machine,
-// and an answer is remembered for these alone. Without certificates that is one DDS writer, but an
-// answer is remembered for whoever asks the very same: a gateway that starts again has another
-// writer, and its calls must not run twice.
+// A call id is not secret, and a stranger may request something else under the id of another
+// requester's call. So two requests are for the same call only if all their contents are the same;
+// one with another text is another call, which begins when the first one has ended. Only the
+// requester of a call can withdraw it, or replace it with another one. With trust, a requester is
+// any participant that may speak for the machine, and an answer is remembered only for these.
+// Without trust, it is one DDS writer, but an answer is remembered for every identical request: a
+// restarted gateway has another writer, and its calls must not run twice.
 #pragma once
 
 #include <cstddef>
@@ -52,10 +51,10 @@ struct Start {
 struct Send {
   fabric::Reply reply;
 };
-/// Nobody waits for the answer any more: the handler, if it runs, is to be told.
+/// No requester waits for the answer any more: notify the handler, if it runs.
 struct Cancel {
   fabric::CallId call;
-  /// Its handler runs, and is to be told; false: it waited for its turn.
+  /// Its handler runs, and must be notified; false: it waited for its turn.
   bool runs = false;
 };
 /// The answer came after the cancellation and is not sent.
@@ -71,7 +70,7 @@ struct CallKey {
   /// First, so that most comparisons end with it.
   fabric::CallId call{};
   fabric::ChannelKey key{};
-  /// 0 where nobody can prove who asks.
+  /// 0 without proved requesters.
   std::uint64_t requester = 0;
   std::string uuid{};
   std::string text{};
@@ -90,7 +89,7 @@ struct CallSchedulerOptions {
   std::size_t memory = 1024;
   /// Calls that may wait for their turn.
   std::size_t most_waiting = 64;
-  /// Who asks has proved it (fabric/dds/authenticator.hpp).
+  /// Requesters have proved their identity (fabric/dds/authenticator.hpp).
   bool authenticated_requesters = false;
 };
 
@@ -126,19 +125,20 @@ class CallScheduler {
     fabric::Request request;
     fabric::Moment received{};
     fabric::Time started{};
-    /// The handler was told that nobody waits: its result is no answer any more. For good, also if
-    /// the call is wanted again meanwhile.
+    /// The handler was notified of the cancellation: its result is not an answer any more, also if
+    /// the call is wanted again.
     bool cancelled = false;
   };
 
-  /// How a call ended that is remembered.
+  /// How a remembered call ended.
   struct AnsweredCall {
     fabric::Reply reply;
-    /// It was given up while it ran, and may run only once; the reply says so.
+    /// It was cancelled while it ran, and may run only once; the reply says this.
     bool cancelled = false;
   };
 
-  /// What a gateway asks of a channel, as long as its request stands or a call of it is here.
+  /// A gateway's request for a channel, as long as the request is pending or one of its calls is
+  /// here.
   struct LatestRequest {
     /// The latest call, if it runs or waits here.
     std::optional<CallKey> call;
@@ -152,7 +152,7 @@ class CallScheduler {
                                              const std::string& why);
   [[nodiscard]] fabric::Reply reply_to_replaced(const CallKey& call);
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
-  /// Somebody who is there asks for it.
+  /// A present requester wants it.
   [[nodiscard]] bool is_wanted(const CallKey& call) const;
   void cancel_call(const CallKey& call, Actions& actions);
   void forget_call(const CallKey& call);

@@ -1,4 +1,4 @@
-// Where a call reports to.
+// The receiver of a call's reports.
 #pragma once
 
 #include "fabric/messages.hpp"

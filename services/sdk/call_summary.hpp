@@ -1,4 +1,4 @@
-// What a log has of an instance's calls where it does not have each of them. Pure.
+// A summary of an instance's calls, for a log that does not list each. Pure.
 //
 //   if (auto line = call_summary(before, now, 60s)) log->info(*line);
 #pragma once
@@ -11,7 +11,8 @@
 
 namespace millrace::services::sdk {
 
-/// What the instance did between these two, `span` apart; nothing if no call came and none ended.
+/// The activity of the instance between these two, `span` apart; nullopt if no call came and none
+/// ended.
 std::optional<std::string> call_summary(const fabric::InstanceStatus& before,
                                         const fabric::InstanceStatus& now,
                                         std::chrono::seconds span);

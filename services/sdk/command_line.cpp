@@ -29,8 +29,8 @@ void add_delivery(CLI::App& app, fabric::Delivery& delivery) {
          [&delivery](const std::string& word) {
            delivery = fabric::parse_delivery(word).value_or(delivery);
          },
-         "What happens to a call whose instance is lost: at-least-once gives it to another one, "
-         "at-most-once holds it for an operator")
+         "What happens to a call whose instance is lost: at-least-once dispatches it to another "
+         "one, at-most-once blocks it for an operator")
       ->check(CLI::IsMember({std::string(name_of(Delivery::at_least_once)),
                              std::string(name_of(Delivery::at_most_once))}))
       ->default_str(std::string(name_of(delivery)))
@@ -44,8 +44,8 @@ void add_completion_signal(CLI::App& app, fabric::CompletionSignal& completion_s
          [&completion_signal](const std::string& word) {
            completion_signal = fabric::parse_completion_signal(word).value_or(completion_signal);
          },
-         "What its programs wait for: RESPONSE_STATE, or a text in RESPONSE alone, which is then "
-         "written last, and the state of an answer may be 0")
+         "Variable that its NC programs wait for: RESPONSE_STATE, or RESPONSE, which is then "
+         "written last; the state of a response may then be 0")
       ->check(CLI::IsMember({std::string(name_of(CompletionSignal::response_state)),
                              std::string(name_of(CompletionSignal::response))}))
       ->default_str(std::string(name_of(completion_signal)))
@@ -66,7 +66,7 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
       ->required(options_.uuid.empty())
       ->capture_default_str();
   app_.add_option("--channel", channels_,
-                  "Channels to serve, as MACHINE/N; either may be *. All, if none is named");
+                  "Channels to serve, as MACHINE/N; either part may be *. Default: all");
   app_.add_option("--name", options_.name, "Name of the service in tools and logs")
       ->capture_default_str();
   app_.add_option("--concurrency", options_.concurrency, "Calls that may run at the same time")

@@ -31,12 +31,12 @@ class ServiceProgram {
 
   /// To add flags before run().
   [[nodiscard]] CLI::App& app() { return app_; }
-  /// What the command line made of the defaults; complete once run() calls `make`.
+  /// The options after the command line was applied to the defaults; complete once run() calls
+  /// `make`.
   [[nodiscard]] const ServiceOptions& options() const { return options_; }
   /// To standard error under the service's name; for `make` and the handler.
   [[nodiscard]] const Service::Log& log() const { return log_; }
-  /// What the service has to say of itself; for `make` and the handler. On the fabric while it
-  /// serves.
+  /// The alarms of the service; for `make` and the handler. On the fabric while it serves.
   [[nodiscard]] Alarms& alarms() { return alarms_; }
 
   /// Parses the command line, makes the handler (which may throw program::UsageError), serves,

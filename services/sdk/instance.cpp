@@ -173,7 +173,7 @@ void Instance::Impl::leave() {
 
 void Instance::Impl::on_drain(const std::string& issuer) {
   if (!issuer.empty()) {
-    log->info("{} asks this instance to leave", issuer);
+    log->info("{} commands this instance to leave", issuer);
   }
   if (draining) {
     draining(issuer);

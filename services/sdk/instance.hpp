@@ -1,5 +1,5 @@
-// One running instance of a service: keeps it on the fabric, as part of its participant, and hands
-// out its calls to whoever asks. Service and the C face ask on their threads.
+// One running instance of a service: keeps it on the fabric, as part of its participant, and
+// returns its calls. Service and the C interface use it on their threads.
 //
 //   Instance instance(options, log);
 //   while (const auto call = instance.next()) call->answer(…);
@@ -23,10 +23,10 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
 /// Called in any thread, in the order of what happened but for calls that are cancelled as they
 /// begin; must not wait, nor end the instance.
 struct InstanceCallbacks {
-  /// Whoever takes the call answers it, in the end also one that is cancelled: until then it counts
-  /// as running.
+  /// The receiver of a call must answer it, also a cancelled one: until then the call counts as
+  /// running.
   AsyncHandler call;
-  /// Nobody waits for this call any more; it may not have begun.
+  /// No requester waits for this call any more; it may not have begun.
   std::function<void(fabric::CallId)> cancelled;
   /// The instance is asked to leave; see HostedInstance::on_drain.
   std::function<void(const std::string& issuer)> draining;

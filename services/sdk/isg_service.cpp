@@ -30,8 +30,8 @@ constexpr std::size_t buffer_size = millrace::fabric::max_text + 1;
 using Function =
     std::function<ISG_SERVICE_CODE(ISG_SERVICE*, char*, ADS_UINT32, char*, size_t, ADS_UINT32*)>;
 
-/// Of the signals that end the program, those that it does not handle itself and that nobody has
-/// it ignore: a shell script starts what has an '&' behind it with SIGINT ignored.
+/// The signals that end the process, without those that it handles itself or that are ignored: a
+/// shell script starts a command before an '&' with SIGINT ignored.
 std::vector<int> signals_left_alone() {
   std::vector<int> alone;
   for (const int signal : {SIGTERM, SIGINT}) {
@@ -64,7 +64,7 @@ ISG_SERVICE_CODE guarded(const char* function, const Work& work) noexcept {
 
 }  // namespace
 
-/// What an ISG_SERVICE stands for. C names types, not namespaces.
+/// The object behind an ISG_SERVICE. C names types, not namespaces.
 struct millrace_isg_service {
   millrace_isg_service(const sdk::ServiceOptions& options, Function own_function,
                        program::Log own_log)
@@ -92,7 +92,7 @@ namespace {
 sdk::Response run(ISG_SERVICE& service, const sdk::Call& call) {
   std::array<char, buffer_size> request{};
   std::copy_n(call.text().begin(), std::min(call.text().size(), buffer_size - 1), request.begin());
-  // Twice what the function is told: what it writes beyond its limit becomes a refused answer.
+  // Twice the size that the function gets: a write beyond its limit becomes a refused response.
   std::array<char, 2 * buffer_size> response{};
   ADS_UINT32 state = 0;
   const ISG_SERVICE_CODE code = service.state->function(&service, request.data(), call.state(),
@@ -111,7 +111,7 @@ void answer(ISG_SERVICE& service, const std::shared_ptr<const sdk::Call>& call) 
   } catch (const std::exception& error) {
     call->fail(error.what());
   } catch (...) {
-    call->fail("the service function threw something that is no std::exception");
+    call->fail("the service function threw an exception that is not a std::exception");
   }
   service.state->current = nullptr;
 }
@@ -270,7 +270,7 @@ const char* isgServiceCodeText(ISG_SERVICE_CODE code) {
     case ISG_SERVICE_CODE_CLOSED:
       return "the service has left the fabric";
     case ISG_SERVICE_CODE_FAILED:
-      return "something that should not happen; standard error says what";
+      return "an internal error; standard error has the details";
     default:
       return "unknown code";
   }

@@ -55,7 +55,7 @@ Read read_channels(std::string_view value, IsgSettings& settings) {
   for (std::string word; words >> word;) {
     const auto scope = fabric::parse_channel_scope(word);
     if (!scope) {
-      return wrong("MILLRACE_CHANNELS", value, "MACHINE/N with blanks between");
+      return wrong("MILLRACE_CHANNELS", value, "MACHINE/N, separated by blanks");
     }
     settings.options.channels.push_back(*scope);
   }
@@ -86,7 +86,7 @@ Read read_completion_signal(std::string_view value, IsgSettings& settings) {
 
 Read read_log_level(std::string_view value, IsgSettings& settings) {
   settings.log_level = spdlog::level::from_str(std::string(value));
-  // What it does not know, spdlog takes for "off".
+  // spdlog takes an unknown level for "off".
   if (settings.log_level == spdlog::level::off) {
     return wrong("MILLRACE_LOG_LEVEL", value, "error, warn, info, debug or trace");
   }

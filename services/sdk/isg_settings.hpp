@@ -1,4 +1,4 @@
-// What the environment says to a service that is written against services/sdk/isg_service.h.
+// The environment variables of a service that is written against services/sdk/isg_service.h.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,7 @@ struct IsgSettings {
 /// The value of an environment variable, or null.
 using Environment = std::function<const char*(const char*)>;
 
-/// Where the environment names no profile, `of_host` is read if it is there. The error names the
+/// If the environment names no profile, `of_host` is read if it exists. The error names the
 /// variable and what was expected.
 tl::expected<IsgSettings, std::string> read_isg_settings(
     const Environment& environment,

@@ -1,4 +1,4 @@
-// What a handler gives back.
+// The return value of a handler.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct Response {
   bool operator==(const Response&) const = default;
 };
 
-/// How a handler ended: its response, or why it has none.
+/// How a handler ended: its response, or why there is none.
 using Result = tl::expected<Response, std::string>;
 
 }  // namespace millrace::services::sdk

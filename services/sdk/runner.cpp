@@ -16,10 +16,10 @@ double milliseconds(std::chrono::nanoseconds duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
 
-/// What this thread has done, as the kernel counts it.
+/// The CPU time of this thread, from the kernel.
 struct OwnTime {
   std::chrono::nanoseconds processor{};
-  /// How often it has waited for something.
+  /// The number of times it has waited.
   long waits = 0;
 
   /// Whether it has computed for this long since, or waited for anything.
@@ -247,9 +247,8 @@ void Runner::run_here(const std::shared_ptr<const Call>& call) {
   // A busy host takes the processor away from the fastest handler: that is not its doing.
   if (took > inline_handler_.limit && own_time().is_to_blame(before, inline_handler_.limit)) {
     log_->warn(
-        "the handler took {:.3f} ms for call {} in the thread that receives, where {:.3f} ms are "
-        "allowed; calls get threads of their own from now on. The service should not be declared "
-        "inline",
+        "the handler took {:.3f} ms for call {} in the receiving thread, where {:.3f} ms are "
+        "allowed; calls run in their own threads from now on. Do not declare this service inline",
         milliseconds(took), call->id().to_string(), milliseconds(inline_handler_.limit));
     fast_enough_ = false;
   }
@@ -291,9 +290,9 @@ void Runner::log(const Action& action) const {
   } else if (send != nullptr) {
     log_reply(*log_, send->reply);
   } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
-    log_->debug("call {} is withdrawn", cancel->call.to_string());
+    log_->debug("call {} is cancelled", cancel->call.to_string());
   } else if (const auto* drop = std::get_if<Drop>(&action)) {
-    log_->debug("call {} was answered after it was withdrawn; nothing is sent",
+    log_->debug("call {} was answered after it was cancelled; nothing is sent",
                 drop->call.to_string());
   }
 }

@@ -18,8 +18,8 @@
 
 namespace millrace::services::sdk {
 
-/// Runs calls where they arrive, a hand-over earlier. Nothing reaches this process from the fabric
-/// meanwhile: a handler that takes longer than the limit, once, loses this place.
+/// Runs calls in the receiving thread, which saves a hand-over. The process receives nothing from
+/// the fabric in that time: after one call over the limit, calls get threads of their own.
 struct InlineHandler {
   /// Null if all calls wait for Runner::next.
   AsyncHandler handler;
@@ -27,8 +27,8 @@ struct InlineHandler {
   /// It only passes calls on: it may be called in whichever thread lets a call begin, and keeps its
   /// place.
   bool forwards = false;
-  /// Told of each call that is cancelled after it was passed on; may be empty. As the handler it
-  /// must not wait.
+  /// Called for each call that is cancelled after it was passed on; may be empty. Like the handler,
+  /// it must not block.
   std::function<void(fabric::CallId)> cancelled{};
 };
 
@@ -40,7 +40,7 @@ class Runner : public CallSink,
  public:
   Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler);
 
-  /// Where replies go; null to send no more. Calls that came before are passed on now.
+  /// The endpoint for replies; null to stop sending. Calls that came before are passed on now.
   void set_endpoint(fabric::endpoints::ReplyEndpoint* endpoint);
 
   void on_request(const fabric::Request& request) override;
@@ -51,17 +51,17 @@ class Runner : public CallSink,
   void finished(fabric::CallId call, const Result& result) override;
   void declined(fabric::CallId call, const std::string& reason) override;
 
-  /// Waits for a call until `end`; null if there is none by then, or no more will come.
+  /// Waits for a call until `end`; null if none came, or no more will come.
   std::shared_ptr<const Call> next(std::chrono::steady_clock::time_point end);
 
-  /// No more calls once those under way are answered.
+  /// Accepts no more calls once the running ones are answered.
   void close_when_idle();
-  /// No more calls from now on.
+  /// Accepts no more calls from now on.
   void close();
 
   [[nodiscard]] bool closed() const;
 
-  /// Of how many calls it keeps anything, to tell them when nobody waits any more.
+  /// The number of calls that it stores for notifications of cancellation.
   [[nodiscard]] std::size_t remembered() const;
   [[nodiscard]] fabric::InstanceLoad load() const;
 
@@ -76,7 +76,7 @@ class Runner : public CallSink,
   void report_cancelled(const Actions& actions) const;
   void announce(const Call& call) const;
   void perform(const Start& start);
-  /// An answer that cannot be sent is told to `trouble`, for the log.
+  /// A failure to send an answer goes to `trouble`, for the log.
   void perform(const Send& send, std::vector<std::string>& trouble);
   /// A copy of what is to be requested to stop without the lock: what is called then may answer.
   void perform(const Cancel& cancel, std::vector<std::stop_source>& cancelled);
@@ -88,8 +88,8 @@ class Runner : public CallSink,
   CallScheduler scheduler_;
   fabric::endpoints::ReplyEndpoint* endpoint_ = nullptr;
   std::deque<std::shared_ptr<const Call>> work_;
-  /// How calls that run, or wait for a thread, are told of their cancellation. Not the calls
-  /// themselves: whoever lets go of one last ends it, and that takes the lock.
+  /// Notifies calls that run or wait for a thread of their cancellation. It does not hold the calls
+  /// themselves: to drop the last reference ends a call, and that takes the lock.
   std::map<fabric::CallId, std::stop_source> cancelled_;
   const InlineHandler inline_handler_;
   /// Calls run where they arrive. Of the thread that brings requests alone.

@@ -17,7 +17,7 @@ AsyncHandler guarded(AsyncHandler handler) {
     } catch (const std::exception& error) {
       call->fail(error.what());
     } catch (...) {
-      call->fail("the service threw something that is no std::exception");
+      call->fail("the service threw an exception that is not a std::exception");
     }
   };
 }

@@ -29,12 +29,12 @@ class SharedParticipant;
 inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
 inline constexpr std::uint32_t max_concurrency = 256;
-/// What an inline handler may take. It should be done in a thousandth of this; the rest is for a
-/// host that is busy.
+/// The longest time of an inline handler. It should take a thousandth of this; the rest is for a
+/// busy host.
 inline constexpr std::chrono::milliseconds inline_limit{10};
 
 struct ServiceOptions {
-  /// What NC programs write to V.G.SERVICE.UUID; compared without regard to case.
+  /// The value of V.G.SERVICE.UUID in NC programs; compared without regard to case.
   std::string uuid{};
   std::string name{};
   std::string description{};
@@ -42,9 +42,9 @@ struct ServiceOptions {
   /// Empty = every channel.
   std::vector<fabric::ChannelScope> channels{};
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  /// What its programs wait for. Of those that wait for a text in RESPONSE alone an answer may have
-  /// state 0 but no empty text, RESPONSE is written last, and interim answers are left out: they
-  /// would release the program.
+  /// The variable that its NC programs wait for. If it is RESPONSE, an answer may have state 0 but
+  /// no empty text, RESPONSE is written last, and interim answers are dropped: they would release
+  /// the NC program.
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
@@ -55,10 +55,10 @@ struct ServiceOptions {
   bool run_inline = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
-  /// What services of one process share (services/sdk/shared_participant.hpp). None: one of its
-  /// own, which joins as what follows says.
+  /// The participant that services of one process share (services/sdk/shared_participant.hpp).
+  /// Null: its own one, with the options below.
   std::shared_ptr<SharedParticipant> participant{};
-  /// How to join the fabric: as in fabric::dds::ParticipantOptions.
+  /// The fabric to join, as in fabric::dds::ParticipantOptions.
   std::uint32_t domain = 0;
   std::string fabric = "millrace";
   std::chrono::milliseconds lease = fabric::dds::ParticipantOptions{}.lease;

@@ -67,7 +67,7 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   [[nodiscard]] std::optional<std::uint32_t> running(
       const fabric::InstanceId& instance) const override;
   void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
-  /// What is not believed.
+  /// Logs the rejected samples.
   void log_ignored();
   void on_unreported(const fabric::Command& command, const std::string& reason) override;
 
@@ -76,7 +76,7 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   std::optional<fabric::endpoints::HeartbeatEndpoint> heartbeat_endpoint;
   asio::io_context context{1};
   asio::steady_timer heartbeat_timer;
-  /// The supervisor of a service looks whether this loop turns.
+  /// The supervisor of a service checks that this loop runs.
   const base::loop::Watchdog watchdog{context.get_executor()};
   std::optional<fabric::endpoints::InstanceCommands> commands;
   std::optional<fabric::dds::Authenticator::ChangeQueue> identity_changes;
@@ -156,7 +156,7 @@ void SharedParticipant::Impl::send(const fabric::Heartbeat& heartbeat) {
   static_cast<void>(heartbeat_endpoint->publish(heartbeat));
 }
 
-/// What the instances do only the loop knows, so that is left out.
+/// Only the loop knows the load of the instances, so the load is omitted.
 void SharedParticipant::Impl::send_while_loop_is_busy() {
   std::unique_lock guard(heartbeat_lock);
   loop_heartbeat_at = std::chrono::steady_clock::now();
@@ -193,7 +193,7 @@ void SharedParticipant::Impl::log_ignored() {
 
 void SharedParticipant::Impl::on_unreported(const fabric::Command& command,
                                             const std::string& reason) {
-  log->warn("{} is not told what came of its command: {}", command.issuer, reason);
+  log->warn("the outcome of a command of {} cannot be published: {}", command.issuer, reason);
 }
 
 SharedParticipant::SharedParticipant(const fabric::dds::ParticipantOptions& join,

@@ -33,7 +33,7 @@ class HostedInstance {
   virtual void on_drain(const std::string& issuer) = 0;
 };
 
-/// RAII. Its loop sends heartbeats, takes commands, and tells the supervisor that it turns. From
+/// RAII. Its loop sends heartbeats, receives commands, and tells the supervisor that it runs. From
 /// any thread.
 class SharedParticipant {
  public:
@@ -48,7 +48,7 @@ class SharedParticipant {
   SharedParticipant(const SharedParticipant&) = delete;
   SharedParticipant& operator=(const SharedParticipant&) = delete;
 
-  // What follows is for instances (services/sdk/instance.hpp).
+  // The following is for instances (services/sdk/instance.hpp).
 
   [[nodiscard]] fabric::dds::Participant& participant();
   [[nodiscard]] boost::asio::io_context& loop();

@@ -33,7 +33,7 @@ struct StopSignals::Impl {
   }
 
   void first(int signal) {
-    log->info("signal {}: leaving when the calls under way are answered", signal);
+    log->info("signal {}: leaving when the running calls are answered", signal);
     base::program::tell_supervisor("STOPPING=1");
     asked = true;
     base::program::contain("leaving on a signal", [&] {
@@ -43,7 +43,7 @@ struct StopSignals::Impl {
     });
     signals.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
-        log->warn("second signal: leaving at once, calls under way go to other instances");
+        log->warn("second signal: leaving at once; the running calls go to other instances");
         std::_Exit(base::program::exit_failed);
       }
     });

@@ -1,5 +1,5 @@
-// How an operator or systemd ends a service: SIGTERM or SIGINT to leave in order, a second one to
-// leave at once.
+// How an operator or systemd ends a service: SIGTERM or SIGINT to leave after the running calls, a
+// second one to leave at once.
 //
 //   std::optional<Service> service;
 //   StopSignals signals(log);          // from here on no signal kills in the middle of a call

@@ -30,7 +30,7 @@ tl::expected<double, std::string> parse(std::string_view request) {
         fmt::format("{} is out of the range of a number", text::in_quotes(request)));
   }
   if (error != std::errc() || end != digits.end() || !std::isfinite(number)) {
-    return tl::unexpected(fmt::format("{} is no number", text::in_quotes(request)));
+    return tl::unexpected(fmt::format("{} is not a number", text::in_quotes(request)));
   }
   return number;
 }

@@ -86,7 +86,7 @@ tl::expected<std::vector<Field>, std::string> fields(std::string_view text) {
       return tl::unexpected(field.error());
     }
     if (has(fields, field->key)) {
-      return tl::unexpected("key " + in_quotes(field->key) + " is there twice");
+      return tl::unexpected("key " + in_quotes(field->key) + " occurs twice");
     }
     fields.push_back(std::move(*field));
   }

@@ -41,7 +41,7 @@ const busy = (rate, program) => ({
 /** Things that go wrong, the first `causes` of them. */
 const mishaps = [
   (plant) => {
-    const lost = 'laser marker (pid 31802 on vm) is lost with this call, which must not run twice; an operator must answer or retry it';
+    const lost = 'laser marker (pid 31802 on vm) is lost during this call, which must not run twice; an operator must answer or retry it';
     plant.services.push(instance('f', uuids.marker, 'laser marker', 31802, { gone: ago(432), delivery: 'at-most-once' }));
     plant.change('mill_2', 3, {
       channel_state: 'held', call: '5f3a9c0112d4-17', since: ago(432), uuid: uuids.marker, service: 'laser marker', request: 'part 4711', instances: 0,
@@ -55,7 +55,7 @@ const mishaps = [
     for (const [number, since] of [[3, 264], [4, 200]]) {
       plant.change('lathe_1', number, {
         channel_state: 'unserved', since: ago(since), uuid: uuids.length, service: 'tool length', request: `T${number} check`, instances: 0,
-        reason: `V.G.SERVICE.UUID ${uuids.length} is served by nobody`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
+        reason: `no service has the UUID ${uuids.length}`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
       });
     }
     plant.happened(264, 'instance ended', { uuid: uuids.length, name: 'tool length', host: 'vm', pid: 7898, last: true });

@@ -152,7 +152,7 @@ test('a call that waits a moment needs nothing, one that waits long needs attent
 });
 
 test('a call that runs beyond its time is to be watched', () => {
-  const channel = { channel_state: 'running', link: 'up', reason: 'no answer within 30 s; the program waits on' };
+  const channel = { channel_state: 'running', link: 'up', reason: 'no response within 30 s; the NC program goes on waiting' };
   assert.equal(stateOf(channel), 'stuck');
   assert.equal(stateOf({ ...channel, reason: '' }), 'running');
 });
@@ -195,13 +195,13 @@ test('a gateway that is gone is named with its host and process', () => {
 });
 
 test('what a gateway says is said in German where the page knows the sentence', () => {
-  assert.equal(german.reason('V.G.SERVICE.UUID 560a is served by nobody; did you mean 560b, one character differs'),
+  assert.equal(german.reason('no service has the UUID 560a; did you mean 560b, one character differs'),
     'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)');
-  assert.equal(german.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
+  assert.equal(german.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
     'sq1 (Prozess 7 auf hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
   assert.equal(german.reason('connection refused'), '');
   assert.equal(english.reason('all 3 instances are busy'), '');
-  assert.equal(english.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
+  assert.equal(english.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
     'sq1 (hall, pid 7) exited during this call, which may run only once.');
 });
 
@@ -271,30 +271,30 @@ test('services with trouble come first, then the busiest', () => {
 
 /** Sentences of these sources that are no reason of a channel, a link or an alarm: answers to commands, parts of the log. */
 const noReasons = new Set([
-  'the program took the request back', 'the program put another request in its place', 'somebody else answered it with RESPONSE_STATE {}',
-  'the program asks anew', 'no write was asked for', 'each read and write is answered before the link comes back', '{} after {} ms', '{} s',
+  'the NC program withdrew the request', 'the NC program replaced the request', 'another writer set RESPONSE_STATE to {}',
+  'the NC program made a new request', 'no write was requested', 'all reads and writes end before the connection is restored', '{} after {} ms', '{} s',
   'the answer in the journal {}', '{}; the program gets state {}', 'answered by {}', 'the gateway',
-  'the gateway was restarted before it had answered; the request is read again', 'the call is answered already',
-  'the program waits for this answer no more', 'the answer {}', '{}; nothing is written', 'the answer is on its way to the program',
-  '{}; start the service, then retry', 'the program\'s request is left alone, so there is no call to act on: {}',
-  'no call is pending on this channel', 'another call is pending by now: {}', 'the call\'s answer is being written',
-  'millrace: served by nobody', '{}: {}; move it away or choose another journal folder', 'instance {}', '{} (pid {} on {})',
+  'the gateway was restarted before it responded; the request is read again', 'the call has its response already',
+  'the NC program has stopped waiting', 'the answer {}', '{}; nothing is written', 'the response is being written to the controller',
+  '{}; start the service, then retry', 'the gateway does not accept this request, so there is no call to act on: {}',
+  'no call is pending on this channel', 'the channel has another call now: {}', 'the call\'s response is being written',
+  'millrace: no service has this UUID', '{}: {}; move it away or choose another journal folder', 'instance {}', '{} (pid {} on {})',
   'gateway {} (pid {} on {})', '{} at byte {}: the last {} bytes are cut off, as after a crash', '{}: {} {}',
-  'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first answer need not wait',
-  'tells of a call of a gateway', 'takes back a call', 'asks in the epoch of a gateway', 'answers a call of instance {}',
-  'says what came of a command', 'participant {} {}, which is another\'s to say: that is ignored',
-  'would release the program, which waits for RESPONSE and looks at no state', 'already connected', 'channels 1 to {} have a Service Interface',
+  'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first response is released earlier',
+  'publishes a call of a gateway', 'cancels a call', 'sends a request in the epoch of a gateway', 'replies to a call of instance {}',
+  'publishes the outcome of a command', 'participant {} {}, which belongs to another participant; ignored',
+  'would release the NC program, which waits for RESPONSE and does not check RESPONSE_STATE', 'already connected', 'channels 1 to {} have a Service Interface',
   '{} of channel 1 (AMS port {}, index group {})',
   'half a TlsConnectInfo: {}', 'no TLS and TlsConnectInfo in {} ms', 'closed after the handshake (fault)',
-  'answered with what is no TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',
-  'the key is no RSA key, and a TwinCAT knows no other', 'the key is not that of the certificate',
+  'answered with something other than a TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',
+  'the key is not an RSA key, and TwinCAT accepts no other kind', 'the key does not belong to the certificate',
   'the certificate cannot be used: {}', 'the CA cannot be used: {}',
   'move key and certificate away, have `millrace controller add-route --self-signed` make new ones and add the route again, then reload this gateway',
-  'issue a new one of the CA for this gateway, then reload it',
-  'give controllers and gateway a new CA and certificates of it, then reload this gateway',
-  'LastGet is {}, not {} as this gateway has left it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind {}',
-  'LastFilled is {}, but element {} was read already: a program has initialised the queue (SSDQInit); going on behind LastGet, {}',
-  'element {} does not hold the message that was read of it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind LastGet',
+  'issue a new certificate of the CA for this gateway, then reload the gateway',
+  'install a new CA and certificates from it on controllers and gateway, then reload this gateway',
+  'LastGet is {}, not {} as this gateway wrote it: an NC program has initialised the queue (SSDQInit), or another reader uses it; continuing after {}',
+  'LastFilled is {}, but element {} was read already: an NC program has initialised the queue (SSDQInit); continuing after LastGet, {}',
+  'element {} does not hold the message that was read from it: an NC program has initialised the queue (SSDQInit), or another reader uses it; continuing after LastGet',
 ]);
 
 /** The sentences in a C++ source but for those of its log, with {} for each value. */
@@ -383,7 +383,7 @@ test('a service whose clock is ahead stands where it must have been', () => {
 });
 
 test('a call under way reaches to now', () => {
-  const { end, ended, lanes } = layOut({ steps: [step(0, 'seen by the gateway', 0), step(1, 'no instance serves it', 0)] }, noon + 4000);
+  const { end, ended, lanes } = layOut({ steps: [step(0, 'seen by the gateway', 0), step(1, 'no service has this UUID', 0)] }, noon + 4000);
   assert.equal(end - noon, 4000);
   assert.ok(!ended);
   assert.deepEqual(lanes[0].bars.at(-1), { part: 'unserved', from: noon + 1, to: noon + 4000 });

@@ -79,7 +79,7 @@ void Hostile::answer_nothing() {
   replies_.write({.key = {"cnc", static_cast<std::uint16_t>(1 + count_ % 8)},
                   .instance = last_.assigned,
                   .call = {.epoch = count_, .number = count_},
-                  .text = "nobody asked",
+                  .text = "unexpected replies",
                   .state = 1},
                  millrace_final_reply);
 }

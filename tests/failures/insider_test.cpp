@@ -262,7 +262,7 @@ TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
   EXPECT_THAT(
       said_by_services(),
       HasSubstr(with_trust() ? "gateway-2 speaks for cnc, which its certificate does not name"
-                             : sut.name() + " takes back a call of"));
+                             : sut.name() + " cancels a call of"));
 }
 
 /// On an open fabric nobody shows an identity.
@@ -284,7 +284,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
   expect_each_ran_once();
   const std::string unauthenticated =
       "a process that announces no identity \\(participant "
-      "[0-9a-f:]+\\): what it says on millrace/v3/request is not listened";
+      "[0-9a-f:]+\\): its samples on millrace/v3/request are ignored";
   services.front().await_error(unauthenticated);
 }
 
@@ -292,7 +292,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
 TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   prepare();
   Process second = chain.gateway();
-  second.await_error("serves it already; this gateway stands by", allowed);
+  second.await_error("serves this machine already; this gateway stands by", allowed);
   const auto as = join_without_identity("gateway-2");
   dds::Participant participant(as);
   wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
@@ -314,12 +314,12 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
       },
       // Seldom: a host that is too busy to hear a gateway for its lease takes it for gone.
       "at-least-once", {&second}, 200);
-  second.await_error(with_trust()
-                         ? "announces no identity \\(participant [0-9a-f:]+\\): what it "
-                           "says on millrace/machine is not listened"
-                         : "participant [0-9a-f:]+ says what gateway \\S+ of cnc does, which is "
-                           "another's to say",
-                     allowed);
+  second.await_error(
+      with_trust() ? "announces no identity \\(participant [0-9a-f:]+\\): its "
+                     "samples on millrace/machine are ignored"
+                   : "participant [0-9a-f:]+ publishes the state of gateway \\S+ of cnc, which "
+                     "belongs to another participant",
+      allowed);
   EXPECT_THAT(second.error_output(), Not(HasSubstr("taken over")));
 }
 
@@ -348,7 +348,8 @@ TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
     EXPECT_THAT(health.output() + health.error_output(), Not(HasSubstr("FORGED")));
     said += health.error_output();
   }
-  EXPECT_THAT(said, testing::ContainsRegex("participant [0-9a-f:]+ says what came of a command"));
+  EXPECT_THAT(said,
+              testing::ContainsRegex("participant [0-9a-f:]+ publishes the outcome of a command"));
 }
 
 TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
@@ -394,10 +395,11 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
   EXPECT_THAT(print.output(), Not(HasSubstr("withdrawn")));
   // Of 400 calls. A recorder on a busy host may come late to the events of one that was over.
   EXPECT_LT(withdrawn_before_written(print.output()), 8);
-  EXPECT_THAT(recorder.error_output(),
-              testing::ContainsRegex(
-                  with_trust() ? "gateway-2 speaks for cnc, which its certificate does not name"
-                               : "participant [0-9a-f:]+ [^\n]*, which is another's to say"));
+  EXPECT_THAT(
+      recorder.error_output(),
+      testing::ContainsRegex(
+          with_trust() ? "gateway-2 speaks for cnc, which its certificate does not name"
+                       : "participant [0-9a-f:]+ [^\n]*, which belongs to another participant"));
 }
 
 TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
@@ -457,7 +459,7 @@ TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
     }
   }
   gateway->await_error(
-      "participant [0-9a-f:]+ tells of more than 4 things on millrace/v3/heartbeat", allowed);
+      "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v3/heartbeat", allowed);
   Process ping = chain.millrace({"health"});
   EXPECT_EQ(ping.wait(allowed), 0) << ping.error_output();
   memory.expect_less_than(8.0);
@@ -480,10 +482,10 @@ TEST_P(AnInsider, TellsOfEverNewOutcomesAndAlarmsAndFillsNoMemory) {
       std::this_thread::yield();
     }
   }
-  recorder.await_error("participant [0-9a-f:]+ tells of more than 1024 things on millrace/outcome",
-                       allowed);
-  recorder.await_error("participant [0-9a-f:]+ tells of more than 1024 things on millrace/alarm",
-                       allowed);
+  recorder.await_error(
+      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/outcome", allowed);
+  recorder.await_error(
+      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/alarm", allowed);
   memory.expect_less_than(16.0);
   recorder.terminate();
   EXPECT_EQ(recorder.wait(allowed), 0);

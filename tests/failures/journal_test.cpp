@@ -21,9 +21,10 @@ TEST(AJournalOnAFullDisk, StopsNewCallsAndLosesNone) {
   ASSERT_NO_FATAL_FAILURE(sut.reach());
   ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), 0));
   sut.gateway().await_error(
-      "calls.journal cannot be written: .*; no new call is taken until it can be written");
+      "calls.journal cannot be written: .*; the gateway accepts no new call until the journal is "
+      "writable");
   ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), RLIM_INFINITY));
-  sut.gateway().await_error("calls.journal can be written again");
+  sut.gateway().await_error("calls.journal is writable again");
   sut.expect_every_answer();
   sut.expect_no_call_ran_twice();
 }
@@ -32,7 +33,7 @@ TEST(AJournalOnAFullDisk, IsWholeForTheGatewayThatComesAfter) {
   Line sut({.point = Point::running});
   ASSERT_NO_FATAL_FAILURE(sut.reach());
   ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), 0));
-  sut.gateway().await_error("no new call is taken until it can be written");
+  sut.gateway().await_error("the gateway accepts no new call until the journal is writable");
   sut.kill(Victim::gateway);
   sut.expect_every_answer();
   sut.expect_no_call_ran_twice();

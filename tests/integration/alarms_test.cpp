@@ -196,7 +196,7 @@ TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
   rlimit before{};
   const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
-  gateway->await_error("no new call is taken until it can be written");
+  gateway->await_error("the gateway accepts no new call until the journal is writable");
   // That of a channel comes before it: its call waits.
   await("word of the gateway",
         [&] { return health() != 0 && words.find("gateway on ") != std::string::npos; });

@@ -103,7 +103,7 @@ TEST_F(CService, EndsCallsWithErrorsInPlaceOfWhatCannotBeSent) {
   EXPECT_EQ(reply.text, "ERROR: the gauge is off");
   EXPECT_EQ(reply.state, 500U);
   EXPECT_EQ(caller.call(first, "drop").text,
-            "ERROR: the service let go of the call without an answer");
+            "ERROR: the service dropped the call without an answer");
   EXPECT_EQ(caller.call(first, "long").code, fabric::ServiceCode::refused);
   sut.await("^long: 1: the service's answer has 200 bytes, at most 127 fit");
   EXPECT_EQ(caller.call(first, "twice").text, "once");
@@ -185,7 +185,7 @@ TEST_F(CInterface, SaysWhatIsWrongWithItsUse) {
   for (const char* line : {
            "no place: 1 participant is NULL\n",
            "domain: 1 MILLRACE_DOMAIN=500: expected a number from 0 to 232\n",
-           "fabric: 1 'a*' is no name of a fabric",
+           "fabric: 1 'a*' is not a fabric name",
            "file: 1 /nowhere.textproto",
            "level: 1 log_level is 9; expected 0 to 5\n",
            "size: 1 millrace_participant_options: its member 'size' is 0; expected "
@@ -193,7 +193,7 @@ TEST_F(CInterface, SaysWhatIsWrongWithItsUse) {
            "join: 0 \n",
            "no uuid: 1 millrace_service_options: uuid is NULL\n",
            "wildcard: 1 ",
-           "channel: 1 channels: 'cnc/0' is no channel",
+           "channel: 1 channels: 'cnc/0' is not a channel",
            "calls: 1 concurrent_calls is 257; expected 1 to 256\n",
            "delivery: 1 delivery is 2; expected 0 or 1\n",
            "threads: 1 threads is set, but handler is NULL\n",

@@ -51,7 +51,7 @@ TEST(TheChain, AnswersACallThatWasMadeBeforeItsServiceExisted) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   Process gateway = sut.gateway();
-  gateway.await_error("served by nobody");
+  gateway.await_error("no service has the UUID");
   EXPECT_THAT(cnc.output(), Not(HasSubstr("response")));
   Process service = sut.square_root();
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
@@ -90,7 +90,7 @@ TEST(TheChain, LeavesARequestOfAnUnservedUuidAloneAndNamesTheNearestOne) {
   Process cnc = sut.cnc({"--run", Chain::program(1, "near_miss.nc")});
   Process gateway = sut.gateway();
   gateway.await_error(
-      "served by nobody; did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is "
+      "; did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is "
       "missing");
 }
 

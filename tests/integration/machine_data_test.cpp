@@ -71,7 +71,7 @@ TEST(MachineData, OfAConfigurationThatIsReadAgainIsAnother) {
   sut.configure(machine("data { name: \"two\" channel: 2 variable: \"state\" period_ms: 50 }"));
   gateway.signal(SIGHUP);
 
-  watch.await("cnc/1  one  nobody tells of it any more");
+  watch.await("cnc/1  one  not published any more");
   watch.await("cnc/2  two  state=2");
 }
 
@@ -115,7 +115,7 @@ TEST(MachineData, IsSentAgainMarkedAsReplayedAndTakenBackAtTheEnd) {
   watch.await("cnc/1  axes  V.A.ACT_POS.X=");
   Process replay = sut.millrace({"replay", "--data", "--rate", "4", file});
   watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  V\\.A\\.ACT_POS\\.X=.*\\(replayed\\)");
-  watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  nobody tells of it any more");
+  watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  not published any more");
   ASSERT_EQ(replay.wait(), 0) << replay.error_output();
   EXPECT_THAT(replay.error_output(), HasSubstr("cnc/1 is replayed as replay."));
   EXPECT_THAT(replay.output(), HasSubstr("samples and events in "));

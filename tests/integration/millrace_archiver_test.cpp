@@ -234,7 +234,7 @@ TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
   Process second({binary("millrace-archiver"), "--config", config.string(), "--domain",
                   std::to_string(domain.number())});
   EXPECT_EQ(second.wait(), 1);
-  EXPECT_THAT(second.error_output(), HasSubstr("another archiver writes here"));
+  EXPECT_THAT(second.error_output(), HasSubstr("another archiver writes into this folder"));
 }
 
 /// Channels that call all the time, whose calls go on with the next instance.

@@ -111,7 +111,7 @@ TEST_F(BatchFolder, RunsAScriptAsItIsNow) {
   start();
   ASSERT_TRUE(caller.await_instance(echo_uuid));
   configure(script(echo_uuid, "exit_with.sh", "name: 'say_request.sh'"));
-  sut->await_error("runs .*exit_with.sh differently from now on");
+  sut->await_error("runs .*exit_with.sh with the new configuration from now on");
   EXPECT_EQ(caller.call(echo_uuid, "4 x").state, 104U);
 }
 

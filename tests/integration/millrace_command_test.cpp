@@ -62,7 +62,7 @@ TEST_F(TheCommand, ListsEveryInstance) {
 TEST_F(TheCommand, SaysWhatEachChannelDoes) {
   Process cnc = chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   Process gateway = chain.gateway();
-  gateway.await_error("served by nobody");
+  gateway.await_error("no service has the UUID");
   EXPECT_THAT(run({"channels"}).output(), HasSubstr("unserved"));
   Process service = chain.square_root();
   cnc.await("response = 1.732051");
@@ -312,7 +312,7 @@ TEST_F(TheCommand, CallsAServiceWithoutAController) {
   EXPECT_THAT(json, HasSubstr("\"machine\":\"press\",\"channel\":2"));
   EXPECT_THAT(json, HasSubstr("\"response_state\":99"));
   // Its scope takes no call of another channel.
-  EXPECT_THAT(run({"call", square_root, "16"}).error_output(), HasSubstr("no answer: "));
+  EXPECT_THAT(run({"call", square_root, "16"}).error_output(), HasSubstr("no response: "));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -350,7 +350,7 @@ TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGSTOP);
   EXPECT_THAT(run({"call", square_root, "16", "--timeout", "200ms"}).error_output(),
-              HasSubstr("no answer: "));
+              HasSubstr("no response: "));
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGCONT);
   EXPECT_THAT(run({"call", square_root, std::string(128, '1')}).error_output(),
@@ -405,7 +405,7 @@ TEST_F(TheCommand, SaysThatItHearsNobody) {
   sut.await("^ready: ");
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
-  EXPECT_THAT(sut.error_output(), HasSubstr("nobody was heard on fabric"));
+  EXPECT_THAT(sut.error_output(), HasSubstr("nothing was received on fabric"));
 }
 
 TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {

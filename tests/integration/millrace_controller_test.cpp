@@ -184,7 +184,7 @@ TEST_F(AProbe, NamesTheRouteThatIsMissing) {
   const std::string output = run({"--port", plain_port, "--udp-port", udp_port});
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(output, AllOf(ContainsRegex("missing +route +route missing: "),
-                            HasSubstr("Something that a gateway needs is missing"),
+                            HasSubstr("A gateway cannot serve it yet"),
                             Not(HasSubstr("Service Interface"))));
 }
 

@@ -57,7 +57,7 @@ TEST_F(TheDoctor, FindsTheDomainAndTheFabricInWhichTheOthersAre) {
   const Domain empty;
   const std::string text = examine(empty.number());
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(text, HasSubstr("nobody else is on fabric 'millrace'"));
+  EXPECT_THAT(text, HasSubstr("no other process is on fabric 'millrace'"));
   EXPECT_THAT(text, ContainsRegex("domain " + std::to_string(chain.domain()) + " has: .*sq1"));
 
   EXPECT_THAT(examine(chain.domain(), {"--fabric", "hall-2"}),
@@ -72,7 +72,7 @@ TEST_F(TheDoctor, FindsAMachineWithoutALink) {
   gateway.await_error("link up");
   cnc.kill();
   gateway.await_error("link down");
-  EXPECT_THAT(examine(chain.domain()), ContainsRegex("problem +cnc.* has no link: "));
+  EXPECT_THAT(examine(chain.domain()), ContainsRegex("problem +cnc.* has no connection: "));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -80,10 +80,11 @@ TEST_F(TheDoctor, FindsACallThatNobodyServes) {
   Process service = chain.square_root();
   Process cnc = chain.cnc({"--run", Chain::program(1, "near_miss.nc")});
   Process gateway = chain.gateway();
-  gateway.await_error("served by nobody");
+  gateway.await_error("no service has the UUID");
   EXPECT_THAT(
       examine(chain.domain()),
-      ContainsRegex("problem +cnc/1 waits for 560AACBF.*, which nobody serves: .*" + square_root));
+      ContainsRegex("problem +cnc/1 waits for 560AACBF.*, and no service has this UUID: .*" +
+                    square_root));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -107,8 +108,9 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
 
   const std::string text = examine(chain.domain());
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(text, ContainsRegex("the writer of millrace/v3/reply of other on .* fits no millrace "
-                                  "program: reliability: best effort is offered"));
+  EXPECT_THAT(text,
+              ContainsRegex("the writer of millrace/v3/reply of other on .* matches no millrace "
+                            "process: reliability: best effort is offered"));
   EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
   EXPECT_THAT(text, ContainsRegex("the writer of millrace/outcome of other on .* its type is "
                                   "millrace::Reply"));

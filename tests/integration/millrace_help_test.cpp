@@ -147,10 +147,10 @@ std::string error_of(Words command) {
 TEST(AMistake, IsACommandThatDoesNotExist) {
   EXPECT_EQ(
       error_of({"millrace", "log", "ct", "run.mcap"}),
-      "millrace: 'ct' is no command; expected one of: info, ls, cat, timeline, export, repair\n"
+      "millrace: 'ct' is not a command; expected one of: info, ls, cat, timeline, export, repair\n"
       "Try 'millrace log --help'.\n");
   EXPECT_THAT(error_of({"millrace", "servces"}),
-              HasSubstr("'servces' is no command; expected one of: doctor, services, "));
+              HasSubstr("'servces' is not a command; expected one of: doctor, services, "));
 }
 
 TEST(AMistake, IsACommandThatIsNotThere) {
@@ -161,14 +161,14 @@ TEST(AMistake, IsACommandThatIsNotThere) {
 
 TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
   EXPECT_EQ(error_of({"millrace", "services", "--uid", "x"}),
-            "millrace: not known here: --uid x\nTry 'millrace services --help'.\n");
+            "millrace: unknown argument: --uid x\nTry 'millrace services --help'.\n");
   EXPECT_EQ(error_of({"millrace-square-root", "--uid", "x"}),
-            "millrace-square-root: not known here: --uid x\nTry 'millrace-square-root --help'.\n");
+            "millrace-square-root: unknown argument: --uid x\nTry 'millrace-square-root --help'.\n");
 }
 
 TEST(AMistake, NamesWhatIsNotKnownBesideWhatIsMissing) {
   EXPECT_EQ(error_of({"millrace", "call", "--txt"}),
-            "millrace: UUID is required; not known here: --txt\nTry 'millrace call --help'.\n");
+            "millrace: UUID is required; unknown argument: --txt\nTry 'millrace call --help'.\n");
 }
 
 TEST(TheHelp, OfEverySubcommandShowsAnExample) {

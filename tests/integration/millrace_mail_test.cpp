@@ -149,7 +149,7 @@ TEST_F(Mail, WritesWithoutACallWhatItsRulesSay) {
   write(config, content(config) + rules);
   start_service();
   EXPECT_THAT(await_mail(1), AllOf(StartsWith("from press1@example.com\nto eva@example.com\n"),
-                                   HasSubstr("\r\nSubject: nobody serves 326de49a-633b")));
+                                   HasSubstr("\r\nSubject: no instance of 326de49a-633b")));
 
   fabric::dds::Participant there({.domain = domain.number()});
   fabric::endpoints::DataEndpoint machine(there);
@@ -421,7 +421,7 @@ TEST_F(Mail, EndsWithTheNameOfADatabaseThatIsDamaged) {
                    std::to_string(domain.number())});
   EXPECT_EQ(damaged.wait(), 1);
   EXPECT_THAT(damaged.error_output(),
-              AllOf(HasSubstr(database.string()), HasSubstr("no spool of a mail service")));
+              AllOf(HasSubstr(database.string()), HasSubstr("not the spool of a mail service")));
 }
 
 TEST_F(Mail, SharesItsSpoolWithNobody) {

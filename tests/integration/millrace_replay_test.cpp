@@ -163,7 +163,7 @@ TEST_F(Replay, StandingInForAServiceAnswersAnOperatorAsAnInstanceDoes) {
   EXPECT_EQ(exit_code, 0);
   EXPECT_EQ(replay.wait(), 0) << replay.output();
   EXPECT_THAT(replay.output(), HasSubstr("1 calls answered from the recording, 0 did not match"));
-  EXPECT_THAT(replay.error_output(), HasSubstr("asks the stand-in for " + square_root));
+  EXPECT_THAT(replay.error_output(), HasSubstr("commands the replayed service " + square_root));
 }
 
 TEST_F(Replay, StandingInForAServiceSaysWhatItExpected) {
@@ -185,7 +185,7 @@ TEST_F(Replay, DoesNotStandInBesideTheServiceItself) {
   Process service = chain.square_root();
   const Process replay = run({"replay", "--as-service", demo_recording});
   EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(replay.error_output(), HasSubstr("a stand-in would take its calls"));
+  EXPECT_THAT(replay.error_output(), HasSubstr("the replay would take its calls"));
 }
 
 TEST_F(Replay, StandsInForTheController) {
@@ -204,7 +204,7 @@ TEST_F(Replay, StandingInForTheControllerAnswersTheLastWriteBeforeItEnds) {
   gateway.await_error("connection|link|down");
   gateway.terminate();
   EXPECT_EQ(gateway.wait(), 0);
-  EXPECT_THAT(gateway.error_output(), Not(HasSubstr("may or may not have taken place")));
+  EXPECT_THAT(gateway.error_output(), Not(HasSubstr("may or may not have reached the controller")));
 }
 
 TEST_F(Replay, StandsInForAControllerWithTheLastChannelThatThereIs) {

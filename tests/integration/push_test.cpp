@@ -58,7 +58,7 @@ class Push : public testing::Test {
 TEST_F(Push, IsWhatAVirtualCncGrants) {
   Process cnc = this->cnc("");
   Process gateway = sut.gateway();
-  gateway.await_error("cnc .*: pushed: the controller tells of changes");
+  gateway.await_error("cnc .*: pushed: the controller sends notifications");
   await_of_the_machine("\"reason\":\"pushed\"");
 }
 
@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"with_no_more_handles", "notifications { by_handle: NO_MORE_HANDLES }",
              "polled: the controller does not tell .*0x716"},
         Kind{"with_room_for_one_channel", "notifications { most: 2 }",
-             "pushed, but for channel 2: .*0x716"},
+             "pushed, except for channel 2: .*0x716"},
         Kind{"that_tell_nothing", "notifications { tells: NOTHING }",
              "polled: it grants notifications and tells nothing"},
         Kind{"that_tell_the_first_value", "notifications { tells: FIRST_VALUE }", "polled: it d"},

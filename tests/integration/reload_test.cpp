@@ -59,7 +59,7 @@ TEST(AReload, LetsAMachineGoOnceItsCallIsAnswered) {
   sut.configure(
       "machine { name: \"press\" host: \"127.0.0.1\" port: 1 net_id: \"1.2.3.4.5.6\" }\n");
   gateway.signal(SIGHUP);
-  gateway.await_error("not in the configuration any more");
+  gateway.await_error("removed from the configuration");
   cnc.await("answer = first, state = 1");
   Process machines = sut.millrace({"machines"});
   EXPECT_EQ(machines.wait(), 0);
@@ -71,7 +71,7 @@ TEST(AReload, AppliesANewPolicyToARequestThatWaits) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
   Process gateway = sut.configured_gateway(channel_1);
-  gateway.await_error("served by nobody");
+  gateway.await_error("no service has the UUID");
   sut.configure(std::string(channel_1) +
                 "policy { unserved { after_ms: 10 response_state: 901 } }\n");
   gateway.signal(SIGHUP);
@@ -83,7 +83,7 @@ TEST(AReload, RefusesABadFileWithThePlaceOfTheMistakeAndKeepsTheOldOne) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   Process gateway = sut.configured_gateway(channel_1);
-  gateway.await_error("served by nobody");
+  gateway.await_error("no service has the UUID");
   sut.configure(std::string(channel_1) + "policy {\n  deadline { response_state: 902 }\n}\n");
   gateway.signal(SIGHUP);
   gateway.await_error(
@@ -98,7 +98,7 @@ TEST(AReload, SaysThatThereIsNoFileToRead) {
   Process cnc = sut.cnc();
   Process gateway = sut.gateway();
   gateway.signal(SIGHUP);
-  gateway.await_error("SIGHUP: there is no configuration file to read again");
+  gateway.await_error("SIGHUP: no configuration file to reload");
   gateway.terminate();
   EXPECT_EQ(gateway.wait(), 0);
 }

@@ -119,7 +119,7 @@ TEST_F(ServiceProcess, ObeysCyclonesVariableIfItHasNoProfile) {
 TEST_F(ServiceProcess, RefusesAWrongCommandLine) {
   Process sut = start({"--channel", "cnc/0"});
   EXPECT_EQ(sut.wait(), base::program::exit_usage);
-  EXPECT_THAT(sut.error_output(), HasSubstr("--channel: 'cnc/0' is no channel"));
+  EXPECT_THAT(sut.error_output(), HasSubstr("--channel: 'cnc/0' is not a channel"));
   Process other = start({"--uuid", "a*"});
   EXPECT_EQ(other.wait(), base::program::exit_usage);
   EXPECT_THAT(other.error_output(), HasSubstr("wildcard"));

@@ -50,7 +50,7 @@ TEST_P(TrustedCalls, AreAnswered) {
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
   // An identity is known before what its program says.
   for (const Process* program : {&service, &gateway}) {
-    EXPECT_THAT(program->error_output(), Not(HasSubstr("not listened to")));
+    EXPECT_THAT(program->error_output(), Not(HasSubstr("are ignored")));
   }
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen", GetParam())), HasSubstr(root_uuid));
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench", GetParam())),
@@ -78,7 +78,7 @@ TEST_F(Trust, TakesNoAnswerFromAStranger) {
   Process stranger = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   Process gateway = sut.gateway(sut.as("gateway-1"));
-  gateway.await_error("is served by nobody");
+  gateway.await_error("no service has the UUID");
   Process service = sut.square_root(sut.as("square-root"));
   cnc.await("response = 1.732051");
   EXPECT_THAT(stranger.error_output(), Not(HasSubstr("call ")));
@@ -132,7 +132,7 @@ TEST_F(Trust, OfAnotherPlantCountsForNothing) {
   Process forged = sut.square_root(sut.profile(sut.plant("elsewhere") + "/square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   Process gateway = sut.gateway(sut.as("gateway-1"));
-  gateway.await_error("is served by nobody");
+  gateway.await_error("no service has the UUID");
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
   EXPECT_THAT(forged.error_output(), Not(HasSubstr("call ")));
   // It asks to be believed once a second, which is no news.
@@ -190,16 +190,16 @@ TEST_F(Trust, OfTwoMembersIsNotOfEither) {
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
               AllOf(HasSubstr("permissions.p7s: is about CN=office"), HasSubstr("CN=screen")));
   EXPECT_THAT(sut.ask({"services"}, sut.profile(sut.plant()), 2),
-              HasSubstr("is the folder of a whole plant"));
+              HasSubstr("is a PKI folder with the private keys"));
 }
 
 TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
-              HasSubstr("what it has got before goes on counting"));
+              HasSubstr("the earlier one allows what it states"));
   Process service = sut.square_root(sut.as("square-root"));
   EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("screen")), HasSubstr("square_root"));
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
-              Not(HasSubstr("goes on counting")));
+              Not(HasSubstr("the earlier one allows")));
 }
 
 TEST_F(Trust, IsIssuedWithTheFlagForThoseThatAreThereToWhoIsNew) {
@@ -213,7 +213,7 @@ TEST_F(Trust, IsPackedForItsHost) {
   const std::string archive = content_of(file);
   EXPECT_EQ(sut.trust({"export", sut.plant(), "screen", "-o", "-"}), archive);
   EXPECT_THAT(sut.trust({"export", sut.plant(), "screen", "-o", "/dev/null"}, 2),
-              HasSubstr("is there and no file"));
+              HasSubstr("exists and is not a regular file"));
   EXPECT_THAT(sut.trust({"export", sut.plant(), "nobody", "-o", file}, 2),
               HasSubstr("no participant \"nobody\""));
   EXPECT_EQ(content_of(file), archive);
@@ -221,7 +221,7 @@ TEST_F(Trust, IsPackedForItsHost) {
 
 TEST_F(Trust, EndsWithARevocation) {
   EXPECT_THAT(sut.trust({"revoke", sut.plant(), "screen"}), HasSubstr("revoked.pem"));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2), HasSubstr("has been revoked"));
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2), HasSubstr("was revoked"));
   // Who does not know of it himself is refused by the others, who do.
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   sut.trust({"issue", sut.plant(), "unaware", "--role", "service", "--uuid", root_uuid});
@@ -230,7 +230,7 @@ TEST_F(Trust, EndsWithARevocation) {
   sut.trust({"revoke", sut.plant(), "unaware"});
   Process service = sut.square_root(sut.profile((sut.folder() / "unaware").string()));
   Process gateway = sut.gateway(sut.as("gateway-1"));
-  gateway.await_error("is served by nobody");
+  gateway.await_error("no service has the UUID");
   EXPECT_THAT(sut.ask({"services"}, sut.as("office")), Not(HasSubstr(root_uuid)));
 }
 
@@ -257,7 +257,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
 TEST_F(Trust, NamesWhoCommandsByHisCertificate) {
   Process service = sut.square_root(sut.as("square-root"));
   static_cast<void>(sut.ask({"drain", root_uuid}, sut.as("office")));
-  service.await_error("office \\(.* asks this instance to leave");
+  service.await_error("office \\(.* commands this instance to leave");
 }
 
 TEST_F(Trust, IsExplainedByTheDoctor) {
@@ -272,8 +272,8 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
     return process.output() + process.error_output();
   }();
   EXPECT_THAT(report,
-              AllOf(HasSubstr("this program is trusted as screen until"),
-                    HasSubstr("believed here: square_root on"), HasSubstr("shows no certificate")));
+              AllOf(HasSubstr("this process has the certificate of screen until"),
+                    HasSubstr("believed here: square_root on"), HasSubstr("has no certificate")));
   // Only the identity tells it.
   const std::string programs = sut.ask({"doctor", "--json"}, sut.as("screen"), 1);
   EXPECT_THAT(programs, HasSubstr(fmt::format(R"("pid":"{}")", service.pid())));
@@ -282,7 +282,8 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
 TEST_F(Trust, IsExplainedToAProgramWithoutACertificate) {
   Process service = sut.square_root(sut.as("square-root"));
   EXPECT_THAT(sut.ask({"doctor"}, Flags{}, 1),
-              AllOf(HasSubstr("hears nobody who shows none"), HasSubstr("millrace trust issue")));
+              AllOf(HasSubstr("ignores processes without a certificate"),
+                    HasSubstr("millrace trust issue")));
 }
 
 TEST_F(Trust, IsSaidByAProgramWhoseCertificateEndsSoon) {
@@ -290,9 +291,9 @@ TEST_F(Trust, IsSaidByAProgramWhoseCertificateEndsSoon) {
       {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
       std::chrono::hours(24));
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(
-      sut.ask({"services"}, sut.as("screen")),
-      AllOf(HasSubstr("its certificate (square-root) ends on"), HasSubstr("millrace trust renew")));
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")),
+              AllOf(HasSubstr("the certificate square-root expires on"),
+                    HasSubstr("millrace trust renew")));
 }
 
 TEST_F(Trust, IsRenewedOneInstanceAfterTheOtherWithoutACallLost) {

@@ -23,7 +23,7 @@ const std::string machine =
 
 std::string standing_by(const Process& first) {
   return "cnc .*: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()) +
-         " on \\S+\\) serves it already; this gateway stands by";
+         " on \\S+\\) serves this machine already; this gateway stands by";
 }
 
 /// How often it has logged these words.
@@ -73,7 +73,7 @@ TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
   Process machines = sut.millrace({"machines"});
   EXPECT_EQ(machines.wait(), 0);
   EXPECT_THAT(machines.output(), HasSubstr("(pid " + std::to_string(first.pid()) + " on "));
-  EXPECT_THAT(machines.output(), HasSubstr("serves it already"));
+  EXPECT_THAT(machines.output(), HasSubstr("serves this machine already"));
 }
 
 // While a call is under way: one that is killed while it writes an answer leaves, without a
@@ -173,7 +173,7 @@ TEST(ASecondGateway, HoldsAnAtMostOnceCallThatTheFirstHadGivenOut) {
   first.await_error("cnc/1: call .* given to");
   await_running(sut);
   first.kill();
-  second.await_error("cnc/1: call .*gateway .*, which is gone, may have given this call out");
+  second.await_error("cnc/1: call .*gateway .* is gone and may have dispatched this call");
   Process answer = sut.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
   EXPECT_EQ(answer.wait(), 0) << answer.error_output();
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();

@@ -126,7 +126,7 @@ class APythonService(OnAFabric):
             pending = pool.submit(self.call, "hold")
             sut.await_output("^holding")
             sut.signal()
-            sut.await_error("signal 15: leaving when the calls under way are answered")
+            sut.await_error("signal 15: leaving when the running calls are answered")
             sut.await_error(r"call \S+ of obedient has been in its handler for \d+ s; a second signal")
             with self.assertRaises(millrace.NoResponse):
                 millrace.call(obedient.UUID, "release", timeout=0.5)
@@ -205,11 +205,11 @@ class APythonService(OnAFabric):
 
     def test_refuses_a_wrong_command_line(self):
         for arguments, message in (
-            (["--channel", "cnc/0"], "channels: 'cnc/0' is no channel"),
+            (["--channel", "cnc/0"], "channels: 'cnc/0' is not a channel"),
             (["--uuid", "a*"], "wildcard"),
             (["--domain", "300"], "'300' is not a number from 0 to 232"),
             (["--fabric-config", "/nowhere"], "/nowhere"),
-            (["--fabric", "a/b"], "'a/b' is no name of a fabric"),
+            (["--fabric", "a/b"], "'a/b' is not a fabric name"),
             (["--concurency", "3"], "unrecognized arguments: --concurency"),
         ):
             with Process.python("obedient.py", *arguments) as sut:

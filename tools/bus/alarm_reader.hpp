@@ -1,4 +1,4 @@
-// Hears what programs say of themselves.
+// Receives the alarms of processes.
 //
 //   AlarmReader alarms(participant, io.get_executor(), listener);
 #pragma once
@@ -18,7 +18,7 @@ class AlarmListener {
   virtual ~AlarmListener() = default;
   /// It is said for the first time, or again.
   virtual void on_alarm(const fabric::Alarm& alarm) = 0;
-  /// It is taken back, or who has said it is gone.
+  /// The alarm is over, or its process is gone.
   virtual void on_alarm_gone(const fabric::AlarmKey& key) = 0;
 };
 

@@ -20,13 +20,13 @@ namespace millrace::tools::bus {
 
 struct KnownInstance {
   fabric::InstanceIdentity identity{};
-  /// None until it has said something of itself.
+  /// Nullopt until its first status.
   std::optional<fabric::InstanceStatus> status{};
 };
 
 /// A machine whose gateway is not heard any more.
 struct LostMachine {
-  /// What that gateway told of it last.
+  /// The last sample of that gateway about it.
   fabric::MachineStatus last{};
   fabric::Time since{};
 };
@@ -36,7 +36,7 @@ enum class Obstacle : std::uint8_t {
   none,
   /// An operator must answer or retry it.
   held,
-  /// Its gateway takes no new calls for want of a journal, whoever serves them.
+  /// Its gateway accepts no new calls because it cannot write its journal.
   journal,
   /// No instance takes calls of its UUID from this channel.
   unserved,
@@ -53,11 +53,11 @@ struct GoneInstance {
 
 class FabricModel {
  public:
-  /// True if it shows somebody new, or that somebody is gone; false for news of who is known.
+  /// True if a process appeared or disappeared; false for news of known ones.
   bool add(const recording::Entry& entry);
-  /// What a program says of itself; true as for add().
+  /// Adds an alarm; true as for add().
   bool add(const fabric::Alarm& alarm);
-  /// It does not say so any more, or is gone.
+  /// The alarm is over, or its process is gone.
   void take_back(const fabric::AlarmKey& key) { alarms_.erase(key); }
 
   [[nodiscard]] const std::map<fabric::InstanceId, KnownInstance>& instances() const {
@@ -73,19 +73,20 @@ class FabricModel {
   /// By machine and gateway: two gateways may be set up for one machine.
   using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
   [[nodiscard]] const Machines& machines() const { return machines_; }
-  /// What the gateway of `status` told of its machine while it was heard; nullptr if it never was.
+  /// The last sample about the machine from the gateway of `status` while it was heard; nullptr if
+  /// there was none.
   [[nodiscard]] const fabric::MachineStatus* told(const fabric::MachineStatus& status) const;
   /// Each machine of which no gateway is heard, with the one that was heard last.
   [[nodiscard]] std::vector<LostMachine> lost() const;
-  /// What each gateway told last of one of its machines; also of those that are taken for gone by
-  /// now, of which machines() says only that.
+  /// The last sample of each gateway about one of its machines; also of gateways that are taken for
+  /// gone, of which machines() has only that.
   [[nodiscard]] const std::map<fabric::InstanceId, fabric::MachineStatus>& gateways() const {
     return gateways_;
   }
 
   /// One that crashes at each start is a new one each time: more than these are not kept.
   static constexpr std::size_t most_gone = 1'000;
-  /// Whoever is on the fabric can say what he likes: more than these are not kept, but counted.
+  /// A stranger can publish any number of alarms: further ones are only counted.
   static constexpr std::size_t most_alarms = 1'000;
   [[nodiscard]] const std::map<fabric::AlarmKey, fabric::Alarm>& alarms() const { return alarms_; }
   [[nodiscard]] bool too_many_alarms() const { return too_many_alarms_; }
@@ -96,7 +97,7 @@ class FabricModel {
   /// Why the gateways of this machine take no new call; nullptr if that is not for want of a
   /// journal.
   [[nodiscard]] const fabric::Alarm* journal_alarm(std::string_view machine) const;
-  /// A call may wait for a free instance so long.
+  /// How long a call may wait for a free instance.
   static constexpr std::chrono::minutes patience_of_a_call{1};
   [[nodiscard]] Obstacle obstacle_of(const fabric::ChannelStatus& status, fabric::Time now) const;
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
@@ -110,7 +111,7 @@ class FabricModel {
   std::map<fabric::InstanceId, GoneInstance> gone_;
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
   Machines machines_;
-  /// As they were told while their gateways were heard.
+  /// The last samples of gateways while they were heard.
   Machines told_;
   std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;
   std::map<fabric::AlarmKey, fabric::Alarm> alarms_;

@@ -91,7 +91,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     hear();
   }
 
-  /// Who has said it may be known only now.
+  /// The publisher may become known only now.
   void on_machine(const fabric::MachineStatus& /*status*/) override { hear(); }
   void on_machine_gone(const std::string& /*machine*/,
                        const fabric::InstanceId& /*gateway*/) override {}
@@ -112,17 +112,16 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   }
 
  public:
-  /// What others have said than who was asked.
+  /// Warns of outcomes from participants that did not get the command.
   void warn() const {
     std::set<std::string> told;
     for (const Said& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (!is_asked(*command, said.participant) && told.insert(said.program).second) {
-        fmt::print(
-            stderr,
-            "participant {} says what came of a command that was not for it; that is ignored "
-            "(`millrace doctor` says who is there)\n",
-            said.program);
+        fmt::print(stderr,
+                   "participant {} publishes the outcome of a command that was not for it; it is "
+                   "ignored (`millrace doctor` lists the participants)\n",
+                   said.program);
       }
     }
   }

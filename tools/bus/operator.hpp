@@ -20,9 +20,9 @@ struct CommandResult {
   fabric::Time at{};
 };
 
-/// Sends each command until its outcome is heard or `patience` is over; whoever hears one twice
-/// does it once. The result has the outcomes by the id of their command. Throws std::runtime_error
-/// if the fabric cannot be used.
+/// Repeats each command until its outcome arrives or `patience` is over; a receiver executes a
+/// repeated command once. The result has the outcomes by the id of their command. Throws
+/// std::runtime_error if the fabric cannot be used.
 std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& participant,
                                                   const std::vector<fabric::Command>& commands,
                                                   std::chrono::milliseconds patience);

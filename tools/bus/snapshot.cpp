@@ -21,7 +21,7 @@ struct Listener : fabric::observer::ObserverListener, AlarmListener {
   explicit Listener(Patience patience) : time(patience, Clock::now()) {}
 
   void on_entry(recording::Entry entry) override {
-    // Load and calls change all the time and say nothing of who else is to come.
+    // Load and calls change all the time and show nothing about missing processes.
     if (live.add(entry)) {
       time.on_news(Clock::now());
     }
@@ -81,7 +81,7 @@ class Unauthenticated {
                                     dds_entity_t topic) {
     return fabric::dds::Entity(
         fabric::dds::check(dds_create_reader(participant.handle(), topic, nullptr, nullptr),
-                           "read who takes part in DDS"));
+                           "read the participants of DDS"));
   }
 
   fabric::dds::Entity participants_;

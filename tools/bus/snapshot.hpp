@@ -9,8 +9,8 @@
 
 namespace millrace::tools::bus {
 
-/// Ends sooner once `enough` says so, after each change. Throws std::runtime_error if the fabric
-/// cannot be joined.
+/// Ends sooner once `enough` returns true, which is called after each change. Throws
+/// std::runtime_error if the fabric cannot be joined.
 FabricModel take_snapshot(
     const fabric::dds::ParticipantOptions& options, Patience patience = {},
     const std::function<bool(const FabricModel&)>& enough = [](const FabricModel&) {

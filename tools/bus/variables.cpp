@@ -36,8 +36,8 @@ struct VariableClient::Impl {
           }
         }) {}
 
-  /// The gateway that was asked to write is gone: nobody says what became of it, and another one
-  /// must not do it again.
+  /// The gateway that got the write request is gone: the outcome is unknown, and another gateway
+  /// must not write again.
   [[nodiscard]] bool lost(const fabric::VariableRequest& request, std::size_t most) const {
     return request.action == fabric::VariableAction::write && end.gateways() < most;
   }
@@ -47,20 +47,19 @@ struct VariableClient::Impl {
     const std::string where = fmt::format("fabric '{}', domain {}", participant.options().fabric,
                                           participant.options().domain);
     const bool writes = request.action == fabric::VariableAction::write;
-    const std::string unknown =
-        writes ? "; nobody knows whether it was written, so read it" : "; ask again";
+    const std::string unknown = writes ? "; it may or may not be written; read it" : "; ask again";
     if (refused || end.gateways() < most) {
-      return "a gateway that was asked is gone" + unknown;
+      return "a gateway that got the request is gone" + unknown;
     }
     if (most == 0) {
       return fmt::format(
-          "no gateway on {} answers questions about variables; 'millrace machines' "
-          "shows which there are, and --direct asks the controller itself",
+          "no gateway on {} takes variable requests; 'millrace machines' lists the gateways, and "
+          "--direct asks the controller itself",
           where);
     }
     return fmt::format(
-        "no gateway on {} has answered for {} within {} ms: it serves no such "
-        "machine or channel, or hangs; 'millrace machines' shows which there are{}",
+        "no gateway on {} has answered for {} within {} ms: it does not serve that machine or "
+        "channel, or hangs; 'millrace machines' lists the machines{}",
         where, key.to_string(), patience.count(), writes ? unknown : "");
   }
 
@@ -95,7 +94,7 @@ tl::expected<fabric::VariableReply, std::string> VariableClient::ask(
   const auto end = Clock::now() + self.patience;
   std::optional<Clock::time_point> first_said;
   auto next_sending = Clock::now();
-  // Of those who may have heard it, the most at once.
+  // The largest number of gateways that may have received it at once.
   std::size_t most = 0;
   while (!self.reply && Clock::now() < end && !self.lost(request, most)) {
     const auto now = Clock::now();

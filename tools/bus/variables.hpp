@@ -1,8 +1,8 @@
-// Asks gateways about variables and waits for the answer.
+// Sends variable requests to gateways and waits for the reply.
 //
 //   VariableClient requester(participant, {"press", 1}, std::chrono::seconds(5));
 //   const auto reply = requester.ask({.names = {"V.E.LIMIT"}});
-//   if (!reply) …                                // nobody has answered, and why that may be
+//   if (!reply) …                                // no gateway replied, and the probable reason
 #pragma once
 
 #include <chrono>
@@ -26,9 +26,9 @@ class VariableClient {
   VariableClient(const VariableClient&) = delete;
   VariableClient& operator=(const VariableClient&) = delete;
 
-  /// Action, names, values and first are asked as they are, the rest is filled in. Said again until
-  /// it is answered; who hears it twice does it once. The error is for people: what happened, and
-  /// what to do.
+  /// Sends action, names, values and first as given and sets the rest. Repeats the request until
+  /// the reply; a gateway executes a repeated request once. The error is for people: what happened,
+  /// and what to do.
   tl::expected<fabric::VariableReply, std::string> ask(fabric::VariableRequest request);
 
  private:

@@ -60,7 +60,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
   }
   void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }
 
-  /// Later: whoever orders a call learns its id before its end.
+  /// Later, so that the caller knows the call's id before its end.
   void carry_out_later() {
     asio::post(executor, [self = weak_from_this()] {
       if (const auto impl = self.lock()) {
@@ -90,7 +90,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
     }
   }
   void perform(const Withdraw& withdraw) { end->withdraw(withdraw.key); }
-  // An event that is lost costs who watches one line.
+  // A lost event costs an observer one line.
   void perform(const Tell& tell) { static_cast<void>(end->publish(tell.event)); }
   void perform(const Interim& interim) { listener->on_interim(interim.reply); }
   void perform(const Ended& ended) { listener->on_ended(ended); }
@@ -116,7 +116,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
     });
   }
 
-  /// What is pending is taken back, without a word to the listener.
+  /// Withdraws pending calls without events to the listener.
   void close() {
     listener = nullptr;
     for (const fabric::CallId& call : calls.pending_calls()) {

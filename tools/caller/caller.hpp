@@ -26,12 +26,12 @@ class CallerListener {
   virtual void on_interim(const fabric::Reply& reply) { static_cast<void>(reply); }
   /// An instance came, changed or left: what why_unserved says may be different now.
   virtual void on_instances() {}
-  /// Somebody looks like an instance but cannot be one.
+  /// An endpoint looks like an instance's but cannot be one.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
-/// RAII; use and end it on the executor, which runs one thing at a time and outlives it. What is
-/// pending when it ends is taken back.
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it. Its end
+/// withdraws pending calls.
 class Caller {
  public:
   /// `participant` and `listener` outlive the caller. Throws std::runtime_error with Cyclone's
@@ -49,7 +49,7 @@ class Caller {
   /// Takes a call back; it ends with this reason.
   void give_up(const fabric::CallId& call, const std::string& reason);
 
-  /// Why nobody that has shown up yet serves this UUID for this channel; nothing if somebody does.
+  /// Why no discovered instance serves this UUID for this channel; nullopt if one does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;
   /// Whether an instance has the call now.

@@ -20,7 +20,7 @@ std::string seconds_of(std::chrono::nanoseconds duration) {
 
 tl::expected<fabric::CallId, std::string> Calls::add(const Order& order, Moment now) {
   if (order.state == 0) {
-    return tl::unexpected(std::string("a request of state 0 is no call; expected 1 or more"));
+    return tl::unexpected(std::string("a request with state 0 is not a call; expected 1 or more"));
   }
   if (order.text.size() > fabric::max_text) {
     return tl::unexpected(fmt::format("the request has {} bytes, at most {} fit", order.text.size(),
@@ -75,7 +75,7 @@ void Calls::on_reply(const fabric::Reply& reply, Moment now) {
     return;
   }
   if (!fabric::is_known(reply)) {
-    end(reply.call, std::nullopt, "the answer is of a kind that this program does not know", now);
+    end(reply.call, std::nullopt, "the response is of an unknown kind", now);
     return;
   }
   const bool last = reply.kind == fabric::ReplyKind::final;
@@ -104,11 +104,11 @@ void Calls::on_time(Moment now) {
     const Open& open = open_.at(id);
     const std::string why =
         open.published
-            ? "the instance that has the call has not answered"
+            ? "the instance that has the call has not responded"
             : dispatcher_.why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
                   .value_or(open.reason);
     end(id, std::nullopt,
-        fmt::format("no answer within {}: {}", seconds_of(open.order.patience), why), now);
+        fmt::format("no response within {}: {}", seconds_of(open.order.patience), why), now);
   }
 }
 
@@ -201,7 +201,7 @@ void Calls::withdraw(Open& open, const fabric::InstanceId& instance) {
   }
 }
 
-/// Only the newest attempt can be declined, and only while it stands.
+/// Only the newest attempt can be declined, and only while it is pending.
 void Calls::decline(const fabric::Reply& reply, Moment now) {
   Open& open = open_.at(reply.call);
   if (!open.published || reply.attempt != open.attempt || reply.instance != open.asked.back()) {

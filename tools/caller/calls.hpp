@@ -1,5 +1,5 @@
-// The calls of a tool that stands in a gateway's place: gives each to one instance as a gateway
-// does, and ends it with its reply. Pure: events and times in, actions out.
+// The calls of a tool that acts as a gateway: dispatches each to one instance as a gateway does,
+// and ends it with its reply. Pure: events and times in, actions out.
 //
 //   Calls calls(epoch);
 //   calls.on_instance_ready(identity);
@@ -34,7 +34,7 @@ struct Publish {
 struct Withdraw {
   fabric::RequestKey key;
 };
-/// For who watches.
+/// For observers.
 struct Tell {
   fabric::Event event;
 };
@@ -48,12 +48,12 @@ using Actions = std::vector<Action>;
 
 class Calls {
  public:
-  /// `epoch` goes into the call ids, so it must be nobody else's.
+  /// `epoch` goes into the call ids, so it must be unique.
   explicit Calls(std::uint64_t epoch, gateway::dispatch::DispatcherOptions options = {})
       : epoch_(epoch), dispatcher_(options) {}
 
   /// A new call; it waits while no instance is free for it. Fails for state 0, for a text that is
-  /// too long, and while another call stands in its channel.
+  /// too long, and while its channel has another pending call.
   tl::expected<fabric::CallId, std::string> add(const Order& order, Moment now);
   /// Takes a call back and ends it; nothing happens if it has ended.
   void give_up(const fabric::CallId& call, const std::string& reason, Moment now);
@@ -68,7 +68,7 @@ class Calls {
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
-  /// Why nobody serves this UUID for this channel; nothing if somebody does.
+  /// Why no instance serves this UUID for this channel; nullopt if one does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const {
     return dispatcher_.why_unserved(uuid, key);
@@ -79,7 +79,7 @@ class Calls {
   [[nodiscard]] std::size_t pending() const { return open_.size(); }
   [[nodiscard]] std::vector<fabric::CallId> pending_calls() const;
 
-  /// What is to be done since the last call of this function, in its order.
+  /// The actions since the last call of this function, in order.
   Actions take_actions();
 
  private:
@@ -90,7 +90,7 @@ class Calls {
     /// The newest attempt, and the instances of all.
     std::uint32_t attempt = 0;
     std::vector<fabric::InstanceId> asked{};
-    /// Those of them in whose partitions the request stands.
+    /// The instances in whose partitions the request is pending.
     std::vector<fabric::InstanceId> standing{};
     bool published = false;
     /// When it was, the first time.

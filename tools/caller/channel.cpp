@@ -17,7 +17,7 @@ std::optional<std::string> reason_taken(const bus::FabricModel& live,
     if (channel.machine == key.machine) {
       return fmt::format(
           "a gateway serves machine '{}' on this fabric: a call in {} could replace one of its "
-          "calls; choose the name of a machine that nobody serves",
+          "calls; choose a machine name that no gateway serves",
           key.machine, key.to_string());
     }
   }

@@ -1,4 +1,4 @@
-// In which channel a tool may call: never in one that belongs to somebody.
+// The channel of a tool's calls: never one that a gateway owns.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace millrace::tools::caller {
 
-/// "call.5f3a9c01": the name of a machine that nobody else has.
+/// "call.5f3a9c01": a unique machine name.
 std::string unique_machine(std::string_view prefix);
 
 /// Why a call in this channel would disturb a live one: a gateway serves its machine. Nothing if it

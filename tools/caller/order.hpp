@@ -1,4 +1,4 @@
-// What a tool calls, and what came of it.
+// A call of a tool, and its end.
 #pragma once
 
 #include <chrono>
@@ -12,8 +12,8 @@ namespace millrace::tools::caller {
 
 /// A call that no controller made.
 struct Order {
-  /// Where it stands on the fabric. One call at a time, as in a channel of a controller; nobody
-  /// else on the fabric may use the same channel (see reason_taken).
+  /// Its key on the fabric. One call at a time, as in a channel of a controller; no other process
+  /// may use the same channel (see reason_taken).
   fabric::ChannelKey key{};
   /// The channel for which an instance is chosen by its scope; `key` unless given.
   std::optional<fabric::ChannelKey> as{};
@@ -32,7 +32,7 @@ struct Order {
 struct Ended {
   fabric::CallId call{};
   fabric::ChannelKey key{};
-  /// The final reply; none if nobody gave one.
+  /// The final reply; nullopt if none came.
   std::optional<fabric::Reply> reply{};
   /// Why there is none, in words.
   std::string reason{};

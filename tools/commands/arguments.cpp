@@ -14,7 +14,7 @@ fabric::CallId parse_call(const std::string& text) {
   const auto call = fabric::parse_call_id(text);
   if (!call) {
     throw CLI::ValidationError(
-        fmt::format("'{}' is no call id; expected one as in 5f3a9c0112d4-17", text));
+        fmt::format("'{}' is not a call id; expected one as in 5f3a9c0112d4-17", text));
   }
   return *call;
 }
@@ -62,7 +62,7 @@ CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t&
 }
 
 void add_machine_filter(CLI::App& command, recording::Filter& filter) {
-  command.add_option("--machine", filter.machines, "Only this machine; may be given several times");
+  command.add_option("--machine", filter.machines, "Only this machine; may be repeated");
 }
 
 void add_uuid_filter(CLI::App& command, recording::Filter& filter) {
@@ -73,12 +73,12 @@ void add_uuid_filter(CLI::App& command, recording::Filter& filter) {
           filter.uuids.insert(fabric::canonical_uuid(uuid));
         }
       },
-      "Only this service; may be given several times");
+      "Only this service; may be repeated");
 }
 
 void add_filter(CLI::App& command, recording::Filter& filter) {
   add_machine_filter(command, filter);
-  command.add_option("--channel", filter.channels, "Only this channel; may be given several times");
+  command.add_option("--channel", filter.channels, "Only this channel; may be repeated");
   add_uuid_filter(command, filter);
 }
 

@@ -1,4 +1,4 @@
-// What is typed and not shown: passwords.
+// Input without echo: passwords.
 #pragma once
 
 #include <string>

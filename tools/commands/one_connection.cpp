@@ -10,7 +10,7 @@ void warn_of_the_one_connection(const gateway::settings::MachineSettings& machin
   }
   fmt::print(stderr,
              "millrace: a TwinCAT router keeps one connection per host, the newest: a gateway on "
-             "this host loses its link to {} now and takes it back as soon as it can\n",
+             "this host loses its connection to {} now and restores it as soon as it can\n",
              machine.name);
 }
 

@@ -1,5 +1,5 @@
-// How a subcommand joins the command line: it describes itself and says what to run if it is
-// chosen.
+// How a subcommand joins the command line: it describes itself and stores the function to run if it
+// is chosen.
 //
 //   void add_ls(CLI::App& log, Chosen& chosen) {
 //     auto options = std::make_shared<Options>();
@@ -16,7 +16,7 @@
 
 namespace millrace::tools::commands {
 
-/// What main runs after the command line has been read; returns the exit code.
+/// The function that main runs after the command line was read; returns the exit code.
 struct Chosen {
   std::function<int()> run;
 };

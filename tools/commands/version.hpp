@@ -1,4 +1,4 @@
-// Who writes our files.
+// The writer's name in our files.
 #pragma once
 
 #include <string>

@@ -14,7 +14,7 @@ constexpr std::uint8_t data_submessage = 0x15;
 constexpr std::uint8_t little_endian = 0x01;
 constexpr std::uint8_t has_inline_qos = 0x02;
 constexpr std::uint8_t has_data = 0x04;
-/// Entity id of the writer of participant data, as it stands on the wire.
+/// Entity id of the writer of participant data, as on the wire.
 constexpr std::array<std::uint8_t, 4> spdp_writer{0x00, 0x01, 0x00, 0xc2};
 /// Encapsulations of parameter lists; the second byte.
 constexpr std::uint8_t pl_cdr_be = 0x02;
@@ -103,14 +103,14 @@ bool read_parameters(Reader& in, bool little, Announcement& found) {
     } else if (id == pid_identity_token) {
       found.shows_certificate = true;
       Reader token(value);
-      token.text();  // What kind it is.
+      token.text();  // Its kind.
       read_properties(token, found);
     }
   }
   return false;
 }
 
-/// The content of a DATA submessage; false if it is not what a participant says of itself.
+/// The content of a DATA submessage; false if it is not a participant's announcement.
 bool read_data(std::span<const std::uint8_t> body, std::uint8_t flags, Announcement& found) {
   const bool little = (flags & little_endian) != 0;
   Reader in(body, little);
@@ -123,7 +123,7 @@ bool read_data(std::span<const std::uint8_t> body, std::uint8_t flags, Announcem
       (flags & has_data) == 0) {
     return false;
   }
-  in.take(to_inline_qos - 8U);  // What is left of it behind the two ids.
+  in.take(to_inline_qos - 8U);  // The rest of it after the two ids.
   Announcement ignored;
   if ((flags & has_inline_qos) != 0 && !read_parameters(in, little, ignored)) {
     return false;

@@ -32,7 +32,7 @@ int listen(std::uint32_t port, unsigned interface) {
   if (socket < 0) {
     return -1;
   }
-  // Everybody on this host who is on that domain has the port open, too.
+  // All processes of this host on that domain have the port open, too.
   set(socket, SOL_SOCKET, SO_REUSEADDR);
   set(socket, SOL_SOCKET, SO_REUSEPORT);
   const int off = 0;

@@ -23,8 +23,8 @@ struct ReceivedAnnouncement {
 
 class AnnouncementReceiver {
  public:
-  /// Joins the group on one interface, by its name; the first packets are heard from then on.
-  /// Where that fails, trouble() says why and nothing is heard.
+  /// Joins the group on one interface, by its name; the first packets are heard from then on. If
+  /// that fails, trouble() has the reason and nothing is heard.
   explicit AnnouncementReceiver(const std::string& interface);
   ~AnnouncementReceiver();
   AnnouncementReceiver(const AnnouncementReceiver&) = delete;

@@ -21,7 +21,7 @@ struct Exchange {
 };
 
 struct ClockDifference {
-  /// Positive: the other clock is ahead of ours.
+  /// Positive: the other clock is ahead of this host's.
   std::chrono::nanoseconds ahead{};
   /// The true difference is within `ahead` ± `error`.
   std::chrono::nanoseconds error{};

@@ -39,7 +39,7 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
   checks::at_the_interface(findings, report);
   if (!findings.obstacle.empty()) {
     report.problem("the fabric cannot be joined: " + findings.obstacle,
-                   "put the configuration right (--fabric-config, CYCLONEDDS_URI)");
+                   "correct the configuration (--fabric-config, CYCLONEDDS_URI)");
     return std::move(report).take();
   }
   checks::who_is_there(findings, report);

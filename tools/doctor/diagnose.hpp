@@ -1,4 +1,4 @@
-// What an examination's findings mean, and what to do. Pure.
+// The meaning of an examination's findings, and the remedies. Pure.
 #pragma once
 
 #include <string>
@@ -21,13 +21,13 @@ std::string_view name_of(Severity severity);
 
 struct Diagnosis {
   Severity severity = Severity::fine;
-  /// What is the matter: one sentence.
+  /// The problem: one sentence.
   std::string what{};
-  /// What to do about it; empty if there is nothing to do.
+  /// The remedy; empty if there is none.
   std::string advice{};
 };
 
-/// In the order in which somebody should look at them.
+/// Sorted by urgency.
 std::vector<Diagnosis> diagnose(const Findings& findings);
 
 /// No problem among them; warnings are allowed.

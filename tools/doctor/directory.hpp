@@ -1,5 +1,5 @@
-// Everybody on a DDS domain, of whatever fabric: participants and their endpoints on the topics of
-// millrace, as discovery shows them.
+// All participants of a DDS domain, of any fabric, and their endpoints on the topics of millrace,
+// from discovery.
 //
 //   Directory directory(participant);
 //   directory.drain();
@@ -22,7 +22,7 @@ namespace millrace::tools::doctor {
 using Handle = dds_instance_handle_t;
 
 struct SeenParticipant {
-  /// Host and process only if it is Cyclone's; with trust those that its identity tells.
+  /// Host and process only from Cyclone; with trust those of its identity.
   Announcement who{};
   /// "10.77.0.3", …: where it listens, in Cyclone's form.
   std::string addresses{};

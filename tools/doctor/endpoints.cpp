@@ -104,8 +104,7 @@ std::set<Handle> TopicReaders::matched() const {
 
 namespace {
 
-/// Of the wire, as the names of its topics tell; nothing if this is none of them, or one of those
-/// that have not changed.
+/// The wire version in the names of its topics; nullopt if none of them has one.
 std::optional<std::uint32_t> version_of(std::string_view topic) {
   constexpr std::array first{"millrace/request", "millrace/reply", "millrace/instance"};
   if (std::ranges::find(first, topic) != first.end()) {
@@ -130,13 +129,12 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
     const auto version = version_of(endpoint.topic);
     if (topic == nullptr && version && is_in(endpoint, fabric) &&
         told.emplace(endpoint.participant, *version).second) {
-      all.push_back(
-          {endpoint.topic,
-           endpoint.writer,
-           text_of(directory, endpoint.participant),
-           {fmt::format("it speaks version {} of the wire, this is version {}: they do not "
-                        "hear each other's calls; install one version everywhere",
-                        *version, fabric::wire::wire_version)}});
+      all.push_back({endpoint.topic,
+                     endpoint.writer,
+                     text_of(directory, endpoint.participant),
+                     {fmt::format("it uses wire version {}, this is version {}: they do not "
+                                  "receive each other's calls; install one version everywhere",
+                                  *version, fabric::wire::wire_version)}});
     }
     if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
       continue;

@@ -31,8 +31,8 @@ class TopicReaders {
   fabric::wire::Reader<fabric::Alarm> alarms_;
 };
 
-/// What is wrong with the endpoints of this fabric that others have: those whose QoS or type fits
-/// no millrace program, and writers that DDS does not match although both fit.
+/// The mistakes in others' endpoints of this fabric: QoS or type match no millrace process, or DDS
+/// does not match a writer although both fit.
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric);
 

@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// How often what has arrived is taken in.
+/// How often arrived samples are taken.
 constexpr auto turn = std::chrono::milliseconds(50);
 /// Enough that one of them meets an idle host.
 constexpr int exchanges = 5;
@@ -41,7 +41,7 @@ std::string interface_name(const std::vector<Interface>& interfaces, const std::
   return found == interfaces.end() || wanted.empty() ? wanted : found->name;
 }
 
-/// Whom to ask for the time: one program of each other host.
+/// The process of another host whose clock is compared.
 struct ClockSource {
   std::string host;
   std::string program;

@@ -1,4 +1,4 @@
-// Joins a fabric, looks around for some seconds, asks everybody for the time, and leaves.
+// Joins a fabric, listens for some seconds, compares the clocks of all hosts, and leaves.
 #pragma once
 
 #include <chrono>
@@ -11,13 +11,12 @@ namespace millrace::tools::doctor {
 
 struct Examination {
   fabric::dds::ParticipantOptions join{};
-  /// What the fabric's file says beyond that.
+  /// The further contents of the fabric's file.
   Joining joining{};
-  /// How long to listen. Everybody announces himself at least once per lease, half a second unless
-  /// configured.
+  /// How long to listen. Each process announces itself at least once per lease, half a second
+  /// unless configured.
   std::chrono::milliseconds listen{2000};
-  /// What somebody who has looked for longer knows: an examination sees no trace of what was gone
-  /// before it.
+  /// Gateways that were gone before the examination, from a process that has listened for longer.
   std::vector<bus::LostMachine> lost{};
 };
 

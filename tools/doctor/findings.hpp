@@ -1,4 +1,4 @@
-// What an examination of a fabric found. Plain values: what follows from them is in diagnose.hpp.
+// The findings of an examination of a fabric. Plain values: diagnose.hpp evaluates them.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@
 
 namespace millrace::tools::doctor {
 
-/// How this program joins the fabric.
+/// How this process joins the fabric.
 struct Joining {
   std::string fabric{};
   std::uint32_t domain = 0;
@@ -32,7 +32,7 @@ struct Joining {
   /// The name in the certificate that it shows, and how long that is valid; empty without trust.
   std::string trusted_as{};
   std::chrono::sys_seconds trusted_until{};
-  /// Whom the list of revoked participants names, and when it was made.
+  /// The participants on the CRL, and the time of the CRL.
   std::set<std::string> revoked{};
   std::chrono::sys_seconds revoked_as_of{};
   /// When this was looked at.
@@ -49,9 +49,9 @@ struct Program {
   bool self = false;
   /// The fabrics it has endpoints in.
   std::set<std::string> fabrics{};
-  /// It has what a gateway tells of its machines with; whether it is heard says is_heard().
+  /// It has the writers of a gateway; is_heard() shows whether samples arrive.
   bool is_gateway = false;
-  /// Where there is trust: it has shown what its certificate lets it be.
+  /// With trust: it announces an identity.
   bool announces_identity = true;
   /// It takes the requests of these UUIDs.
   std::set<std::string> serves{};
@@ -68,7 +68,7 @@ struct Misfit {
 
 struct HostClock {
   std::string host{};
-  /// Whom we asked.
+  /// The process with the other clock.
   std::string program{};
   ClockDifference difference{};
 };
@@ -87,22 +87,22 @@ struct Findings {
   std::vector<Misfit> misfits{};
   /// Instances that discovery shows but whose words about themselves make no sense.
   std::vector<std::string> ignored{};
-  /// What the others have proved to be; only with trust.
+  /// The proved identities of the others; only with trust.
   std::vector<fabric::ParticipantIdentity> identities{};
-  /// What is not believed, and of whom.
+  /// The rejected samples and their writers.
   std::vector<std::string> doubts{};
   std::vector<Peer> peers{};
   std::vector<HostClock> clocks{};
   bus::FabricModel live{};
-  /// Machines whose gateways were gone before this looked, as somebody knows who was there then.
+  /// Machines whose gateways were gone before the examination, from a process that knew them.
   std::vector<bus::LostMachine> lost{};
 };
 
 /// All machines whose gateways are gone.
 std::vector<bus::LostMachine> lost_machines(const Findings& found);
 
-/// A gateway that tells of a machine. The DDS participant of one that was killed or hangs stays for
-/// a while.
+/// A gateway that publishes a machine. The DDS participant of a killed or hanging one stays for a
+/// while.
 bool is_heard(const Findings& found, const Program& gateway);
 
 }  // namespace millrace::tools::doctor

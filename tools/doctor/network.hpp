@@ -1,5 +1,5 @@
-// What this host knows of its network without sending anything: its interfaces, and what other
-// programs on it use.
+// The network of this host as known without sending: its interfaces, and their use by other
+// processes.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace millrace::tools::doctor {
 
-/// Where DDS finds others by multicast (OMG DDSI-RTPS 2.2, 9.6.1.4, and Cyclone's default ports).
+/// The multicast discovery of DDS (OMG DDSI-RTPS 2.2, 9.6.1.4, and Cyclone's default ports).
 inline constexpr const char* discovery_group = "239.255.0.1";
 inline constexpr std::uint32_t first_port = 7400;
 inline constexpr std::uint32_t ports_per_domain = 250;
@@ -34,8 +34,8 @@ struct Interface {
 /// All interfaces of this host.
 std::vector<Interface> interfaces_here();
 
-/// DDS domains whose ports programs on this host have open, from the text of /proc/net/udp. Only up
-/// to 100: beyond, ports of any program look like those of a domain.
+/// The DDS domains whose ports are open on this host, from the text of /proc/net/udp. Only up to
+/// 100: beyond, ports of any process look like those of a domain.
 std::set<std::uint32_t> domains_in(std::string_view proc_net_udp);
 
 /// Interfaces on which programs of this host listen for announcements, from the text of

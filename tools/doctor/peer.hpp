@@ -1,4 +1,4 @@
-// Whether the hosts that the configuration names as peers can be reached.
+// Whether the configured peers can be reached.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@ namespace millrace::tools::doctor {
 enum class Reach : std::uint8_t {
   /// The name has no address.
   unknown_name,
-  /// This host knows no way there, or nobody has the address.
+  /// This host has no route to the address, or no host has it.
   unreachable,
   /// The host says that no program listens to the domain's ports.
   refused,
-  /// No answer: somebody listens, or a packet filter drops what is sent.
+  /// No response: a process listens, or a packet filter drops packets.
   silent
 };
 
@@ -22,7 +22,7 @@ struct Peer {
   std::string name{};
   std::string address{};
   Reach reach = Reach::silent;
-  /// What the system says.
+  /// The system's error text.
   std::string detail{};
 };
 

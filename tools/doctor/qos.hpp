@@ -1,5 +1,5 @@
-// Whether a writer and a reader of one topic may find together: what DDS compares of their QoS
-// (OMG DDS 1.4, 2.2.3, "request versus offered"). Pure but for the conversion.
+// Whether a writer and a reader of one topic match: the QoS that DDS compares (OMG DDS 1.4, 2.2.3,
+// "request versus offered"). Pure except for the conversion.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct EndpointQos {
   bool by_source_time = false;
 };
 
-/// What is not set has the standard's default for the side.
+/// Unset policies have the standard's default for this side.
 EndpointQos qos_of(const dds_qos_t& qos, bool of_writer);
 
 /// "reliability: best effort is offered, reliable is requested", … ; empty if they fit.

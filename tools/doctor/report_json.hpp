@@ -1,4 +1,4 @@
-// What an examination found and what follows from it, as JSON.
+// The findings and diagnoses of an examination as JSON.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// What a condition of an NC program is while its request has no answer yet. Pure.
+// The value of a condition of an NC program while its request has no response yet. Pure.
 //
 //   truth_at(condition, syntax::Truth::above_half, 0)    // true: over before there is an answer
 //   can_be_true(condition, rule)                         // false: no answer ever ends this wait

@@ -1,4 +1,4 @@
-// Where a routine of an NC program may go on behind each operation, and its loops. Pure.
+// The operations that may follow each operation of a routine, and its loops. Pure.
 //
 //   const ControlFlow flow(routine);
 //   for (const std::size_t next : flow.behind(7)) …
@@ -25,7 +25,7 @@ class ControlFlow {
  public:
   explicit ControlFlow(const cnc::nc::syntax::Routine& routine);
 
-  /// The operations that may come next; the number of operations stands for the routine's end.
+  /// The operations that may come next; the number of operations means the routine's end.
   [[nodiscard]] const std::vector<std::size_t>& behind(std::size_t operation) const {
     return behind_[operation];
   }

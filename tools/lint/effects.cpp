@@ -46,7 +46,7 @@ class Reader {
                      [&](const syntax::Parameter& parameter) { read(parameter); },
                      [&](const syntax::Variable& variable) { read(variable); },
                      [&](const syntax::CycleParameter& cycle) { read(*cycle.number); },
-                     // EXIST and SIZEOF do not look at the value.
+                     // EXIST and SIZEOF do not read the value.
                      [](const syntax::Query&) {}},
                expression.node);
   }
@@ -94,7 +94,7 @@ class Reader {
     }
   }
 
-  /// What a message shows.
+  /// The values in a message.
   void show(const std::vector<syntax::Expression>& values) {
     shown_ = true;
     read(values);

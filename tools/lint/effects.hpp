@@ -1,5 +1,4 @@
-// What an operation of an NC program does to a service call, in the order in which it does it.
-// Pure.
+// The effects of an NC program's operation on a service call, in order. Pure.
 //
 //   for (const Effect& effect : effects_of(operation.statement)) …
 #pragma once
@@ -28,7 +27,7 @@ struct Effect {
     response_written,
     /// The program waits until RESPONSE_STATE says that there is an answer.
     wait,
-    /// An axis is told to move.
+    /// The motion of an axis.
     motion,
     flush,
     /// M02, M30, or an error that ends the program.
@@ -40,7 +39,7 @@ struct Effect {
   /// Why a wait does not wait for the answer.
   enum class Flaw : std::uint8_t {
     none,
-    /// It looks at neither RESPONSE_STATE nor RESPONSE.
+    /// Neither RESPONSE_STATE nor RESPONSE is read.
     other_variable,
     /// Its condition is true before there is an answer.
     over_at_once,
@@ -53,7 +52,7 @@ struct Effect {
   std::optional<std::string> text{};
   /// request_state: the same.
   std::optional<double> number{};
-  /// wait: it waits for one state, so there is nothing left to look at.
+  /// wait: it waits for one state, so there is nothing left to check.
   bool judged = false;
   /// wait: not for ever.
   bool limited = false;
@@ -70,7 +69,7 @@ std::vector<Effect> effects_of(const syntax::Expression& expression);
 /// A condition that asks RESPONSE_STATE for one value: then that value is known behind it.
 bool asks_for_one_state(const syntax::Expression& condition);
 
-/// What is certain without running the program; nothing otherwise.
+/// The value that is certain without running the program; nullopt otherwise.
 std::optional<std::string> constant_text(const syntax::Expression& expression);
 std::optional<double> constant_number(const syntax::Expression& expression);
 

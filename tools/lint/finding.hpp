@@ -1,4 +1,4 @@
-// What a check of an NC program finds, and the rules it goes by.
+// The findings of the check of an NC program, and its rules.
 //
 //   Finding finding{{"a.nc", 12, 1}, Rule::wait_without_flush, "…"};
 //   about(finding.rule).name       // "wait-without-flush"

@@ -88,7 +88,7 @@ class Linter {
   }
 
  private:
-  /// What is wrong only if the blocks of a level are skipped.
+  /// Mistakes that exist only if the blocks of a level are skipped.
   void check_without(const Program& program, int level) {
     const std::string why =
         fmt::format(" (where the blocks with / of level {} are skipped)", level);
@@ -172,9 +172,8 @@ class Linter {
       const auto* const words = std::get_if<cnc::nc::syntax::Words>(&operation.statement);
       if (words != nullptr && words->misprinted_end) {
         note({place, Rule::misprinted_end,
-              "M30/ is a misprint of the manual's sample; the virtual CNC reads it as M30, and "
-              "what a controller does "
-              "with it is not documented: remove the /"});
+              "M30/ is a misprint of the manual's sample; the virtual CNC reads it as M30, and the "
+              "behaviour of a controller is not documented: remove the /"});
       }
       for (std::string& mistake : types.mistakes(operation.statement)) {
         note({place, Rule::wrong_type, std::move(mistake)});
@@ -197,7 +196,7 @@ class Linter {
     if (effect.number && (*effect.number < 0 || *effect.number > greatest_state ||
                           *effect.number != std::floor(*effect.number))) {
       note({place, Rule::state_range,
-            fmt::format("REQUEST_STATE is a whole number from 0 to {}, and {} is none",
+            fmt::format("REQUEST_STATE is a whole number from 0 to {}, and {} is not",
                         greatest_state, *effect.number)});
     }
   }
@@ -244,7 +243,7 @@ class Linter {
   std::map<std::string, File> read_;
   std::map<std::string, std::size_t> files_;
   std::map<std::string, const Program*> called_;
-  /// Cycles that come with millrace: nobody who gets a finding in them could mend it.
+  /// Cycles that come with millrace: users cannot repair findings in them.
   std::set<std::string> shipped_;
   /// Levels of blocks that may be skipped.
   std::set<int> skipped_;

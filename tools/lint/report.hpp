@@ -23,7 +23,7 @@ boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_v
 /// "2 errors, 1 warning"; "nothing found".
 std::string summary_of(const std::vector<Finding>& findings);
 
-/// What stops a build: an error, or, if `strict`, a warning.
+/// Whether the exit code is 1: an error, or, if `strict`, a warning.
 bool fails(const std::vector<Finding>& findings, bool strict);
 
 }  // namespace millrace::tools::lint

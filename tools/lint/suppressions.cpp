@@ -65,7 +65,7 @@ void Suppressions::read(const std::string& file, std::string_view line, int numb
     if (const auto rule = rule_named(word)) {
       rules->insert(*rule);
     } else if (!word.empty()) {
-      mistake(fmt::format("{} is no rule; `millrace lint --rules` names them",
+      mistake(fmt::format("{} is not a rule; `millrace lint --rules` names them",
                           base::text::quoted(word)));
     }
   }

@@ -22,9 +22,9 @@ using fabric::Cases;
 enum class Type : std::uint8_t { unknown, number, text };
 
 constexpr std::string_view needs_text =
-    "a text is needed here: INT_TO_STR and REAL_TO_STR make one";
+    "a text is needed here: convert with INT_TO_STR or REAL_TO_STR";
 constexpr std::string_view needs_number =
-    "a number is needed here: STR_TO_INT and STR_TO_REAL make one";
+    "a number is needed here: convert with STR_TO_INT or STR_TO_REAL";
 
 bool gives_text(const Function& function) {
   constexpr std::array<std::string_view, 8> names{"LEFT",   "MID",     "RIGHT",      "CHR",
@@ -53,7 +53,7 @@ class Checker {
   Checker(const std::set<std::string>& macros, std::vector<std::string>& mistakes)
       : macros_(macros), mistakes_(mistakes) {}
 
-  /// Looks through an expression; what type it has.
+  /// Checks an expression and returns its type.
   Type check(const syntax::Expression& expression) {
     return std::visit(Cases{[](const syntax::Number&) { return Type::number; },
                             [&](const syntax::Text& text) {
@@ -72,7 +72,7 @@ class Checker {
                       expression.node);
   }
 
-  /// Where only values of one type may stand.
+  /// Checks a place where only values of one type are allowed.
   void expect(const syntax::Expression& expression, Type type, std::string_view where) {
     const Type found = check(expression);
     if (found != Type::unknown && found != type && concerns(expression)) {
@@ -180,8 +180,8 @@ class Checker {
     if (service && (joins || compares) && left != Type::unknown && right != Type::unknown &&
         left != right) {
       mistakes_.push_back(fmt::format(
-          "a {} and a {} are {}; the program would end here with error {}: INT_TO_STR and "
-          "REAL_TO_STR make texts of numbers, STR_TO_INT and STR_TO_REAL numbers of texts",
+          "a {} and a {} are {}; the program would end here with error {}: convert numbers with "
+          "INT_TO_STR or REAL_TO_STR, texts with STR_TO_INT or STR_TO_REAL",
           name_of(left), name_of(right), joins ? "added" : "compared", error_of(left)));
       return Type::unknown;
     }
@@ -210,7 +210,7 @@ class Checker {
 
   const std::set<std::string>& macros_;
   std::vector<std::string>& mistakes_;
-  /// What is looked through is assigned to a member of V.G.SERVICE.
+  /// The expression is assigned to a member of V.G.SERVICE.
   bool for_service_ = false;
 };
 

@@ -222,8 +222,8 @@ std::vector<Walk::Way> Walk::ways_behind_poll(const Where& where, std::size_t at
   const std::size_t other = without == next ? branch.target : next;
   if (flow.leaves(loop, without) && !flow.leaves(loop, other)) {
     note(where, operation, Rule::wait_for_nothing,
-         "the loop is left while RESPONSE_STATE is 0, which it is until there is an answer; it "
-         "should go on for as long");
+         "the loop ends while RESPONSE_STATE is 0, which it is until the response is there; it "
+         "should run for as long");
     return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};
   }
   return {{without, with(Stage::polled)}, {other, answered(is_limited(where, loop))}};
@@ -246,7 +246,7 @@ const Loop* Walk::polling_loop(const Where& where, std::size_t at) {
 
 bool Walk::is_limited(const Where& where, const Loop& loop) {
   const ControlFlow& flow = flow_of(*where.routine);
-  // What leaves it when there is an answer, or never.
+  // The conditions that leave the loop after the response, or never.
   std::set<std::size_t> by_answer;
   for (std::size_t at = loop.first; at <= loop.last; ++at) {
     const syntax::Statement& statement = where.routine->operations[at].statement;
@@ -309,7 +309,7 @@ States Walk::call_by_name(const Where& where, const Operation& operation, const 
     return run({program, &program->main}, only(state), depth + 1);
   }
   note(where, operation, Rule::missing_subprogram,
-       fmt::format("{} is not here; what it does to a call is not known (--path names folders)",
+       fmt::format("{} was not found, so its effect on a call is unknown (--path names folders)",
                    name));
   return only({Stage::unknown, state.moves, true});
 }

@@ -1,9 +1,9 @@
 // Follows every path of an NC program through its service calls: jumps, loops, subprograms, cycles.
 // Pure.
 //
-// What it knows at a place is the set of states in which the program may come there: how far a call
+// Its knowledge at a place is the set of states in which the program may come there: how far a call
 // is, whether an axis moves since the last #FLUSH, and whether UUID was written. A rule is broken
-// where one of them breaks it; what depends on all of them is looked at when a routine is done.
+// if one of them breaks it; rules about all states are checked when a routine is done.
 //
 //   Walk walk(library, note);
 //   walk.follow(program);
@@ -35,9 +35,9 @@ enum class Stage : std::uint8_t {
   out,
   /// The same, and a loop has looked for the answer: it was not there.
   polled,
-  /// Waited for; nobody has looked at the state yet.
+  /// The program has waited; the state is not checked yet.
   answered,
-  /// Somebody has.
+  /// The state is checked.
   checked,
   /// A condition has, and this is one of its two ways …
   matched,
@@ -79,13 +79,13 @@ class Walk {
   [[nodiscard]] const std::vector<TimerUse>& timers() const { return timers_; }
 
  private:
-  /// A routine, and the program it stands in.
+  /// A routine, and its program.
   struct Where {
     const cnc::nc::syntax::Program* program = nullptr;
     const cnc::nc::syntax::Routine* routine = nullptr;
     auto operator<=>(const Where&) const = default;
   };
-  /// Where a program goes on, and how.
+  /// Where a program continues, and how.
   struct Way {
     std::size_t to = 0;
     State state;
@@ -120,7 +120,7 @@ class Walk {
   void look_at_repeats(const Where& where, std::size_t at, const Effect& effect);
   void look_at_limit(const Where& where, const cnc::nc::syntax::Operation& operation,
                      const cnc::nc::syntax::CycleCall& cycle);
-  /// What is wrong only if every path comes to it in a like state.
+  /// Mistakes that exist only if every path comes to the place in a like state.
   void look_at_all_paths(const Where& where, std::size_t at, States states);
   void look_at_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
                          States states);
@@ -155,7 +155,7 @@ inline State state_of(std::size_t index) {
           index >= 2 * stage_count};
 }
 
-/// What a cycle is passed as @P`number`; null if it is not.
+/// The argument @P`number` of a cycle; null if there is none.
 const cnc::nc::syntax::Expression* argument(const cnc::nc::syntax::CycleCall& cycle, double number);
 
 /// SysServiceWait.cyc, in any case, as the controller takes file names.

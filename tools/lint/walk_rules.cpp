@@ -18,7 +18,7 @@ using Flaw = Effect::Flaw;
 constexpr double most_timer = 127;
 /// Documented: 1193 hours (IB/tf5200_programming_manual/207464587).
 constexpr double greatest_time = 4294967295.0;
-/// Whoever writes less means seconds; an answer takes some milliseconds.
+/// A smaller value means seconds; a response takes some milliseconds.
 constexpr double least_time = 100;
 
 bool is_out(Stage stage) {
@@ -57,10 +57,10 @@ bool is_named(States states) {
 std::string_view text_of(Flaw flaw) {
   switch (flaw) {
     case Flaw::other_variable:
-      return "this waits for something else than the answer; wait until RESPONSE_STATE is not 0";
+      return "this waits for something other than the response; wait until RESPONSE_STATE is not 0";
     case Flaw::over_at_once:
-      return "this is true at once: RESPONSE_STATE is 0 from the request on until there is an "
-             "answer; wait until it is not 0";
+      return "this is true at once: RESPONSE_STATE is 0 from the request until the response; wait "
+             "until it is not 0";
     case Flaw::never_over:
       return "no RESPONSE_STATE makes this true, so it waits for ever; wait until it is not 0";
     case Flaw::none:
@@ -81,7 +81,7 @@ State Walk::wait_cycle(const Where& where, const Operation& operation,
     }
   } else if (limited) {
     note(where, operation, Rule::timer_missing,
-         "@P2 limits the wait, and @P3 must say which timer (0 to 127) it may use for that");
+         "@P2 limits the wait, and @P3 must name the timer (0 to 127) for it");
   }
   look_at_limit(where, operation, cycle);
   // The cycle has the flush in it.
@@ -97,8 +97,8 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
     case Kind::request:
       if (waits) {
         note(where, operation, Rule::request_after_state,
-             fmt::format("{} is written while REQUEST_STATE says that a request is there; the "
-                         "service may get either text",
+             fmt::format("{} is written while REQUEST_STATE shows a pending request; the service "
+                         "may get either text",
                          effect.kind == Kind::uuid ? "UUID" : "REQUEST"));
       }
       state.named = state.named || effect.kind == Kind::uuid;
@@ -110,8 +110,8 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
       }
       if (state.stage == Stage::answered) {
         note(where, operation, Rule::answer_not_checked,
-             "the next request is made before anything has looked at the RESPONSE_STATE of the "
-             "last answer; it may have been an error");
+             "the next request is made before the program has checked RESPONSE_STATE of the last "
+             "response; it may have been an error");
       }
       look_at_repeats(where, at, effect);
       state.stage = Stage::out;
@@ -125,17 +125,17 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
       break;
     case Kind::response_written:
       if (waits) {
-        note(where, operation, Rule::answer_written,
-             fmt::format("{0} is written while the request is out, and may wipe out the answer or "
-                         "stand in for it; write {0} before REQUEST_STATE, or leave it to the "
-                         "service",
-                         effect.text.value_or("")));
+        note(
+            where, operation, Rule::answer_written,
+            fmt::format("{0} is written while the request is pending, and may overwrite or replace "
+                        "the response; write {0} before REQUEST_STATE, or leave it to the service",
+                        effect.text.value_or("")));
       }
       break;
     case Kind::response_read:
       if (state.stage == Stage::answered) {
         note(where, operation, Rule::answer_not_checked,
-             "RESPONSE is used before anything has looked at RESPONSE_STATE; it may be the text "
+             "RESPONSE is used before the program has checked RESPONSE_STATE; it may be the text "
              "of an error");
         state.stage = Stage::checked;
       }
@@ -152,7 +152,7 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
       if (state.stage == Stage::answered &&
           std::holds_alternative<syntax::Words>(operation.statement)) {
         note(where, operation, Rule::answer_not_checked,
-             "the program ends and nothing has looked at the RESPONSE_STATE of the last answer");
+             "the program ends without a check of RESPONSE_STATE of the last response");
       }
       break;
     case Kind::end_of_subprogram:
@@ -176,18 +176,17 @@ State Walk::wait(const Where& where, const Operation& operation, const Effect& e
   }
   if (state.stage == Stage::idle) {
     note(where, operation, Rule::wait_before_request,
-         "on one path nothing has written REQUEST_STATE before this wait, so there will be no "
-         "answer");
+         "on one path REQUEST_STATE is not written before this wait, so no response will come");
   }
   if (state.moves) {
-    note(
-        where, operation, Rule::wait_without_flush,
-        "an axis moves before this wait, and its last block may be withheld until the program goes "
-        "on, which it does not; #FLUSH CONTINUE before the wait lets it go");
+    note(where, operation, Rule::wait_without_flush,
+         "an axis moves before this wait, and the controller may withhold the last block until the "
+         "program continues, which it does not; write #FLUSH CONTINUE before the wait");
   }
   if (!effect.limited) {
     note(where, operation, Rule::wait_without_timeout,
-         "if no answer comes this waits for ever; SysServiceWait.cyc with @P2 and @P3 does not");
+         "without a response this waits for ever; SysServiceWait.cyc with @P2 and @P3 has a time "
+         "limit");
   }
   state.stage = effect.judged ? Stage::checked : Stage::answered;
   return state;
@@ -210,9 +209,9 @@ void Walk::look_at_repeats(const Where& where, std::size_t at, const Effect& eff
     }
   }
   note(where, where.routine->operations[at], Rule::same_state_in_loop,
-       fmt::format("each turn of the loop asks the same with REQUEST_STATE {:g}; if the program "
-                   "gives one up and asks again between two looks, nobody sees that it is another "
-                   "one; a number that counts tells them apart",
+       fmt::format("each turn of the loop makes the same request with REQUEST_STATE {:g}; if the "
+                   "program withdraws one and makes the next between two reads of the gateway, the "
+                   "gateway cannot see that it is another one; use a number that counts",
                    *effect.number));
 }
 
@@ -225,13 +224,13 @@ void Walk::look_at_limit(const Where& where, const Operation& operation,
   }
   if (*time < least_time) {
     note(where, operation, Rule::time_limit,
-         fmt::format("@P2 is in milliseconds, and {} is less than an answer may take; if seconds "
+         fmt::format("@P2 is in milliseconds, and {} is less than a response may take; if seconds "
                      "are meant, write {}",
                      *time, std::max(*time, 1.0) * 1000));
   } else if (*time > greatest_time) {
     note(where, operation, Rule::time_limit,
-         fmt::format("@P2 is in milliseconds, and no timer gets to {}, so the wait has no limit; "
-                     "{} is the most",
+         fmt::format("@P2 is in milliseconds, and no timer reaches {}, so the wait has no limit; "
+                     "the largest value is {}",
                      *time, greatest_time));
   }
 }
@@ -247,8 +246,8 @@ void Walk::look_at_all_paths(const Where& where, std::size_t at, States states) 
     named = named || effect.kind == Kind::uuid;
     if (effect.kind == Kind::request_state && effect.number != 0.0 && !named) {
       note(where, operation, Rule::no_uuid,
-           "nothing has written V.G.SERVICE.UUID before this request, so it goes to the service "
-           "that the last program has asked; write UUID first");
+           "V.G.SERVICE.UUID is not written before this request, so it goes to the service of the "
+           "last program; write UUID first");
       named = true;
     }
   }
@@ -258,9 +257,9 @@ void Walk::look_at_all_paths(const Where& where, std::size_t at, States states) 
                     });
   if (uses && has_stage(states, Stage::matched) && has_stage(states, Stage::unmatched)) {
     note(where, operation, Rule::error_goes_on,
-         "RESPONSE is used here whichever way the look at RESPONSE_STATE has gone, so also if it "
-         "is the text of an error; end that way ($GOTO, M30, #ERROR), or use RESPONSE in the "
-         "other one only");
+         "RESPONSE is used here in both branches of the check of RESPONSE_STATE, so also if it is "
+         "the text of an error; end that branch ($GOTO, M30, #ERROR), or use RESPONSE only in the "
+         "other one");
   }
 }
 
@@ -272,8 +271,8 @@ void Walk::look_at_unawaited(const Where& where, std::size_t at, const std::vect
     const auto state = at_state == nullptr ? std::nullopt : constant_number(*at_state);
     if (is_wait_cycle(*cycle) && state && *state != 0 && !has_stage(states, Stage::idle)) {
       note(where, operation, Rule::wait_for_nothing,
-           fmt::format("this is over at once: it waits while RESPONSE_STATE is {}, and that is 0 "
-                       "until there is an answer; leave @P1 out, or write 0",
+           fmt::format("this ends at once: it waits while RESPONSE_STATE is {}, and that is 0 "
+                       "until the response; omit @P1, or write 0",
                        *state));
     }
     return;
@@ -284,23 +283,23 @@ void Walk::look_at_unawaited(const Where& where, std::size_t at, const std::vect
       case Kind::response_state_read:
         if (polling_loop(where, at) == nullptr) {
           note(where, operation, Rule::answer_before_wait,
-               fmt::format("{} is used and nothing has waited for the answer since the request; "
-                           "wait first (#WAIT FOR, SysServiceWait.cyc): a dwell is no wait",
+               fmt::format("{} is used without a wait for the response since the request; wait "
+                           "first (#WAIT FOR, SysServiceWait.cyc): a dwell is not a wait",
                            effect.kind == Kind::response_read ? "RESPONSE" : "RESPONSE_STATE"));
         }
         return;
       case Kind::request_state:
         if (effect.number != 0.0) {
           note(where, operation, Rule::answer_not_awaited,
-               "the next request is made and nothing has waited for the answer to the last one, "
-               "which it replaces; wait first (#WAIT FOR, SysServiceWait.cyc)");
+               "the next request is made without a wait for the response to the last one, which it "
+               "replaces; wait first (#WAIT FOR, SysServiceWait.cyc)");
         }
         return;
       case Kind::end:
         if (std::holds_alternative<syntax::Words>(operation.statement)) {
           note(where, operation, Rule::answer_not_awaited,
-               "the program ends and nothing has waited for the answer to its request; wait first "
-               "(#WAIT FOR, SysServiceWait.cyc): a dwell is no wait");
+               "the program ends without a wait for the response to its request; wait first (#WAIT "
+               "FOR, SysServiceWait.cyc): a dwell is not a wait");
         }
         return;
       case Kind::wait:
@@ -314,8 +313,8 @@ void Walk::look_at_unawaited(const Where& where, std::size_t at, const std::vect
 void Walk::look_at_last(const Where& where, States states) {
   if (is_unawaited(states) && !where.routine->operations.empty()) {
     note(where, where.routine->operations.back(), Rule::answer_not_awaited,
-         "the program ends behind this and nothing has waited for the answer to its request; wait "
-         "first (#WAIT FOR, SysServiceWait.cyc): a dwell is no wait");
+         "the program ends after this without a wait for the response to its request; wait first "
+         "(#WAIT FOR, SysServiceWait.cyc): a dwell is not a wait");
   }
 }
 
@@ -331,7 +330,7 @@ void Walk::note_timer(const Where& where, const Operation& operation, const synt
   }
   if (*number < 0 || *number > most_timer || *number != std::floor(*number)) {
     note(where, operation, Rule::timer_range,
-         fmt::format("timer {} does not exist; there are 0 to {}", *number, most_timer));
+         fmt::format("timer {} does not exist; the timers are 0 to {}", *number, most_timer));
     return;
   }
   const int timer = static_cast<int>(*number);

@@ -20,8 +20,8 @@ class ChunkBuilder {
   [[nodiscard]] std::size_t size() const { return records_.size(); }
 
   /// Appends the chunk and its message indexes to `out`, whose first byte is at `base` of the file,
-  /// and starts an empty one. The result tells where all of it is. A chunk so large that no reader
-  /// would decompress it is not compressed.
+  /// and starts an empty one. The result has their positions. A chunk that is too large for readers
+  /// to decompress is not compressed.
   ChunkIndex finish(std::string& out, std::uint64_t base, Compression compression);
 
  private:

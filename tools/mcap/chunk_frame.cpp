@@ -64,9 +64,7 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
                                      "'mcap filter --output-compression zstd'");
   }
   if (frame.records_size > largest_chunk) {
-    return problem(frame.offset,
-                   "the chunk would be larger than any that is read: its length is "
-                   "damaged");
+    return problem(frame.offset, "the chunk would exceed the size limit: its length is damaged");
   }
   source.read(frame.records_offset, frame.records_size, records);
   if (records.size() != frame.records_size) {
@@ -89,8 +87,8 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
 std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std::uint64_t to) {
   constexpr std::uint64_t window_size = std::uint64_t{64} * 1024;
   constexpr std::uint64_t frame_size = record_prefix_size + fixed_content;
-  // What looks like a chunk is read to see whether its CRC is right. A file can be full of what
-  // does, each as long as the rest; so there is an end to it.
+  // A candidate for a chunk is read to check its CRC. A file can be full of candidates, each as
+  // long as the rest; so their sum is limited.
   std::uint64_t patience = (std::uint64_t{64} << 20U) + 8 * (to - from);
   std::string window;
   std::string records;
@@ -113,7 +111,7 @@ std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std:
       if (read_chunk_records(source, *frame, records)) {
         return frame->offset;
       }
-      // What was decompressed for nothing.
+      // The bytes that were decompressed in vain.
       patience -= std::min<std::uint64_t>(patience, records.size());
     }
   }

@@ -18,8 +18,8 @@ using Done = tl::expected<void, std::string>;
 /// Of the recorder: it shares its processor with services. Higher levels save little of records
 /// that are mostly numbers.
 constexpr int zstd_level = 1;
-/// Readers of zstd keep so much of what they have decompressed at hand (its window); what its best
-/// ordinary level asks for.
+/// Readers of zstd keep a window of decompressed data; this is the window of its highest ordinary
+/// level.
 constexpr std::uint64_t ordinary_window = std::uint64_t{8} << 20U;
 /// Grown by at least this.
 constexpr std::size_t step = std::size_t{64} * 1024;
@@ -55,7 +55,7 @@ Done unpack(Bytes packed, std::uint64_t size, std::string& records, Take take) {
     packed.remove_prefix(piece.read);
     ended = piece.ended;
     if (filled > size) {
-      return wrong("it holds more than the chunk says");
+      return wrong("it has more bytes than the chunk declares");
     }
     if (!ended && piece.read == 0 && piece.written == 0) {
       return wrong("it ends too early");
@@ -63,9 +63,9 @@ Done unpack(Bytes packed, std::uint64_t size, std::string& records, Take take) {
   }
   records.resize(filled);
   if (filled != size) {
-    return wrong("it holds less than the chunk says");
+    return wrong("it has fewer bytes than the chunk declares");
   }
-  return packed.empty() ? Done{} : wrong("bytes are left over behind it");
+  return packed.empty() ? Done{} : wrong("there are bytes after its end");
 }
 
 Done unpack_lz4(Bytes packed, std::uint64_t size, std::string& records) {
@@ -164,7 +164,7 @@ std::string compress(Compression compression, Bytes records) {
 
 Done decompress(Compression compression, Bytes packed, std::uint64_t size, std::string& records) {
   if (size > largest_uncompressed) {
-    return wrong("it would be larger than any that is read");
+    return wrong("it would exceed the size limit");
   }
   switch (compression) {
     case Compression::lz4:
@@ -175,7 +175,7 @@ Done decompress(Compression compression, Bytes packed, std::uint64_t size, std::
       break;
   }
   records = packed;
-  return records.size() == size ? Done{} : wrong("its size is another one");
+  return records.size() == size ? Done{} : wrong("its size differs");
 }
 
 }  // namespace millrace::tools::mcap

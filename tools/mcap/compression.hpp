@@ -1,4 +1,4 @@
-// What the records of a chunk are compressed with: nothing, an LZ4 frame or a Zstandard frame.
+// The compression of a chunk's records: none, an LZ4 frame or a Zstandard frame.
 //
 //   std::string packed = compress(Compression::zstd, records);
 //   auto done = decompress(Compression::zstd, packed, chunk.uncompressed_size, records);
@@ -28,9 +28,9 @@ inline constexpr std::uint64_t largest_uncompressed = std::uint64_t{256} << 20U;
 
 std::string compress(Compression compression, Bytes records);
 
-/// Puts what `packed` holds into `records`, which must be exactly `size` bytes: otherwise, and if
-/// bytes are left over behind it, the error says what is wrong. Asks for memory as the bytes come,
-/// whatever `size` promises.
+/// Decompresses `packed` into `records`. The result must have exactly `size` bytes, and `packed` no
+/// bytes after its end; the error names the mismatch. Allocates memory as the bytes come, not in
+/// advance.
 tl::expected<void, std::string> decompress(Compression compression, Bytes packed,
                                            std::uint64_t size, std::string& records);
 

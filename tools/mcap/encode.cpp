@@ -53,7 +53,7 @@ class Record {
     }
     return *this;
   }
-  /// What has been appended since the prefix.
+  /// The bytes after the prefix.
   [[nodiscard]] Bytes content() const { return Bytes(out_).substr(content_); }
 
  private:

@@ -46,7 +46,7 @@ tl::expected<FileSource, std::string> FileSource::adopt(int descriptor,
     return failure("read", path);
   }
   if (!S_ISREG(status.st_mode)) {
-    return tl::unexpected("cannot read " + path.string() + ": it is no file");
+    return tl::unexpected("cannot read " + path.string() + ": it is not a file");
   }
   source.size_ = static_cast<std::uint64_t>(status.st_size);
   return source;
@@ -91,7 +91,7 @@ tl::expected<FileSink, std::string> FileSink::create(const std::filesystem::path
     return failure("write", part_of(path));
   }
   ::flock(descriptor, LOCK_EX | LOCK_NB);
-  // What is synced in a file whose name is not on the disk nobody finds after a power cut.
+  // After a power failure, a synced file is found only if its name is on the disk too.
   sync_folder_of(path);
   return FileSink(descriptor, path);
 }

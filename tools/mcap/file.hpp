@@ -38,8 +38,8 @@ class FileSource : public Source {
 /// so a file under its own name is always whole.
 class FileSink : public Sink {
  public:
-  /// Fails if either name exists already, too. Until it is finished the ".part" file is locked
-  /// (flock), so that nobody takes it for a leftover.
+  /// Fails if either name exists already. Until it is finished the ".part" file is locked (flock),
+  /// so that no process takes it for a leftover.
   static tl::expected<FileSink, std::string> create(const std::filesystem::path& path);
   /// Leaves the ".part" file behind unless it was finished.
   ~FileSink() override;
@@ -66,7 +66,7 @@ class FileSink : public Sink {
   std::uint64_t size_ = 0;
 };
 
-/// Whether somebody still writes this ".part" file.
+/// Whether a process still writes this ".part" file.
 bool is_being_written(const std::filesystem::path& part);
 
 /// "run.mcap" → "run.mcap.part".

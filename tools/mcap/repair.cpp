@@ -14,7 +14,7 @@ class Copier : public Visitor {
 
   void on_schema(const Schema& schema) override { writer_.define(schema); }
   void on_channel(const Channel& channel) override { writer_.define(channel); }
-  /// What was compressed stays so.
+  /// Compressed chunks are copied unchanged.
   void on_chunk(const ChunkFrame& frame) override {
     writer_.compress_with(compression_of(frame.compression).value_or(Compression::none));
   }

@@ -12,19 +12,19 @@
 namespace millrace::tools::mcap {
 
 struct RepairReport {
-  /// What was saved.
+  /// The saved records.
   Statistics saved;
-  /// What was not, and where it was in the damaged file.
+  /// The problems, with their positions in the damaged file.
   Problems problems;
 };
 
-/// Changes the metadata that the damaged file had into those of the repaired one: what they counted
-/// may be there no more.
+/// Changes the metadata of the damaged file for the repaired one: the records that they count may
+/// be lost.
 using Revise = std::function<void(std::vector<Metadata>&)>;
 
 /// Writes everything that can be read from `damaged` to `repaired`, with new indexes and summary.
-/// `library` says who repaired. The error is the sink's, or says that nothing in it is of a
-/// recording.
+/// `library` is the name of the repairing program. The error is the sink's, or that the file
+/// contains nothing of a recording.
 tl::expected<RepairReport, std::string> repair(
     Source& damaged, Sink& repaired, const std::string& library,
     const Revise& revise = [](std::vector<Metadata>&) {});

@@ -12,7 +12,7 @@
 
 namespace millrace::tools::mcap {
 
-/// What a scan finds, in the order of the file. Override what is of interest.
+/// The results of a scan, in the order of the file. Override the functions of interest.
 class Visitor {
  public:
   virtual ~Visitor() = default;

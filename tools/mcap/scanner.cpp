@@ -48,7 +48,7 @@ void Scanner::read_start() {
   }
   read_on(magic.size(), content_);
   if (content_ != magic) {
-    resynchronise({0, "the file does not begin as an MCAP file does"});
+    resynchronise({0, "the file does not begin like an MCAP file"});
   }
 }
 
@@ -67,9 +67,9 @@ std::optional<Scanner::Prefix> Scanner::read_prefix() {
   prefix.length = in.u64();
   const bool is_chunk = prefix.opcode == static_cast<std::uint8_t>(Opcode::chunk);
   if (prefix.length > longest_record && !is_chunk) {
-    resynchronise({offset_, "the record (" + opcode_name(prefix.opcode) +
-                                ") that begins here would be longer than any that is read: its "
-                                "length is damaged"});
+    resynchronise(
+        {offset_, "the record (" + opcode_name(prefix.opcode) +
+                      ") that begins here would exceed the size limit: its length is damaged"});
     return std::nullopt;
   }
   if (prefix.length > available - record_prefix_size) {
@@ -94,7 +94,7 @@ void Scanner::read_record(const Prefix& prefix) {
     case Opcode::metadata_index:
     case Opcode::summary_offset:
       return resynchronise({begin, "a record of the summary (" + opcode_name(prefix.opcode) +
-                                       ") stands among the data"});
+                                       ") is among the data"});
     default:
       break;
   }
@@ -147,15 +147,15 @@ void Scanner::read_data_end(const Prefix& prefix) {
   const auto end = decode<DataEnd>(in);
   if (end && end->crc != 0 && data_crc_ && *data_crc_ != end->crc) {
     report({offset_,
-            "the CRC of all data is wrong although each chunk is whole: something outside "
-            "of the chunks, or the CRC itself, is damaged"});
+            "the CRC of all data is wrong although each chunk is correct: something outside of the "
+            "chunks, or the CRC itself, is damaged"});
   }
   closed_ = true;
   done_ = true;
 }
 
 void Scanner::report(const Problem& problem) {
-  // What is wrong has been said; the CRC of everything would only say it again.
+  // The problem is reported; the CRC of all data would only repeat it.
   data_crc_.reset();
   visitor_.on_problem(problem);
 }

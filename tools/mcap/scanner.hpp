@@ -48,8 +48,8 @@ class Scanner {
   void report(const Problem& problem);
   /// Reports, and goes on at the next chunk that can be read.
   void resynchronise(const Problem& problem);
-  /// After a record from `begin` to offset_ that is not exactly what its fields need: goes back to
-  /// a chunk inside of it.
+  /// After a record from `begin` to offset_ whose fields do not fill it exactly: goes back to a
+  /// chunk inside of it.
   void look_inside(std::uint64_t begin);
   /// Reads [offset_, offset_ + size) into `out` and counts it for the data section's CRC.
   void read_on(std::uint64_t size, std::string& out);

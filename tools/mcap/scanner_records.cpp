@@ -22,7 +22,8 @@ void announce(Visitor& visitor, const Channel& channel) {
 }  // namespace
 
 void Scanner::take_chunk_records(const ChunkFrame& frame) {
-  // What was compressed has no places of its own in the file: the chunk's stands for all of them.
+  // Compressed records have no position of their own in the file: the chunk's is used for all of
+  // them.
   const bool here = frame.compression.empty();
   const auto place = [&](std::uint64_t offset) { return here ? offset : frame.offset; };
   Cursor in(records_, frame.records_offset);
@@ -46,8 +47,7 @@ void Scanner::take_top_level(std::uint8_t opcode, Cursor& in) {
   }
   if (static_cast<Opcode>(opcode) == Opcode::message && index_expected_) {
     // Its bytes have no CRC of their own; one flipped bit makes a Message of a MessageIndex.
-    return report(
-        {prefix_of(in), "a Message record stands between a chunk and its indexes; skipped"});
+    return report({prefix_of(in), "a Message record is between a chunk and its indexes; skipped"});
   }
   index_expected_ = false;
   switch (static_cast<Opcode>(opcode)) {
@@ -96,12 +96,12 @@ void Scanner::take_message(Cursor& in) {
 
 void Scanner::take_index(Cursor& in) {
   const std::uint64_t offset = prefix_of(in);
-  // Nothing is taken from it: whoever reads from front to back needs no index.
+  // Its contents are ignored: a reader from front to back needs no index.
   const auto index = decode<MessageIndex>(in);
   if (!index) {
     report(index.error());
   } else if (!index_expected_) {
-    report({offset, "a MessageIndex record stands behind no chunk: a chunk before it is lost"});
+    report({offset, "a MessageIndex record follows no chunk: a chunk before it is lost"});
   }
 }
 

@@ -37,12 +37,12 @@ Expected<std::string> read_summary_bytes(Source& source, const Footer& footer) {
     return problem(footer_offset, "the file has no summary");
   }
   if (start < magic.size() + data_end_size || start > footer_offset) {
-    return problem(footer_offset, "the footer names a place for the summary that cannot be");
+    return problem(footer_offset, "the footer has an impossible position of the summary");
   }
   std::string bytes;
   source.read(start - data_end_size, 1, bytes);
   if (bytes.empty() || bytes[0] != static_cast<char>(Opcode::data_end)) {
-    return problem(start, "no DataEnd record stands before the summary: the footer is damaged");
+    return problem(start, "there is no DataEnd record before the summary: the footer is damaged");
   }
   const std::uint64_t covered = source.size() - start - magic.size() - sizeof footer.summary_crc;
   source.read(start, covered, bytes);
@@ -109,7 +109,7 @@ Expected<Header> read_header(Source& source) {
   source.read(0, magic.size() + record_prefix_size, bytes);
   Cursor in(bytes);
   if (in.take(magic.size()) != magic) {
-    return problem(0, "the file does not begin as an MCAP file does");
+    return problem(0, "the file does not begin like an MCAP file");
   }
   const bool is_header = in.u8() == static_cast<std::uint8_t>(Opcode::header);
   const std::uint64_t length = in.u64();
@@ -162,7 +162,7 @@ Expected<Metadata> read_metadata(Source& source, const MetadataIndex& index) {
   const bool is_metadata = in.u8() == static_cast<std::uint8_t>(Opcode::metadata);
   const Bytes content = in.take(in.u64());
   if (!in.ok() || !is_metadata) {
-    return problem(index.offset, "the summary names a Metadata record that is not there");
+    return problem(index.offset, "the summary names a missing Metadata record");
   }
   Cursor fields(content, in.offset() - content.size());
   return decode<Metadata>(fields);

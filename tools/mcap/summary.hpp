@@ -1,5 +1,5 @@
-// What a file holds, without reading its messages: from its summary, or, where that is missing or
-// damaged, from a scan.
+// The contents of a file without its messages: from its summary, or, if that is missing or damaged,
+// from a scan.
 #pragma once
 
 #include <map>

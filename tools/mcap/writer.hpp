@@ -7,8 +7,8 @@
 //   writer.close_chunk();        // now what came before is safe from a cut
 //   writer.close();
 //
-// Bytes reach the sink chunk by chunk, each with its indexes in one write. What it refuses is kept
-// and goes before the rest the next time.
+// Bytes reach the sink chunk by chunk, each with its indexes in one write. A refused write is kept
+// and sent first the next time.
 #pragma once
 
 #include <map>
@@ -24,7 +24,7 @@ namespace millrace::tools::mcap {
 struct WriterOptions {
   /// Empty: no convention beyond MCAP itself.
   std::string profile{};
-  /// Who writes, with version.
+  /// The writing program, with version.
   std::string library{};
   /// A chunk is closed when its records have this many bytes.
   std::size_t chunk_size = std::size_t{256} * 1024;
@@ -33,7 +33,7 @@ struct WriterOptions {
 
 class Writer {
  public:
-  /// What the sink refused.
+  /// The error of the sink.
   using Result = tl::expected<void, std::string>;
 
   /// `sink` must outlive the writer.
@@ -68,7 +68,7 @@ class Writer {
  private:
   void end_chunk();
   Result flush();
-  /// What of `pending_` is not in the CRC yet.
+  /// Adds the rest of `pending_` to the CRC.
   void count();
   void append_summary();
   template <typename Records>
@@ -81,7 +81,7 @@ class Writer {
   std::string pending_;
   std::uint64_t written_ = 0;
   std::uint32_t data_crc_ = 0;
-  /// So many bytes of `pending_` are in it.
+  /// The number of bytes of `pending_` in the CRC.
   std::size_t counted_ = 0;
   std::uint64_t messages_taken_ = 0;
   /// Of those in closed chunks.

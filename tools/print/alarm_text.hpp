@@ -1,4 +1,4 @@
-// What a program says of itself, for people and for programs.
+// Alarms as text and as JSON.
 //
 //   said_by(alarm) == "archiver on vm, pid 17"
 //   what_is_said(alarm) == "archiver on vm, pid 17: /srv/archive cannot be written: disk full"
@@ -16,7 +16,7 @@ namespace millrace::tools::print {
 std::string said_by(const fabric::Alarm& alarm);
 std::string what_is_said(const fabric::Alarm& alarm);
 
-/// As every `--json` has it: "level", "kind", "subject", "text", "advice", "since", "program",
+/// The JSON of every `--json`: "level", "kind", "subject", "text", "advice", "since", "program",
 /// "host", "pid", "responder".
 boost::json::object json_of(const fabric::Alarm& alarm);
 

@@ -38,7 +38,7 @@ boost::json::value element_json(ValueType type, std::int64_t element) {
   }
   return element;
 }
-/// JSON has no word for what is no number.
+/// JSON has no word for what is not a number.
 boost::json::value element_json(ValueType, double element) {
   return std::isfinite(element) ? boost::json::value(element)
                                 : boost::json::value(fmt::format("{}", element));
@@ -138,7 +138,7 @@ std::string line_of(const fabric::ProgramEvent& event) {
 std::string line_of(const fabric::DataSample& sample) {
   std::string line = safe(sample.group);
   if (sample.values.empty()) {
-    return line + "  nobody tells of it any more";
+    return line + "  not published any more";
   }
   for (const Value& value : sample.values) {
     line += fmt::format("  {}={}", safe(value.name), text_of(value));

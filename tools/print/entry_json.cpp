@@ -25,7 +25,7 @@ void add_columns(const std::set<std::string>& kinds, std::vector<std::string>& c
     return;
   }
   std::vector<std::string> names = names_of(fabric::shape_of<Its>());
-  // What is worked out from the fields.
+  // Members that are derived from the fields.
   if constexpr (std::is_same_v<Its, fabric::MachineStatus>) {
     names.emplace_back("pushed");
   } else if constexpr (std::is_same_v<Its, fabric::ProgramEvent>) {

@@ -24,7 +24,7 @@ std::string detail_of(const std::string& detail) {
   return detail.empty() ? "" : "  " + safe(detail);
 }
 
-/// What the sample tells beyond time, kind, channel and call.
+/// The part of a line after time, kind, channel and call.
 class Tail {
  public:
   explicit Tail(const Entry& entry) : entry_(entry) {}

@@ -11,7 +11,7 @@
 
 namespace millrace::tools::print {
 
-/// One line without newline: time, kind, channel, call, and what the kind tells.
+/// One line without newline: time, kind, channel, call, and the contents of the kind.
 std::string line_of(const recording::Entry& entry);
 
 /// Every field by name. Texts are UTF-8, ids in their text form, times ISO 8601 in UTC; times and

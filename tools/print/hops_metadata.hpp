@@ -1,4 +1,4 @@
-// The times of hops as a metadata record of a file, so that its summary tells them.
+// The times of hops as a metadata record of a file, which is part of its summary.
 #pragma once
 
 #include <map>

@@ -27,8 +27,8 @@ void put_fields(boost::json::object& out, const Value& value,
 /// Each name that put_shape has for one of them, whatever the value.
 std::vector<std::string> names_of(fabric::Shape shape);
 
-/// The machine's controller tells of every change; false where it is polled, as a whole or for some
-/// of its channels. The type on the wire has it in words only (gateway/machines/subscriptions.cpp).
+/// The machine's controller notifies every change; false if it is polled, completely or for some of
+/// its channels. The wire has it only as text (gateway/machines/subscriptions.cpp).
 bool is_pushed(const fabric::MachineStatus& status);
 /// The link to a controller, and whether it is pushed.
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
@@ -39,7 +39,7 @@ boost::json::object json_of(const fabric::InstanceIdentity& identity,
                             const std::optional<fabric::InstanceStatus>& status);
 /// A text of the controller: CP1252 as UTF-8.
 std::string text_json(std::string_view cp1252);
-/// A text of the fabric; bytes that are no UTF-8 are taken as CP1252, so that the output is JSON.
+/// A text of the fabric; bytes that are not UTF-8 are taken as CP1252, so that the output is JSON.
 std::string utf8(std::string_view text);
 
 /// The text of a value, numbers as people write them: 10 and 0.1, where Boost.JSON's own text says

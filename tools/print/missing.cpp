@@ -25,14 +25,14 @@ std::array<std::pair<std::string_view, std::uint64_t>, 6> missing_counts(
 std::string missing_text(const recording::Missing& missing) {
   std::string text = fmt::format("{} complete", counted(missing.complete, "call is", "calls are"));
   if (missing.incomplete > 0) {
-    text += fmt::format("; of {} something is missing: at least {}, {}, {}",
-                        counted(missing.incomplete, "call", "calls"),
+    text += fmt::format("; {} incomplete: at least {}, {} and {} are missing",
+                        counted(missing.incomplete, "call is", "calls are"),
                         counted(missing.requests, "request", "requests"),
                         counted(missing.replies, "reply", "replies"),
                         counted(missing.events, "event", "events"));
   }
   if (missing.unseen > 0) {
-    text += fmt::format("; of {} nothing was received", counted(missing.unseen, "call", "calls"));
+    text += fmt::format("; {} not received", counted(missing.unseen, "call was", "calls were"));
   }
   return text;
 }

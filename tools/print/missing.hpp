@@ -1,4 +1,4 @@
-// What a recording lacks of its calls, for people and for programs.
+// The missing samples of a recording's calls, as text and JSON.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace millrace::tools::print {
 std::array<std::pair<std::string_view, std::uint64_t>, 6> missing_counts(
     const recording::Missing& missing);
 
-/// "4998 calls are complete; of 2 calls something is missing: at least 1 request, 0 replies, 2
-/// events; of 3 calls nothing was received"
+/// "4998 calls are complete; 2 calls are incomplete: at least 1 request, 0 replies and 2 events are
+/// missing; 3 calls were not received"
 std::string missing_text(const recording::Missing& missing);
 
 }  // namespace millrace::tools::print

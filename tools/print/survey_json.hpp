@@ -1,4 +1,4 @@
-// What a recording holds, as JSON.
+// The contents of a recording as JSON.
 #pragma once
 
 #include <cstdint>

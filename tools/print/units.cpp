@@ -124,7 +124,7 @@ tl::expected<std::uint64_t, std::string> parse_size(std::string_view text) {
   const auto value = parse_scaled(text, size_units, 1);
   if (!value || *value > largest) {
     return tl::unexpected(fmt::format(
-        "'{}' is no size; expected a number with B, kB, MB, GB or KiB, MiB, GiB, as in 64MiB",
+        "'{}' is not a size; expected a number with B, kB, MB, GB or KiB, MiB, GiB, as in 64MiB",
         text));
   }
   return static_cast<std::uint64_t>(*value);

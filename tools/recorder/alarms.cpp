@@ -20,12 +20,12 @@ fabric::Alarm recording_alarm(const Condition& now) {
             .level = AlarmLevel::problem,
             .text = fmt::format("nothing is recorded: the disk of {} has less than {} left",
                                 now.file.string(), print::size_text(now.minimum_free)),
-            .advice = "make room; it goes on by itself"};
+            .advice = "free space on the disk; the recorder then continues by itself"};
   }
   return {.key = {.kind = "recording"},
           .level = AlarmLevel::fine,
           .text = now.writes ? fmt::format("records to {}", now.writes->string())
-                             : fmt::format("will write {} when a call fails", now.file.string())};
+                             : fmt::format("writes {} when a call fails", now.file.string())};
 }
 
 }  // namespace
@@ -39,13 +39,14 @@ std::vector<fabric::Alarm> alarms_of(const Condition& now) {
          .text = fmt::format("the disk of {} has less than {} left; at {} recording stops",
                              now.file.string(), print::size_text(early * now.minimum_free),
                              print::size_text(now.minimum_free)),
-         .advice = "make room, or let it remove its oldest files (--keep-size)"});
+         .advice =
+             "free space on the disk, or let the recorder remove its oldest files (--keep-size)"});
   }
   if (now.lost > 0 || now.missing.incomplete > 0 || now.missing.unseen > 0) {
     alarms.push_back({.key = {.kind = "missing"},
                       .level = AlarmLevel::warning,
                       .text = fmt::format(
-                          "the recording is not whole: {}{}", print::missing_text(now.missing),
+                          "the recording is incomplete: {}{}", print::missing_text(now.missing),
                           now.lost > 0 ? fmt::format("; the bus lost {} samples", now.lost) : ""),
                       .advice = "give the recorder more processor time; see docs/recording.md"});
   }

@@ -1,4 +1,4 @@
-// What a recorder says of itself on the fabric: that it records, and what troubles it. Pure.
+// The alarms of a recorder: that it records, and its problems. Pure.
 //
 //   for (const fabric::Alarm& alarm : alarms_of(condition)) …
 #pragma once
@@ -14,7 +14,7 @@
 namespace millrace::tools::recorder {
 
 struct Condition {
-  /// As it was told (options.hpp).
+  /// As configured (options.hpp).
   std::filesystem::path file{};
   /// The one that is written; nothing while it waits, for a failure or for room.
   std::optional<std::filesystem::path> writes{};
@@ -24,7 +24,7 @@ struct Condition {
   std::optional<std::uint64_t> free{};
   std::uint64_t minimum_free = 0;
   bool makes_room = false;
-  /// What the bus says it has lost on the way here, and what the calls tell of.
+  /// The samples that DDS reports as lost, and those that calls show to be missing.
   std::uint64_t lost = 0;
   recording::Missing missing{};
 };

@@ -1,4 +1,4 @@
-// What a recorder is told.
+// The options of a recorder.
 #pragma once
 
 #include <chrono>
@@ -63,7 +63,7 @@ struct Options {
   /// Recording ends, in order, when the disk has less than this left.
   std::uint64_t minimum_free = std::uint64_t{100} * 1024 * 1024;
   std::optional<Window> window{};
-  /// Who writes: program and version.
+  /// The writing program: name and version.
   std::string library{};
   /// Goes into the metadata of each file: host, fabric, …
   std::map<std::string, std::string> labels{};

@@ -30,8 +30,8 @@
 
 namespace millrace::tools::recorder {
 
-/// What became of the entries that came in: written to a file, filtered out, or let go: by a
-/// window, or for want of room.
+/// The entries that came in, by their end: written to a file, filtered out, or dropped: by a
+/// window, or because the disk was full.
 struct Tally {
   std::uint64_t received = 0;
   std::uint64_t written = 0;
@@ -59,13 +59,13 @@ class Recorder {
   Result finish(std::uint64_t delivered, std::uint64_t lost, fabric::Time now);
 
   [[nodiscard]] Tally tally() const;
-  /// What is not there of the calls that are over, as far as the others tell of it.
+  /// The missing samples of calls that are over, as far as other samples show.
   [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
   /// True when the disk has too little space left. A recording of one file should be finished then;
   /// one of many closes its file if it can, lets go what comes, and goes on when there is room.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
   [[nodiscard]] bool waits_for_room() const { return waits_for_room_; }
-  /// What was left on the disk when it was last looked at; nothing before that.
+  /// The free space on the disk at the last check; nullopt before the first.
   [[nodiscard]] std::optional<std::uint64_t> free_space() const { return free_; }
   /// The file that is written; nothing while there is none.
   [[nodiscard]] std::optional<std::filesystem::path> writes() const {
@@ -84,7 +84,7 @@ class Recorder {
  private:
   Result keep(recording::Entry entry, Moment now);
   Result do_what_is_due(Moment now);
-  /// What failed for want of room is no failure: it is waited for, or what is here goes on.
+  /// A full disk is not a failure: the recorder waits, or continues with the memory that it has.
   Result unless_full(Result result, Moment now);
   /// With the file that there is, or else the next.
   Result go_on(Moment now);

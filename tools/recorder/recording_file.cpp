@@ -35,7 +35,7 @@ RecordingFile::Result RecordingFile::close_chunk(bool sync) {
 RecordingFile::Result RecordingFile::finish(const std::map<std::string, std::string>& metadata) {
   if (!std::exchange(ending_, true)) {
     hops_.close();
-    // What the file does not take here is kept, and close() says so.
+    // A refused chunk is kept, and close() reports it.
     static_cast<void>(file_.close_chunk());
     static_cast<void>(file_.write(mcap::Metadata{recorder_metadata, metadata}));
     static_cast<void>(file_.write(mcap::Metadata{hops_metadata, print::hops_metadata(hops_)}));

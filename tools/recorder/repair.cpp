@@ -13,7 +13,7 @@ namespace millrace::tools::recorder {
 
 namespace {
 
-/// What can be read of a recording, counted.
+/// The readable parts of a recording, counted.
 struct Count {
   std::uint64_t entries = 0;
   recording::Completeness completeness{};

@@ -8,8 +8,8 @@
 
 namespace millrace::tools::recorder {
 
-/// mcap::repair_file(), and what the recorder counted is counted anew: a part of it may be gone.
-/// What the bus had delivered and lost is not known any more.
+/// mcap::repair_file(), with the recorder's counts counted again: some may be lost. The counts of
+/// received and lost samples are unknown.
 tl::expected<mcap::RepairReport, std::string> repair_recording(
     const std::filesystem::path& damaged, const std::filesystem::path& repaired,
     const std::string& library);

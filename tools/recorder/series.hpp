@@ -28,7 +28,7 @@ class Series {
   [[nodiscard]] unsigned last_number() const;
   /// Finished and repaired files, the oldest first.
   [[nodiscard]] std::vector<std::filesystem::path> closed() const;
-  /// ".part" files that nobody writes.
+  /// ".part" files that no process writes.
   [[nodiscard]] std::vector<std::filesystem::path> leftovers() const;
 
  private:

@@ -35,7 +35,7 @@ std::optional<FollowedCall> CallFollower::add(const Entry& entry) {
 
 std::optional<FollowedCall> CallFollower::add(const fabric::Event& event) {
   if (event.call == fabric::CallId{}) {
-    return std::nullopt;  // A request that nobody serves is no call yet.
+    return std::nullopt;  // A request without a service is not a call yet.
   }
   FollowedCall& call = under_way_[event.key];
   if (call.id != event.call) {

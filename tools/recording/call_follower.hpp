@@ -1,4 +1,4 @@
-// Calls as they go by, each put together from what its gateway says of it.
+// Follows calls through the events of their gateways.
 //
 //   if (auto call = follower.add(entry)) …      // it has ended
 //   follower.under_way()                         // one of each channel at most
@@ -30,9 +30,9 @@ struct FollowedCall {
   fabric::Time seen{};
   /// Zero while it is under way.
   fabric::Time ended{};
-  /// What happened last: "dispatched", "held", … ; when it has ended `written` or `withdrawn`.
+  /// The last event: "dispatched", "held", … ; at the end `written` or `withdrawn`.
   fabric::EventKind last = fabric::EventKind::seen;
-  /// What a person needs to know beyond that.
+  /// Information for people beyond that.
   std::string detail{};
   bool replayed = false;
 

@@ -14,7 +14,7 @@ namespace millrace::tools::recording {
 /// The MCAP topic of an entry.
 std::string topic_of(const Entry& entry);
 
-/// Where an entry comes from: DDS topic, type and QoS, for the metadata of its MCAP channel.
+/// The origin of an entry: DDS topic, type and QoS, for the metadata of its MCAP channel.
 mcap::StringMap origin_metadata(const Entry& entry);
 
 }  // namespace millrace::tools::recording

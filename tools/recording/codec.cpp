@@ -13,7 +13,7 @@ namespace millrace::tools::recording {
 
 namespace {
 
-/// What an entry knows besides its sample; it stands in the same message.
+/// The further members of an entry, in the same message as its sample.
 struct Envelope {
   std::string uuid{};
   std::optional<std::uint32_t> text_size{};
@@ -117,7 +117,7 @@ tl::expected<Entry, std::string> decode(std::string_view schema, std::string_vie
     Envelope envelope;
     if (!message.sample.read(value_of<void*>(entry.sample), bytes) ||
         !message.envelope.read(&envelope, bytes)) {
-      return tl::unexpected(fmt::format("the message is no {}", schema));
+      return tl::unexpected(fmt::format("the message is not a {}", schema));
     }
     entry.uuid = std::move(envelope.uuid);
     entry.withheld = envelope.text_size;
@@ -135,7 +135,7 @@ tl::expected<Entry, std::string> decode(std::string_view schema, std::string_vie
         entry.sample);
     return entry;
   }
-  return tl::unexpected(fmt::format("'{}' is no schema of millrace", schema));
+  return tl::unexpected(fmt::format("'{}' is not a schema of millrace", schema));
 }
 
 }  // namespace millrace::tools::recording

@@ -11,7 +11,7 @@ using fabric::EventKind;
 /// Topics have no common order, and what is lost on the way is sent again within milliseconds:
 /// after this time what is not there does not come any more.
 constexpr auto settle_time = std::chrono::seconds(2);
-/// At the end nobody waits that long: what was only on its way is not missing.
+/// At the end, samples that are still on their way are not missing.
 constexpr auto last_moment = std::chrono::milliseconds(100);
 template <typename T>
 bool contains(const std::vector<T>& all, const T& one) {
@@ -70,7 +70,7 @@ void Completeness::on_machine(const fabric::MachineStatus& status) {
 
 void Completeness::add_event(const fabric::Event& event, bool wanted, fabric::Time at) {
   if (event.call == fabric::CallId{}) {
-    return;  // A request that nobody serves is no call yet.
+    return;  // A request without a service is not a call yet.
   }
   const bool was_open = is_open(event.call, at);
   const bool is_new = event.kind == EventKind::seen && on_seen(event, at);
@@ -122,7 +122,7 @@ bool Completeness::on_seen(const fabric::Event& event, fabric::Time at) {
     return false;
   }
   if (gateway.first == 0) {
-    // What began before may be of a time when nobody listened.
+    // Earlier calls may be of the time before the recording.
     gateway.first = call.number;
     std::erase_if(traces_, [&](const auto& trace) {
       return trace.first.epoch == call.epoch && trace.first.number < call.number;
@@ -182,7 +182,7 @@ void Completeness::on_status(const fabric::ChannelStatus& status, fabric::Time a
   }
 }
 
-/// Not judged yet, and not of a time when nobody listened.
+/// Not judged yet, and not of the time before the recording.
 bool Completeness::is_open(const fabric::CallId& call, fabric::Time at) {
   const auto [place, is_new] = gateways_.try_emplace(call.epoch);
   if (is_new) {
@@ -233,7 +233,7 @@ void Completeness::settle(fabric::Time until) {
     const auto [at, call] = over_.front();
     over_.pop_front();
     const auto trace = traces_.find(call);
-    // It may be over no more: its channel showed it again.
+    // It is not over: its channel showed it again.
     if (trace != traces_.end() && trace->second.over == at) {
       judge(trace, false);
     }
@@ -253,7 +253,8 @@ void Completeness::settle_gaps(fabric::Time until) {
   }
 }
 
-/// How many calls of a gap nothing was received of; the others are judged by what was.
+/// The number of calls in a gap of which nothing was received; the others are judged by their
+/// samples.
 std::uint64_t Completeness::unseen_in(std::uint64_t epoch, const Gap& gap) {
   Gateway& gateway = gateways_.at(epoch);
   const auto first = gateway.judged.lower_bound(gap.from);
@@ -283,7 +284,7 @@ void Completeness::judge(Traces::iterator found, bool at_once) {
   traces_.erase(found);
   Gateway& gateway = gateways_.at(call.epoch);
   if (gateway.first == 0 || call.number < gateway.first) {
-    return;  // Of a time when nobody listened.
+    return;  // Before the recording.
   }
   if (call.number > gateway.last || in_a_gap(call)) {
     gateway.judged.insert(call.number);

@@ -1,16 +1,15 @@
-// Whether a recording has everything of the calls that it saw: what writers replace or drop before
-// it arrives is counted by nobody, but the samples of a call tell of each other.
+// Whether a recording has all samples of the calls that it saw: no counter shows what writers
+// replace or drop before it arrives, but the samples of a call refer to each other.
 //
 //   Completeness completeness;
 //   completeness.add(entry);                 // each entry that the bus delivers, as it comes
 //   completeness.finish(now);
-//   completeness.missing().incomplete        // calls of which something is missing
+//   completeness.missing().incomplete        // incomplete calls
 //
-// Gateways number their calls without gaps, and tell of each step of a call in events: seen,
-// dispatched (so there was a request), replied (so there was a reply), and written or withdrawn in
-// the end. Nothing is known of calls that were seen before the first one that was heard of, of
-// calls that tools make (they are no gateways), of what came last, and of numbers that a restarted
-// gateway leaves out.
+// Gateways number their calls without gaps, and publish each step of a call as an event: seen,
+// dispatched (so there was a request), replied (so there was a reply), and written or withdrawn at
+// the end. Four kinds of calls cannot be judged: those before the first received one, calls of
+// tools (which are not gateways), the last ones, and numbers that a restarted gateway skips.
 #pragma once
 
 #include <cstddef>
@@ -29,9 +28,9 @@ namespace millrace::tools::recording {
 struct Missing {
   /// Calls that are over and of which every sample is there.
   std::uint64_t complete = 0;
-  /// Calls that are over and of which something is missing: at least the samples below.
+  /// Calls that are over and incomplete: at least the samples below are missing.
   std::uint64_t incomplete = 0;
-  /// Numbers that gateways gave to calls of which nothing was received.
+  /// Numbers of calls of which no sample was received.
   std::uint64_t unseen = 0;
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
@@ -53,7 +52,7 @@ class Completeness {
   [[nodiscard]] std::size_t open() const { return traces_.size(); }
 
  private:
-  /// What was received of one call.
+  /// The received samples of one call.
   struct Trace {
     bool wanted = false;
     bool seen = false;

@@ -1,4 +1,4 @@
-// Which entries somebody wants: by machine, channel, service, call and time.
+// Selects entries by machine, channel, service, call and time.
 #pragma once
 
 #include <cstdint>

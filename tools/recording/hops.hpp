@@ -1,5 +1,4 @@
-// How long each part of the way of a call takes, over many calls: pairs what gateway and service
-// say of the same call.
+// The duration of each hop of calls: pairs the samples of gateway and service for the same call.
 //
 //   HopStatistics hops;
 //   hops.add(entry);                                  // in the order of the recording
@@ -21,9 +20,9 @@ namespace millrace::tools::recording {
 /// Parts of the way of a call. `to_service` and `to_gateway` compare clocks of two processes, which
 /// may be on two hosts.
 enum class Hop : std::uint8_t {
-  /// Seen by the gateway → given out.
+  /// Seen by the gateway → dispatched.
   dispatch,
-  /// Given out → received by the instance.
+  /// Dispatched → received by the instance.
   to_service,
   /// Received → the handler starts.
   queue,
@@ -46,7 +45,7 @@ using HopHistograms = std::array<Histogram, hop_count>;
 /// The samples of a call come from several writers, so they may be recorded out of order.
 class HopStatistics {
  public:
-  /// Told of each hop of each call that counts, by its canonical UUID.
+  /// Called for each hop of each call that counts, by its canonical UUID.
   using Use = std::function<void(const std::string&, Hop, std::chrono::nanoseconds)>;
 
   HopStatistics() = default;
@@ -61,7 +60,7 @@ class HopStatistics {
   [[nodiscard]] const std::map<std::string, HopHistograms>& services() const { return services_; }
 
  private:
-  /// What is known of a call so far.
+  /// The known times of a call so far.
   struct Open {
     /// In the order in which calls were heard of first.
     std::uint64_t turn = 0;

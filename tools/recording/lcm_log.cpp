@@ -14,7 +14,7 @@ constexpr std::string_view sync_word = "\xED\xA1\xDA\x01";
 constexpr std::uint64_t header_size = 28;
 constexpr std::uint64_t channel_length_at = 20;
 constexpr std::uint64_t message_length_at = 24;
-/// Of ours none comes near to this; those of others are passed over unread.
+/// Far above our own messages; larger foreign ones are skipped unread.
 constexpr std::uint64_t longest_of_ours = 65'536;
 
 std::uint32_t number_at(std::string_view bytes, std::size_t offset) {
@@ -48,7 +48,7 @@ class Window {
   std::string bytes_;
 };
 
-/// Where the next event may begin, from `offset` on; the end of the file if none does.
+/// The possible begin of the next event, from `offset` on; the end of the file if there is none.
 std::uint64_t next_sync(Window& file, std::uint64_t offset) {
   constexpr std::uint64_t step = 1U << 16U;
   while (offset + sync_word.size() <= file.size()) {
@@ -79,9 +79,8 @@ ReadReport read_lcm_log(mcap::Source& source, const Filter& filter,
     const std::string header(file.at(offset, header_size));
     if (!header.starts_with(sync_word.substr(0, header.size()))) {
       const std::uint64_t next = next_sync(file, offset + 1);
-      report.problems.push_back({offset, "no event of LCM begins here; " +
-                                             std::to_string(next - offset) +
-                                             " bytes are passed over"});
+      report.problems.push_back({offset, "no LCM event begins here; " +
+                                             std::to_string(next - offset) + " bytes are skipped"});
       offset = next;
       continue;
     }
@@ -93,7 +92,7 @@ ReadReport read_lcm_log(mcap::Source& source, const Filter& filter,
     if (end > file.size()) {
       // Of a logger that was killed, or of lengths that are damaged.
       const std::uint64_t next = next_sync(file, offset + 1);
-      report.problems.push_back({offset, "an event of LCM ends behind the end of the file"});
+      report.problems.push_back({offset, "an LCM event ends after the end of the file"});
       offset = next;
       continue;
     }

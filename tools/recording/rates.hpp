@@ -1,4 +1,4 @@
-// How often something happens, over the last seconds. Pure.
+// The frequency of an event over the last seconds. Pure.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@ namespace millrace::tools::recording {
 /// Of one channel or service.
 class Rate {
  public:
-  /// What is older counts no more.
+  /// Older events do not count.
   static constexpr std::chrono::seconds window{10};
 
   /// Something that took `duration` (none = not known) ended at `now`.

@@ -15,7 +15,7 @@
 namespace millrace::tools::recording {
 
 struct ReadReport {
-  /// What could not be read, with its place in the file.
+  /// The unreadable parts, with their places in the file.
   mcap::Problems problems{};
   /// Messages of schemas that are not ours.
   std::uint64_t foreign = 0;

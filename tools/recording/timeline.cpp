@@ -35,7 +35,7 @@ Stage stage_of(fabric::EventKind kind) {
   return Stage::seen;
 }
 
-/// Where what a service did must lie on the gateway's clock.
+/// The limits of a service's times on the gateway's clock.
 struct Bounds {
   fabric::Time from = fabric::Time::min();
   fabric::Time to = fabric::Time::max();
@@ -61,7 +61,7 @@ Bounds bounds_of(const Timeline& timeline, const TimelineStep& service) {
 
 std::string_view name_of(Stage stage) {
   constexpr std::array<std::string_view, 14> names{"seen by the gateway",
-                                                   "no instance serves it",
+                                                   "no service has this UUID",
                                                    "dispatched",
                                                    "received by the instance",
                                                    "handler started",

@@ -15,8 +15,8 @@ namespace millrace::tools::recording {
 
 class RecordingWriter {
  public:
-  /// `file` must outlive this; it is empty, or was written by another RecordingWriter no more in
-  /// use.
+  /// `file` must outlive this; it is empty, or was written by another RecordingWriter that is not
+  /// used any more.
   explicit RecordingWriter(mcap::Writer& file) : file_(file) {}
 
   /// Defines schema and channel when they are new. Fails as the file does.

@@ -150,7 +150,7 @@ tl::expected<void, std::string> Tolerances::add(std::string_view text) {
   const auto value = parse(number);
   if (!value || !std::isfinite(*value) || *value < 0 || equals == 0) {
     return tl::unexpected(fmt::format(
-        "'{}' is no tolerance; expected NUMBER or NUMBER%, after UUID= for one service only",
+        "'{}' is not a tolerance; expected NUMBER or NUMBER%, after UUID= for one service only",
         text));
   }
   tolerance.value = tolerance.relative ? *value / 100 : *value;

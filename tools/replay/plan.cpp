@@ -23,10 +23,10 @@ std::string why_impossible(const PlannedCall& call) {
     return text.size() <= fabric::max_text && text.find('\0') == std::string::npos;
   };
   if (!fits(call.uuid) || !fits(call.text)) {
-    return "its UUID or text is no string of a controller (over 127 bytes, or with a NUL)";
+    return "its UUID or text is not a string of a controller (over 127 bytes, or with a NUL)";
   }
   if (call.state == 0) {
-    return "its state is 0, which is no request";
+    return "its state is 0, which is not a request";
   }
   return {};
 }

@@ -124,7 +124,7 @@ void Player::withdraw_overdue(Clock::time_point now) {
     const auto& withdrawn = plan_.calls[call].withdrawn_after;
     stage_.withdraw(
         call, withdrawn ? std::string("taken back, as in the recording")
-                        : fmt::format("no answer within {:g} s",
+                        : fmt::format("no response within {:g} s",
                                       std::chrono::duration<double>(options_.patience).count()));
   }
 }

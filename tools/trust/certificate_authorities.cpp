@@ -26,7 +26,7 @@ namespace files = fabric::trust::files;
 using openssl::Certificate;
 using openssl::Key;
 
-/// Names in the folder of the authorities.
+/// File names in the folder of the CAs.
 constexpr std::string_view identity_name = "identity";
 constexpr std::string_view permissions_name = "permissions";
 
@@ -52,19 +52,19 @@ tl::expected<void, std::string> check_mode(const fs::path& file, std::string_vie
   if (passphrase.empty() && ::stat(file.c_str(), &status) == 0 &&
       (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
     return tl::unexpected(fmt::format(
-        "{0}: is the private key of an authority, and others on this host can read it; `chmod go= "
-        "{0}`, and make a new plant if others may have seen it: who has it can be anything",
+        "{0}: is the private key of a CA, and other users of this host can read it; run `chmod go= "
+        "{0}`, and create a new PKI if others may have read it: it can issue any certificate",
         file.string()));
   }
   return {};
 }
 
-/// With what documents are signed. Cyclone 0.10.2 builds a chain from the certificate that goes
-/// with a document to the authority that it was given; if that is the root of an authority itself,
-/// it has to be the same file, so that no document of before a renewal would count after it, and
-/// none of after it before. One that the authority has given its own key has no such trouble.
-/// Others (Fast DDS, later Cyclones) look for the authority by issuer and serial number, hence that
-/// of the authority, which a renewal keeps, too.
+/// The certificate that signs documents. Cyclone 0.10.2 builds a chain from the certificate in a
+/// document to its configured CA; if that certificate is the CA's own root, it must be the
+/// identical file, so that documents from before a renewal would not be valid after it, nor new
+/// ones before it. A certificate that the CA has issued for its own key avoids this. Others (Fast
+/// DDS, later Cyclones) find the CA by issuer and serial number, hence the CA's serial number,
+/// which a renewal also keeps.
 Certificate signing_certificate(const Certificate& authority, const Key& key) {
   return openssl::issue(key,
                         {.organisation = authority.organisation(),
@@ -194,7 +194,7 @@ CredentialFiles CertificateAuthorities::issue(const fabric::trust::Participant& 
                                               const std::vector<openssl::Revoked>& revoked) const {
   using fabric::trust::Protection;
   const Key key = Key::generate();
-  // The plant's name is that of its authorities.
+  // The PKI's name is that of its CAs.
   openssl::Subject subject{.organisation = identity_.certificate.organisation(),
                            .common_name = participant.name,
                            .from = from,

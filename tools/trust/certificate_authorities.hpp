@@ -1,6 +1,5 @@
-// The two authorities of a plant: one says who somebody is, the other what he may do. Neither signs
-// what is the other's, so that nobody can write himself permissions with what he got to show who he
-// is.
+// The two CAs of a PKI: one signs identities, the other permissions. Neither signs the other's
+// documents, so that no participant can write its own permissions with its identity key.
 //
 //   const CertificateAuthorities authorities = CertificateAuthorities::create("plant", until, now);
 //   authorities.write(folder, passphrase);
@@ -25,7 +24,7 @@ using Time = std::chrono::sys_seconds;
 /// Of private keys, and of folders that hold them.
 inline constexpr mode_t owner_only = 0600;
 inline constexpr mode_t owner_folder = 0700;
-/// Of what is no secret.
+/// Of what is not secret.
 inline constexpr mode_t everybody_reads = 0644;
 
 /// The files of a participant's folder, by name; the key is among them.
@@ -42,8 +41,7 @@ struct CredentialFiles {
 
 class CertificateAuthorities {
  public:
-  /// Draws both keys. Throws std::invalid_argument for a plant's name that a certificate cannot
-  /// hold.
+  /// Creates both keys. Throws std::invalid_argument for a name that a certificate cannot hold.
   static CertificateAuthorities create(std::string_view plant, Time from, Time until);
   /// From the folder that write() has filled. The error names the file and what to do.
   static tl::expected<CertificateAuthorities, std::string> read(const std::filesystem::path& folder,
@@ -52,17 +50,18 @@ class CertificateAuthorities {
   [[nodiscard]] tl::expected<void, std::string> write(const std::filesystem::path& folder,
                                                       std::string_view passphrase) const;
 
-  /// The same two keys and names, valid for longer: what was signed before goes on counting for who
-  /// has the new certificates, and what is signed from now on for who has the old ones.
+  /// The same two keys and names, valid for longer: earlier signatures stay valid with the new
+  /// certificates, and later ones are valid with the old ones.
   void renew(Time until);
   /// Puts new certificates in the place of the old ones; keys stay as they are.
   [[nodiscard]] tl::expected<void, std::string> write_certificates(
       const std::filesystem::path& folder) const;
-  /// How long those in the folder are valid; needs no passphrase.
+  /// The validity of the CAs in the folder; needs no passphrase.
   static tl::expected<Time, std::string> end_of(const std::filesystem::path& folder);
 
-  /// A new key, a certificate and permissions of the same validity, and what all participants have.
-  /// Who is `foreign` has a name that makes the others begin the handshake: see late_number().
+  /// A new key, a certificate and permissions of the same validity, and the common files of all
+  /// participants. A `foreign` participant gets a name that makes the others begin the handshake:
+  /// see late_number().
   [[nodiscard]] CredentialFiles issue(const fabric::trust::Participant& participant, bool foreign,
                                       std::string_view fabric, Time from, Time until,
                                       const std::vector<base::openssl::Revoked>& revoked) const;

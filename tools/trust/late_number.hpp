@@ -1,9 +1,9 @@
-// A name for who must not begin a handshake. Of two participants with DDS Security the one with the
-// lower GUID begins, and its GUID begins with a hash of the name in its certificate (DDS Security
-// 1.1, 9.3.3). Fast DDS 2.9 begins with a key agreement that Cyclone encodes in another way
-// (Fast-DDS issue 3802, Cyclone DDS issue 1547), but goes along with that of Cyclone if that
-// begins. So a participant on Fast DDS gets a name whose hash is higher than those of the others.
-// Pure.
+// A name for a participant that must not begin a handshake. Of two participants with DDS Security
+// the one with the lower GUID begins, and its GUID begins with a hash of the name in its
+// certificate (DDS Security 1.1, 9.3.3). Fast DDS 2.9 begins with a key agreement that Cyclone
+// encodes differently (Fast-DDS issue 3802, Cyclone DDS issue 1547), but accepts Cyclone's if
+// Cyclone begins. So a participant with Fast DDS gets a name whose hash is higher than those of the
+// others. Pure.
 //
 //   subject.number = late_number(subject);
 #pragma once

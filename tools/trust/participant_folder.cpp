@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 template <typename T>
 using Result = tl::expected<T, std::string>;
 
-/// What the name of a folder ends with that is being written.
+/// The suffix of a folder that is being written.
 constexpr std::string_view unfinished = ".part";
 
 /// Of tar: everything comes in blocks of this size, and two empty ones end it.

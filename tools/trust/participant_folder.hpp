@@ -12,13 +12,12 @@
 
 namespace millrace::tools::trust {
 
-/// Puts `files` into `folder`, in place of what is there: whoever reads it sees the old ones or the
-/// new ones. The secret ones are for their owner alone. The error names the file.
+/// Replaces the contents of `folder` with `files`: a reader sees either the old or the new ones.
+/// Only the owner can read the secret ones. The error names the file.
 tl::expected<void, std::string> write_participant_folder(
     const std::filesystem::path& folder, const std::vector<CredentialFiles::File>& files);
 
-/// Removes what a command that was ended in the middle has left in the plant's folder: keys that
-/// nobody has.
+/// Removes what an interrupted command has left in the PKI folder: unused keys.
 void remove_unfinished(const std::filesystem::path& plant);
 
 /// A tar archive (POSIX ustar) of the plain files in `folder`, below `name`/, with their modes and

@@ -40,13 +40,13 @@ Result<void> check_days(int days) {
   return {};
 }
 
-/// Draws the keys; the plant's name is what a certificate can hold, and a line can show.
+/// Creates the keys; the PKI's name must fit into a certificate and a line.
 Result<CertificateAuthorities> create_authorities(std::string_view name, Time from, Time until) {
   const auto refuse = [name](std::string_view why) {
-    return tl::unexpected(fmt::format(
-        "\"{}\" is no name of a plant ({}): expected 1 to 64 characters of UTF-8 without control "
-        "characters; `--name` gives one that is not the folder's",
-        base::text::safe(name), why));
+    return tl::unexpected(
+        fmt::format("\"{}\" is not a PKI name ({}): expected 1 to 64 characters of UTF-8 without "
+                    "control characters; `--name` gives one that is not the folder's",
+                    base::text::safe(name), why));
   };
   if (name.empty()) {
     return refuse("it is empty");
@@ -72,13 +72,12 @@ Result<bool> make_empty_folder(const fs::path& folder) {
     if (fs::exists(folder / authorities_name, failed) &&
         !fs::exists(folder / register_name, failed)) {
       return tl::unexpected(fmt::format(
-          "{0} is there already, and has authorities but no {1}: `millrace trust init` did not "
-          "come "
-          "to its end here; nobody has got anything of them, so remove {0} and say it again",
+          "{0} exists, and has CAs but no {1}: `millrace trust init` did not finish here and no "
+          "participant has a certificate; remove {0} and run the command again",
           folder.string(), register_name));
     }
-    return tl::unexpected(fmt::format(
-        "{} is there already; the authorities of a plant are never overwritten", folder.string()));
+    return tl::unexpected(
+        fmt::format("{} exists already; the CAs of a PKI are never overwritten", folder.string()));
   }
   fs::create_directories(folder, failed);
   if (failed || ::chmod(folder.c_str(), owner_folder) != 0) {
@@ -89,10 +88,10 @@ Result<bool> make_empty_folder(const fs::path& folder) {
 }
 
 tl::unexpected<std::string> refuse_revoked(std::string_view name) {
-  return tl::unexpected(fmt::format(
-      "\"{}\" has been revoked, and nobody believes that name any more; `millrace trust "
-      "issue` it under another one",
-      name));
+  return tl::unexpected(
+      fmt::format("\"{}\" was revoked, and no process accepts that name any more; issue it under "
+                  "another name with `millrace trust issue`",
+                  name));
 }
 
 }  // namespace
@@ -121,7 +120,7 @@ Result<void> PkiFolder::create(const fs::path& folder, std::string_view name,
   config::TrustRegister participants;
   participants.set_plant(std::string(name));
   participants.set_fabric(std::string(fabric));
-  // The register comes last: a folder without one is not taken for a plant.
+  // The register comes last: a folder without one is not a PKI folder.
   auto done = authorities->write(folder / authorities_name, passphrase)
                   .and_then([&] {
                     return base::posix::write_durably(folder / fabric::trust::files::revoked,
@@ -146,7 +145,7 @@ Result<PkiFolder> PkiFolder::look(const fs::path& folder) {
 }
 
 Result<PkiFolder> PkiFolder::open(const fs::path& folder) {
-  // What is no plant gets no lock.
+  // Without a register there is no lock.
   if (auto looked = read_register(folder); !looked) {
     return tl::unexpected(looked.error());
   }
@@ -154,7 +153,7 @@ Result<PkiFolder> PkiFolder::open(const fs::path& folder) {
   try {
     lock = base::posix::lock_folder(
         folder, lock_name,
-        "another `millrace trust` is at work here; say it again when that has ended");
+        "another `millrace trust` uses this folder; run the command again when that has ended");
   } catch (const std::runtime_error& taken) {
     return tl::unexpected(std::string(taken.what()));
   }
@@ -189,7 +188,7 @@ Result<Entry> PkiFolder::entry(std::string_view name) const {
   const config::TrustParticipant* record = find(name);
   if (record == nullptr) {
     return tl::unexpected(
-        fmt::format("{} has no participant \"{}\"; `millrace trust list {}` names them",
+        fmt::format("{} has no participant \"{}\"; `millrace trust list {}` lists them",
                     folder_.string(), name, folder_.string()));
   }
   return entry_of(*record);
@@ -219,16 +218,16 @@ Result<Entry> PkiFolder::issue(const Participant& participant, const IssueOption
         fabric::trust::files::revoked}) {
     if (participant.name == other) {
       return tl::unexpected(
-          fmt::format("\"{}\" has another meaning here; take another name", participant.name));
+          fmt::format("\"{}\" is a reserved name here; choose another name", participant.name));
     }
   }
   if (find(participant.name) != nullptr) {
-    return tl::unexpected(fmt::format(
-        "{} has a participant \"{}\" already; `millrace trust renew` makes it new credentials, "
-        "and `issue --renew` has it be what that says",
-        folder_.string(), participant.name));
+    return tl::unexpected(
+        fmt::format("{} has a participant \"{}\" already; `millrace trust renew` renews its "
+                    "credentials, and `issue --renew` also changes its rights",
+                    folder_.string(), participant.name));
   }
-  // Registered before its folder is there: what the authorities have signed is never forgotten.
+  // Registered before its folder exists: no signature of the CAs is ever forgotten.
   config::TrustParticipant& added = *register_->add_participant();
   describe(added, participant, options);
   auto made = make_and_tell(added, options.days, passphrase, now);
@@ -289,10 +288,10 @@ Result<Entry> PkiFolder::make(config::TrustParticipant& record, int days,
   }
   const Time until = std::min(now + std::chrono::days(days), authorities.until());
   if (until <= now) {
-    return tl::unexpected(fmt::format(
-        "the authorities in {} are no longer valid; `millrace trust renew-authorities {}` "
-        "renews them, and all participants",
-        (folder_ / authorities_name).string(), folder_.string()));
+    return tl::unexpected(
+        fmt::format("the CAs in {} have expired; `millrace trust renew-authorities {}` renews them "
+                    "and all participants",
+                    (folder_ / authorities_name).string(), folder_.string()));
   }
   const CredentialFiles credential_files =
       authorities.issue(entry_of(record).participant, record.foreign(), register_->fabric(), now,
@@ -305,7 +304,7 @@ Result<Entry> PkiFolder::make(config::TrustParticipant& record, int days,
       [&] { return write_participant_folder(folder_of(record.name()), credential_files.files); });
   if (!done) {
     record.mutable_issue()->RemoveLast();
-    // What was saved of it does no harm: a serial number that nobody has.
+    // A saved entry does no harm: its serial number has no certificate.
     static_cast<void>(save());
     return tl::unexpected(done.error());
   }
@@ -364,11 +363,11 @@ Result<void> PkiFolder::spread_list(const CertificateAuthorities& authorities, T
   };
   auto done = write(folder_);
   for (const config::TrustParticipant& participant : register_->participant()) {
-    // Who has moved it to its host has it no more; the plant's own is the same.
+    // A folder that was moved to its host is missing here; the PKI folder's own file is the same.
     std::error_code none;
     if (fs::is_directory(folder_of(participant.name()), none)) {
       auto written = write(folder_of(participant.name()));
-      // As many as can be told are told.
+      // Errors do not stop the others.
       done = done ? written : done;
     }
   }
@@ -379,9 +378,9 @@ Result<std::string> PkiFolder::archive_of(std::string_view name) const {
   return entry(name).and_then([&](const Entry& entry) -> Result<std::string> {
     std::error_code none;
     if (!fs::is_directory(folder_of(name), none)) {
-      return tl::unexpected(fmt::format(
-          "{}: is not there; `millrace trust renew` makes its content anew, if no host has it",
-          folder_of(name).string()));
+      return tl::unexpected(
+          fmt::format("{}: is missing; `millrace trust renew` creates it again, if no host has it",
+                      folder_of(name).string()));
     }
     return tar_of(folder_of(name), entry.participant.name);
   });

@@ -1,5 +1,5 @@
-// The PKI folder of a plant: its authorities, a register of whom they have
-// believed what, and a folder for each participant with what it needs and nothing else.
+// The PKI folder: its CAs, a register of issued certificates, and a folder for each participant
+// with only the files that it needs.
 //
 //   auto pki = PkiFolder::open("plant", {});
 //   pki->issue({.name = "square-root", .roles = {Role::service}, .uuids = {"560aacbf-…"}}, {.days
@@ -32,13 +32,13 @@ namespace millrace::tools::trust {
 /// A participant as the register has it.
 struct Entry {
   fabric::trust::Participant participant;
-  /// Where it is meant to be, for people.
+  /// A note about its host, for people.
   std::string host;
   /// Of what is in its folder now.
   std::string serial;
   Time from;
   Time until;
-  /// Everything it ever got has been taken back.
+  /// All its certificates were revoked.
   bool revoked = false;
   /// A program on another DDS.
   bool foreign = false;
@@ -46,7 +46,7 @@ struct Entry {
 
 struct IssueOptions {
   std::string host{};
-  /// How long it is valid, in days; never longer than the authorities are.
+  /// Validity of the certificate, in days; never longer than the CAs'.
   int days = 825;
   /// For a program on another DDS.
   bool foreign = false;
@@ -56,13 +56,13 @@ struct IssueOptions {
 /// people and name the file.
 class PkiFolder {
  public:
-  /// Creates the folder, which must not exist or be empty: an authority is never overwritten. On
-  /// error nothing is left of it.
+  /// Creates the folder, which must not exist or be empty: CAs are never overwritten. After an
+  /// error it is removed.
   static tl::expected<void, std::string> create(const std::filesystem::path& folder,
                                                 std::string_view name, std::string_view fabric,
                                                 int days, std::string_view passphrase, Time now);
   static tl::expected<PkiFolder, std::string> open(const std::filesystem::path& folder);
-  /// To look only, also while another command writes, and where nobody can.
+  /// Read-only, also while another command writes, and in a folder without write access.
   static tl::expected<PkiFolder, std::string> look(const std::filesystem::path& folder);
   PkiFolder(PkiFolder&&) noexcept;
   PkiFolder& operator=(PkiFolder&&) noexcept;
@@ -73,15 +73,15 @@ class PkiFolder {
   /// By name.
   [[nodiscard]] std::vector<Entry> entries() const;
   [[nodiscard]] tl::expected<Entry, std::string> entry(std::string_view name) const;
-  /// Of a participant: plant/NAME.
+  /// The folder of a participant: plant/NAME.
   [[nodiscard]] std::filesystem::path folder_of(std::string_view name) const;
 
   /// A new participant; refused if there is one of that name.
   tl::expected<Entry, std::string> issue(const fabric::trust::Participant& participant,
                                          const IssueOptions& options, std::string_view passphrase,
                                          Time now);
-  /// renew() of a participant that may other things from now on: roles, UUIDs and machines become
-  /// those of `participant`; a host that is not said and who is foreign stay so.
+  /// renew() with other permissions: roles, UUIDs and machines become those of `participant`; an
+  /// omitted host and `foreign` stay the same.
   tl::expected<Entry, std::string> reissue(const fabric::trust::Participant& participant,
                                            const IssueOptions& options, std::string_view passphrase,
                                            Time now);
@@ -89,15 +89,15 @@ class PkiFolder {
   /// is over.
   tl::expected<Entry, std::string> renew(std::string_view name, int days,
                                          std::string_view passphrase, Time now);
-  /// The authorities, for so many days from now and with the keys they have, then every participant
-  /// that is not revoked, as renew() does: what hosts have until then and what they get now count
-  /// for each other. An error may leave some participants as they were; the same again goes on.
+  /// Renews the CAs for this number of days from now with their keys, then every participant that
+  /// is not revoked, like renew(): certificates on hosts and new ones stay valid for each other. An
+  /// error may leave some participants as they were; a repeat continues.
   tl::expected<void, std::string> renew_authorities(int days, int participant_days,
                                                     std::string_view passphrase, Time now);
-  /// How long the authorities are valid, and so whatever they sign.
+  /// Validity of the CAs, and so whatever they sign.
   [[nodiscard]] tl::expected<Time, std::string> authorities_until() const;
-  /// Takes back everything that the participant ever got, and tells all participants' folders of it
-  /// that are there. An error may leave some without; the same again goes on.
+  /// Revokes all certificates of the participant, and updates the CRL in all participants' folders.
+  /// An error may leave some without it; a repeat continues.
   tl::expected<void, std::string> revoke(std::string_view name, std::string_view passphrase,
                                          Time now);
   /// The participant's folder as a tar archive, for its host.

@@ -28,7 +28,7 @@ tl::expected<std::unique_ptr<config::TrustRegister>, std::string> read_register(
   std::error_code none;
   if (!fs::exists(file, none)) {
     return tl::unexpected(
-        fmt::format("{} is no PKI folder: it has no {}; `millrace trust init` makes one",
+        fmt::format("{} is not a PKI folder: it has no {}; `millrace trust init` makes one",
                     folder.string(), register_name));
   }
   auto participants = std::make_unique<config::TrustRegister>();
@@ -44,7 +44,7 @@ tl::expected<void, std::string> write_register(const fs::path& folder,
   google::protobuf::TextFormat::PrintToString(participants, &text);
   return base::posix::write_durably(
       folder / register_name,
-      "# Written by `millrace trust`; whom the authorities of this plant have believed what.\n" +
+      "# Written by `millrace trust`: the certificates that the CAs of this PKI have issued.\n" +
           text);
 }
 

@@ -1,5 +1,4 @@
-// The register of a plant's trust (PKI/register.textproto): whom its authorities have believed
-// what.
+// The register of a PKI (PKI/register.textproto): the certificates that its CAs have issued.
 //
 //   auto participants = read_register(folder);
 //   describe(*participants->add_participant(), participant, options);
@@ -30,9 +29,9 @@ tl::expected<void, std::string> write_register(const std::filesystem::path& fold
 void describe(config::TrustParticipant& record, const fabric::trust::Participant& participant,
               const IssueOptions& options);
 Entry entry_of(const config::TrustParticipant& record);
-/// Whether it has got something, and all of that has been taken back.
+/// Whether it has certificates, and all of them were revoked.
 bool is_revoked(const config::TrustParticipant& record);
-/// Every certificate that has been taken back, whosoever it was.
+/// All revoked certificates, of any participant.
 std::vector<base::openssl::Revoked> revoked_in(const config::TrustRegister& participants);
 
 }  // namespace millrace::tools::trust

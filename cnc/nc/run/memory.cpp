@@ -148,7 +148,7 @@ std::optional<VariableInfo> Memory::find(std::string_view name) const {
 Result<Value> Memory::read(std::string_view name) const {
   const auto family = family_of(name);
   if (!family) {
-    return fault(0, std::string(name) + " is no variable of the program");
+    return fault(0, std::string(name) + " is not a variable of the program");
   }
   return table_of(*family, name).read(name);
 }

@@ -107,7 +107,7 @@ Result<void> MotionState::read_g(double number, Draft& draft) {
 
 Result<void> MotionState::read_m(double number, Draft& draft) const {
   if (number != std::floor(number) || number < 0 || number > 9999) {
-    return fault(0, "M" + values::display(number) + " is no M function");
+    return fault(0, "M" + values::display(number) + " is not an M function");
   }
   switch (const int function = static_cast<int>(number)) {
     case 0:

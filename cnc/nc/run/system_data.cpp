@@ -42,7 +42,7 @@ Result<void> carry_out_one(const WriteMessage& order, Environment& environment) 
 
 Result<long> next_position(const QueueControl& control, long elements) {
   if (elements < fewest_elements) {
-    return fault(0, elements == 0 ? " is no array of system data"
+    return fault(0, elements == 0 ? " is not an array of system data"
                                   : " has " + std::to_string(elements) +
                                         " elements; a queue needs at least 3");
   }
@@ -54,7 +54,7 @@ Result<long> next_position(const QueueControl& control, long elements) {
   }
   const long next = control.last_filled == elements ? 1 : control.last_filled + 1;
   if (next == control.last_get) {
-    return fault(0, " is full: nobody has read its " + std::to_string(elements - 1) +
+    return fault(0, " is full: no reader has taken its " + std::to_string(elements - 1) +
                         " messages; nothing is overwritten");
   }
   return next;

@@ -34,7 +34,7 @@ Result<long> integer(const Value& value) {
     return tl::make_unexpected(real.error());
   }
   if (!(std::abs(*real) <= largest_integer)) {
-    return fault(21883, "overflow: " + display(*real) + " is no integer of this controller");
+    return fault(21883, "overflow: " + display(*real) + " is not an integer of this controller");
   }
   return std::lround(*real);
 }

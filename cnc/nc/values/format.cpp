@@ -67,7 +67,7 @@ Result<FormatPiece> read_conversion(std::string_view format, std::size_t& positi
       return piece;
     default:
       return fault(20721, "the format \"" + std::string(format) +
-                              "\" has a conversion that is none of %d %u %f %s %%");
+                              "\" has an unknown conversion; known are %d %u %f %s %%");
   }
 }
 

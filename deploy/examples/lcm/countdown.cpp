@@ -1,6 +1,6 @@
-// A service in C++ that speaks LCM and takes its time: counts down from the number it is given, a
-// second each, says on the way how far it is, and stops when nobody waits any more. The call runs
-// in a thread of its own, so that the program goes on saying that it is there.
+// A long-running service in C++ that uses LCM: counts down from the requested number, one per
+// second, reports its progress, and stops when its call is cancelled. The call runs in its own
+// thread, so that the program continues to publish its presence.
 //
 //   lcm-gen -x --cpp-std c++11 /usr/share/millrace/lcm/*.lcm
 //   g++ -std=c++17 -o countdown countdown.cpp -I. -llcm -pthread

@@ -64,13 +64,13 @@ def argument_parser(services: Sequence[_service.Service] | None = None) -> argpa
         allow_abbrev=False,
     )
     parser.add_argument("--fabric-config", metavar="FILE", help=(
-        "How to join the fabric: interface, peers, domain (fabric.textproto); else the file that "
+        "Interface, peers and domain of the fabric (fabric.textproto); the file that "
         "MILLRACE_FABRIC_CONFIG names, else /etc/millrace/fabric.textproto, if it is there. Without any of them "
         "nothing leaves this host"))
     parser.add_argument("--domain", type=_number(0, 232), metavar="N",  # type: ignore[arg-type]
-                        help="DDS domain to join, whatever the file says; else MILLRACE_DOMAIN, else 0")
+                        help="DDS domain to join; overrides the file and MILLRACE_DOMAIN; 0 if none is given")
     parser.add_argument("--fabric", metavar="NAME", help=(
-        "Fabric to join within the domain, whatever the file says; else MILLRACE_FABRIC, else millrace"))
+        "Fabric to join within the domain; overrides the file and MILLRACE_FABRIC; millrace if none is given"))
     if one:
         parser.add_argument("--uuid", default=one.uuid, help=f"UUID that NC programs call; else {one.uuid}")
         parser.add_argument("--name", default=one.name, help=f"Name of the service in tools and logs; else {one.name}")
@@ -141,7 +141,7 @@ class _Signals:
     def _take(self, number: int, _frame: FrameType | None) -> None:
         if self.first is not None:
             # Not through a logger: another thread may hold its lock.
-            text = "second signal: leaving at once, calls under way go to other instances"
+            text = "second signal: leaving at once; the running calls go to other instances"
             record = logging.LogRecord("millrace", logging.WARNING, "", 0, text, None, None)
             os.write(2, (_Formatter(self._name).format(record) + "\n").encode())
             os._exit(1)
@@ -227,7 +227,7 @@ def _serve(server: _server.Server, signals: _Signals) -> None:
     threading.Thread(target=wait, daemon=True).start()
     while not drained.is_set():
         if signals.first is not None and line_at == float("inf"):
-            log.info("signal %d: leaving when the calls under way are answered", signals.first)
+            log.info("signal %d: leaving when the running calls are answered", signals.first)
             _library.library().notify_supervisor(b"STOPPING=1")
             server.drain()
             line_at = time.monotonic() + _FIRST_LINE

@@ -52,7 +52,7 @@ TEST_P(TheFabric, HearsNobodyOfAnotherDomainOrName) {
   sut().service("service-2", "other-name", {"--fabric", "hall-2"});
   Task& gateway = sut().gateway();
   sut().cnc({.channels = 1, .calls = 10});
-  gateway.await_log("served by nobody");
+  gateway.await_log("no service has the UUID");
   sut().service("service-3", "ours");
   sut().expect_all_answered();
   EXPECT_THAT(sut().history().executions, Each(Field(&Execution::service, "ours")));
@@ -68,13 +68,13 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNobodyIsFound) {
   sut().network().stop_multicast("service-2");
   const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
   EXPECT_THAT(alone, HasSubstr("interface eth0 (10.77.0.5) is up"));
-  EXPECT_THAT(alone, HasSubstr("nobody else is on fabric 'millrace', domain 0"));
+  EXPECT_THAT(alone, HasSubstr("no other process is on fabric 'millrace', domain 0"));
   EXPECT_THAT(alone, HasSubstr("no announcement came by multicast on eth0"));
-  EXPECT_THAT(alone, HasSubstr("name the other hosts in peers"));
+  EXPECT_THAT(alone, HasSubstr("list the other hosts in peers"));
 
   sut().set_profile("service-2", "many_networks.fabric.textproto");
   const std::string found = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
-  EXPECT_THAT(found, HasSubstr("peer 10.77.0.1 (10.77.0.1) is there"));
+  EXPECT_THAT(found, HasSubstr("peer 10.77.0.1 (10.77.0.1) responds"));
   EXPECT_THAT(found, HasSubstr("problem  cnc has no link"));
 
   sut().network().cut("recorder");

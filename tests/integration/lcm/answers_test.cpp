@@ -78,8 +78,8 @@ TEST_F(LcmAnswer, CountsFromTheProgramThatWasAskedAlone) {
     stranger->answer(request, "mine");
     stranger->send(asked.reply_to(request, "forged"));
     sut->await_error("answers (attempt 1 of )?call " + request.call.id +
-                     ", (which it was not given|but)");
-    sut->await_error("in the name of program");
+                     ", (which was not dispatched to it|but)");
+    sut->await_error("with the number of program");
     asked.answer(request, "the answer");
   };
   EXPECT_EQ(answer(say).text, "the answer");
@@ -92,8 +92,8 @@ TEST_F(LcmAnswer, CountsAsAnAnswerToThatCallAlone) {
     other.call.id = "5f-17";
     asked.answer(other, "to another one");
     sut->await_error(" warning +a message on MILLRACE_REPLY\\." + uuid +
-                     " from \\S+ is no reply: its fing");
-    sut->await_error("answers attempt 1 of call 5f-17, which it was not given");
+                     " from \\S+ is not a reply: its fing");
+    sut->await_error("answers attempt 1 of call 5f-17, which was not dispatched to it");
     asked.answer(request, "the answer");
   };
   EXPECT_EQ(answer(say).text, "the answer");
@@ -121,9 +121,9 @@ TEST_F(LcmAnswer, ComesThroughAFloodThatIsToldOnce) {
     }
     return count;
   };
-  EXPECT_EQ(warned("is no reply: "), 1U);
-  EXPECT_EQ(warned("is no presence: "), 1U);
-  EXPECT_EQ(warned("in the name of program"), 1U);
+  EXPECT_EQ(warned("is not a reply: "), 1U);
+  EXPECT_EQ(warned("is not a presence message: "), 1U);
+  EXPECT_EQ(warned("with the number of program"), 1U);
 }
 
 }  // namespace

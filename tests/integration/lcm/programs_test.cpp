@@ -58,7 +58,7 @@ TEST_F(Lcm, ServesNobodyAfterTheLastWordOfAProgram) {
     ASSERT_TRUE(caller().await_instance(uuid));
   }
   EXPECT_TRUE(caller().await_no_instance(uuid));
-  sut->await_error("is gone: silent for 1000 ms; of its calls 0 go on elsewhere");
+  sut->await_error("is gone: silent for 1000 ms; 0 of its calls go to other instances");
 }
 
 TEST_F(Lcm, GivesACallToAnotherProgramWhenTheFirstIsKilled) {
@@ -68,7 +68,7 @@ TEST_F(Lcm, GivesACallToAnotherProgramWhenTheFirstIsKilled) {
   caller.await_error("^interim: \"still 100\"");
   const Process second({MILLRACE_LCM_COUNTDOWN});
   first.kill();
-  sut->await_error("is gone: silent for 1000 ms; of its calls 1 go on elsewhere");
+  sut->await_error("is gone: silent for 1000 ms; 1 of its calls go to other instances");
   sut->await_error("call \\S+ from \\S+: \"100\", state 1, attempt 2");
   sut->await_error("attempt 2\n(.*\n)*.* is in progress: \"still 100\"");
 }
@@ -111,7 +111,7 @@ TEST_F(Lcm, TellsAProgramThatItsCallIsWithdrawn) {
   // It goes on as if it had not heard it, and hears it again.
   EXPECT_EQ(program.await_withdrawal().call.id, heard.call.id);
   program.answer(heard, "late");
-  sut->await_error("was answered after it was withdrawn; nothing is sent");
+  sut->await_error("was answered after it was cancelled; nothing is sent");
   EXPECT_EQ(
       [&] {
         const fabric::Request next = caller().request(uuid, "next");
@@ -129,7 +129,7 @@ TEST_F(Lcm, StopsAProgramInCppWhenNobodyWaitsAnyMore) {
   caller.await_error("^interim: \"still 100\"");
   caller.terminate();
   caller.wait();
-  sut->await_error("call \\S+ is withdrawn");
+  sut->await_error("call \\S+ is cancelled");
   // Its place is free for the next one.
   Process next = call(countdown_uuid, "1");
   next.await("^\"counted 1\" state 1, ok");
@@ -156,7 +156,7 @@ TEST_F(Lcm, TakesAProgramOffThatSaysThatItLeavesWhenItHasAnsweredEverything) {
   EXPECT_TRUE(caller().await_no_instance(uuid));
   program.answer(heard, "done");
   EXPECT_EQ(caller().await_reply(request).text, "done");
-  sut->await_error("has answered everything and is served no longer");
+  sut->await_error("has answered all its calls and is not served any more");
 }
 
 TEST_F(Lcm, SharesTheCallsOutAmongTwoProgramsOfAUuid) {

@@ -234,7 +234,7 @@ TEST_F(AForeignService, GivesUpWhatIsTakenBack) {
   EXPECT_FALSE(caller.poll_reply(request, none));
 }
 
-// It says that it has room for four, and has it for one: as if three came from elsewhere.
+// It says that it runs at most four, and has it for one: as if three came from elsewhere.
 TEST_F(AForeignService, DeclinesWhatItHasNoRoomForAndAnotherOneHasIt) {
   const Process full =
       service({"--name", "full", "--concurrency", "4", "--room", "1", "--work", "20"});

@@ -163,7 +163,7 @@ std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
 void GatewayProcess::publish(const fabric::Request& request) {
   checker_.on_publish(request);
   if (!fabric().publish(*end(), request)) {
-    history().violated(fmt::format("{} cannot be given out: no writer", request.call.to_string()));
+    history().violated(fmt::format("{} cannot be dispatched: no writer", request.call.to_string()));
   }
 }
 

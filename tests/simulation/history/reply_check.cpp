@@ -53,7 +53,7 @@ void ReplyCheck::on(const ReplyTaken& fact) {
   const bool known = refused_[fact.gateway].contains(said);
   if (!fact.completion_signal || known || reply.kind != fabric::ReplyKind::final) {
     expect(unchanged(fact) && !fact.refusal_told,
-           "it is no answer to the call, and changes what becomes of it", reply);
+           "it is not an answer to the call, and changes what becomes of it", reply);
     return;
   }
   const bool writable =

@@ -207,7 +207,7 @@ void MessageRing::let_others_read() {
   if (valid() && last_get_ != last_filled_) {
     const std::size_t count = 1 + random_.below(filled(control()));
     const auto elements = queues::elements_behind(control(), static_cast<std::uint32_t>(last_get_));
-    lose("somebody else reads it", count);
+    lose("another reader uses it", count);
     last_get_ = elements[count - 1];
     moved({});
   }

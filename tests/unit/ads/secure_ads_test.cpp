@@ -234,12 +234,12 @@ TEST_F(SelfSignedAdsTest, SaysThatItNeedsARouteWithItsFingerprint) {
 
 TEST_F(SelfSignedAdsTest, SaysThatKeyAndCertificateAreNotOne) {
   shown().key = controller().key.pem();
-  EXPECT_THAT(refusal(), HasSubstr("the key is not that of the certificate"));
+  EXPECT_THAT(refusal(), HasSubstr("the key does not belong to the certificate"));
 }
 
 TEST_F(SelfSignedAdsTest, SaysThatAnotherKeyThanRsaIsOfNoUse) {
   shown().key = base::openssl::Key::generate().pem();
-  EXPECT_THAT(refusal(), HasSubstr("the key is no RSA key"));
+  EXPECT_THAT(refusal(), HasSubstr("the key is not an RSA key"));
 }
 
 TEST_F(SelfSignedAdsTest, SaysThatTheControllerKnowsPreSharedKeysAlone) {

@@ -48,7 +48,7 @@ TEST_F(BarrierTest, StopsAnExceptionAndSaysWhere) {
 
 TEST_F(BarrierTest, StopsWhatIsNoException) {
   contain("the second test", [] { throw 42; });
-  EXPECT_THAT(said, ElementsAre(HasSubstr("no std::exception")));
+  EXPECT_THAT(said, ElementsAre(HasSubstr("not a std::exception")));
 }
 
 TEST_F(BarrierTest, FillsNoLogWithWhatHappensAgainAndAgain) {

@@ -59,9 +59,9 @@ TEST(Key, OpensWithItsPassphraseOnly) {
 }
 
 TEST(Key, IsNoText) {
-  EXPECT_THAT(Key::read("").error(), HasSubstr("no private key"));
+  EXPECT_THAT(Key::read("").error(), HasSubstr("not a private key"));
   EXPECT_THAT(Key::read("-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n").error(),
-              HasSubstr("no private key"));
+              HasSubstr("not a private key"));
 }
 
 TEST(Certificate, SaysWhoseItIsAndHowLong) {
@@ -162,7 +162,7 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
   sut.replace(sut.find("<allow/>"), 8, "<admit/>");
   EXPECT_THAT(verified_text(sut, authority.certificate).error(), HasSubstr("is not signed by"));
   EXPECT_THAT(verified_text("nothing", authority.certificate).error(),
-              HasSubstr("no signed document"));
+              HasSubstr("not a signed document"));
 }
 
 // Signed in a way that a renewed certificate of the CA verifies too.
@@ -187,7 +187,7 @@ TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
   // A document with the root itself verifies only with that same root: Cyclone accepts no other.
   const std::string by_root = sign_text("<dds/>\n", authority.certificate, authority.key);
   EXPECT_TRUE(verified_text(by_root, authority.certificate));
-  EXPECT_THAT(verified_text(by_root, renewed).error(), HasSubstr("has not given"));
+  EXPECT_THAT(verified_text(by_root, renewed).error(), HasSubstr("has not issued"));
 }
 
 // The certificate of a participant cannot sign its permissions.

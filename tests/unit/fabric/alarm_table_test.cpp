@@ -84,7 +84,7 @@ TEST(AnAlarmTable, TellsTheWorstOfManyAndCountsTheRest) {
   EXPECT_THAT(sut.told(), SizeIs(AlarmTable::most));
   EXPECT_TRUE(sut.told().contains({archiver.key.responder, "archive", "99"}));
   const Alarm& rest = sut.told().at({archiver.key.responder, "more", ""});
-  EXPECT_EQ(rest.text, "69 more, not told one by one");
+  EXPECT_EQ(rest.text, "69 more alarms are not published one by one");
   EXPECT_EQ(rest.level, AlarmLevel::warning);
   for (int i = 0; i < 90; ++i) {
     sut.clear("archive", std::to_string(i));

@@ -114,7 +114,7 @@ TEST_F(Endpoints, RefuseACallForAnInstanceThatNobodyShows) {
   const auto sut = open_gateway();
   const auto result = sut->publish(request(1, identity("no-such-service")));
   ASSERT_FALSE(result);
-  EXPECT_THAT(result.error(), HasSubstr("has not shown up"));
+  EXPECT_THAT(result.error(), HasSubstr("was not discovered"));
 }
 
 TEST_F(Endpoints, NeverLoseTheReplyOfFreshEndpoints) {
@@ -241,7 +241,7 @@ TEST_F(AStrangerBesideEndpoints, AsksForSoManyChannelsAndNoMore) {
       [&] { return service->heard.requests.size() >= most && !service->heard.ignored.empty(); }));
   EXPECT_THAT(service->heard.requests, SizeIs(most));
   EXPECT_THAT(service->heard.ignored,
-              ElementsAre(HasSubstr("tells of more than 4096 things on millrace/v3/request")));
+              ElementsAre(HasSubstr("writes more than 4096 DDS instances on millrace/v3/request")));
 }
 
 /// Used by Cyclone's threads while the test looks.

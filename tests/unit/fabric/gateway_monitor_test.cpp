@@ -139,7 +139,7 @@ TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
     return !heard.ignored.empty();
   }));
   EXPECT_THAT(heard.ignored.front(),
-              testing::HasSubstr("says what gateway " + status.gateway.to_string()));
+              testing::HasSubstr("publishes the state of gateway " + status.gateway.to_string()));
   EXPECT_TRUE(heard.last.claims.empty());
 }
 

@@ -92,7 +92,7 @@ TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
   take_until([&] { return heard >= most && flood; });
   EXPECT_EQ(heard, most);
   ASSERT_TRUE(flood.has_value());
-  EXPECT_THAT(*flood, testing::MatchesRegex("participant [0-9a-f:]+ tells of more than 8192 things "
+  EXPECT_THAT(*flood, testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
                                             "on millrace/v3/reply: further ones are dropped"));
 }
 

@@ -201,7 +201,7 @@ TEST_F(Liveness, IsNotForAnotherProcessToTell) {
     return !gateway.ignored.empty();
   }));
   EXPECT_THAT(gateway.ignored,
-              ElementsAre(testing::HasSubstr("speaks for instance " + who.id.to_string())));
+              ElementsAre(testing::HasSubstr("a heartbeat of instance " + who.id.to_string())));
   for (const InstanceLoad& one : gateway.loads) {
     EXPECT_EQ(one.status.answered, 0U);
   }

@@ -59,7 +59,7 @@ TEST(LogLimiter, OfTooManyKindsAreCountedTogether) {
   EXPECT_EQ(sut.admit("kind", "x", "one too many", start),
             "one too many; problems of more kinds are only counted");
   EXPECT_EQ(sut.admit("kind", "y", "two too many", start), std::nullopt);
-  EXPECT_THAT(sut.due(start + 60s), ElementsAre("1 messages were wrong in other ways in 60 s"));
+  EXPECT_THAT(sut.due(start + 60s), ElementsAre("1 problems of other kinds in 60 s"));
 }
 
 TEST(Throttle, LetsSoManyThroughInAWindowAndCountsTheOthers) {

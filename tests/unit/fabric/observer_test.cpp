@@ -95,7 +95,7 @@ TEST_F(AnObserver, TakesAReplyFromItsInstanceOnly) {
   Reply forged = reply(asked);
   forged.text = "forged";
   ASSERT_TRUE(stranger.write(forged));
-  EXPECT_TRUE(until_ignored("answers a call of instance " + who.id.to_string()));
+  EXPECT_TRUE(until_ignored("replies to a call of instance " + who.id.to_string()));
 
   ASSERT_TRUE(service->end.publish(reply(asked)));
   ASSERT_TRUE(until([&] { return count<Reply>() > 0; }));
@@ -108,7 +108,7 @@ TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
   Reply uncalled = reply(asked);
   uncalled.instance = other->end.identity().id;
   ASSERT_TRUE(other->end.publish(uncalled));
-  EXPECT_TRUE(until_ignored("answers a call of instance"));
+  EXPECT_TRUE(until_ignored("replies to a call of instance"));
   EXPECT_EQ(count<Reply>(), 0U);
 
   Request again = request(17, other->end.identity());
@@ -126,7 +126,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
   ASSERT_TRUE(until([&] { return stranger.matched().size() == instance_and_observer; }));
   ASSERT_TRUE(stranger.write(withdrawal_of(key_of(asked))));
   stranger.withdraw(asked);
-  EXPECT_TRUE(until_ignored("takes back a call"));
+  EXPECT_TRUE(until_ignored("cancels a call"));
   EXPECT_EQ(count<observer::Withdrawal>(), 0U);
 
   call_endpoint->withdraw(key_of(asked));
@@ -142,7 +142,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEp
   ASSERT_TRUE(until([&] { return count<Request>() == 2; }));
   wire::Writer<Request> stranger(elsewhere, request_partition);
   ASSERT_TRUE(stranger.write(withdrawal_of(key_of(tools))));
-  EXPECT_TRUE(until_ignored("takes back a call"));
+  EXPECT_TRUE(until_ignored("cancels a call"));
   EXPECT_EQ(count<observer::Withdrawal>(), 0U);
 }
 
@@ -151,11 +151,11 @@ TEST_F(AnObserver, TakesRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
   Request forged = asked;
   forged.text = "forged";
   ASSERT_TRUE(stranger.write(forged));
-  EXPECT_TRUE(until_ignored("asks in the epoch of a gateway"));
+  EXPECT_TRUE(until_ignored("sends a request in the epoch of a gateway"));
   wire::Writer<Event> events(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return !events.matched().empty(); }));
   ASSERT_TRUE(events.write({.key = asked.key, .call = asked.call, .kind = EventKind::withdrawn}));
-  EXPECT_TRUE(until_ignored("tells of a call of a gateway"));
+  EXPECT_TRUE(until_ignored("publishes a call of a gateway"));
   EXPECT_EQ(count<Request>(), 1U);
   EXPECT_EQ(count<Event>(), 0U);
 }
@@ -167,7 +167,7 @@ TEST_F(AnObserver, TakesAnOutcomeFromWhoWasCommandedOnly) {
   const Command command{.id = InstanceId::random(), .kind = CommandKind::ping, .instance = who.id};
   ASSERT_TRUE(stranger.write(
       {.responder = who.id, .command = command.id, .done = true, .detail = "forged"}));
-  EXPECT_TRUE(until_ignored("says what came of a command"));
+  EXPECT_TRUE(until_ignored("publishes the outcome of a command"));
   ASSERT_TRUE(tool.write(command));
   ASSERT_TRUE(until([&] { return count<Outcome>() > 0; }));
   EXPECT_EQ(all<Outcome>().front().detail, "true");
@@ -180,7 +180,7 @@ TEST_F(AnObserver, TakesAnOutcomeFromNoInstanceThatWasNotCommanded) {
   ASSERT_TRUE(tool.write(command));
   ASSERT_TRUE(until([&] { return count<Command>() == 1; }));
   ASSERT_TRUE(outcomes.publish({.responder = who.id, .command = command.id}));
-  EXPECT_TRUE(until_ignored("says what came of a command"));
+  EXPECT_TRUE(until_ignored("publishes the outcome of a command"));
   EXPECT_EQ(count<Outcome>(), 0U);
 }
 
@@ -194,7 +194,7 @@ TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
   MachineStatus forged = machine;
   forged.reason = "forged";
   ASSERT_TRUE(machines.write(forged));
-  EXPECT_TRUE(until_ignored("says what gateway"));
+  EXPECT_TRUE(until_ignored("publishes the state of gateway"));
   channels.withdraw({.key = asked.key});
   machines.withdraw(machine);
   ASSERT_TRUE(call_endpoint->publish(ChannelStatus{.key = asked.key, .calls = 2}));
@@ -238,7 +238,7 @@ TEST_F(AnObserver, SaysWhoTellsOfMoreThanItTakes) {
   for (std::size_t i = 0; i <= wire::Codec<Alarm>::topic().most_keys; ++i) {
     ASSERT_TRUE(stranger.write({.key = {InstanceId::random(), "flood", std::to_string(i)}}));
   }
-  EXPECT_TRUE(until_ignored("things on millrace/alarm: further ones are dropped"));
+  EXPECT_TRUE(until_ignored("DDS instances on millrace/alarm: further ones are dropped"));
 }
 
 }  // namespace

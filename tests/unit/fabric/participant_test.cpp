@@ -55,9 +55,9 @@ TEST(Participant, RefusesAMisspeltSetting) {
 }
 
 TEST(Participant, RefusesAFabricThatWouldBeAPattern) {
-  EXPECT_THAT(reason({.fabric = "*"}), HasSubstr("'*' is no name of a fabric"));
-  EXPECT_THAT(reason({.fabric = "a/b"}), HasSubstr("no name of a fabric"));
-  EXPECT_THAT(reason({.fabric = ""}), HasSubstr("no name of a fabric"));
+  EXPECT_THAT(reason({.fabric = "*"}), HasSubstr("'*' is not a fabric name"));
+  EXPECT_THAT(reason({.fabric = "a/b"}), HasSubstr("not a fabric name"));
+  EXPECT_THAT(reason({.fabric = ""}), HasSubstr("not a fabric name"));
 }
 
 }  // namespace

@@ -170,7 +170,7 @@ TEST_F(AdsMessageQueueTest, TakesNoElementsThatARequestCannotHold) {
   serve({tools, structure("CONTROL", ElementType::number(Type::sgn32))});
   const auto control = read_control();
   ASSERT_FALSE(control);
-  EXPECT_THAT(control.error(), HasSubstr("is of a type that is no message"));
+  EXPECT_THAT(control.error(), HasSubstr("is of a type that is not a message"));
 }
 
 TEST_F(AdsMessageQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {

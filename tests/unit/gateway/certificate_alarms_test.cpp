@@ -44,9 +44,10 @@ fabric::Alarm alarm_at(std::chrono::sys_seconds until) {
 TEST(CertificateAlarm, SaysWhenTheCertificateEnds) {
   const auto sut = alarm_at(now + std::chrono::days(31));
   EXPECT_EQ(sut.level, AlarmLevel::fine);
-  EXPECT_EQ(sut.text,
-            "the certificate \"hall\" for Secure ADS with press ends on 2026-04-01 07:00 UTC, in "
-            "31 days");
+  EXPECT_EQ(
+      sut.text,
+      "the certificate \"hall\" for Secure ADS with press expires on 2026-04-01 07:00 UTC, in "
+      "31 days");
   EXPECT_THAT(sut.advice, IsEmpty());
 }
 
@@ -63,7 +64,7 @@ TEST(CertificateAlarm, WarnsInTheLastThirtyDaysAndSaysWhatToDo) {
 TEST(CertificateAlarm, WarnsOfOneThatHasEnded) {
   const auto sut = alarm_at(now - 1h);
   EXPECT_EQ(sut.level, AlarmLevel::warning) << "fingerprints have no dates";
-  EXPECT_THAT(sut.text, HasSubstr("has ended on 2026-03-01 06:00 UTC"));
+  EXPECT_THAT(sut.text, HasSubstr("expired on 2026-03-01 06:00 UTC"));
 }
 
 TEST(CertificateAlarm, IsAProblemOnceTheCertificateOrTheCaHasEnded) {
@@ -103,7 +104,7 @@ TEST(CertificateAlarm, SaysTheEndAlsoWhereManyMachinesShareTheCertificate) {
         machine(fmt::format("press_{}", number), cnc::ads::SelfSigned{same, {}, {}}));
   }
   const std::string sut = certificate_alarms(machines, now).at(0).text;
-  EXPECT_THAT(sut, HasSubstr("with press_1, press_2, press_3 and 27 more ends on"));
+  EXPECT_THAT(sut, HasSubstr("with press_1, press_2, press_3 and 27 more expires on"));
   EXPECT_LE(sut.size(), 255U);
 }
 

@@ -70,8 +70,7 @@ TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
   other.asked_text = "9";
   reply(other);
   EXPECT_EQ(sut().status().answered, 0U);
-  EXPECT_THAT(fixture.said.back(),
-              HasSubstr("answers another request than ours under the same id"));
+  EXPECT_THAT(fixture.said.back(), HasSubstr("answers another request with the same call id"));
   other = fixture.reply("3.000", 1);
   other.asked_state += 1;
   reply(other);
@@ -187,14 +186,14 @@ TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsDropped) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1, 9));
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_THAT(fixture.said.back(), HasSubstr("was not given to it"));
+  EXPECT_THAT(fixture.said.back(), HasSubstr("was not dispatched to it"));
 }
 
 TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenItComes) {
   fixture.dispatched_call();
   const auto said = [&] {
     return std::ranges::count_if(fixture.said, [](const std::string& text) {
-      return text.find("was not given to it") != std::string::npos;
+      return text.find("was not dispatched to it") != std::string::npos;
     });
   };
   for (int i = 0; i < 100; ++i) {
@@ -431,7 +430,7 @@ TEST_F(ChannelAnswer, IsNotPrecededByAnInterimOneIfTheProgramWaitsForTheText) {
   fixture.dispatched_call();
   reply(fixture.interim("half way", 50));
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_THAT(fixture.said.back(), HasSubstr("would release the program"));
+  EXPECT_THAT(fixture.said.back(), HasSubstr("would release the NC program"));
 }
 
 TEST_F(ChannelAnswer, OfState0IsCompletedByARestartedGateway) {

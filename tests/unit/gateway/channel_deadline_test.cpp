@@ -65,7 +65,7 @@ TEST_F(ChannelDeadline, EndsAtTheDeadlineWithTheConfiguredState) {
   fixture.wait(29s);
   EXPECT_THAT(fixture.writes, IsEmpty());
   fixture.wait(2s);
-  expect_answer("millrace: no answer within 30 s", 902);
+  expect_answer("millrace: no response within 30 s", 902);
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, replied, written));
   EXPECT_EQ(fixture.events[2].detail, "answered by the gateway");
@@ -76,7 +76,7 @@ TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
   fixture.dispatched_call();
   fixture.wait(10s);
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_EQ(sut().status().reason, "no answer within 1.5 s; the program waits on");
+  EXPECT_EQ(sut().status().reason, "no response within 1.5 s; the NC program goes on waiting");
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
 }
 
@@ -102,7 +102,7 @@ TEST_F(ChannelDeadline, IsMeasuredFromTheRequestAlsoAfterARestart) {
   fixture.restart();
   fixture.link_up();
   fixture.wait(3s);
-  expect_answer("millrace: no answer within 10 s", 902);
+  expect_answer("millrace: no response within 10 s", 902);
 }
 
 TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
@@ -114,7 +114,7 @@ TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
   fixture.wait(1s);
   EXPECT_THAT(fixture.writes, IsEmpty());
   fixture.wait(2s);
-  expect_answer("millrace: its instance is lost, and it must not run twice", 903);
+  expect_answer("millrace: its instance is lost, and the call must not run twice", 903);
 }
 
 // It was said at each look. Found by the simulation.
@@ -171,7 +171,7 @@ TEST_F(ChannelDeadline, IsGivenAnotherChanceByAnOperatorWhoRetries) {
   sut().retry("ann@hmi", fixture.now);
   fixture.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
-  EXPECT_EQ(sut().status().reason, "given out again by ann@hmi");
+  EXPECT_EQ(sut().status().reason, "dispatched again by ann@hmi");
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();
   EXPECT_EQ(fixture.published.back().attempt, 2U);

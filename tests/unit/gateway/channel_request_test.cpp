@@ -88,9 +88,9 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
   fixture.wait(10s);
   EXPECT_THAT(fixture.writes, IsEmpty());
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(unserved));
-  EXPECT_EQ(fixture.events.front().detail, "served by nobody");
+  EXPECT_EQ(fixture.events.front().detail, "no service has this UUID");
   EXPECT_EQ(sut().status().state, fabric::ChannelState::unserved);
-  EXPECT_EQ(sut().status().reason, "served by nobody");
+  EXPECT_EQ(sut().status().reason, "no service has this UUID");
   EXPECT_EQ(sut().status().uuid, square_root_uuid);
 }
 
@@ -239,7 +239,7 @@ TEST_F(ChannelRequest, TakenBackByTheProgramEndsTheCallAtTheService) {
   EXPECT_EQ(sut().call(), nullptr);
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, withdrawn));
-  EXPECT_EQ(fixture.events.back().detail, "the program took the request back");
+  EXPECT_EQ(fixture.events.back().detail, "the NC program withdrew the request");
   EXPECT_EQ(sut().status().withdrawn, 1U);
   EXPECT_THAT(fixture.journal_state.open_calls(), IsEmpty());
   EXPECT_THAT(fixture.writes, IsEmpty());

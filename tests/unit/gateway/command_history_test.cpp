@@ -8,7 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 
 fabric::Outcome outcome() {
-  return {.command = fabric::InstanceId::random(), .done = true, .detail = "given out again"};
+  return {.command = fabric::InstanceId::random(), .done = true, .detail = "dispatched again"};
 }
 
 TEST(CommandHistory, KnowsWhatCameOfACommand) {
@@ -16,7 +16,7 @@ TEST(CommandHistory, KnowsWhatCameOfACommand) {
   const fabric::Outcome done = outcome();
   sut.add(done, {});
   ASSERT_NE(sut.find(done.command), nullptr);
-  EXPECT_EQ(sut.find(done.command)->detail, "given out again");
+  EXPECT_EQ(sut.find(done.command)->detail, "dispatched again");
   EXPECT_EQ(sut.find(fabric::InstanceId::random()), nullptr);
 }
 

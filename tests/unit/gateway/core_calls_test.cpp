@@ -189,12 +189,12 @@ TEST_F(CoreCallsTest, LetsAnOperatorAnswerThePendingCallOnly) {
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
   sut->on_answer(key, {7, 1000}, {"go on", 7, "ann"}, result, now);
-  EXPECT_EQ(result.detail, "another call is pending by now: 7-1001");
+  EXPECT_EQ(result.detail, "the channel has another call now: 7-1001");
   const auto actions = sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, result, now);
   EXPECT_TRUE(result.done);
   EXPECT_THAT(all<Record>(actions), SizeIs(1));
   sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, result, now);
-  EXPECT_EQ(result.detail, "the call's answer is being written");
+  EXPECT_EQ(result.detail, "the call's response is being written");
 }
 
 TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
@@ -204,8 +204,9 @@ TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
   core::CommandResult result;
   sut->on_retry({"cnc", 1}, {}, "ann", result, now);
   EXPECT_FALSE(result.done);
-  EXPECT_THAT(result.detail, testing::HasSubstr("left alone, so there is no call to act on"));
-  EXPECT_THAT(result.detail, testing::HasSubstr("served by nobody"));
+  EXPECT_THAT(result.detail,
+              testing::HasSubstr("does not accept this request, so there is no call to act on"));
+  EXPECT_THAT(result.detail, testing::HasSubstr("no service has the UUID"));
 }
 
 // The status said for ever that its instances were draining.
@@ -223,7 +224,7 @@ TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
   EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is looked at again";
   const auto again = all<Show>(request(1));
   ASSERT_FALSE(again.empty());
-  EXPECT_THAT(again.back().status.reason, testing::HasSubstr("served by nobody"));
+  EXPECT_THAT(again.back().status.reason, testing::HasSubstr("no service has the UUID"));
 }
 
 TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
@@ -253,7 +254,7 @@ TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
   core::CommandResult result;
   EXPECT_THAT(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now), IsEmpty());
   EXPECT_FALSE(result.done);
-  EXPECT_THAT(result.detail, testing::HasSubstr("served by nobody"));
+  EXPECT_THAT(result.detail, testing::HasSubstr("no service has the UUID"));
   EXPECT_THAT(result.detail, testing::HasSubstr("start the service, then retry"));
   sut->on_instance_ready(instance(2), now);
   const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now);

@@ -424,7 +424,7 @@ TEST_F(DataSampler, ASlowControllerIsNamedAsSuch) {
   run(30s);
 
   ASSERT_THAT(lines, SizeIs(1));
-  EXPECT_THAT(lines[0], HasSubstr("its controller answers too slowly"));
+  EXPECT_THAT(lines[0], HasSubstr("the controller responds too slowly"));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(DataValues, AreDecodedByTheirType) {
 TEST(DataValues, AnAnswerThatIsNoSuchValueIsRefusedWithTheReason) {
   const auto wrong = elements_of(reading(Type::real64, 8), Bytes{1, 2, 3});
   ASSERT_FALSE(wrong);
-  EXPECT_EQ(wrong.error(), "the controller answers 3 bytes for a REAL64 of 8");
+  EXPECT_EQ(wrong.error(), "the controller sent 3 bytes for a REAL64 of 8");
 }
 
 TEST(DataValues, WhatIsNoNumberIsNewsOnce) {

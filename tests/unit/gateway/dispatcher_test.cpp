@@ -305,18 +305,18 @@ TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
   sut.on_instance_gone(id(1), start);
   sut.on_time(start + 10s);
   EXPECT_THAT(sut.why_unserved(uuid, {"cnc", 1}),
-              testing::Optional(EndsWith("is served by nobody; its last instance was sq1 (pid 7 on "
+              testing::Optional(EndsWith("; the last one was sq1 (pid 7 on "
                                          "hall)")));
 }
 
 TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
   const fabric::ChannelKey channel{"cnc", 1};
-  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(EndsWith("served by nobody")));
+  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(HasSubstr("no service has the UUID")));
   auto elsewhere = instance(1);
   elsewhere.channels = {{"cnc", 2}, {"", 3}};
   sut.on_instance_ready(elsewhere);
   EXPECT_THAT(sut.why_unserved(uuid, channel),
-              testing::Optional(EndsWith("is served for cnc/2, */3, not for cnc/1")));
+              testing::Optional(EndsWith("serves cnc/2, */3, not cnc/1")));
   auto draining = instance(2);
   draining.draining = true;
   sut.on_instance_ready(draining);

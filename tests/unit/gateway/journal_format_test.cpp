@@ -106,13 +106,13 @@ TEST(JournalFormat, StopsAtARecordWithAnyBitChanged) {
 TEST(JournalFormat, StopsAtZeros) {
   const Contents sut = decode(file_of(one_of_each()) + std::string(4096, '\0'));
   EXPECT_EQ(sut.entries.size(), one_of_each().size());
-  EXPECT_EQ(sut.damage, "a record claims a length of 0 bytes");
+  EXPECT_EQ(sut.damage, "a record has the impossible length of 0 bytes");
 }
 
 TEST(JournalFormat, RefusesAFileThatIsNoJournal) {
   const Contents sut = decode("# notes of a colleague");
   EXPECT_EQ(sut.good, 0U);
-  EXPECT_EQ(sut.damage, "it does not begin as a journal of this version");
+  EXPECT_EQ(sut.damage, "it does not begin like a journal of this version");
 }
 
 class JournalStateTest : public testing::Test {

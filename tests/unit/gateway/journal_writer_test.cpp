@@ -301,8 +301,8 @@ TEST_F(JournalWriterTest, ConfirmsNothingWhileTheDiskIsFullAndAllWhenItIsNot) {
   open(Sync::interval);
   disk.full = true;
   append(1);
-  EXPECT_THAT(disk.errors, ElementsAre("the journal is full; no new call is taken until it can "
-                                       "be written"));
+  EXPECT_THAT(disk.errors, ElementsAre("the journal is full; the gateway accepts no new call "
+                                       "until the journal is writable"));
   append(2);
   disk.failure = "is full";
   sut->on_tick();

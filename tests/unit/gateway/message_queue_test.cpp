@@ -35,7 +35,7 @@ TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
   sut.ring.write("3");
   ASSERT_TRUE(sut.settle());
   EXPECT_THAT(texts_of(sut), ElementsAre("3"));
-  EXPECT_THAT(sut.said, Contains(HasSubstr("somebody else reads it too")));
+  EXPECT_THAT(sut.said, Contains(HasSubstr("another reader uses it")));
   EXPECT_EQ(sut.ring.last_get, 4);
 }
 

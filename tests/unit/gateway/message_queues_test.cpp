@@ -133,7 +133,7 @@ TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterHavingBeenOpenedAnew) 
 TEST_F(MessageQueuesTest, AskNothingOverALinkThatIsGone) {
   set(wanted);
   up({1});
-  sut.on_link_gone("press", "not in the configuration any more");
+  sut.on_link_gone("press", "removed from the configuration");
   sut.on_answer(key, queues::Answer<queues::Control>{}, ports.time);
   ports.time.steady += std::chrono::seconds(10);
   sut.on_time(ports.time);

@@ -17,7 +17,7 @@ TEST(EditDistance, CountsInsertionsRemovalsAndReplacements) {
 TEST(ExplainUnserved, NamesTheCharacterThatTheVendorsOwnSampleMisses) {
   EXPECT_EQ(
       dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
-      "V.G.SERVICE.UUID 560AACBF-6335-44a9-895A-B27F3ED5E47 is served by nobody; did you mean "
+      "no service has the UUID 560AACBF-6335-44a9-895A-B27F3ED5E47; did you mean "
       "560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is missing; it is malformed: 35 "
       "characters, a UUID has 36");
 }
@@ -33,7 +33,7 @@ TEST(ExplainUnserved, CountsWhatElseIsDifferent) {
 
 TEST(ExplainUnserved, MakesNoGuessThatIsFarOff) {
   EXPECT_EQ(dispatch::explain_unserved("11111111-1111-1111-1111-111111111111", {served}),
-            "V.G.SERVICE.UUID 11111111-1111-1111-1111-111111111111 is served by nobody");
+            "no service has the UUID 11111111-1111-1111-1111-111111111111");
 }
 
 TEST(ExplainUnserved, PrefersTheNearest) {
@@ -50,16 +50,16 @@ TEST(ExplainUnserved, AsksForAUuidWhereThereIsNone) {
 
 TEST(ExplainUnserved, TakesAnIdentifierThatIsNoUuidAsItIs) {
   EXPECT_EQ(dispatch::explain_unserved("square_root", {served}),
-            "V.G.SERVICE.UUID square_root is served by nobody");
+            "no service has the UUID square_root");
 }
 
 TEST(Malformed, NamesWhatIsWrong) {
   EXPECT_EQ(dispatch::malformed(served), "");
   EXPECT_EQ(dispatch::malformed("{560AACBF-6335-44a9-895A-8B27F3ED5E47}"), "");
   EXPECT_EQ(dispatch::malformed("560aacbf-6335-44a9-895a-8b27f3ed5e4g"),
-            "'g' is no hexadecimal digit");
+            "'g' is not a hexadecimal digit");
   EXPECT_EQ(dispatch::malformed("560aacbf-633-544a9-895a-8b27f3ed5e47"),
-            "its dashes are not where a UUID has them");
+            "its dashes are in the wrong places");
 }
 
 }  // namespace

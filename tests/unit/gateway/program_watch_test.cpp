@@ -162,7 +162,7 @@ TEST_F(AProgramWatch, TellsOfWhatRunsWhenItBeginsToWatch) {
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
   EXPECT_EQ(last.started, Time{});
   EXPECT_EQ(last.program, "demo.nc");
-  EXPECT_EQ(last.detail, "found so when the gateway began to watch");
+  EXPECT_EQ(last.detail, "running when the gateway began to watch");
   EXPECT_THAT(see(ready), ElementsAre(ProgramEventKind::ended));
   EXPECT_EQ(last.started, Time{});
   EXPECT_EQ(last.program, "demo.nc");
@@ -177,7 +177,7 @@ TEST_F(AProgramWatch, TellsOfAnErrorThatIsThereWhenItBeginsToWatch) {
   lose_link();
   EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
   EXPECT_EQ(last.error, 21462U);
-  EXPECT_EQ(last.detail, "found so when the gateway began to watch");
+  EXPECT_EQ(last.detail, "running when the gateway began to watch");
 }
 
 TEST_F(AProgramWatch, SaysWhatItFoundWhenTheLinkWasBack) {
@@ -187,7 +187,7 @@ TEST_F(AProgramWatch, SaysWhatItFoundWhenTheLinkWasBack) {
   EXPECT_THAT(see(active), IsEmpty());
   lose_link();
   EXPECT_THAT(see(ready), ElementsAre(ProgramEventKind::ended));
-  EXPECT_EQ(last.detail, "seen when the link was back");
+  EXPECT_EQ(last.detail, "seen when the connection was restored");
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
   EXPECT_EQ(last.detail, "");
 }

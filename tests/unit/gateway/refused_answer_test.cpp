@@ -37,7 +37,7 @@ TEST(AResponse, ToAProgramThatWaitsForTheTextHasOneAndAnyState) {
   EXPECT_TRUE(Response::of("x", 0, fabric::CompletionSignal::response));
   EXPECT_TRUE(Response::of("x", 99, fabric::CompletionSignal::response));
   EXPECT_THAT(Response::of("", 1, fabric::CompletionSignal::response).error(),
-              HasSubstr("is empty, which releases no program"));
+              HasSubstr("is empty, which does not release an NC program"));
   EXPECT_TRUE(Response::of("", 1));
 }
 
@@ -64,7 +64,7 @@ class RefusedAnswer : public testing::Test {
 
 TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
   for (const auto& [text, state, error] :
-       {std::tuple(std::string("x"), 0U, "has state 0, which releases no program"),
+       {std::tuple(std::string("x"), 0U, "has state 0, which does not release the NC program"),
         {too_long, 1U, "has 128 bytes, at most 127 fit"},
         {with_nul, 1U, "has a NUL at byte 3, where a CNC string would end"}}) {
     renew(fixture);

@@ -78,7 +78,7 @@ TEST_F(SecureSettings, AreOthersWhenAFileHasChanged) {
 TEST_F(SecureSettings, RefuseASecretThatEverybodyCanRead) {
   write("press.psk", "secret", false);
   EXPECT_THAT(mistake(psk),
-              HasSubstr("press.psk is a secret, and everybody on this host can read"));
+              HasSubstr("press.psk is a secret, and all users of this host can read"));
   EXPECT_THAT(mistake(psk), HasSubstr("gateway.textproto:1:"));
 }
 
@@ -92,9 +92,9 @@ TEST_F(SecureSettings, RefuseWhatOthersCanWriteAndWhatIsNoFile) {
   allow("press.crt", 0646);
   EXPECT_THAT(
       mistake("shared_ca { ca: \"press.crt\" certificate: \"press.crt\" key: \"press.key\" }"),
-      HasSubstr("press.crt everybody on this host can write it: `chmod go-w"));
+      HasSubstr("press.crt all users of this host can write it: `chmod go-w"));
   EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \".\" }"),
-              HasSubstr("is no regular file"));
+              HasSubstr("is not a regular file"));
 }
 
 TEST_F(SecureSettings, SayWhichFileIsMissing) {
@@ -141,7 +141,7 @@ TEST_F(SecureSettings, RefuseAKeyOfAnotherCertificate) {
   write("press.key", base::openssl::Key::generate_rsa().pem());
   EXPECT_THAT(
       mistake("shared_ca { ca: \"press.crt\" certificate: \"press.crt\" key: \"press.key\" }"),
-      HasSubstr("the key is not that of the certificate"));
+      HasSubstr("the key does not belong to the certificate"));
 }
 
 TEST_F(SecureSettings, TakeCredentialsOfSystemd) {

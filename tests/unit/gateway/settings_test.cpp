@@ -151,7 +151,7 @@ TEST(MachineFlag, SaysWhatItExpects) {
            std::pair("press", "expected NAME=HOST:PORT/NETID"),
            std::pair("=10.0.0.5", "a machine has no name"),
            std::pair("a b=10.0.0.5", "expected letters, digits"),
-           std::pair("press=:1/1.1.1.1.1.1", "it names no host"),
+           std::pair("press=:1/1.1.1.1.1.1", "the host is missing"),
            std::pair("press=10.0.0.5:http", "port \"http\"; expected 1 to 65535"),
            std::pair("press=10.0.0.5/1.2", "NetId \"1.2\"; expected six numbers"),
            std::pair("press=press1.hall3", "NetId \"press1.hall3.1.1\"; expected six numbers"),

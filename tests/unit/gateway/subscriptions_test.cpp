@@ -196,7 +196,7 @@ TEST_F(SubscriptionsTest, TriesAgainOnANewLinkAndSaysNothingThatWasSaid) {
 TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
   serve({1, 2});
   take(sut.on_subscribed({{1, "", false}, {2, "no more handles", false}}, now));
-  EXPECT_EQ(sut.status_text(), "pushed, but for channel 2: no more handles");
+  EXPECT_EQ(sut.status_text(), "pushed, except for channel 2: no more handles");
 }
 
 TEST_F(SubscriptionsTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
@@ -220,7 +220,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatGrantsAndTellsNothing) {
     look(0);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("tells nothing, not even the first value"));
+  EXPECT_THAT(sut.status_text(), HasSubstr("sends no notification, not even the first value"));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
   EXPECT_FALSE(trusted[1]);
 }
@@ -232,7 +232,7 @@ TEST_F(SubscriptionsTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
     look(times % 2);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("tells nothing, not even the first value"));
+  EXPECT_THAT(sut.status_text(), HasSubstr("sends no notification, not even the first value"));
 }
 
 TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) {
@@ -241,7 +241,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) 
     look(7);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("did not tell of a change"));
+  EXPECT_THAT(sut.status_text(), HasSubstr("sent no notification of a change"));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
 }
 
@@ -262,7 +262,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
     look(7);
     clear();
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("does not tell of all changes"));
+  EXPECT_THAT(sut.status_text(), HasSubstr("does not send a notification for each change"));
 }
 
 // It was answered before the change, and is heard of after it.
@@ -297,7 +297,7 @@ TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
     clear();  // which is not told
   }
   told(7);
-  EXPECT_THAT(sut.status_text(), HasSubstr("does not tell of all changes"));
+  EXPECT_THAT(sut.status_text(), HasSubstr("does not send a notification for each change"));
 }
 
 TEST_F(SubscriptionsTest, GivesUpAControllerThatTellsTooLate) {

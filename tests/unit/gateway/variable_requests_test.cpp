@@ -247,7 +247,7 @@ TEST_F(VariableRequestsTest, HasRoomForSoManyNames) {
   EXPECT_THAT(answers, IsEmpty());
   ask(request({"V.E.A"}, 99));
   ASSERT_THAT(answers, SizeIs(1));
-  EXPECT_THAT(answers[0].reply.reason, HasSubstr("8192 variables of press are being asked for"));
+  EXPECT_THAT(answers[0].reply.reason, HasSubstr("8192 variables of press are being requested"));
 }
 
 TEST_F(VariableRequestsTest, HasRoomAgainForNamesThatItHasAnswered) {
@@ -260,7 +260,7 @@ TEST_F(VariableRequestsTest, HasRoomAgainForNamesThatItHasAnswered) {
     settle();
     pass(1s);
   }
-  EXPECT_THAT(answers.back().reply.reason, Not(HasSubstr("are being asked for")));
+  EXPECT_THAT(answers.back().reply.reason, Not(HasSubstr("are being requested")));
 }
 
 TEST_F(VariableRequestsTest, LeavesWhoWaitsToTheGatewayThatServesTheChannelNow) {

@@ -49,7 +49,7 @@ TEST_F(VariableRequestsTest, ChecksAllOfAWriteBeforeAnyOfItIsWritten) {
            {{"V.E.A", "V.E.NONE"}, {{"1"}, {"1"}}, "V.E.NONE is not written: 0x710"},
            {{"V.E.A", "V.E.C"}, {{"1"}, {"1"}}, "V.E.C is not written: it is READ_ONLY"},
            {{"V.E.A", "V.E.B"}, {{"1"}, {"1", "2"}}, "2 values for 1 elements"},
-           {{"V.E.A", "V.E.B"}, {{"1"}, {"x"}}, "'x' is no SGN32"},
+           {{"V.E.A", "V.E.B"}, {{"1"}, {"x"}}, "'x' is not a SGN32"},
            {{"V.E.A", "V.E.B"}, {{"1"}, {}}, "0 values for 1 elements"},
            {{"V.E.A", "V.E.A"}, {{"1"}, {"2"}}, "a variable is named twice"},
            {{"V.E.A", "V.E.B"}, {{"1"}}, "values for 1 variables and 2 names"},
@@ -103,7 +103,7 @@ TEST_F(VariableRequestsTest, WritesNothingThatWasAskedOfAnotherGatewayBefore) {
   late.age = 1001ms;
   ask(late);
   ASSERT_THAT(answers, SizeIs(1));
-  EXPECT_THAT(answers[0].reply.reason, HasSubstr("it was asked of another gateway before"));
+  EXPECT_THAT(answers[0].reply.reason, HasSubstr("the request went to another gateway before"));
   // What is only read may be read here, too.
   VariableRequest read = request({"V.E.A"});
   read.age = 1h;

@@ -29,7 +29,7 @@ TEST(WriteRules, LetWhatAPatternMatchesBeWritten) {
 
 TEST(WriteRules, LetNoObjectBeWritten) {
   for (const char* name : {"state", "mc_command_override_w", "V.CYC.A", "x"}) {
-    EXPECT_THAT(objection({{"*"}}, 1, name), HasSubstr("the rest is only read")) << name;
+    EXPECT_THAT(objection({{"*"}}, 1, name), HasSubstr("all others are read-only")) << name;
   }
 }
 

@@ -33,7 +33,7 @@ TEST_F(CallSchedulerTest, DeclinesACallForWhichItHasNoRoom) {
   EXPECT_EQ(reply.kind, fabric::ReplyKind::declined);
   EXPECT_EQ(reply.call, call(2));
   EXPECT_EQ(reply.attempt, 3U);
-  EXPECT_EQ(reply.text, "it has room for 1 at once");
+  EXPECT_EQ(reply.text, "it runs at most 1 calls at once");
   EXPECT_EQ(sut.status().declined, 1U);
   EXPECT_THAT(sut.load().calls, testing::ElementsAre(call(1)));
   sut.on_result(call(1), answer, now);
@@ -132,7 +132,7 @@ TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelThatACallMustNotRunT
   ASSERT_THAT(sent, SizeIs(1));
   EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
   EXPECT_EQ(sent.front().reply.text,
-            "ERROR: the call was given up while it ran, and it must not run twice");
+            "ERROR: the call was cancelled while it ran, and it must not run twice");
 }
 
 TEST_F(CallSchedulerTest, RunsNoMoreCallsAtOnceThanItMay) {

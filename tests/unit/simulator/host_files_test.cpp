@@ -86,14 +86,14 @@ TEST(ReadProgram, RefusesOneThatIsTooLongBeforeItIsRead) {
   write(folder.path() / "long.nc", "");
   std::filesystem::resize_file(folder.path() / "long.nc", 1ULL << 30U);
   EXPECT_THAT(read_program(folder.path() / "long.nc").error(),
-              HasSubstr("it has 1073741824 bytes, and a program at most 67108864"));
+              HasSubstr("it has 1073741824 bytes; an NC program has at most 67108864"));
   EXPECT_THAT(ProgramFolders({folder.path()}).load("long.nc").error(), HasSubstr("at most"));
 }
 
 TEST(ReadProgram, WaitsForNoPipe) {
   const TemporaryFolder folder;
   ASSERT_EQ(::mkfifo((folder.path() / "pipe.nc").c_str(), 0600), 0);
-  EXPECT_THAT(read_program(folder.path() / "pipe.nc").error(), HasSubstr("no plain file"));
+  EXPECT_THAT(read_program(folder.path() / "pipe.nc").error(), HasSubstr("not a regular file"));
 }
 
 TEST(ReadProgram, SaysWhyAFileCannotBeRead) {

@@ -50,7 +50,7 @@ TEST_F(RouteFile, ThatCannotBeReadIsAnErrorAndNotEmpty) {
   std::filesystem::create_directory(file);
   try {
     read();
-    FAIL() << "a folder is no file of routes";
+    FAIL() << "a folder is not a file of routes";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("routes: the file of routes cannot be read"));
   }

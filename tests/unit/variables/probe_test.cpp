@@ -81,7 +81,8 @@ TEST_F(ProbeTest, SaysWhetherSumsAreAnswered) {
   start();
   EXPECT_EQ(answer_about("sum commands").verdict, Verdict::there);
   start(false);
-  EXPECT_THAT(answer_about("sum commands").answer, HasSubstr("each variable is a request"));
+  EXPECT_THAT(answer_about("sum commands").answer,
+              HasSubstr("each variable needs its own request"));
   EXPECT_EQ(answer_about("sum commands").verdict, Verdict::optional);
 }
 

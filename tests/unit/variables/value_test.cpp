@@ -42,16 +42,16 @@ TEST(AValue, BeyondTheRangeOfItsTypeIsRefusedWithTheRange) {
   EXPECT_THAT(error_of(of(Type::sgn08), "128"), HasSubstr("expected -128 to 127"));
   EXPECT_THAT(error_of(of(Type::uns08), "-1"), HasSubstr("expected 0 to 255"));
   EXPECT_THAT(error_of(of(Type::uns32), "4294967296"), HasSubstr("expected 0 to 4294967295"));
-  EXPECT_THAT(error_of(of(Type::uns32), "99999999999999999999"), HasSubstr("is no UNS32"));
-  EXPECT_THAT(error_of(of(Type::real64), "1e999"), HasSubstr("is no REAL64"));
-  EXPECT_THAT(error_of(of(Type::real64), "nan"), HasSubstr("is no REAL64"));
+  EXPECT_THAT(error_of(of(Type::uns32), "99999999999999999999"), HasSubstr("is not a UNS32"));
+  EXPECT_THAT(error_of(of(Type::real64), "1e999"), HasSubstr("is not a REAL64"));
+  EXPECT_THAT(error_of(of(Type::real64), "nan"), HasSubstr("is not a REAL64"));
 }
 
 TEST(AValue, ThatIsNoneOfItsTypeIsRefused) {
   EXPECT_THAT(error_of(of(Type::boolean), "2"), HasSubstr("expected TRUE or FALSE"));
-  EXPECT_THAT(error_of(of(Type::sgn16), "12x"), HasSubstr("is no SGN16"));
-  EXPECT_THAT(error_of(of(Type::sgn16), "1.5"), HasSubstr("is no SGN16"));
-  EXPECT_THAT(error_of(of(Type::real64), ""), HasSubstr("is no REAL64"));
+  EXPECT_THAT(error_of(of(Type::sgn16), "12x"), HasSubstr("is not a SGN16"));
+  EXPECT_THAT(error_of(of(Type::sgn16), "1.5"), HasSubstr("is not a SGN16"));
+  EXPECT_THAT(error_of(of(Type::real64), ""), HasSubstr("is not a REAL64"));
 }
 
 TEST(AText, HoldsItsBytesUpToTheFirstNul) {

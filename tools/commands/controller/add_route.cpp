@@ -85,11 +85,11 @@ Job job_of(const RouteOptions& options) {
   }
   if (options.plain == !options.self_signed.empty()) {
     throw program::UsageError(
-        "expected --self-signed FOLDER (Secure ADS) or --plain (the password travels in clear "
-        "text), and one of them alone");
+        "expected either --self-signed FOLDER (Secure ADS) or --plain (the password travels in "
+        "clear text)");
   }
   if (options.temporary && !options.plain) {
-    throw program::UsageError("--temporary goes with --plain: Secure ADS keeps its routes");
+    throw program::UsageError("--temporary needs --plain: routes of Secure ADS are permanent");
   }
   return {options,
           *net_id,
@@ -149,8 +149,8 @@ asio::awaitable<void> add_securely(Job job) {
   block.set_key(key_in(folder));
   block.set_fingerprint(security.fingerprint);
   fmt::print(
-      "{} knows this host now. In gateway.textproto, with the controller's NetId (`millrace "
-      "controller probe` shows it):\n\n{}",
+      "{} has a route to this host now. In gateway.textproto, with the controller's NetId "
+      "(`millrace controller probe` shows it):\n\n{}",
       options.host, block_of(machine));
 }
 
@@ -164,8 +164,8 @@ std::string our_address(const udp::endpoint& towards, asio::io_context& io) {
 asio::awaitable<void> add_in_clear_text(Job job, asio::io_context& io) {
   const RouteOptions& options = job.options;
   fmt::print(stderr,
-             "millrace: the password of {} travels in clear text: everybody on the way can read "
-             "it; --self-signed is safe\n",
+             "millrace: the password of {} travels in clear text: any host on its way can read it; "
+             "use --self-signed to prevent that\n",
              options.user);
   udp::resolver resolver(io);
   const std::uint16_t port = options.port == 0 ? cnc::ads::discovery_port : options.port;
@@ -216,7 +216,7 @@ int add(const RouteOptions& options) {
 
 void add_route(CLI::App& controller, Chosen& chosen) {
   CLI::App& command = add_subcommand(
-      controller, "add-route", "Has a controller keep a route to this host",
+      controller, "add-route", "Add a route to this host in a controller",
       "millrace controller add-route 192.168.10.5 --net-id 192.168.10.20.1.1 --user Administrator "
       "--self-signed /etc/millrace");
   auto options = std::make_shared<RouteOptions>();
@@ -227,24 +227,25 @@ void add_route(CLI::App& controller, Chosen& chosen) {
       ->required();
   command.add_option("--user", options->user, "An administrator of the controller")->required();
   command.add_option("--password-file", options->password_file,
-                     "File with the password in its first line; otherwise it is asked for");
+                     "File with the password in its first line; default: ask for it");
   command
       .add_option("--self-signed", options->self_signed,
-                  "Over Secure ADS, with millrace.key and millrace.crt in this folder, which are "
-                  "made if there are none")
+                  "Over Secure ADS, with millrace.key and millrace.crt in this folder; the command "
+                  "creates them if they are missing")
       ->check(CLI::ExistingDirectory);
   command.add_option("--fingerprint", options->fingerprint,
-                     "Of the controller's certificate, instead of a question");
+                     "Fingerprint of the controller's certificate; default: ask");
   command.add_flag("--plain", options->plain,
                    "Over UDP, for plain ADS: the password travels in clear text");
   command.add_flag("--temporary", options->temporary,
                    "With --plain: until the controller is restarted");
   command.add_option("--name", options->name,
-                     "With --plain: how the route is called; the name of this host");
-  command.add_option("--address", options->address,
-                     "With --plain: where the route leads; the address of this host");
+                     "With --plain: name of the route; default: the name of this host");
+  command.add_option(
+      "--address", options->address,
+      "With --plain: address that the route leads to; default: the address of this host");
   command.add_option("--port", options->port,
-                     "Port of the controller; 8016, or with --plain UDP 48899");
+                     "Port of the controller; default 8016, with --plain UDP 48899");
   command.callback([options, &chosen] { chosen.run = [options] { return add(*options); }; });
 }
 

@@ -1,5 +1,5 @@
-// millrace controller: finds controllers on a network, asks one what it offers to a gateway, and
-// has one keep a route to this host.
+// millrace controller: finds controllers on a network, checks what one offers to a gateway, and
+// adds a route to this host.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -19,7 +19,7 @@ struct Question {
   std::vector<boost::asio::ip::udp::endpoint> to;
   /// Ours; unspecified = the system chooses.
   boost::asio::ip::address_v4 from{};
-  /// They are broadcast addresses: anybody may answer.
+  /// They are broadcast addresses: any host may respond.
   bool broadcast = false;
   std::chrono::milliseconds patience{1000};
 };

@@ -1,4 +1,4 @@
-// millrace controller find: who answers an identify request.
+// millrace controller find: the controllers that answer an identify request.
 #include <algorithm>
 #include <exception>
 #include <optional>
@@ -52,8 +52,8 @@ asio::ip::address_v4 address_of(const sockaddr* address) {
   return asio::ip::address_v4(ntohl(ip->sin_addr.s_addr));
 }
 
-/// Our address on an interface, and that of everybody on its network, by the mask: an interface
-/// need not have been told it. Throws UsageError.
+/// Our address on an interface, and the broadcast address of its network from the netmask: the
+/// interface may have none configured. Throws UsageError.
 std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::string& interface) {
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) != 0) {
@@ -78,13 +78,14 @@ std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::st
 Question question_of(const FindOptions& options) {
   Question question{.datagram = cnc::ads::identify_request(std::random_device{}()), .to = {}};
   if (options.addresses.empty() == options.interface.empty()) {
-    throw program::UsageError("expected --address or --interface, and one of them alone");
+    throw program::UsageError("expected either --address or --interface");
   }
   if (!options.interface.empty()) {
     if (!options.broadcast) {
-      throw program::UsageError(fmt::format(
-          "--interface {}: this asks everybody on its network; add --broadcast if that is wanted",
-          options.interface));
+      throw program::UsageError(
+          fmt::format("--interface {}: this sends a broadcast to all hosts of its network; confirm "
+                      "with --broadcast",
+                      options.interface));
     }
     const auto [from, to] = addresses_on(options.interface);
     question.from = from;
@@ -175,10 +176,10 @@ int find(const FindOptions& options) {
     show(all, options.json);
   }
   if (all.empty()) {
-    fmt::print(stderr,
-               "millrace: no controller has answered on UDP port {}: is it on, is a firewall "
-               "between, and is this its network?\n",
-               options.port);
+    fmt::print(
+        stderr,
+        "millrace: no controller responded on UDP port {}: check power, firewall and network\n",
+        options.port);
   }
   return all.empty() ? program::exit_failed : program::exit_done;
 }
@@ -187,16 +188,16 @@ int find(const FindOptions& options) {
 
 void add_find(CLI::App& controller, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(controller, "find", "Controllers that answer, with NetId and fingerprint",
+      add_subcommand(controller, "find", "Find controllers, with NetId and fingerprint",
                      "millrace controller find --address 192.168.10.5\n"
                      "  millrace controller find --interface eth0 --broadcast");
   auto options = std::make_shared<FindOptions>();
   command.add_option("--address", options->addresses, "IPv4 address to ask; may be repeated")
       ->allow_extra_args(false);
   command.add_option("--interface", options->interface,
-                     "Network interface on whose network everybody is asked, with --broadcast");
+                     "Network interface of the broadcast, with --broadcast");
   command.add_flag("--broadcast", options->broadcast,
-                   "Ask everybody on the network of --interface");
+                   "Send a broadcast to all hosts of the network of --interface");
   command.add_option("--port", options->port, "UDP port of controllers")->capture_default_str();
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return find(*options); }; });

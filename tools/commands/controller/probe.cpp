@@ -78,11 +78,11 @@ void check(const ProbeOptions& options) {
     throw program::UsageError("expected one of --psk, --self-signed and --ca, or none");
   }
   if (options.psk.empty() != options.password_file.empty()) {
-    throw program::UsageError("--psk and --password-file go together");
+    throw program::UsageError("--psk needs --password-file, and the other way round");
   }
   if (options.ca.empty() != options.certificate.empty() ||
       options.ca.empty() != options.key.empty()) {
-    throw program::UsageError("--ca, --certificate and --key go together");
+    throw program::UsageError("--ca, --certificate and --key need each other");
   }
   if (options.json && !options.self_signed.empty() && options.fingerprint.empty()) {
     throw program::UsageError("--json asks no questions; add --fingerprint");
@@ -111,7 +111,7 @@ asio::awaitable<std::optional<cnc::ads::Identity>> ask_identity(udp::endpoint co
 Answer answer_of(const std::optional<cnc::ads::Identity>& identity, std::uint16_t port) {
   const std::string what = fmt::format("UDP {} (discovery)", port);
   if (!identity) {
-    return {what, "no answer: `find`, and `add-route --plain`, need it", Verdict::optional};
+    return {what, "no response: `find` and `add-route --plain` need it", Verdict::optional};
   }
   std::string words = fmt::format("{}, NetId {}", identity->name, identity->net_id.to_string());
   for (const std::string& more : {identity->twincat.empty() ? "" : "TwinCAT " + identity->twincat,
@@ -121,7 +121,7 @@ Answer answer_of(const std::optional<cnc::ads::Identity>& identity, std::uint16_
   return {what, words};
 }
 
-/// Whether a TCP port takes connections; `advice` goes behind "open".
+/// Whether a TCP port accepts connections; `advice` follows "open".
 asio::awaitable<Answer> ask_port(std::string host, std::uint16_t port, std::string name,
                                  std::string advice) {
   constexpr std::chrono::milliseconds at_most{1000};
@@ -144,7 +144,7 @@ std::string usual_net_id(const asio::ip::address& address) {
   return address.to_string() + ".1.1";
 }
 
-/// How a gateway would reach it.
+/// How a gateway would connect to it.
 asio::awaitable<config::Machine> machine_of(const ProbeOptions& options,
                                             std::optional<cnc::ads::Identity> identity,
                                             udp::endpoint controller) {
@@ -189,7 +189,7 @@ asio::awaitable<config::Machine> machine_of(const ProbeOptions& options,
   co_return machine;
 }
 
-/// What ADS itself answers.
+/// The responses over ADS itself.
 asio::awaitable<void> ask_controller(MachineSettings machine, Report& report) {
   constexpr std::uint16_t system_service = 10000;
   const auto executor = co_await asio::this_coro::executor;
@@ -232,7 +232,7 @@ asio::awaitable<Report> probe(ProbeOptions options) {
   const bool secure = machine.security.has_value();
   const std::uint16_t plain_port = secure ? MachineSettings().tcp_port : machine.tcp_port;
   const std::uint16_t secure_port = secure ? machine.tcp_port : cnc::ads::secure_port;
-  const std::string advice = secure ? "" : ": --psk, --self-signed or --ca probes it";
+  const std::string advice = secure ? "" : ": probe it with --psk, --self-signed or --ca";
   report.answers.push_back(answer_of(report.identity, options.udp_port));
   auto plain = co_await ask_port(options.host, plain_port, "plain ADS", "");
   report.answers.push_back(std::move(plain));
@@ -275,8 +275,8 @@ void show(const ProbeOptions& options, const Report& report) {
   }
   fmt::print("{}\n{}\n\n{}", table.text(),
              report.ready() ? "A gateway can serve it. In gateway.textproto:"
-                            : "Something that a gateway needs is missing. In gateway.textproto, "
-                              "once it is there:",
+                            : "A gateway cannot serve it yet. In gateway.textproto, once the "
+                              "missing parts are there:",
              report.block);
 }
 
@@ -301,18 +301,20 @@ int run_probe(const ProbeOptions& options) {
 
 void add_probe(CLI::App& controller, Chosen& chosen) {
   CLI::App& command = add_subcommand(
-      controller, "probe", "What a controller offers to a gateway, and how to configure it",
+      controller, "probe",
+      "Check what a controller offers to a gateway, and print its configuration",
       "millrace controller probe 192.168.10.5 --net-id 192.168.10.20.1.1\n"
       "  millrace controller probe 192.168.10.5 --net-id 192.168.10.20.1.1 --psk millrace "
       "--password-file press_1.psk");
   auto options = std::make_shared<ProbeOptions>();
   command.add_option("HOST", options->host, "Name or address of the controller")->required();
   command.add_option("--net-id", options->net_id,
-                     "The NetId of the gateway; the address of this host and .1.1");
-  command.add_option("--controller-net-id", options->controller_net_id,
-                     "The NetId of the controller; what it says over UDP, or its address and .1.1");
+                     "The NetId of the gateway; default: the address of this host and .1.1");
+  command.add_option(
+      "--controller-net-id", options->controller_net_id,
+      "The NetId of the controller; default: as it reports over UDP, or its address and .1.1");
   command.add_option("--psk", options->psk,
-                     "Over Secure ADS, with a pre-shared key: the identity of it");
+                     "Over Secure ADS, with a pre-shared key: the identity of the key");
   command
       .add_option("--password-file", options->password_file,
                   "With --psk: file with the password in its first line")
@@ -322,18 +324,22 @@ void add_probe(CLI::App& controller, Chosen& chosen) {
                   "Over Secure ADS, with millrace.key and millrace.crt in this folder, as "
                   "add-route makes them")
       ->check(CLI::ExistingDirectory);
-  command.add_option("--fingerprint", options->fingerprint,
-                     "With --self-signed: of the controller's certificate, instead of a question");
+  command.add_option(
+      "--fingerprint", options->fingerprint,
+      "With --self-signed: fingerprint of the controller's certificate; default: ask");
   command
-      .add_option("--ca", options->ca,
-                  "Over Secure ADS, with certificates of this CA, in PEM as the next two")
+      .add_option(
+          "--ca", options->ca,
+          "Over Secure ADS, with certificates of this CA; PEM, like --certificate and --key")
       ->check(CLI::ExistingFile);
-  command.add_option("--certificate", options->certificate, "With --ca: that of this host")
+  command.add_option("--certificate", options->certificate, "With --ca: certificate of this host")
       ->check(CLI::ExistingFile);
-  command.add_option("--key", options->key, "With --ca: the key of it")->check(CLI::ExistingFile);
+  command.add_option("--key", options->key, "With --ca: key of this host's certificate")
+      ->check(CLI::ExistingFile);
   command.add_option("--common-name", options->common_name,
-                     "With --ca: in the controller's certificate; HOST if none is given");
-  command.add_option("--port", options->port, "TCP port of the controller; 48898, or 8016");
+                     "With --ca: common name in the controller's certificate; default HOST");
+  command.add_option("--port", options->port,
+                     "TCP port of the controller; default 48898, or 8016 for Secure ADS");
   command.add_option("--udp-port", options->udp_port, "UDP port of the controller")
       ->capture_default_str();
   add_json(command, options->json);

@@ -1,4 +1,4 @@
-// What the commands of a controller share about Secure ADS, and about what a gateway is told of it.
+// The common parts of the controller commands: Secure ADS, and blocks for gateway.textproto.
 #pragma once
 
 #include <chrono>
@@ -33,7 +33,7 @@ boost::asio::awaitable<std::string> agreed_fingerprint(std::string host, std::ui
                                                        std::string given,
                                                        cnc::ads::SelfSigned shown);
 
-/// As it stands in gateway.textproto.
+/// As a block of gateway.textproto.
 std::string block_of(const config::Machine& machine);
 
 }  // namespace millrace::tools::commands::controller

@@ -25,7 +25,7 @@ using fabric::DataSample;
 
 struct Options : DataOptions {
   explicit Options(CLI::App& command) : DataOptions(command, "sample") {
-    command.add_option("--group", groups, "Only this group; may be given several times")
+    command.add_option("--group", groups, "Only this group; may be repeated")
         ->allow_extra_args(false);
   }
 
@@ -43,7 +43,7 @@ const DataSample* sample_for(const Options& options, const recording::Entry& ent
   return wanted ? sample : nullptr;
 }
 
-/// "100 ms", and what it should be where that is not kept.
+/// "100 ms", and the configured period if it differs.
 std::string period_text(const DataSample& sample) {
   return sample.period == sample.wanted
              ? print::duration_text(sample.wanted)
@@ -94,8 +94,8 @@ int show_once(const Options& options) {
     print::print_json(out);
   } else if (samples.empty()) {
     fmt::print(
-        "no gateway on fabric '{}', domain {}, tells of such data; data {{ }} in its "
-        "configuration says what it samples\n",
+        "no gateway on fabric '{}', domain {}, publishes such data; data {{ }} in its "
+        "configuration lists what it samples\n",
         options.fabric.options().fabric, options.fabric.options().domain);
   } else {
     show_table(samples);

@@ -1,5 +1,5 @@
-// `millrace data`, `millrace programs` and `millrace queues`: what gateways tell of their machines
-// besides calls.
+// `millrace data`, `millrace programs` and `millrace queues`: what gateways publish about their
+// machines besides calls.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

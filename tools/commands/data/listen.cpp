@@ -59,13 +59,13 @@ class Listener : public fabric::observer::ObserverListener {
 DataOptions::DataOptions(CLI::App& command, const std::string& what)
     : fabric(command, {.name = "millrace"}), wait(bus::Patience{}.at_least) {
   constexpr std::uint16_t last_channel = 255;
-  command.add_option("MACHINE", machine, "Only this machine; all unless given");
+  command.add_option("MACHINE", machine, "Only this machine; default: all");
   command.add_option("--channel", channel, "Only this channel, counted from 1")
       ->check(CLI::Range(std::uint16_t{1}, last_channel));
-  command.add_flag("--watch", watch, "Go on, one line for each " + what);
-  command.add_option("--count", count, "With --watch: end after so many")
+  command.add_flag("--watch", watch, "Continue, with one line for each " + what);
+  command.add_option("--count", count, "With --watch: end after this number of lines")
       ->check(base::program::positive_number());
-  add_duration(command, "--wait", wait, "Listen so long; 700ms unless given");
+  add_duration(command, "--wait", wait, "Listen for this time; default 700ms");
   add_json(command, json);
 }
 

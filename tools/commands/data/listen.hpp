@@ -36,8 +36,8 @@ struct DataOptions {
 void listen(const DataOptions& options,
             const std::function<bool(const recording::Entry&)>& on_entry);
 
-/// --watch: a line for each entry that is `wanted`, until a signal, --count, or nobody reads any
-/// more. The exit code.
+/// --watch: a line for each entry that is `wanted`, until a signal, --count, or the output is
+/// closed. Returns the exit code.
 int follow(const DataOptions& options, const std::function<bool(const recording::Entry&)>& wanted);
 
 /// The column WHY: the reason, and that it comes from a recording.

@@ -72,8 +72,8 @@ int show_once(const DataOptions& options) {
     print::print_json(out);
   } else if (last.empty()) {
     fmt::print(
-        "no gateway on fabric '{}', domain {}, has told of a program; programs {{ }} in its "
-        "configuration says where it watches for them\n",
+        "no gateway on fabric '{}', domain {}, has published an NC program; programs {{ }} in its "
+        "configuration lists the channels that it watches\n",
         options.fabric.options().fabric, options.fabric.options().domain);
   } else {
     show_table(last);
@@ -84,10 +84,10 @@ int show_once(const DataOptions& options) {
 }  // namespace
 
 void add_programs(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(app, "programs",
-                                     "What became of the programs of machines: the last event of "
-                                     "each channel, or each as it comes",
-                                     "millrace programs press --watch");
+  CLI::App& command = add_subcommand(
+      app, "programs",
+      "Starts, ends and aborts of NC programs: the last event of each channel, or all as they come",
+      "millrace programs press --watch");
   auto options = std::make_shared<DataOptions>(command, "event");
   command.callback([options, &chosen] {
     chosen.run = [options] {

@@ -35,7 +35,7 @@ const DataSample* queue_for(const DataOptions& options, const recording::Entry& 
   return wanted ? sample : nullptr;
 }
 
-/// What a sample says of itself; it comes from elsewhere and may lack anything.
+/// The numbers of a sample; it comes from another process and may be incomplete.
 struct Numbers {
   explicit Numbers(const DataSample& from) : sample(from) {}
 
@@ -106,8 +106,7 @@ int show_queues_once(const DataOptions& options) {
   } else if (queues.empty()) {
     fmt::print(
         "no gateway on fabric '{}', domain {}, reads such a queue; queue {{ }} in the machine of "
-        "its "
-        "configuration says which it reads\n",
+        "its configuration lists the queues that it reads\n",
         options.fabric.options().fabric, options.fabric.options().domain);
   } else {
     show_queues(queues);
@@ -119,7 +118,7 @@ int show_queues_once(const DataOptions& options) {
 
 void add_queues(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(app, "queues", "Message queues of controllers, and how far each is read",
+      add_subcommand(app, "queues", "Message queues of controllers, and their read positions",
                      "millrace queues press\n"
                      "  millrace queues --watch --json");
   auto options = std::make_shared<DataOptions>(command, "change");

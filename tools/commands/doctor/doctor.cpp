@@ -21,7 +21,7 @@ using namespace tools::doctor;
 
 struct Options {
   explicit Options(CLI::App& command) : fabric(command, {.name = "millrace doctor"}) {
-    add_duration(command, "--wait", wait, "Listen this long; 2s unless given");
+    add_duration(command, "--wait", wait, "Listen for this time; default 2s");
     add_json(command, json);
   }
 
@@ -34,7 +34,7 @@ std::string role_of(const Findings& found, const Program& program) {
   std::string role = program.self               ? "this command"
                      : !program.is_gateway      ? ""
                      : is_heard(found, program) ? "gateway"
-                                                : "gateway, not heard";
+                                                : "gateway, not received";
   for (const std::string& uuid : program.serves) {
     role += (role.empty() ? "serves " : ", ") + base::text::safe(uuid);
   }
@@ -96,9 +96,9 @@ int examine_and_tell(const Options& options) {
 }  // namespace
 
 void add_doctor(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(
-      app, "doctor", "Who is on the fabric, who is not and why, and what to do about it",
-      "millrace doctor --fabric-config /etc/millrace/fabric.textproto");
+  CLI::App& command =
+      add_subcommand(app, "doctor", "Find problems of a fabric, and what to do about them",
+                     "millrace doctor --fabric-config /etc/millrace/fabric.textproto");
   auto options = std::make_shared<Options>(command);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return examine_and_tell(*options); }; });

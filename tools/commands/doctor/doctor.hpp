@@ -1,4 +1,4 @@
-// `millrace doctor`: who is seen on the fabric, who is not and why, and what to do about it.
+// `millrace doctor`: finds problems of a fabric, and what to do about them.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

@@ -1,4 +1,4 @@
-// How a command joins its fabric, as an examination is told it.
+// How a command joins its fabric, as input of an examination.
 #pragma once
 
 #include "fabric/profile/command_line.hpp"

@@ -17,7 +17,7 @@ namespace {
 
 using base::program::UsageError;
 
-/// The parser takes no more than 16 MiB and says so.
+/// The parser reports files over 16 MiB.
 constexpr std::size_t most_bytes = (std::size_t{16} << 20U) + 1;
 
 /// Nothing if it cannot be read.

@@ -18,8 +18,8 @@ tools::lint::Source read_program(const std::string& name);
 std::optional<tools::lint::Source> find_program(const std::vector<std::filesystem::path>& folders,
                                                 const std::string& name);
 
-/// The first word of each line that has one and is no comment (#). Throws base::program::UsageError
-/// if the file cannot be read.
+/// The first word of each line that has one and is not a comment (#). Throws
+/// base::program::UsageError if the file cannot be read.
 std::vector<std::string> read_words(const std::filesystem::path& file);
 
 }  // namespace millrace::tools::commands::lint

@@ -44,7 +44,7 @@ void print_rules() {
   fmt::print("{}", table.text());
 }
 
-/// Nothing if nobody has said which there are.
+/// Nullopt if no option names known services.
 std::optional<std::vector<std::string>> known_uuids(const Options& options) {
   if (options.uuids.empty() && options.uuid_file.empty() && !options.live) {
     return std::nullopt;
@@ -128,14 +128,15 @@ void add_lint(CLI::App& app, Chosen& chosen) {
       .add_option("--path", options->folders,
                   "Folder of subprograms and cycles, before the one of the program")
       ->allow_extra_args(false);
-  command.add_option("--uuid", options->uuids, "A service that there is")->allow_extra_args(false);
-  command.add_option("--uuids", options->uuid_file, "File of them, one in each line");
-  command.add_flag("--live", options->live, "Those that are on the fabric now");
+  command.add_option("--uuid", options->uuids, "UUID of a known service")->allow_extra_args(false);
+  command.add_option("--uuids", options->uuid_file,
+                     "File with the UUIDs of known services, one in each line");
+  command.add_flag("--live", options->live, "The services that are on the fabric now are known");
   command.add_flag("--channels", options->channels,
-                   "The programs run in different channels at the same time");
-  command.add_option("--off", options->off, "Leave this rule out")->allow_extra_args(false);
-  command.add_flag("--strict", options->strict, "Exit code 1 for warnings too");
-  command.add_flag("--sarif", options->sarif, "Print a SARIF log, for CI and editors");
+                   "The NC programs run in different channels at the same time");
+  command.add_option("--off", options->off, "Switch this rule off")->allow_extra_args(false);
+  command.add_flag("--strict", options->strict, "Exit code 1 also for warnings");
+  command.add_flag("--sarif", options->sarif, "Print SARIF, for CI and editors");
   command.add_flag("--rules", options->rules, "Print the rules");
   command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
 }

@@ -24,7 +24,7 @@ fabric::Time time_of(mcap::Nanoseconds time) {
   return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
 }
 
-/// What somebody else wrote, for a terminal.
+/// Foreign text made safe for a terminal.
 std::string shown(const std::string& text) {
   return base::text::safe(print::utf8(text));
 }
@@ -40,7 +40,7 @@ std::string compression_text(const std::string& compression, const mcap::ChunkSi
 void print_text(const InfoOptions& options, std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
   fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
-             survey.from_summary ? "closed" : "without a valid summary: all of it was read");
+             survey.from_summary ? "closed" : "without a valid summary: the whole file was read");
   fmt::print("written by  {}\n", shown(survey.summary.header.library));
   if (counts.messages > 0) {
     fmt::print("recorded    {} to {} ({})\n", print::time_text(time_of(counts.start)),
@@ -91,7 +91,7 @@ int info(const InfoOptions& options) {
 
 void add_info(CLI::App& log, Chosen& chosen) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App& command = add_subcommand(log, "info", "What a recording holds; reads its summary only",
+  CLI::App& command = add_subcommand(log, "info", "Contents of a recording; reads only its summary",
                                      "millrace log info --hops run.mcap");
   add_file(command, options->file);
   command.add_flag("--hops", options->hops,

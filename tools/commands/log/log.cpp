@@ -45,8 +45,8 @@ int report(const std::filesystem::path& file, const mcap::Problems& problems) {
   }
   auto source = mcap::FileSource::open(file);
   const bool is_ours = source && !recording::is_lcm_log(*source);
-  fmt::print(stderr, "Everything else in {} has been read{}.\n", file.string(),
-             is_ours ? "; 'millrace log repair' makes a whole file of it" : "");
+  fmt::print(stderr, "The rest of {} was read{}.\n", file.string(),
+             is_ours ? "; 'millrace log repair' makes a complete file of it" : "");
   return program::exit_failed;
 }
 

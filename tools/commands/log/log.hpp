@@ -25,7 +25,7 @@ void add_file(CLI::App& command, std::filesystem::path& file);
 /// Throws UsageError if it cannot be read.
 mcap::FileSource open(const std::filesystem::path& file);
 
-/// Names each problem on standard error; returns the exit code, which tells whether there are any.
+/// Prints each problem on standard error; returns the exit code, which shows whether there are any.
 int report(const std::filesystem::path& file, const mcap::Problems& problems);
 
 }  // namespace millrace::tools::commands::log

@@ -56,8 +56,9 @@ int list(const LsOptions& options) {
 
 void add_ls(CLI::App& log, Chosen& chosen) {
   auto options = std::make_shared<LsOptions>();
-  CLI::App& command = add_subcommand(log, "ls", "The channels of a recording and what each counts",
-                                     "millrace log ls run.mcap");
+  CLI::App& command =
+      add_subcommand(log, "ls", "The MCAP channels of a recording, with their message counts",
+                     "millrace log ls run.mcap");
   add_file(command, options->file);
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });

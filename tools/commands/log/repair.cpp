@@ -57,7 +57,8 @@ int repair(const RepairOptions& options) {
 void add_repair(CLI::App& log, Chosen& chosen) {
   auto options = std::make_shared<RepairOptions>();
   CLI::App& command = add_subcommand(
-      log, "repair", "Write what can be read of a cut or damaged recording to a new, whole file",
+      log, "repair",
+      "Write the readable part of a cut or damaged recording to a new, complete file",
       "millrace log repair run.mcap.part -o run.mcap");
   add_file(command, options->file);
   command.add_option("-o,--output", options->output,

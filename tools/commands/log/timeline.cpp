@@ -50,8 +50,8 @@ void print_text(const Timeline& timeline) {
                       {"WHAT"}});
   const fabric::Time start = timeline.steps.front().at;
   if (timeline.steps.front().stage == recording::Stage::seen) {
-    table.add(
-        {"", "", "", "written by the program", "at most one poll earlier; nobody takes its time"});
+    table.add({"", "", "", "written by the program",
+               "at most one poll earlier; its time is not recorded"});
   }
   for (const TimelineStep& step : timeline.steps) {
     table.add({print::clock_text(step.at), print::duration_text(step.at - start),
@@ -88,9 +88,8 @@ int show(const TimelineOptions& options) {
 
 void add_timeline(CLI::App& log, Chosen& chosen) {
   auto options = std::make_shared<TimelineOptions>();
-  CLI::App& command =
-      add_subcommand(log, "timeline", "One call over every hop, with the time of each",
-                     "millrace log timeline run.mcap 5f3a9c0112d4-17");
+  CLI::App& command = add_subcommand(log, "timeline", "One call with the time of each hop",
+                                     "millrace log timeline run.mcap 5f3a9c0112d4-17");
   add_file(command, options->file);
   add_call(command, "CALL", options->call, "The call, as `log cat` names it")->required();
   add_json(command, options->json);

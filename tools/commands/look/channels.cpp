@@ -68,8 +68,9 @@ int list_channels(const LookOptions& options) {
   if (options.json) {
     print::print_json(channels_json(live));
   } else if (live.channels().empty()) {
-    fmt::print("no gateway is on fabric '{}', domain {}, or none has seen its machine yet\n",
-               options.fabric.options().fabric, options.fabric.options().domain);
+    fmt::print(
+        "no gateway is on fabric '{}', domain {}, or none has a connection to its machine yet\n",
+        options.fabric.options().fabric, options.fabric.options().domain);
   } else {
     print_channels(live);
   }
@@ -80,7 +81,7 @@ int list_channels(const LookOptions& options) {
 
 void add_channels(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(app, "channels", "What each channel does, its current call, and why it waits",
+      add_subcommand(app, "channels", "State of each channel, its current call, and why it waits",
                      "millrace channels");
   auto options = std::make_shared<LookOptions>(command);
   command.callback(

@@ -1,4 +1,4 @@
-// millrace info: what instances say of themselves, in full.
+// millrace info: all properties of instances.
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
@@ -68,10 +68,10 @@ int show(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(app, "info", "What instances say of themselves, in full",
+  CLI::App& command = add_subcommand(app, "info", "All properties of instances",
                                      "millrace info 560aacbf-6335-44a9-895a-8b27f3ed5e47");
   auto options = std::make_shared<InfoOptions>(command);
-  command.add_option("WHAT", options->what, "A UUID, an instance or a name; all unless given");
+  command.add_option("WHAT", options->what, "A UUID, an instance or a name; default: all");
   command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
 }
 

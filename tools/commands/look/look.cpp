@@ -13,7 +13,7 @@ namespace millrace::tools::commands::look {
 LookOptions::LookOptions(CLI::App& command)
     : fabric(command, {.name = "millrace"}), wait(bus::Patience{}.at_least) {
   add_duration(command, "--wait", wait,
-               "Listen at least this long; 700ms unless given. With trust up to 3s until all "
+               "Listen for at least this time; default 700ms. With trust up to 3s until all "
                "participants are authenticated");
   add_json(command, json);
 }

@@ -1,4 +1,4 @@
-// Subcommands that look at a fabric once: `services`, `info`, `stats`, `channels`, `machines`. One
+// Subcommands that show a fabric once: `services`, `info`, `stats`, `channels`, `machines`. One
 // source file each.
 #pragma once
 
@@ -18,7 +18,7 @@ void add_stats(CLI::App& app, Chosen& chosen);
 void add_channels(CLI::App& app, Chosen& chosen);
 void add_machines(CLI::App& app, Chosen& chosen);
 
-/// What these subcommands have in common: which fabric, how long to listen, which output.
+/// The common options of these subcommands: fabric, listening time, output format.
 struct LookOptions {
   /// Adds the flags to `command`.
   explicit LookOptions(CLI::App& command);

@@ -49,7 +49,7 @@ int list_machines(const LookOptions& options) {
     }
     print::print_json(out);
   } else if (live.machines().empty()) {
-    fmt::print("no gateway on fabric '{}', domain {} tells of its machines\n",
+    fmt::print("no gateway on fabric '{}', domain {} publishes machines\n",
                options.fabric.options().fabric, options.fabric.options().domain);
   } else {
     print_machines(live);
@@ -60,9 +60,9 @@ int list_machines(const LookOptions& options) {
 }  // namespace
 
 void add_machines(CLI::App& app, Chosen& chosen) {
-  CLI::App& command =
-      add_subcommand(app, "machines", "The link to each controller: state, poll period, requests",
-                     "millrace machines");
+  CLI::App& command = add_subcommand(
+      app, "machines", "The connection to each controller: state, poll period, requests",
+      "millrace machines");
   auto options = std::make_shared<LookOptions>(command);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return list_machines(*options); }; });

@@ -19,7 +19,7 @@ namespace {
 
 using print::Align;
 
-/// What they have proved to be has a column where there is trust.
+/// With trust, a column shows the proved identity.
 bool has_proof(const bus::KnownInstance* instance) {
   return !instance->identity.certificate.empty();
 }
@@ -65,7 +65,7 @@ void print_services(const std::vector<const bus::KnownInstance*>& instances) {
   fmt::print("{}", table.text());
 }
 
-/// What programs say of themselves, also those that are no services.
+/// The alarms of all processes, also of those that are not services.
 void print_alarms(const bus::FabricModel& live) {
   print::Table table({{"STATE"}, {"PROGRAM"}, {"SINCE", Align::right}, {"WHAT"}, {"TO DO"}});
   for (const auto& [key, alarm] : live.alarms()) {
@@ -128,7 +128,7 @@ int list_services(const LookOptions& options) {
 
 void add_services(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
-      app, "services", "Every instance of every service, and what programs say of themselves",
+      app, "services", "All instances of all services, and the alarms of all processes",
       "millrace services --json");
   auto options = std::make_shared<LookOptions>(command);
   command.callback(

@@ -72,7 +72,7 @@ void add_stats(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "stats", "Load and counters of each instance", "millrace stats");
   auto options = std::make_shared<StatsOptions>(command);
-  command.add_option("WHAT", options->what, "A UUID, an instance or a name; all unless given");
+  command.add_option("WHAT", options->what, "A UUID, an instance or a name; default: all");
   command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
 }
 

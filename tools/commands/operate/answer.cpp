@@ -33,7 +33,7 @@ int answer(const AnswerOptions& options) {
 
 void add_answer(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(app, "answer", "Answer the pending call of a channel in the service's place",
+      add_subcommand(app, "answer", "Answer the pending call of a channel instead of the service",
                      "millrace answer cnc/1 \"not available\" --state 99");
   auto options = std::make_shared<AnswerOptions>(command);
   add_channel_key(command, options->key);

@@ -32,7 +32,7 @@ constexpr bus::Patience grace{.at_least = std::chrono::milliseconds(1000)};
 
 struct CallOptions {
   explicit CallOptions(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
-    add_duration(command, "--timeout", timeout, "Wait this long for the answer; 10s unless given");
+    add_duration(command, "--timeout", timeout, "Wait for the response for this time; default 10s");
     add_json(command, json);
   }
 
@@ -51,7 +51,7 @@ struct CallOptions {
 caller::Order order_of(const CallOptions& options) {
   const auto text = base::text::to_cp1252(options.request);
   if (!text) {
-    throw program::UsageError("no controller can write this request: " + text.error());
+    throw program::UsageError("a controller cannot write this request: " + text.error());
   }
   if (text->size() > fabric::max_text) {
     throw program::UsageError(
@@ -158,7 +158,7 @@ void show(const CallOptions& options, const caller::Order& order, const caller::
     }
     print::print_json(out);
   } else if (!ended.reply) {
-    fmt::print(stderr, "millrace: no answer: {}\n", base::text::safe(ended.reason));
+    fmt::print(stderr, "millrace: no response: {}\n", base::text::safe(ended.reason));
   } else if (options.raw) {
     fmt::print("{}\n", base::text::to_utf8(ended.reply->text));
   } else {
@@ -193,12 +193,14 @@ void add_call(CLI::App& app, Chosen& chosen) {
       ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_option("--machine", options->machine,
-                     "Choose the instance as for a call of this machine, and stand in its place if "
+                     "Choose the instance as for a call of this machine, and act as the machine if "
                      "no gateway serves it");
-  command.add_option("--channel", options->channel, "And of this channel")
+  command
+      .add_option("--channel", options->channel,
+                  "Choose the instance as for a call of this channel")
       ->check(base::program::positive_number())
       ->capture_default_str();
-  command.add_flag("--raw", options->raw, "Print the response and nothing else");
+  command.add_flag("--raw", options->raw, "Print only the response");
   command.callback([options, &chosen] { chosen.run = [options] { return call(*options); }; });
 }
 

@@ -29,11 +29,11 @@ struct HealthOptions : OperateOptions {
   bool all = false;
   /// Machines, or hosts of gateways.
   std::vector<std::string> gateways{};
-  /// Of each service, by UUID or name, so many instances.
+  /// The required number of instances of each service, by UUID or name.
   std::vector<std::pair<std::string, std::size_t>> services{};
 };
 
-// What is wrong, the worst first; 1 is above all of them.
+// The problems, the worst first; 1 is above all of them.
 constexpr int exit_link_down = 3;
 constexpr int exit_held = 4;
 constexpr int exit_unserved = 5;
@@ -52,13 +52,13 @@ constexpr const char* exit_codes =
     "     service has lost its last instance in the last quarter of an hour\n"
     "  6  a program reports a problem\n\n";
 
-/// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
+/// Processes with a loop that may hang: the gateways of a host, presented as instances, and its
 /// services.
 struct Programs {
   std::vector<fabric::InstanceIdentity> gateways;
   std::vector<fabric::InstanceIdentity> instances;
-  /// What they say of themselves, and others of the host that have no calls, such as a recorder.
-  /// Whose loop hangs says nothing any more.
+  /// Their alarms, and those of other processes of the host without calls, such as a recorder. A
+  /// process whose loop hangs publishes none.
   std::vector<fabric::Alarm> alarms;
 };
 
@@ -85,8 +85,8 @@ Programs programs_on(const bus::FabricModel& live, const std::string& host) {
   return found;
 }
 
-/// Prints, or adds to `out`, what the gateways tell of their machines. A link that is down is no
-/// fault of the gateway.
+/// Prints, or adds to `out`, the machines of the gateways. A link that is down is not a fault of
+/// the gateway.
 void show_machines(const HealthOptions& options, const bus::FabricModel& live,
                    const Programs& programs, boost::json::array& out) {
   for (const auto& [key, status] : live.machines()) {
@@ -131,7 +131,7 @@ bool is_heard(const fabric::MachineStatus& status) {
   return !status.host.empty();
 }
 
-/// What the operator said must be there.
+/// The gateways and services that options require.
 void look_for_the_expected(const HealthOptions& options, const bus::FabricModel& live,
                            Wrongs& wrongs) {
   for (const std::string& name : options.gateways) {
@@ -204,8 +204,8 @@ void look_at_machines(const bus::FabricModel& live, const Programs& programs, Wr
                     fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
         break;
       case bus::Obstacle::unserved:
-        wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
-                                               status.uuid, status.reason));
+        wrongs.note(exit_unserved, fmt::format("{}: no service has the UUID {}: {}",
+                                               key.to_string(), status.uuid, status.reason));
         break;
       case bus::Obstacle::long_busy:
         wrongs.note(exit_unserved,
@@ -216,7 +216,7 @@ void look_at_machines(const bus::FabricModel& live, const Programs& programs, Wr
   }
 }
 
-/// Gateways tell of services that have lost their last instance without a word.
+/// Gateways publish services whose last instance disappeared.
 void look_at_lost_services(const bus::FabricModel& live, Wrongs& wrongs) {
   std::set<std::string> said;
   for (const auto& [key, alarm] : live.alarms()) {
@@ -227,7 +227,7 @@ void look_at_lost_services(const bus::FabricModel& live, Wrongs& wrongs) {
   }
 }
 
-/// What the programs of the host say of themselves. A warning is told, and is no failure.
+/// The alarms of the host's processes. A warning is printed, and is not a failure.
 void look_at_alarms(const std::vector<fabric::Alarm>& alarms, Wrongs& wrongs) {
   for (const fabric::Alarm& alarm : alarms) {
     const std::string what =
@@ -261,15 +261,15 @@ int check(const HealthOptions& options) {
   show_machines(options, live, programs, machines);
   std::vector<fabric::InstanceIdentity> asked = programs.gateways;
   asked.insert(asked.end(), programs.instances.begin(), programs.instances.end());
-  const bool nobody = asked.empty() && programs.alarms.empty();
+  const bool none = asked.empty() && programs.alarms.empty();
   Wrongs wrongs;
-  if (nobody) {
-    wrongs.note(base::program::exit_failed,
-                fmt::format("no gateway, no service and no recorder of host '{}' is on fabric "
-                            "'{}', domain {}; 'millrace services' and 'millrace machines' show who "
-                            "is",
-                            options.host, options.fabric.options().fabric,
-                            options.fabric.options().domain));
+  if (none) {
+    wrongs.note(
+        base::program::exit_failed,
+        fmt::format("no gateway, no service and no recorder of host '{}' is on fabric '{}', domain "
+                    "{}; 'millrace services' and 'millrace machines' show what is there",
+                    options.host, options.fabric.options().fabric,
+                    options.fabric.options().domain));
   } else if (!tell_each(options, fabric::CommandKind::ping, asked, answers)) {
     wrongs.note(base::program::exit_failed);
   }
@@ -314,13 +314,12 @@ std::pair<std::string, std::size_t> expected_service(const std::string& text) {
 void add_health(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
       app, "health",
-      "Whether the gateway and the services of a host are there and answer, as an exit code",
+      "Check by exit code whether the gateway and the services of a host run and respond",
       "millrace health --all --expect-gateway press --expect-service "
       "560aacbf-6335-44a9-895a-8b27f3ed5e47=2");
   command.footer(exit_codes + command.get_footer());
   auto options = std::make_shared<HealthOptions>(command);
-  command.add_option("--host", options->host,
-                     "The host, as it calls itself; this one unless given");
+  command.add_option("--host", options->host, "Name of the host; default: this host");
   command.add_flag("--all", options->all,
                    "Also whether the fabric has a gateway, whether instances send heartbeats, "
                    "whether the controllers and channels of the host's gateways are well, and what "

@@ -45,7 +45,7 @@ std::string line_of(const fabric::InstanceIdentity& identity, const bus::Command
 }  // namespace
 
 OperateOptions::OperateOptions(CLI::App& command) : fabric(command, {.name = "millrace"}) {
-  add_duration(command, "--timeout", timeout, "Wait this long for an answer; 2s unless given");
+  add_duration(command, "--timeout", timeout, "Wait for the outcome for this time; default 2s");
   add_json(command, json);
 }
 
@@ -106,7 +106,7 @@ void add_channel_key(CLI::App& command, fabric::ChannelKey& key) {
             const auto scope = fabric::parse_channel_scope(text);
             if (!scope || scope->machine.empty() || scope->channel == 0) {
               throw CLI::ValidationError(
-                  fmt::format("'{}' is no channel; expected one as in cnc/1", text));
+                  fmt::format("'{}' is not a channel; expected one as in cnc/1", text));
             }
             key = {scope->machine, scope->channel};
           },
@@ -139,7 +139,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   const auto heard = bus::issue(participant, {command}, patience_of(options));
   const auto word = heard.find(command.id);
   if (word == heard.end()) {
-    fmt::print(stderr, "millrace: the gateway of {} does not answer\n", key.to_string());
+    fmt::print(stderr, "millrace: the gateway of {} does not respond\n", key.to_string());
     return program::exit_failed;
   }
   const fabric::Outcome& outcome = word->second.outcome;

@@ -22,7 +22,7 @@ void add_drain(CLI::App& app, Chosen& chosen);
 void add_answer(CLI::App& app, Chosen& chosen);
 void add_retry(CLI::App& app, Chosen& chosen);
 
-/// What these subcommands have in common: which fabric, how long to wait, which output.
+/// The common options of these subcommands: fabric, waiting time, output format.
 struct OperateOptions {
   explicit OperateOptions(CLI::App& command);
 
@@ -39,8 +39,8 @@ fabric::Command new_command(fabric::CommandKind kind);
 bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
                const std::vector<fabric::InstanceIdentity>& instances, boost::json::array& out);
 
-/// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
-/// says. Fails if there is none, or one does not answer or refuses.
+/// Sends a command to each instance that `what` names (its UUID, id or name) and prints the
+/// outcomes. Fails if there is none, or one does not respond or refuses.
 int tell_instances(const OperateOptions& options, const bus::FabricModel& live,
                    fabric::CommandKind kind, const std::string& what);
 

@@ -15,12 +15,12 @@ struct PingOptions : OperateOptions {
 
 void add_ping(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(app, "ping", "Ask instances whether they are there; each one answers",
+      add_subcommand(app, "ping", "Ask instances whether they run; each one responds",
                      "millrace ping 560aacbf-6335-44a9-895a-8b27f3ed5e47");
   auto options = std::make_shared<PingOptions>(command);
   command
       .add_option("WHAT", options->what,
-                  "A UUID, an instance or a name: all of its instances are asked")
+                  "A UUID, an instance or a name; of a UUID or a name, all instances are asked")
       ->required();
   command.callback([options, &chosen] {
     chosen.run = [options] {

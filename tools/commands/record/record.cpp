@@ -58,7 +58,7 @@ recorder::Options recorder_options(const Options& options,
         "--keep-size removes whole files; it needs --rotate-size or --rotate-time");
   }
   if (options.on_error != (options.window.count() > 0)) {
-    throw program::UsageError("--window and --on-error go together: how much, and when");
+    throw program::UsageError("--window needs --on-error, and the other way round");
   }
   if (options.on_error) {
     result.window = recorder::Window{.length = options.window};
@@ -87,7 +87,7 @@ void attach_configuration(const Options& options, recorder::Options& settings) {
                                   .at = std::chrono::system_clock::now()});
 }
 
-/// What a power cut left of earlier recordings of this name is made whole, beside it.
+/// Repairs earlier recordings of this name that a power failure cut, into files beside them.
 void repair_leftovers(const recorder::Options& settings) {
   const bool many = settings.rotate_size > 0 || settings.rotate_time.count() > 0;
   const recorder::Series series(settings.file,
@@ -108,7 +108,7 @@ void repair_leftovers(const recorder::Options& settings) {
     } else {
       fmt::print(
           stderr,
-          "millrace: {} was left by an earlier recording, cannot be repaired and stays: {}\n",
+          "millrace: {} was left by an earlier recording, cannot be repaired and is kept: {}\n",
           part.string(), report.error());
     }
   }
@@ -169,15 +169,15 @@ int record(const Options& options) {
   const recorder::Tally tally = run.recorder().tally();
   const fabric::observer::Counts counts = run.counts();
   fmt::print(stderr,
-             "millrace: the bus delivered {} samples and lost {}; {} written, {} filtered out, {} "
-             "let go by the window\nmillrace: {}\n",
+             "millrace: {} samples were received and {} lost; {} written, {} filtered out, {} "
+             "dropped by the window\nmillrace: {}\n",
              counts.delivered, counts.lost, tally.written, tally.filtered, tally.let_go,
              print::missing_text(run.recorder().missing()));
   if (!result) {
     throw std::runtime_error(result.error());
   }
   if (counts.delivered == 0) {
-    fmt::print(stderr, "millrace: nobody was heard on fabric {}, domain {}\n", join.fabric,
+    fmt::print(stderr, "millrace: nothing was received on fabric {}, domain {}\n", join.fabric,
                join.domain);
   }
   show(options, run.recorder().files(), counts, run.recorder());
@@ -186,11 +186,11 @@ int record(const Options& options) {
 
 void add_options(CLI::App& command, Options& options) {
   command.add_option("-o,--output", options.recorder.file,
-                     "The file; millrace-TIME.mcap unless given. It grows as FILE.part");
+                     "The file; default millrace-TIME.mcap. It grows as FILE.part");
   add_json(command, options.json);
   add_filter(command, options.recorder.filter);
   command.add_option("--without-text", options.without_text,
-                     "Of this service keep sizes and states, not texts; may be repeated");
+                     "Record sizes and states of this service, not texts; may be repeated");
   add_size(command, "--rotate-size", options.recorder.rotate_size, "Begin a new file at this size");
   add_duration(command, "--rotate-time", options.recorder.rotate_time,
                "Begin a new file after this time");
@@ -198,9 +198,9 @@ void add_options(CLI::App& command, Options& options) {
            "Remove the oldest files of this name when they are larger than this, or the disk has "
            "less than --min-free left");
   add_size(command, "--min-free", options.recorder.minimum_free,
-           "End when the disk has less than this left; 100MiB unless given");
+           "End when the disk has less than this left; default 100MiB");
   add_duration(command, "--window", options.window,
-               "Keep only the last DURATION, in memory; with --on-error");
+               "Keep only the last DURATION, in memory; needs --on-error");
   command.add_flag("--on-error", options.on_error,
                    "Write the window, and one more second, when a call fails");
   static const std::map<std::string, recorder::Sync> policies{
@@ -208,14 +208,14 @@ void add_options(CLI::App& command, Options& options) {
       {"interval", recorder::Sync::interval},
       {"call", recorder::Sync::call}};
   program::add_choice(command, "--sync", options.recorder.sync, policies,
-                      "When the disk must hold it; interval is 4 times a second")
+                      "When data is forced to the disk; interval is 4 times a second")
       ->default_str("interval");
   static const std::map<std::string, mcap::Compression> compressions{
       {"none", mcap::Compression::none},
       {"lz4", mcap::Compression::lz4},
       {"zstd", mcap::Compression::zstd}};
   program::add_choice(command, "--compression", options.recorder.compression, compressions,
-                      "What chunks are compressed with")
+                      "Compression of chunks")
       ->default_str("none");
 }
 

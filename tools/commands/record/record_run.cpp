@@ -45,8 +45,7 @@ recorder::Recorder::Result RecordRun::run() {
 }
 
 void RecordRun::on_entry(recording::Entry entry) {
-  // What it says of itself is in the metadata of its file, and does not make it somebody who was
-  // heard.
+  // Its own alarms are in the metadata of its file, and do not count as a heard process.
   const auto* news = std::get_if<recording::AlarmNews>(&entry.sample);
   if (news != nullptr && news->alarm.key.responder == responder_) {
     ++own_;
@@ -80,9 +79,10 @@ void RecordRun::schedule_tick() {
     if (!error) {
       keep(recorder_.tick(Clock::now()));
       for (const std::filesystem::path& file : recorder_.take_removed()) {
-        fmt::print(stderr, "millrace: {} is removed to have room for newer ones\n", file.string());
+        fmt::print(stderr, "millrace: {} was removed to make room for newer files\n",
+                   file.string());
       }
-      say_if_nobody_is_heard();
+      warn_if_silent();
       say_if_it_waits();
       tell_condition();
       if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
@@ -94,13 +94,12 @@ void RecordRun::schedule_tick() {
   });
 }
 
-void RecordRun::say_if_nobody_is_heard() {
-  if (!looked_for_somebody_ && Clock::now() - begun_ > time_to_be_heard) {
-    looked_for_somebody_ = true;
+void RecordRun::warn_if_silent() {
+  if (!warned_of_silence_ && Clock::now() - begun_ > time_to_be_heard) {
+    warned_of_silence_ = true;
     if (counts().delivered == 0) {
       fmt::print(stderr,
-                 "millrace: nothing has been heard for {} s; 'millrace doctor' looks whether "
-                 "anybody is on this fabric\n",
+                 "millrace: nothing was received for {} s; 'millrace doctor' checks this fabric\n",
                  time_to_be_heard.count());
     }
   }
@@ -140,7 +139,7 @@ void RecordRun::tell_condition() {
 
 void RecordRun::note(const tl::expected<void, std::string>& told) {
   if (!told && !std::exchange(said_untold_, true)) {
-    fmt::print(stderr, "millrace: the fabric is not told how the recorder is: {}\n", told.error());
+    fmt::print(stderr, "millrace: the recorder cannot publish its alarms: {}\n", told.error());
   }
 }
 

@@ -43,15 +43,15 @@ class RecordRun : public fabric::observer::ObserverListener {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// What came before the signal belongs to the recording; but a flood does not keep it from
-  /// ending.
+  /// Entries before the signal belong to the recording; but a flood of entries must not keep it
+  /// from ending.
   void take_the_rest();
 
   void schedule_tick();
-  void say_if_nobody_is_heard();
+  void warn_if_silent();
   void say_if_it_waits();
 
-  /// Tells the fabric how it is, once a second.
+  /// Publishes its condition once a second.
   void tell_condition();
   void note(const tl::expected<void, std::string>& told);
   void keep(const recorder::Recorder::Result& result);
@@ -60,15 +60,15 @@ class RecordRun : public fabric::observer::ObserverListener {
 
   const fabric::InstanceId responder_ = fabric::InstanceId::random();
   std::uint64_t own_ = 0;
-  /// What does not change of it; the rest is as it was told last.
+  /// The constant parts of it; the rest is as last published.
   recorder::Condition condition_;
   recorder::Recorder recorder_;
   recorder::Recorder::Result result_;
   Clock::time_point begun_ = Clock::now();
-  bool looked_for_somebody_ = false;
+  bool warned_of_silence_ = false;
   bool waited_ = false;
   Clock::time_point next_word_{};
-  /// The kinds of what was told.
+  /// The kinds of the published alarms.
   std::set<std::string> told_;
   bool said_untold_ = false;
   boost::asio::io_context io_{1};

@@ -75,7 +75,7 @@ int as_cnc(const Options& options, const Plan& plan) {
   ReplayRun run(options, plan, tools::replay::Side::program);
   tools::replay::AsCnc stage(run.io().get_executor(), plan, channels, settings, run,
                              program::make_log("replay"));
-  const std::string what = fmt::format("standing in for a CNC on {}:{}, NetId {}", settings.address,
+  const std::string what = fmt::format("acting as a CNC on {}:{}, NetId {}", settings.address,
                                        stage.tcp_port(), settings.net_id.to_string());
   // Standard output is for JSON then.
   if (options.json) {

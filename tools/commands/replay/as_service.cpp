@@ -49,9 +49,8 @@ void check_unserved(const Options& options, const Plan& plan) {
     for (const auto& [id, instance] : live.instances()) {
       if (instance.identity.uuid == fabric::canonical_uuid(call.uuid)) {
         throw program::UsageError(
-            fmt::format("'{}' (pid {} on {}) serves {} on this fabric, and a stand-in would take "
-                        "its calls; end "
-                        "it first, or choose another fabric with --fabric",
+            fmt::format("'{}' (pid {} on {}) serves {} on this fabric, and the replay would take "
+                        "its calls; end it first, or choose another fabric with --fabric",
                         base::text::safe(instance.identity.name), instance.identity.pid,
                         base::text::safe(instance.identity.host), instance.identity.uuid));
       }
@@ -125,8 +124,8 @@ class StandIn : public tools::replay::AsServiceListener {
   }
 
   void on_drain(const fabric::InstanceIdentity& instance, const std::string& issuer) override {
-    fmt::print(stderr, "millrace: {} asks the stand-in for {} to leave\n", base::text::safe(issuer),
-               instance.uuid);
+    fmt::print(stderr, "millrace: {} commands the replayed service {} to leave\n",
+               base::text::safe(issuer), instance.uuid);
   }
 
   void on_complete() override { io_.stop(); }

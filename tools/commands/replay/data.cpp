@@ -32,9 +32,9 @@ using tools::replay::Timing;
 using Clock = std::chrono::steady_clock;
 using Channels = std::map<fabric::ChannelKey, fabric::ChannelKey>;
 
-/// For who listens to find the new writers, and at the end to take what was sent last.
+/// For readers to discover the new writers, and at the end to take the last samples.
 constexpr auto time_to_be_found = std::chrono::milliseconds(300);
-/// With --fast: a writer keeps so many samples of a group for who has not taken them yet
+/// With --fast: a writer keeps this number of samples of a group for slow readers
 /// (fabric/wire/topics.cpp), and half of them are sent at a time.
 constexpr std::uint64_t samples_at_once = 16;
 constexpr auto pause_between = std::chrono::milliseconds(5);
@@ -135,7 +135,7 @@ class DataReplay {
   void check(const tl::expected<void, std::string>& published) {
     if (!published && refused_++ == 0) {
       progress_.clear();
-      fmt::print(stderr, "millrace: a sample is left out: {}\n",
+      fmt::print(stderr, "millrace: a sample is omitted: {}\n",
                  base::text::safe(published.error()));
     }
   }
@@ -189,7 +189,7 @@ class DataReplay {
     }
     std::fflush(stdout);
     if (refused_ > 0) {
-      fmt::print(stderr, "millrace: {} samples were left out\n", refused_);
+      fmt::print(stderr, "millrace: {} samples were omitted\n", refused_);
     }
     if (interrupted_) {
       fmt::print(stderr, "millrace: interrupted\n");

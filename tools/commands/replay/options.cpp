@@ -41,7 +41,7 @@ tl::expected<void, std::string> take_channel(Options& options, const std::string
   std::uint16_t number = 0;
   if (!CLI::detail::lexical_cast(text, number) || number == 0) {
     return tl::unexpected("'" + text +
-                          "' is no channel; expected a number, or a mapping as in cnc/1=test/7");
+                          "' is not a channel; expected a number, or a mapping as in cnc/1=test/7");
   }
   options.filter.channels.insert(number);
   return {};
@@ -52,28 +52,27 @@ void add_ways(CLI::App& command, Options& options) {
                    "Send the recorded requests to live services");
   command.add_flag("--as-service", options.as_service, "Answer live calls from the recording");
   command.add_flag("--as-cnc", options.as_cnc,
-                   "Stand in for the controller: a gateway finds the recorded requests there");
-  command.add_flag(
-      "--data", options.data,
-      "Send the recorded machine data and what became of programs, marked as replayed");
+                   "Act as the controller: a gateway finds the recorded requests there");
+  command.add_flag("--data", options.data,
+                   "Send the recorded machine data and events of NC programs, marked as replayed");
 }
 
 void add_times(CLI::App& command, Options& options) {
-  command.add_option("--rate", options.rate, "How many times as fast as recorded")
+  command.add_option("--rate", options.rate, "Speed: 2 = twice as fast as recorded")
       ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_flag("--fast", options.fast,
-                   "Without waiting; calls that ran one after the other still do");
+                   "Without waiting; calls that ran one after the other still run so");
   command.add_flag("--step", options.step, "One call after the other, each when you press Enter");
   command.add_option("--loop", options.rounds, "Play it N times; 0 = until interrupted")
       ->type_name("N")
       ->capture_default_str();
-  add_duration(command, "--max-gap", options.max_gap, "Cut longer times without a request to this");
-  add_duration(command, "--wait", options.wait,
-               "How long to wait, before the first call, for what is needed; 10s unless given, 0 = "
-               "start at once");
-  add_duration(command, "--timeout", options.timeout,
-               "How long an answer may take; 30s unless given");
+  add_duration(command, "--max-gap", options.max_gap,
+               "Shorten longer times without a request to this");
+  add_duration(
+      command, "--wait", options.wait,
+      "Wait this time for the services, before the first call; default 10s, 0 = start at once");
+  add_duration(command, "--timeout", options.timeout, "Longest time for a response; default 30s");
 }
 
 void add_choice(CLI::App& command, Options& options) {
@@ -88,10 +87,10 @@ void add_choice(CLI::App& command, Options& options) {
 
 void add_verification(CLI::App& command, Options& options) {
   command.add_flag("--verify", options.verify,
-                   "Compare every answer with the recorded one; exit code 1 if any differs");
+                   "Compare every response with the recorded one; exit code 1 if any differs");
   for_each_text(command, "--tolerance", "[UUID=]X[%]",
-                "With --verify: how far numbers may be off, absolute or in per cent of the "
-                "recorded number; may be given several times",
+                "With --verify: tolerance of numbers, absolute or in per cent of the recorded "
+                "number; may be repeated",
                 [&options](const std::string& text) { return options.tolerances.add(text); });
 }
 
@@ -105,7 +104,7 @@ Options::Options(CLI::App& command) : fabric(command, {.name = "millrace replay"
   add_verification(command, *this);
   command
       .add_option("--error-state", error_state,
-                  "With --as-service: the state of the answer to a call that was not recorded")
+                  "With --as-service: RESPONSE_STATE for a call that was not recorded")
       ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_option("--listen", listen, "With --as-cnc: address and TCP port of the ADS server")
@@ -135,7 +134,7 @@ void check(const Options& options) {
     throw UsageError("--step is for calls; with --data use --rate");
   }
   if (options.data && options.verify) {
-    throw UsageError("--verify: nobody answers data, so there is nothing to compare");
+    throw UsageError("--verify: data has no responses to compare");
   }
   if (options.timeout.count() <= 0) {
     throw UsageError("--timeout: expected more than 0");

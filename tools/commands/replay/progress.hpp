@@ -6,7 +6,7 @@
 
 namespace millrace::tools::commands::replay {
 
-/// Shows nothing if standard error is no terminal.
+/// Shows nothing if standard error is not a terminal.
 class Progress {
  public:
   /// `total` 0 = no end is known; `what` they are.

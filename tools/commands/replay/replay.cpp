@@ -19,7 +19,7 @@ void tell_skipped(const Plan& plan) {
   constexpr std::size_t most = 5;
   for (std::size_t i = 0; i < plan.skipped.size() && i < most; ++i) {
     const tools::replay::Skipped& skipped = plan.skipped[i];
-    fmt::print(stderr, "millrace: call {} of {} is left out: {}\n", skipped.recorded.to_string(),
+    fmt::print(stderr, "millrace: call {} of {} is omitted: {}\n", skipped.recorded.to_string(),
                skipped.channel.to_string(), skipped.reason);
   }
   if (plan.skipped.size() > most) {

@@ -38,7 +38,7 @@ std::size_t width_of(std::string_view utf8) {
 
 /// Under the byte of the answer that differs.
 std::string pointer_to(const Answer& answer, std::size_t at) {
-  // The closing quote of the part before it stands where the pointer belongs.
+  // The pointer belongs at the closing quote of the part before it.
   return std::string(width_of(base::text::quoted(answer.text.substr(0, at))) - 1, ' ') + '^';
 }
 

@@ -1,4 +1,4 @@
-// What a replay tells: differences as they are found, a summary, the exit code.
+// The report of a replay: differences as they are found, a summary, the exit code.
 #pragma once
 
 #include <array>

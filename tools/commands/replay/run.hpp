@@ -1,4 +1,4 @@
-// What the ways that issue calls have in common: waiting up front, signals, progress, report.
+// The common parts of replays that issue calls: waiting at the start, signals, progress, report.
 #pragma once
 
 #include <functional>
@@ -25,8 +25,8 @@ class ReplayRun : public tools::replay::ReplayListener {
 
   [[nodiscard]] boost::asio::io_context& io() { return io_; }
 
-  /// Runs until `missing` names nothing, --wait is over or a signal comes. Then tells what is
-  /// missing, and returns false. With --wait 0 it does not wait.
+  /// Runs until `missing` names nothing, --wait is over or a signal comes. In the last two cases it
+  /// prints what is missing and returns false. With --wait 0 it does not wait.
   bool wait_until_there(const std::function<std::vector<std::string>()>& missing);
   /// Runs the player that `play` has started to its end; returns the exit code.
   int play(tools::replay::Player& player);

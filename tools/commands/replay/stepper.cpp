@@ -16,7 +16,7 @@ Stepper::Stepper(const boost::asio::any_io_executor& executor, const tools::repl
   input_.assign(::dup(STDIN_FILENO), error);
   if (error) {
     throw base::program::UsageError(
-        "--step: standard input is neither a terminal nor a pipe, so nobody can press Enter");
+        "--step: standard input is neither a terminal nor a pipe, so Enter cannot be pressed");
   }
 }
 

@@ -1,4 +1,4 @@
-// --step: says which call comes next, and lets it go when somebody presses Enter.
+// --step: prints the next call, and issues it when Enter is pressed.
 #pragma once
 
 #include <functional>
@@ -17,8 +17,8 @@ class Stepper {
   /// Throws UsageError if standard input is neither a terminal nor a pipe. `plan` outlives it.
   Stepper(const boost::asio::any_io_executor& executor, const tools::replay::Plan& plan);
 
-  /// Asks for the player's next call, if there is one and nobody has been asked for it. Calls
-  /// `stop` at the end of the input, or for "q".
+  /// Asks for the player's next call, if there is one and it was not asked for yet. Calls `stop` at
+  /// the end of the input, or for "q".
   void ask(tools::replay::Player& player, const std::function<void()>& stop);
 
  private:

@@ -1,4 +1,4 @@
-// init, issue, renew, renew-authorities, revoke: what writes the folder of a plant.
+// init, issue, renew, renew-authorities, revoke: the commands that write a PKI folder.
 #include "tools/commands/trust/make.hpp"
 
 #include <fstream>
@@ -36,11 +36,11 @@ struct NamedOptions : PkiOptions {
 };
 
 void say_where(const tools::trust::PkiFolder& pki, const tools::trust::Entry& entry, int days) {
-  fmt::print("{}: valid until {:%F}; copy it to its host, and nothing else of {}\n",
+  fmt::print("{}: valid until {:%F}; copy this folder to its host, and nothing else of {}\n",
              pki.folder_of(entry.participant.name).string(), entry.until,
              pki.folder_of("").parent_path().string());
   if (entry.until < entry.from + std::chrono::days(days)) {
-    fmt::print("that is when the authorities end: {} days would be longer\n", days);
+    fmt::print("the CAs expire then: {} days would be longer\n", days);
   }
 }
 
@@ -52,7 +52,7 @@ int init(const InitOptions& options) {
                     options.fabric));
   }
   const std::filesystem::path folder(options.folder);
-  // "plant/" is "plant", and "." is where we are.
+  // "plant/" is "plant", and "." is the current folder.
   const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
   const std::filesystem::path last =
       whole.has_filename() ? whole.filename() : whole.parent_path().filename();
@@ -60,9 +60,9 @@ int init(const InitOptions& options) {
   must(tools::trust::PkiFolder::create(folder, name, options.fabric, options.days,
                                        passphrase_of(options), now()));
   fmt::print(
-      "{0}: the authorities of {1}, for the fabric {2}. Keep {0}/authorities where only you can "
-      "read it: who has it can be anything\n"
-      "next: millrace trust issue {0} gateway-1 --role gateway --machine NAME\n",
+      "{0}: the CAs of {1}, for the fabric {2}. Keep {0}/authorities where only you can read it: "
+      "its keys can issue any certificate\nnext: millrace trust issue {0} gateway-1 --role gateway "
+      "--machine NAME\n",
       options.folder, name, options.fabric);
   return base::program::exit_done;
 }
@@ -90,8 +90,7 @@ int issue(IssueOptions options) {
   say_where(pki, entry, options.how.days);
   if (again && before->until > now() && is_another(before->participant, entry.participant)) {
     fmt::print(
-        "it may other things now; what it has got before goes on counting for what that says, "
-        "until "
+        "its certificate allows other things now; the earlier one allows what it states until "
         "{:%F}, unless {} is revoked\n",
         before->until, entry.participant.name);
   }
@@ -115,11 +114,9 @@ int renew_authorities(const AuthoritiesOptions& options) {
   must(
       pki.renew_authorities(options.days, options.participant_days, passphrase_of(options), now()));
   fmt::print(
-      "{0}: the authorities are valid until {1:%F}, and all participants are renewed. Copy each "
-      "participant's "
-      "folder to its host and restart its programs, one after the other: what hosts have until "
-      "then "
-      "goes on counting until its time is over\n",
+      "{0}: the CAs are valid until {1:%F}, and all participants are renewed. Copy each "
+      "participant's folder to its host and restart its processes, one after the other: the "
+      "earlier certificates stay valid until they expire\n",
       options.folder, must(pki.authorities_until()));
   return base::program::exit_done;
 }
@@ -128,8 +125,8 @@ int revoke(const NamedOptions& options) {
   tools::trust::PkiFolder pki = open(options);
   must(pki.revoke(options.name, passphrase_of(options), now()));
   fmt::print(
-      "{0} is revoked. Copy {1}/revoked.pem to all hosts, into the folder that each has: those of "
-      "{1} have it already. Programs that have it take {0} no more\n",
+      "{0} is revoked. Copy {1}/revoked.pem to all hosts, into each participant's folder; the "
+      "folders in {1} have it already. Processes that have it reject {0}\n",
       options.name, options.folder);
   return base::program::exit_done;
 }
@@ -138,43 +135,49 @@ int revoke(const NamedOptions& options) {
 
 void add_init(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(trust, "init", "Make the authorities of a plant", "millrace trust init plant");
+      add_subcommand(trust, "init", "Create the CAs of a fabric", "millrace trust init plant");
   auto options = std::make_shared<InitOptions>();
   add_pki_folder(command, *options);
   add_passphrase(command, *options);
-  command.add_option("--fabric", options->fabric, "The fabric it is for")->capture_default_str();
+  command.add_option("--fabric", options->fabric, "Name of the fabric")->capture_default_str();
   command.add_option("--name", options->name,
-                     "The plant's name in certificates; else that of the folder");
-  command.add_option("--days", options->days, "How long the authorities are valid")
-      ->capture_default_str();
+                     "Name of the PKI in certificates; default: the folder's name");
+  command.add_option("--days", options->days, "Validity of the CAs")->capture_default_str();
   command.callback([options, &chosen] { chosen.run = [options] { return init(*options); }; });
 }
 
 void add_issue(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(trust, "issue", "Make what a host needs to be something",
+      add_subcommand(trust, "issue", "Issue the credentials of a participant",
                      "millrace trust issue plant gateway-1 --role gateway --machine press_1");
   auto options = std::make_shared<IssueOptions>();
   add_pki_folder(command, *options);
   add_passphrase(command, *options);
-  command.add_option("name", options->participant.name, "Whom: its folder in the plant's")
+  command
+      .add_option("name", options->participant.name,
+                  "Participant: the name of its folder in the PKI folder")
       ->required();
   command
       .add_option("--role", options->roles,
-                  "gateway, service, operator, observer or tester; several times for several")
+                  "gateway, service, operator, observer or tester; may be repeated")
       ->required()
       ->allow_extra_args(false);
-  command.add_option("--uuid", options->participant.uuids, "A UUID that the service may answer")
+  command
+      .add_option("--uuid", options->participant.uuids,
+                  "A UUID that the service may serve; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--machine", options->participant.machines, "A machine of the gateway")
+  command
+      .add_option("--machine", options->participant.machines,
+                  "A machine of the gateway; may be repeated; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--host", options->how.host, "Where it is meant to be, for people");
-  command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
+  command.add_option("--host", options->how.host, "A note about its host, for people");
+  command.add_option("--days", options->how.days, "Validity of the certificate")
+      ->capture_default_str();
   command.add_flag("--renew", options->renew,
-                   "If it is there, make it new, with what is said here");
+                   "If the participant exists, issue it again with these values");
   command.add_flag(
       "--foreign", options->how.foreign,
-      "For a program on another DDS, Fast DDS say: the others begin the handshake with it");
+      "For a process with another DDS (Fast DDS, for example): the others begin the handshake");
   command.callback([options, &chosen] { chosen.run = [options] { return issue(*options); }; });
 }
 
@@ -185,29 +188,29 @@ void add_renew(CLI::App& trust, Chosen& chosen) {
   add_pki_folder(command, *options);
   add_passphrase(command, *options);
   command.add_option("name", options->name, "Whose")->required();
-  command.add_option("--days", options->days, "How long it is valid")->capture_default_str();
+  command.add_option("--days", options->days, "Validity of the certificate")->capture_default_str();
   command.callback([options, &chosen] { chosen.run = [options] { return renew(*options); }; });
 }
 
 void add_renew_authorities(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(trust, "renew-authorities",
-                     "Have the authorities be valid for longer, and renew all participants",
+      add_subcommand(trust, "renew-authorities", "Renew the CAs and all participants",
                      "millrace trust renew-authorities plant");
   auto options = std::make_shared<AuthoritiesOptions>();
   add_pki_folder(command, *options);
   add_passphrase(command, *options);
-  command.add_option("--days", options->days, "How long the authorities are valid from now on")
+  command.add_option("--days", options->days, "Validity of the CAs from now on")
       ->capture_default_str();
   command
-      .add_option("--participant-days", options->participant_days, "How long the participants are")
+      .add_option("--participant-days", options->participant_days,
+                  "Validity of the participants' certificates")
       ->capture_default_str();
   command.callback(
       [options, &chosen] { chosen.run = [options] { return renew_authorities(*options); }; });
 }
 
 void add_revoke(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "revoke", "Take back all that a participant ever got",
+  CLI::App& command = add_subcommand(trust, "revoke", "Revoke all certificates of a participant",
                                      "millrace trust revoke plant square-root");
   auto options = std::make_shared<NamedOptions>();
   add_pki_folder(command, *options);

@@ -1,4 +1,4 @@
-// The commands of `millrace trust` that write a plant's folder.
+// The commands of `millrace trust` that write a PKI folder.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

@@ -1,4 +1,4 @@
-// What the commands of `millrace trust` share: which plant, and how its authorities are opened.
+// The common options of `millrace trust`: the PKI folder, and how its CAs are opened.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct PkiOptions {
   std::string passphrase_file;
 };
 
-/// The folder of the plant, which comes first.
+/// The PKI folder, which is the first argument.
 void add_pki_folder(CLI::App& command, PkiOptions& options);
 /// `--passphrase-file`.
 void add_passphrase(CLI::App& command, PkiOptions& options);
@@ -25,12 +25,12 @@ void add_passphrase(CLI::App& command, PkiOptions& options);
 std::string passphrase_of(const PkiOptions& options);
 /// Throws base::program::UsageError.
 tools::trust::PkiFolder open(const PkiOptions& options);
-/// To look only: needs no lock. Throws base::program::UsageError.
+/// Read-only: needs no lock. Throws base::program::UsageError.
 tools::trust::PkiFolder look(const PkiOptions& options);
 /// Of this host's clock.
 tools::trust::Time now();
 
-/// What was expected, or base::program::UsageError with what is wrong.
+/// The value, or base::program::UsageError with the error.
 template <typename T>
 T must(tl::expected<T, std::string> result) {
   if (!result) {

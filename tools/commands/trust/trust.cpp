@@ -102,13 +102,11 @@ int list(const ListOptions& options) {
                fmt::format("{:%F}", entry.until), state_of(entry)});
   }
   fmt::print("{}", table.text());
-  // Nobody is valid for longer than they are: a year before there is time for the next round of
-  // renewals.
+  // No certificate is valid for longer than the CAs: a year in advance there is time for the next
+  // round of renewals.
   if (end <= now() + std::chrono::days(365)) {
-    fmt::print(
-        "the authorities are valid until {:%F}: `millrace trust renew-authorities {}` before "
-        "that\n",
-        end, options.folder);
+    fmt::print("the CAs are valid until {:%F}: `millrace trust renew-authorities {}` before that\n",
+               end, options.folder);
   }
   return base::program::exit_done;
 }
@@ -134,7 +132,7 @@ int show(const ShowOptions& options) {
   fmt::print("{} of {}: {}, {} until {:%F}, serial {}\n", entry.participant.name, pki.name(),
              fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
   if (!entry.host.empty()) {
-    fmt::print("meant for {}\n", base::text::safe(entry.host));
+    fmt::print("note: {}\n", base::text::safe(entry.host));
   }
   if (entry.foreign) {
     fmt::print("on another DDS: the others begin the handshake with it\n");
@@ -153,7 +151,7 @@ int show(const ShowOptions& options) {
 /// To the standard output: for `ssh HOST tar -x`.
 void print_archive(const std::string& archive) {
   if (::isatty(STDOUT_FILENO) != 0) {
-    throw UsageError("-o -: an archive is nothing for a terminal; pipe it, or name a file");
+    throw UsageError("-o -: an archive cannot go to a terminal; pipe it, or name a file");
   }
   if (std::fwrite(archive.data(), 1, archive.size(), stdout) != archive.size() ||
       std::fflush(stdout) != 0) {
@@ -172,21 +170,23 @@ int write_archive(const ExportOptions& options) {
   std::error_code none;
   if (std::filesystem::exists(options.output, none) &&
       !std::filesystem::is_regular_file(options.output, none)) {
-    throw UsageError(fmt::format(
-        "-o {}: is there and no file; expected the name of a file, or - for the standard output",
-        options.output));
+    throw UsageError(
+        fmt::format("-o {}: exists and is not a regular file; expected a file name, or - for the "
+                    "standard output",
+                    options.output));
   }
   must(base::posix::write_durably(options.output, archive, tools::trust::owner_only));
   fmt::print(
-      "{0}: all that {1} needs, its private key among it; on its host "
+      "{0}: the credentials of {1}, with its private key; on its host "
       "`/usr/share/millrace/install-trust UNIT {0}` puts it in place; then remove it\n",
       options.output, options.name);
   return base::program::exit_done;
 }
 
 void add_list(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "list", "Who is believed what, and how long",
-                                     "millrace trust list plant");
+  CLI::App& command =
+      add_subcommand(trust, "list", "List all participants, their roles and validity",
+                     "millrace trust list plant");
   auto options = std::make_shared<ListOptions>();
   add_pki_folder(command, *options);
   add_json(command, options->json);
@@ -194,7 +194,7 @@ void add_list(CLI::App& trust, Chosen& chosen) {
 }
 
 void add_show(CLI::App& trust, Chosen& chosen) {
-  CLI::App& command = add_subcommand(trust, "show", "What a participant may write and read",
+  CLI::App& command = add_subcommand(trust, "show", "Show what a participant may write and read",
                                      "millrace trust show plant square-root");
   auto options = std::make_shared<ShowOptions>();
   add_pki_folder(command, *options);
@@ -225,7 +225,7 @@ void add_pki_folder(CLI::App& command, PkiOptions& options) {
 
 void add_passphrase(CLI::App& command, PkiOptions& options) {
   command.add_option("--passphrase-file", options.passphrase_file,
-                     "File whose first line encrypts the authorities' keys; without, only the "
+                     "File whose first line encrypts the keys of the CAs; without it only the "
                      "folder's mode protects them");
 }
 
@@ -255,8 +255,8 @@ tools::trust::Time now() {
 }
 
 void add_trust(CLI::App& app, Chosen& chosen) {
-  CLI::App& trust =
-      add_subcommand(app, "trust", "Who may be what on a fabric", "millrace trust init plant");
+  CLI::App& trust = add_subcommand(app, "trust", "Manage the certificates of a fabric",
+                                   "millrace trust init plant");
   trust.require_subcommand(1);
   add_init(trust, chosen);
   add_issue(trust, chosen);

@@ -1,4 +1,4 @@
-// `millrace trust`: who may be what on a fabric. Makes and keeps the credentials that proves it.
+// `millrace trust`: the roles of participants on a fabric. Creates and keeps their credentials.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

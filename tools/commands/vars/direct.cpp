@@ -92,11 +92,11 @@ std::string objection(const NewValue& value, const Reading& before) {
     return {};
   }
   if (before.description.access != Access::read_write) {
-    return "it is READ_ONLY; --force asks the controller nevertheless, which has the last word";
+    return "it is READ_ONLY; --force sends the write nevertheless, and the controller decides";
   }
   if (value.name.starts_with(service_interface)) {
-    return "it belongs to the program and its gateway: 'millrace answer' and 'millrace retry' act "
-           "on a pending call; --force writes it nevertheless";
+    return "only the NC program and its gateway write it: 'millrace answer' and 'millrace retry' "
+           "act on a pending call; --force writes it nevertheless";
   }
   return {};
 }
@@ -134,9 +134,9 @@ asio::awaitable<tl::expected<Change, Failure>> write_one(Channel& channel, NewVa
   const auto written = co_await channel.write(value.name, *bytes);
   if (!written) {
     const bool unknown = cnc::ads::leaves_outcome_unknown(written.error());
-    const std::string what =
-        unknown ? fmt::format("nobody knows whether {} was written, so read it", value.name)
-                : fmt::format("{} is not written", value.name);
+    const std::string what = unknown
+                                 ? fmt::format("{} may or may not be written; read it", value.name)
+                                 : fmt::format("{} is not written", value.name);
     co_return tl::unexpected(failure(what, written.error()));
   }
   auto after = co_await read_one(channel, value.name);
@@ -181,7 +181,7 @@ class Controller final : public Source {
   }
 
  private:
-  /// To its end; what it throws comes out here.
+  /// Runs it to its end and rethrows its exceptions.
   template <typename Result>
   Result run(asio::awaitable<Result> work) {
     std::optional<Result> result;

@@ -68,7 +68,7 @@ void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   auto options = std::make_shared<ListOptions>(command, machine);
   command
       .add_option("--family", options->families,
-                  "Only this family; may be given several times. V.CYC cannot be listed")
+                  "Only this family; may be repeated. V.CYC cannot be listed")
       ->allow_extra_args(false)
       ->check(CLI::IsMember(std::vector<std::string>(cnc::variables::families.begin(),
                                                      cnc::variables::families.end())));

@@ -112,8 +112,8 @@ class Gateway final : public Source {
   tl::expected<Change, Failure> write(const NewValue& value) override {
     if (value.force) {
       throw UsageError(
-          "--force goes with --direct: what may be written through a gateway, its configuration "
-          "says");
+          "--force needs --direct: the gateway's configuration lists what may be written through "
+          "it");
     }
     auto texts = controller_texts(value);
     if (!texts) {
@@ -125,7 +125,7 @@ class Gateway final : public Source {
       return tl::unexpected(reply.error());
     }
     if (reply->results.size() != 1 || reply->before.size() != 1) {
-      return tl::unexpected(Failure{"the gateway's answer is about other variables"});
+      return tl::unexpected(Failure{"the gateway responded about other variables"});
     }
     const VariableResult& after = reply->results.front();
     if (after.value.quality != fabric::Quality::good) {
@@ -157,11 +157,11 @@ class Gateway final : public Source {
 std::unique_ptr<Source> gateway(const VarsOptions& options) {
   if (options.machine->find('=') != std::string::npos) {
     throw UsageError(fmt::format(
-        "{} says where a controller is: that goes with --direct; a gateway is asked for machine {}",
+        "{} is the address of a controller, which needs --direct; a gateway only needs the name {}",
         *options.machine, options.name()));
   }
   if (!options.config.empty()) {
-    throw UsageError("--config goes with --direct: which machines there are, the gateway knows");
+    throw UsageError("--config needs --direct: a gateway has its own configuration");
   }
   return std::make_unique<Gateway>(options);
 }

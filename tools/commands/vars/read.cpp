@@ -59,7 +59,7 @@ int read_all(const ReadOptions& options, Source& source) {
 
 void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   CLI::App& command =
-      add_subcommand(vars, "read", "The values of variables",
+      add_subcommand(vars, "read", "Read the values of variables",
                      "millrace vars cnc read V.G.SERVICE.UUID 'V.E.TABLE[1]' V.A.ABS.X");
   auto options = std::make_shared<ReadOptions>(command, machine);
   command

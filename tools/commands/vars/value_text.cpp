@@ -26,7 +26,7 @@ struct ToText {
 struct ToJson {
   boost::json::value operator()(bool value) const { return value; }
   boost::json::value operator()(std::int64_t value) const { return value; }
-  /// JSON has no word for what is no number.
+  /// JSON has no word for what is not a number.
   boost::json::value operator()(double value) const {
     return std::isfinite(value) ? boost::json::value(value)
                                 : boost::json::value(fmt::format("{}", value));

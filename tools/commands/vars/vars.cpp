@@ -21,11 +21,11 @@ std::string advice_on(const VarsOptions& options, ErrorCode error) {
     case ErrorCode::symbol_not_found:
     case ErrorCode::not_found:
     case ErrorCode::invalid_data:
-      return fmt::format("; 'millrace vars {} list' shows what there is", *options.machine);
+      return fmt::format("; 'millrace vars {} list' shows the variables", *options.machine);
     case ErrorCode::invalid_group:
-      return fmt::format("; has it a channel {}?", options.channel);
+      return fmt::format("; does the controller have a channel {}?", options.channel);
     case ErrorCode::link_lost:
-      return "; has another ADS client on this host connected, a gateway for instance?";
+      return "; did another ADS client on this host connect, for example a gateway?";
     default:
       return "";
   }
@@ -36,16 +36,16 @@ std::string advice_on(const VarsOptions& options, ErrorCode error) {
 VarsOptions::VarsOptions(CLI::App& command, Machine the_machine)
     : fabric(command, {.name = "millrace"}), machine(std::move(the_machine)) {
   command.add_flag("--direct", direct,
-                   "Ask the controller itself over ADS, past gateway and fabric");
+                   "Ask the controller itself over ADS, without gateway and fabric");
   command
       .add_option("--config", config,
-                  "With --direct: the gateway's configuration, which says where MACHINE is")
+                  "With --direct: the gateway's configuration, with the address of MACHINE")
       ->check(CLI::ExistingFile);
   command.add_option("--channel", channel, "Channel of the controller, counted from 1")
       ->check(CLI::Range(1U, last_channel))
       ->capture_default_str();
   add_duration(command, "--timeout", timeout,
-               "How long to wait for a gateway's answer; 5s unless given");
+               "Wait for the gateway's response for this time; default 5s");
   add_json(command, json);
 }
 
@@ -99,7 +99,7 @@ void add_vars(CLI::App& app, Chosen& chosen) {
   const auto machine = std::make_shared<std::string>();
   command
       .add_option("MACHINE", *machine,
-                  "A machine as its gateway calls it. With --direct: a machine of --config; or "
+                  "Name of a machine. With --direct: a machine of --config; or "
                   "NAME=HOST:PORT/NETID; or cnc, the virtual CNC on this host")
       ->required();
   command.require_subcommand(1);

@@ -22,15 +22,14 @@ namespace millrace::tools::commands::vars {
 
 void add_vars(CLI::App& app, Chosen& chosen);
 
-/// The argument MACHINE, which stands before `list`, `read` and `write`.
+/// The argument MACHINE, which comes before `list`, `read` and `write`.
 using Machine = std::shared_ptr<std::string>;
 
 void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen);
 
-/// What these subcommands have in common: which channel of which controller, which way, which
-/// output.
+/// The common options of these subcommands: channel and controller, connection, output format.
 struct VarsOptions {
   VarsOptions(CLI::App& command, Machine machine);
   /// MACHINE without its address.
@@ -45,13 +44,13 @@ struct VarsOptions {
   bool json = false;
 };
 
-/// What went wrong, in words, and the controller's error where it is one.
+/// A failure in words, with the controller's ADS error if there is one.
 struct Failure {
   std::string what;
   cnc::ads::ErrorCode error = cnc::ads::ErrorCode::none;
 };
 
-/// A variable's value and what it is.
+/// A variable's value and description.
 struct Reading {
   cnc::variables::Description description;
   std::vector<cnc::variables::Element> elements;

@@ -43,7 +43,7 @@ int write_it(const WriteOptions& options, Source& source) {
 }  // namespace
 
 void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
-  CLI::App& command = add_subcommand(vars, "write", "Give a variable another value",
+  CLI::App& command = add_subcommand(vars, "write", "Write a variable",
                                      "millrace vars cnc write V.E.LIMIT -3.5\n"
                                      "  millrace vars cnc write V.E.TABLE 1 2 3");
   auto options = std::make_shared<WriteOptions>(command, machine);
@@ -51,8 +51,8 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
       ->required();
   command
       .add_option("VALUE", options->first,
-                  "In the variable's type; TRUE or FALSE; a text of at most 127 bytes; of an "
-                  "array one for each element")
+                  "Value in the variable's type; TRUE or FALSE; a text of at most 127 bytes; one "
+                  "value for each element of an array")
       ->required();
   // As extras: an option with several values takes "[1,2]" for two of them.
   command.allow_extras();

@@ -1,5 +1,5 @@
-// What a terminal shows of the calls that go by: a table of the channels with their rates, and the
-// last calls under it. Pure.
+// The table of `millrace watch` on a terminal: channels with their rates, and the last calls below.
+// Pure.
 #pragma once
 
 #include <cstddef>

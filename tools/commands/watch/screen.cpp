@@ -38,7 +38,7 @@ Screen::~Screen() {
 
 Screen::Size Screen::size() {
   winsize size{};
-  // A terminal that does not tell has what terminals always had.
+  // The size of a terminal that does not report one.
   constexpr Size usual{24, 80};
   return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0 && size.ws_col > 0
              ? Size{size.ws_row, size.ws_col}

@@ -1,4 +1,4 @@
-// A terminal that is drawn anew again and again.
+// A terminal that is redrawn repeatedly.
 #pragma once
 
 #include <cstddef>

@@ -23,7 +23,7 @@ namespace {
 
 namespace program = base::program;
 
-/// How often a terminal is drawn.
+/// How often the terminal is redrawn.
 constexpr auto refresh = std::chrono::milliseconds(250);
 
 struct Options {
@@ -79,9 +79,9 @@ class Watch : public fabric::observer::ObserverListener {
     } else {
       fmt::print("{}\n", print::line_of(call));
     }
-    // Whoever reads a pipe wants each call when it ends.
+    // The reader of a pipe wants each call when it ends.
     if (std::fflush(stdout) != 0) {
-      io_.stop();  // Nobody reads any more.
+      io_.stop();  // The output is closed.
     }
   }
 
@@ -122,15 +122,15 @@ int watch(const Options& options) {
 }  // namespace
 
 void add_watch(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(
-      app, "watch", "The calls as they go by, one line each; on a terminal a table with rates",
-      "millrace watch --channel 1\n"
-      "  millrace watch --json --count 100 | jq .duration_ms");
+  CLI::App& command =
+      add_subcommand(app, "watch", "Show each call as one line; on a terminal a table with rates",
+                     "millrace watch --channel 1\n"
+                     "  millrace watch --json --count 100 | jq .duration_ms");
   auto options = std::make_shared<Options>(command);
   add_filter(command, options->filter);
-  command.add_option("--count", options->count, "End after so many calls")
+  command.add_option("--count", options->count, "End after this number of calls")
       ->check(base::program::positive_number());
-  command.add_flag("--lines", options->lines, "Lines on a terminal, too");
+  command.add_flag("--lines", options->lines, "Lines also on a terminal");
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return watch(*options); }; });
 }

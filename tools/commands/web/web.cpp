@@ -91,17 +91,17 @@ tools::web::plant::NormalStates normal_states_of(const std::vector<std::string>&
 WebOptions web_options(const Options& options) {
   const Place place = place_of(options.listen);
   if (options.certificate.empty() != options.key.empty()) {
-    throw program::UsageError("--tls-cert and --tls-key go together");
+    throw program::UsageError("--tls-cert needs --tls-key, and the other way round");
   }
   if (!place.address.is_loopback() && options.certificate.empty() && !options.behind_proxy) {
-    throw program::UsageError(fmt::format(
-        "--listen {}: beyond this host only with --tls-cert and --tls-key, or with --behind-proxy "
-        "where a proxy that does TLS is the only one that can connect",
-        options.listen));
+    throw program::UsageError(
+        fmt::format("--listen {}: other hosts may connect only with --tls-cert and --tls-key, or "
+                    "with --behind-proxy if only a TLS proxy can connect",
+                    options.listen));
   }
   if (!options.recordings.empty() && !std::filesystem::is_directory(options.recordings)) {
     throw program::UsageError(
-        fmt::format("--recordings {}: there is no such folder", options.recordings));
+        fmt::format("--recordings {}: the folder does not exist", options.recordings));
   }
   WebOptions web{.join = options.fabric.options(), .version = MILLRACE_VERSION};
   web.joining = doctor::joining_of(options.fabric, web.join);
@@ -142,37 +142,35 @@ int serve(const Options& options) {
 
 void add_web(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
-      app, "web", "The plant in a browser, and its numbers for Prometheus, until interrupted",
+      app, "web", "Serve the web page and the metrics for Prometheus, until interrupted",
       "millrace web --listen 127.0.0.1:8080 --recordings /var/lib/millrace/recorder");
   auto options = std::make_shared<Options>(command);
-  command.add_option("--listen", options->listen, "Address and port; port 0: any that is free")
+  command.add_option("--listen", options->listen, "Address and port; port 0 = any free one")
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
   command.add_option("--recordings", options->recordings, "Show the recordings of this folder")
       ->type_name("DIR");
   command
-      .add_option(
-          "--allow-actions", options->users,
-          "Let the users that this file names answer, retry and drain; without it nobody may")
+      .add_option("--allow-actions", options->users,
+                  "Let the users in this file answer, retry and drain; without it no user may")
       ->type_name("FILE");
-  command.add_flag("--hash-password", options->hash_password,
-                   "Read a password from standard input and print what the file of --allow-actions "
-                   "has of it");
+  command.add_flag(
+      "--hash-password", options->hash_password,
+      "Read a password from standard input and print its hash for the file of --allow-actions");
   command
       .add_option("--tls-cert", options->certificate,
-                  "Certificate and chain (PEM): HTTPS, and so beyond this host")
+                  "Certificate and chain (PEM) for HTTPS; then other hosts may connect")
       ->type_name("FILE");
   command.add_option("--tls-key", options->key, "The certificate's key (PEM)")->type_name("FILE");
   command.add_flag("--behind-proxy", options->behind_proxy,
-                   "Listen beyond this host without TLS: a proxy does it");
-  command.add_option(
-      "--name", options->names,
-      "A name of this server in browsers, besides its addresses and its host's name; "
-      "may be given several times");
+                   "Accept other hosts without TLS, behind a TLS proxy");
+  command.add_option("--name", options->names,
+                     "A further name of this server in browsers, after its addresses and its "
+                     "host's name; may be repeated");
   command
       .add_option("--normal-state", options->normal_states,
-                  "States of a service that are no errors, beside 1 (and 0 where the program waits "
-                  "for a text alone); may be given several times")
+                  "States of a service that are not errors, as well as 1 (and 0 if the NC program "
+                  "waits for RESPONSE); may be repeated")
       ->type_name("UUID=STATE,...")
       ->allow_extra_args(false);
   program::add_log_level(command, options->level);

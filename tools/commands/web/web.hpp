@@ -1,4 +1,4 @@
-// `millrace web`: the plant in a browser, and for Prometheus.
+// `millrace web`: the web page and the metrics for Prometheus.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

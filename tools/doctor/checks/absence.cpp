@@ -29,9 +29,8 @@ void at_other_domains(const Findings& found, Report& report) {
   }
   for (const std::uint32_t domain : found.domains_here) {
     if (domain != found.joining.domain && !heard.contains(domain)) {
-      report.warning(
-          fmt::format("a program of this host has the ports of DDS domain {} open", domain),
-          fmt::format("look there: --domain {}", domain));
+      report.warning(fmt::format("a process of this host uses the ports of DDS domain {}", domain),
+                     fmt::format("try that domain: --domain {}", domain));
     }
   }
 }
@@ -40,10 +39,10 @@ void at_other_interfaces(const Findings& found, Report& report) {
   const Interface* own = own_interface(found);
   for (const std::string& name : found.listening_interfaces) {
     if (own != nullptr && name != own->name) {
-      report.problem(fmt::format("a program of this host is on interface {}, this one looks at {}",
+      report.problem(fmt::format("a process of this host uses interface {}, this one uses {}",
                                  safe(name), safe(own->name)),
-                     fmt::format("use the same fabric file for all: --fabric-config, or "
-                                 "MILLRACE_FABRIC_CONFIG; it says interface: \"{}\"",
+                     fmt::format("use the same fabric file for all processes (--fabric-config or "
+                                 "MILLRACE_FABRIC_CONFIG), with interface: \"{}\"",
                                  safe(name)));
     }
   }
@@ -51,19 +50,19 @@ void at_other_interfaces(const Findings& found, Report& report) {
 
 void blame_the_network(const Findings& found, Report& report) {
   if (on_loopback(found)) {
-    report.problem("this program looks at this host only, and nobody is there",
-                   "start the programs, or name the network's interface in a fabric file "
-                   "(--fabric-config)");
+    report.problem(
+        "this process uses only the loopback interface, and no other process is on this host",
+        "start the processes, or name the network's interface in a fabric file (--fabric-config)");
   } else if (!found.joining.multicast && found.joining.peers.empty()) {
-    report.problem("multicast is off and no peers are named, so nobody can be found",
-                   "set multicast: true, or name the other hosts in peers");
+    report.problem("multicast is off and no peers are listed, so no process can be found",
+                   "set multicast: true, or list the other hosts in peers");
   } else if (found.joining.multicast) {
     report.problem(
         fmt::format("no announcement came by multicast on {}", safe(found.joining.interface)),
         found.joining.peers.empty()
-            ? "if the network lets no multicast through (group 239.255.0.1, UDP), name the "
-              "other hosts in peers; else start the programs there"
-            : "start the programs on the other hosts, with this host among their peers");
+            ? "if the network blocks multicast (group 239.255.0.1, UDP), list the other hosts in "
+              "peers; otherwise start the processes there"
+            : "start the processes on the other hosts, with this host in their peers");
   }
 }
 
@@ -71,8 +70,8 @@ void blame_the_network(const Findings& found, Report& report) {
 
 namespace {
 
-/// Why somebody who is heard is not believed, or does not believe us; false if trust explains
-/// nothing.
+/// Why an announced participant and this process reject each other; false if trust does not explain
+/// it.
 bool blame_trust(const Findings& found, const ReceivedAnnouncement& each, Report& report) {
   const bool ours = !found.joining.trusted_as.empty();
   const std::string who = fmt::format("{} ({})", program_text(each.who), each.from);
@@ -82,18 +81,17 @@ bool blame_trust(const Findings& found, const ReceivedAnnouncement& each, Report
           : fmt::format("the certificate {} of {}", safe(each.who.certificate),
                         safe(each.who.authority));
   if (ours && !each.who.shows_certificate) {
-    report.warning(who + " shows no certificate: nobody who has trust believes or answers it",
+    report.warning(who + " has no certificate: processes with trust ignore it",
                    "if it belongs to this plant, name its folder in its fabric file: trust { "
                    "folder: \"…\" } (`millrace trust issue` makes it)");
   } else if (ours) {
-    report.problem(
-        fmt::format("{} shows {} and is not believed here", who, certificate),
-        "it is of another plant, has expired or been revoked, has the other protection (SIGN here, "
-        "ENCRYPT there), or its packets do not come through: the log of that program and "
-        "`millrace trust list` say more");
+    report.problem(fmt::format("{} has {}, and this process does not accept it", who, certificate),
+                   "it belongs to another PKI, has expired or was revoked, has the other "
+                   "protection (SIGN here, ENCRYPT there), or its packets are lost: see the log of "
+                   "that process and `millrace trust list`");
   } else if (each.who.shows_certificate) {
     report.problem(
-        fmt::format("{} shows {} and hears nobody who shows none, as this program does", who,
+        fmt::format("{} has {} and ignores processes without a certificate, such as this one", who,
                     certificate),
         "name what this host got from `millrace trust issue` in the fabric file: trust { folder: "
         "\"…\" }");
@@ -112,26 +110,25 @@ void for_half_deaf(const Findings& found, Report& report) {
     return trusted || each.who.shows_certificate;
   };
   for (const ReceivedAnnouncement& each : found.heard) {
-    // Cyclone shows participants whom it does not believe, or who do not believe it, but none
-    // of their endpoints.
+    // Cyclone shows participants that reject this process or that it rejects, but none of their
+    // endpoints.
     const bool known = std::ranges::any_of(found.programs, [&](const Program& program) {
       return program.prefix == each.who.prefix && (!needs_trust(each) || !program.fabrics.empty());
     });
     if (each.domain == found.joining.domain && !known && !blame_trust(found, each, report)) {
-      report.problem(
-          fmt::format("{} ({}) announces itself on this domain but does not answer",
-                      program_text(each.who), each.from),
-          fmt::format("let UDP through in both directions: ports {} to {} and those from "
-                      "which the programs answer (processes_per_host gives them fixed ones)",
-                      discovery_port(found.joining.domain),
-                      discovery_port(found.joining.domain) + ports_per_domain - 1));
+      report.problem(fmt::format("{} ({}) announces itself on this domain but does not respond",
+                                 program_text(each.who), each.from),
+                     fmt::format("allow UDP in both directions: ports {} to {}, and the ports from "
+                                 "which the processes send (processes_per_host makes them fixed)",
+                                 discovery_port(found.joining.domain),
+                                 discovery_port(found.joining.domain) + ports_per_domain - 1));
     }
   }
 }
 
 void for_the_others(const Findings& found, const std::set<std::string>& others, Report& report) {
-  report.problem(fmt::format("nobody else is on fabric '{}', domain {}", safe(found.joining.fabric),
-                             found.joining.domain),
+  report.problem(fmt::format("no other process is on fabric '{}', domain {}",
+                             safe(found.joining.fabric), found.joining.domain),
                  "");
   const std::size_t before = report.size();
   if (!others.empty()) {

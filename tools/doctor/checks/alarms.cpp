@@ -24,9 +24,9 @@ void at_alarms(const Findings& found, Report& report) {
     }
   }
   if (found.live.too_many_alarms()) {
-    report.warning(fmt::format("programs say more of themselves than the {} things that are kept",
+    report.warning(fmt::format("there are more than {} alarms; further ones are ignored",
                                bus::FabricModel::most_alarms),
-                   "look whose they are; somebody may flood millrace/alarm");
+                   "find the process that publishes them: it may flood millrace/alarm");
   }
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using base::text::safe;
 
-/// Who says which service is called.
+/// The place that names the service.
 const char* where_the_uuid_stands(const std::string& machine) {
   return fabric::queue_of(machine).empty() ? "the program"
                                            : "the gateway's configuration (queue { uuid })";
@@ -23,7 +23,7 @@ bool is_told(const Findings& found, const std::string& machine) {
                              [&](const auto& each) { return each.second.machine == machine; });
 }
 
-/// What must be done before a retry helps.
+/// The necessary steps before a retry.
 std::string before_a_retry(const Findings& found, const fabric::ChannelStatus& status) {
   return found.live.instances_for(status.uuid, status.key) == 0
              ? "; its service has no running instance: start it before you retry"
@@ -39,27 +39,28 @@ void at_channels(const Findings& found, Report& report) {
     const std::string why = safe(status.reason);
     if (status.state == link_down &&
         !is_told(found, std::string(fabric::machine_of(key.machine)))) {
-      report.problem(fmt::format("{} has no link: {}", channel, why), "see its gateway's log");
+      report.problem(fmt::format("{} has no connection: {}", channel, why),
+                     "see its gateway's log");
     }
     switch (found.live.obstacle_of(status, found.joining.now)) {
       case bus::Obstacle::none:
       case bus::Obstacle::journal:  // its gateway says it itself: one cause, one diagnosis
         break;
       case bus::Obstacle::unserved:
-        report.problem(fmt::format("{} waits for {}, which nobody serves: {}", channel,
+        report.problem(fmt::format("{} waits for {}, and no service has this UUID: {}", channel,
                                    safe(status.uuid), why),
                        fmt::format("start the service, or correct the UUID in {}",
                                    where_the_uuid_stands(key.machine)));
         break;
       case bus::Obstacle::held:
-        report.problem(fmt::format("{} holds an at-most-once call: {}", channel, why),
+        report.problem(fmt::format("{} has a blocked at-most-once call: {}", channel, why),
                        fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}{}",
                                    channel, channel, before_a_retry(found, status)));
         break;
       case bus::Obstacle::busy:
       case bus::Obstacle::long_busy:
         report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
-                       "start more instances; millrace stats shows how busy they are");
+                       "start more instances; millrace stats shows their load");
         break;
     }
   }

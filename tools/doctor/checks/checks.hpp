@@ -1,4 +1,4 @@
-// One look each at a part of the findings; what it means goes into the report. Pure.
+// Each checks a part of the findings and reports the result. Pure.
 #pragma once
 
 #include "tools/doctor/checks/report.hpp"
@@ -8,11 +8,11 @@ namespace millrace::tools::doctor::checks {
 
 /// Is the interface there, up and fit for what the fabric wants of it?
 void at_the_interface(const Findings& found, Report& report);
-/// Are gateways and services on this fabric, and if nobody is: why?
+/// Are gateways and services on this fabric, and if not: why?
 void who_is_there(const Findings& found, Report& report);
 /// Is each peer that is named there, and if not: why?
 void at_peers(const Findings& found, Report& report);
-/// As what is this program trusted, until when, and whom of the others does it believe?
+/// The certificate of this process, its validity, and which other participants it accepts.
 void at_trust(const Findings& found, Report& report);
 /// Endpoints and instances that fit no millrace program.
 void at_endpoints(const Findings& found, Report& report);
@@ -20,7 +20,7 @@ void at_endpoints(const Findings& found, Report& report);
 void at_machines(const Findings& found, Report& report);
 /// Channels that wait, and for what.
 void at_channels(const Findings& found, Report& report);
-/// What programs say of themselves.
+/// The alarms of processes.
 void at_alarms(const Findings& found, Report& report);
 /// Different versions on one fabric.
 void at_versions(const Findings& found, Report& report);

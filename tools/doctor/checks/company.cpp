@@ -73,7 +73,7 @@ std::set<std::string> hosts_of(const Company& company) {
   return hosts;
 }
 
-/// Whose participants are there, and who are not heard.
+/// Participants that exist but send nothing.
 void for_the_silent(const Findings& found, const Company& company, Report& report) {
   const std::vector<bus::LostMachine> all_lost = lost_machines(found);
   for (const Program* program : company.ours) {
@@ -118,7 +118,7 @@ void who_is_there(const Findings& found, Report& report) {
   if (std::ranges::none_of(company.ours, [&](const Program* program) {
         return program->is_gateway && is_heard(found, *program);
       })) {
-    report.problem("no gateway is on this fabric, so no controller is asked for calls",
+    report.problem("no gateway is on this fabric, so no controller is polled for calls",
                    "start millrace-gateway with the same fabric and domain" + elsewhere(company));
   }
   if (found.live.instances().empty()) {

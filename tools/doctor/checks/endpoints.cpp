@@ -15,7 +15,7 @@ void at_endpoints(const Findings& found, Report& report) {
   for (const Misfit& misfit : found.misfits) {
     for (const std::string& reason : misfit.reasons) {
       report.problem(
-          fmt::format("the {} of {} of {} fits no millrace program: {}",
+          fmt::format("the {} of {} of {} matches no millrace process: {}",
                       misfit.writer ? "writer" : "reader", misfit.topic, safe(misfit.program),
                       safe(reason)),
           "give it the QoS and types of docs/architecture.md and idl/millrace.idl, or the "

@@ -47,7 +47,7 @@ void at_the_interface(const Findings& found, Report& report) {
   }
   if (own == nullptr) {
     report.problem(fmt::format("this host has no interface '{}'", safe(name)),
-                   fmt::format("name one of {} in the fabric's file", interface_list(found)));
+                   fmt::format("use one of {} in the fabric's file", interface_list(found)));
   } else if (!own->up) {
     report.problem(fmt::format("interface {} is down", safe(own->name)),
                    fmt::format("ip link set {} up", safe(own->name)));
@@ -55,14 +55,15 @@ void at_the_interface(const Findings& found, Report& report) {
     report.problem(fmt::format("interface {} has no IPv4 address", safe(own->name)),
                    fmt::format("ip address add ADDRESS/LENGTH dev {}", safe(own->name)));
   } else if (found.joining.multicast && !own->multicast && !own->loopback) {
-    report.problem(fmt::format("interface {} does no multicast", safe(own->name)),
-                   "set multicast: false and name the other hosts in peers");
+    report.problem(fmt::format("interface {} has no multicast", safe(own->name)),
+                   "set multicast: false and list the other hosts in peers");
   } else {
     report.fine(fmt::format("interface {} ({}) is up{}", safe(own->name), own->address,
-                            own->loopback ? "; programs of this host only" : ""));
+                            own->loopback ? "; processes of this host only" : ""));
   }
   if (!found.deaf.empty() && found.joining.multicast) {
-    report.warning(found.deaf, "multicast could not be looked at; run the doctor as another user");
+    report.warning(found.deaf,
+                   "multicast could not be checked; run millrace doctor as another user");
   }
 }
 

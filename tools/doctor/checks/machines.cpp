@@ -15,13 +15,13 @@ namespace {
 using base::text::safe;
 
 void no_link(const fabric::MachineStatus& status, Report& report) {
-  report.problem(fmt::format("{} has no link: {}", safe(status.machine), safe(status.reason)),
-                 fmt::format("look at the controller at {} and at the gateway's log on {}",
+  report.problem(fmt::format("{} has no connection: {}", safe(status.machine), safe(status.reason)),
+                 fmt::format("check the controller at {} and the gateway's log on {}",
                              safe(status.address), safe(status.host)));
 }
 
-/// How a gateway reaches its controller, by the address that it publishes:
-/// "10.0.0.5:8016, 10.0.0.5.1.1, Secure ADS".
+/// How a gateway connects to its controller, from the address that it publishes: "10.0.0.5:8016,
+/// 10.0.0.5.1.1, Secure ADS".
 void at_the_transport(const fabric::MachineStatus& status, Report& report) {
   const bool secure = status.address.ends_with(", Secure ADS");
   report.fine(fmt::format("{} is connected to its gateway on {}{}", safe(status.machine),
@@ -33,8 +33,8 @@ void at_the_transport(const fabric::MachineStatus& status, Report& report) {
                          status.address.starts_with("localhost:") ||
                          status.address.starts_with("::1:");
   if (!status.address.empty() && !secure && !same_host) {
-    report.warning(fmt::format("{} is reached by plain ADS: everybody on its network can read and "
-                               "change what is said",
+    report.warning(fmt::format("{} is connected over plain ADS: any host on its network can read "
+                               "and change the traffic",
                                safe(status.machine)),
                    fmt::format("configure `secure` for {} in gateway.textproto on {} "
                                "(docs/secure-ads.md)",

@@ -22,21 +22,20 @@ void missing(const Findings& found, const Peer& peer, Report& report) {
       break;
     case Reach::unreachable:
       report.problem(fmt::format("peer {} cannot be reached: {}", who, peer.detail),
-                     "look at its power, its cable and the route to it (ip route get)");
+                     "check its power, its cable and the route to it (ip route get)");
       break;
     case Reach::refused:
       report.problem(
-          fmt::format("peer {} is up, but no program of domain {} listens there", who,
+          fmt::format("peer {} is up, but no process of domain {} listens there", who,
                       found.joining.domain),
-          "start the programs there, with the same domain and an interface that faces this "
-          "host");
+          "start the processes there, with the same domain and an interface that faces this host");
       break;
     case Reach::silent:
-      report.problem(fmt::format("peer {} does not answer", who),
-                     fmt::format("let UDP ports {} to {} through on both hosts; start the programs "
-                                 "there",
-                                 discovery_port(found.joining.domain),
-                                 discovery_port(found.joining.domain) + ports_per_domain - 1));
+      report.problem(
+          fmt::format("peer {} does not respond", who),
+          fmt::format("allow UDP ports {} to {} on both hosts; start the processes there",
+                      discovery_port(found.joining.domain),
+                      discovery_port(found.joining.domain) + ports_per_domain - 1));
       break;
   }
 }
@@ -50,7 +49,7 @@ void at_peers(const Findings& found, Report& report) {
              program.addresses.find("/" + peer.address + ":") != std::string::npos;
     });
     if (seen) {
-      report.fine(fmt::format("peer {} ({}) is there", safe(peer.name), peer.address));
+      report.fine(fmt::format("peer {} ({}) responds", safe(peer.name), peer.address));
     } else {
       missing(found, peer, report);
     }

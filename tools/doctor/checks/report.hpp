@@ -1,4 +1,4 @@
-// What the doctor has to say, in the order in which it is found.
+// The diagnoses of the doctor, in the order in which they are found.
 #pragma once
 
 #include <string>

@@ -31,7 +31,7 @@ std::string text_of(const Program& program) {
 }
 
 void at_our_own(const Joining& joining, Report& report) {
-  const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
+  const std::string text = fmt::format("this process has the certificate of {} until {:%F %R} UTC",
                                        safe(joining.trusted_as), joining.trusted_until);
   if (joining.trusted_until - joining.now > fabric::certificate_expires_soon) {
     report.fine(text);
@@ -39,8 +39,8 @@ void at_our_own(const Joining& joining, Report& report) {
   }
   report.warning(fmt::format("{}, which is in {}", text,
                              fabric::time_left(joining.trusted_until, joining.now)),
-                 fmt::format("`millrace trust renew PKI {}` where the plant's authorities are, "
-                             "then copy the folder anew and start the programs again",
+                 fmt::format("run `millrace trust renew PKI {}` on the admin host, then copy the "
+                             "folder again and restart its processes",
                              safe(joining.trusted_as)));
 }
 
@@ -52,10 +52,9 @@ void at_trust(const Findings& found, Report& report) {
   }
   at_our_own(found.joining, report);
   // Hosts that name different times have different lists.
-  report.fine(
-      fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
-                  found.joining.revoked.empty() ? "nobody" : list_of(found.joining.revoked)));
-  // Whose endpoints discovery shows here has proved what he announces.
+  report.fine(fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
+                          found.joining.revoked.empty() ? "none" : list_of(found.joining.revoked)));
+  // A participant whose endpoints discovery shows here has proved its certificate.
   std::set<std::string> believed;
   for (const ReceivedAnnouncement& each : found.heard) {
     const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
@@ -77,19 +76,19 @@ void at_trust(const Findings& found, Report& report) {
   }
   for (const Program& program : found.programs) {
     if (!program.announces_identity && program.fabrics.contains(found.joining.fabric)) {
-      report.problem(
-          fmt::format(
-              "{} is of this plant and announces no identity: what it says is not believed, and "
-              "its instances get no calls",
-              text_of(program)),
-          "it is of an earlier version of millrace: `millrace trust renew` its material, and start "
-          "it with this version; how a program of another vendor shows one is in docs/wire.md");
+      report.problem(fmt::format("{} has a certificate of this PKI and announces no identity: its "
+                                 "samples are ignored, and its instances get no calls",
+                                 text_of(program)),
+                     "it runs an earlier version of millrace: renew its credentials with `millrace "
+                     "trust renew`, and start it with this version; docs/wire.md says how another "
+                     "vendor's DDS announces an identity");
     }
   }
   for (const std::string& doubt : found.doubts) {
-    report.problem(doubt,
-                   "if it is meant, `millrace trust issue` it a certificate that says so; if not, "
-                   "`millrace trust revoke` it and find out what runs there");
+    report.problem(
+        doubt,
+        "if it is yours, issue it a certificate that allows this with `millrace trust issue`; if "
+        "not, revoke its certificate with `millrace trust revoke` and find out what runs there");
   }
 }
 

@@ -18,9 +18,9 @@ using base::text::safe;
 void at_versions(const Findings& found, Report& report) {
   for (const auto& [key, status] : found.live.machines()) {
     if (!status.version.empty() && status.version != found.joining.version) {
-      report.warning(fmt::format("the gateway of {} is millrace {}, this is {}",
+      report.warning(fmt::format("the gateway of {} is millrace {}, this is millrace {}",
                                  safe(status.machine), safe(status.version), found.joining.version),
-                     "bring all hosts to one version");
+                     "install one version on all hosts");
     }
   }
   std::map<std::string, std::set<std::string>> versions;
@@ -30,7 +30,7 @@ void at_versions(const Findings& found, Report& report) {
   for (const auto& [uuid, all] : versions) {
     if (all.size() > 1) {
       report.warning(fmt::format("the instances of {} have versions {}", safe(uuid), list_of(all)),
-                     "fine during an upgrade; else drain the old ones");
+                     "normal during an upgrade; otherwise drain the old instances");
     }
   }
 }

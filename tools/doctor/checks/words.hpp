@@ -1,4 +1,4 @@
-// How findings are put into words.
+// Texts for findings.
 #pragma once
 
 #include <set>

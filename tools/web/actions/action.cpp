@@ -50,7 +50,7 @@ Result<fabric::Command> about_a_call(const boost::json::object& body, fabric::Co
   }
   const auto id = fabric::parse_call_id(*call);
   if (!id) {
-    return wrong("\"call\" is no id of a call; expected one as in 5f3a9c0112d4-17");
+    return wrong("\"call\" is not an id of a call; expected one as in 5f3a9c0112d4-17");
   }
   return fabric::Command{
       .kind = kind, .key = {*machine, static_cast<std::uint16_t>(*channel)}, .call = *id};
@@ -82,7 +82,7 @@ Result<fabric::Command> a_drain(const boost::json::object& body) {
   return text_in(body, "instance").and_then([](const std::string& text) -> Result<fabric::Command> {
     const auto id = fabric::InstanceId::parse(text);
     if (!id) {
-      return wrong("\"instance\" is no id of an instance");
+      return wrong("\"instance\" is not an id of an instance");
     }
     return fabric::Command{.kind = fabric::CommandKind::drain, .instance = *id};
   });

@@ -44,7 +44,7 @@ fabric::Time time_of(const timespec& time) {
 Recordings::Result<base::posix::Fd> Recordings::open(const std::string& name) const {
   if (!name.ends_with(ending) || name.find('/') != std::string::npos) {
     return tl::unexpected(Refusal{
-        404, fmt::format("{} is no name of a recording; /api/recordings lists them", name)});
+        404, fmt::format("{} is not a name of a recording; /api/recordings lists them", name)});
   }
   auto file = base::posix::open_beneath(folder_, name, O_RDONLY);
   if (!file) {

@@ -53,7 +53,7 @@ tl::expected<std::uint16_t, std::string> channel_of(const Target& target) {
   const std::string channel = target.value("channel");
   const auto number = base::text::parse_number<std::uint16_t>(channel.empty() ? "0" : channel);
   if (!number) {
-    return tl::unexpected(fmt::format("channel={} is no number from 1 to 65535", channel));
+    return tl::unexpected(fmt::format("channel={} is not a number from 1 to 65535", channel));
   }
   return *number;
 }
@@ -221,7 +221,7 @@ Outcome Site::calls(const Target& target) const {
     const auto filter = filter_of(target);
     const auto limit = number_in(target, "limit", calls_unless_asked);
     if (!filter || !limit) {
-      return error_response(400, filter ? "limit is no number" : filter.error());
+      return error_response(400, filter ? "limit is not a number" : filter.error());
     }
     return json_response(parts_.plant.calls(*filter, std::min(*limit, most_calls)));
   }
@@ -244,7 +244,7 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
     const auto channel = channel_of(target);
     const auto elements = number_in(target, "elements", std::numeric_limits<std::size_t>::max());
     if (!channel || !elements) {
-      return error_response(400, channel ? "elements is no number" : channel.error());
+      return error_response(400, channel ? "elements is not a number" : channel.error());
     }
     return json_response(store.samples({.machine = target.value("machine"),
                                         .channel = *channel,
@@ -280,7 +280,7 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
                           ? base::text::parse_number<std::int64_t>(since[i])
                           : std::optional<std::int64_t>(0);
     if (!from || *from < 0 || *from > latest) {
-      return error_response(400, fmt::format("since={} is no time in milliseconds", since[i]));
+      return error_response(400, fmt::format("since={} is not a time in milliseconds", since[i]));
     }
     wanted.push_back({variables[i], fabric::Time(std::chrono::milliseconds(*from))});
   }
@@ -292,7 +292,7 @@ Outcome Site::programs(const Target& target) const {
   const auto channel = channel_of(target);
   const auto limit = number_in(target, "limit", runs_unless_asked);
   if (!channel || !limit) {
-    return error_response(400, channel ? "limit is no number" : channel.error());
+    return error_response(400, channel ? "limit is not a number" : channel.error());
   }
   const plant::ProgramFilter filter{.machine = target.value("machine"), .channel = *channel};
   if (target.path.size() == 2) {
@@ -341,7 +341,7 @@ Outcome Site::recordings(const Target& target) const {
   const auto limit = number_in(target, "limit", calls_unless_asked);
   const auto skip = number_in(target, "skip", 0);
   if (!filter || !limit || !skip) {
-    return error_response(400, filter ? "limit or skip is no number" : filter.error());
+    return error_response(400, filter ? "limit or skip is not a number" : filter.error());
   }
   return later(WorkerKind::recordings, [files, name, wanted = *filter, skipped = *skip,
                                         most = std::min(*limit, most_calls)] {

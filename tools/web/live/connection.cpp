@@ -53,7 +53,7 @@ std::optional<http::Response> answer_to(const error_code& error) {
   if (is_over) {
     return std::nullopt;  // The other side, the time or the network ended it.
   }
-  return http::error_response(400, "this is no HTTP request: " + error.message());
+  return http::error_response(400, "this is not an HTTP request: " + error.message());
 }
 
 template <typename Stream>

@@ -75,7 +75,7 @@ function gatewayLane(steps, end) {
       open = null;
     }
   };
-  const begin = { 'seen by the gateway': 'find', 'no instance serves it': 'unserved', 'instance lost': 'find', 'held for an operator': 'held', 'reply at the gateway': 'writeBack' };
+  const begin = { 'seen by the gateway': 'find', 'no service has this UUID': 'unserved', 'instance lost': 'find', 'held for an operator': 'held', 'reply at the gateway': 'writeBack' };
   for (const step of steps) {
     if (begin[step.hop]) {
       close(step.at);

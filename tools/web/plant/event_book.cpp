@@ -153,7 +153,7 @@ void EventBook::add(const fabric::ChannelStatus& status, const bus::FabricModel&
     event.kind = "call held";
     event.text = status.reason;
     put(std::move(event));
-  } else if (const auto by = after(status.reason, "given out again by ");
+  } else if (const auto by = after(status.reason, "dispatched again by ");
              !by.empty() && was_known && known->second.reason != status.reason) {
     event.kind = "call retried";
     event.text = by;

@@ -219,7 +219,7 @@ TEST_F(ArchiveTest, LeavesADamagedFileAsItIsAndGoesOn) {
   std::ofstream(numbered(2), std::ios::in | std::ios::out).seekp(4096) << std::string(9000, 'x');
   Archive sut = open({.rotate_age = 1h, .keep_age = 1h}, morning + 4h);
   EXPECT_THAT(append(sut, {put(4), put(3)}, morning + 400h), ElementsAre(4, 3));
-  EXPECT_THAT(reported, HasSubstr("archive-000001.db is damaged or no file of an archive"));
+  EXPECT_THAT(reported, HasSubstr("archive-000001.db is damaged or not a file of an archive"));
   EXPECT_TRUE(std::filesystem::exists(numbered(1)));
 }
 
@@ -229,7 +229,7 @@ TEST_F(ArchiveTest, WritesNothingIntoAForeignDatabase) {
       .exec("CREATE TABLE theirs (x)");
   Archive sut = open();
   EXPECT_EQ(sut.file(), numbered(3));
-  EXPECT_THAT(reported, HasSubstr("archive-000002.db is damaged or no file of an archive"));
+  EXPECT_THAT(reported, HasSubstr("archive-000002.db is damaged or not a file of an archive"));
   EXPECT_THAT(sut.append({put(1), put(2)}, morning), ElementsAre(1, 2));
   SQLite::Database theirs(numbered(2).string());
   EXPECT_FALSE(theirs.tableExists("put"));
@@ -287,7 +287,7 @@ TEST_F(ArchiveTest, IsWrittenByOneArchiverAtATime) {
     open();
     FAIL() << "opened twice";
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("another archiver writes here"));
+    EXPECT_THAT(error.what(), HasSubstr("another archiver writes into this folder"));
   }
 }
 
@@ -406,7 +406,7 @@ TEST_F(ArchiveTest, WritesOnInTheFileOfTheLastNumber) {
   std::filesystem::rename(numbered(1), folder.path() / "archive-999999999999.db");
   Archive sut = open({.rotate_age = 1h});
   EXPECT_THAT(append(sut, {put(2)}, morning + 2h), ElementsAre(2));
-  EXPECT_THAT(reported, HasSubstr("has the highest number possible"));
+  EXPECT_THAT(reported, HasSubstr("has the highest possible number"));
 }
 
 TEST_F(ArchiveTest, IgnoresFilesOfOthers) {

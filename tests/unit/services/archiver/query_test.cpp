@@ -64,7 +64,7 @@ TEST_F(QueryTest, NamesAFileThatCannotBeReadAndGoesOn) {
   EXPECT_EQ(sut.rows, 3U);
   EXPECT_THAT(sut.unread,
               testing::ElementsAre(HasSubstr("archive-000000.db: file is not a database"),
-                                   HasSubstr("archive-000007.db: no file of an archive")));
+                                   HasSubstr("archive-000007.db: not a file of an archive")));
 }
 
 TEST_F(QueryTest, ShowsEventsInUtf8) {

@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"PUT =1", "expected key=value at '=1'"},
                     Mistake{"PUT a=1 b c=2", "expected key=value at 'b c=2'"},
                     Mistake{"PUT a.b=1", "expected key=value at 'a.b=1'"},
-                    Mistake{"PUT a=1 a=2", "key 'a' is there twice"},
+                    Mistake{"PUT a=1 a=2", "key 'a' occurs twice"},
                     Mistake{"PUT a=\"1", "no closing quote for '\"1'"},
                     Mistake{"PUT a=\"1\"b=2", "expected a blank at 'b=2'"},
                     Mistake{"PUT " + std::string(33, 'k') + "=1", "expected key=value"},

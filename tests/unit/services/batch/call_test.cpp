@@ -107,7 +107,8 @@ TEST(BatchVerdict, OfTheTimeLimitNamesIt) {
 
 TEST(BatchVerdict, OfAProgramThatDoesNotStartSaysWhy) {
   const Ended ended{.end = End::not_started, .reason = "no #! line"};
-  EXPECT_EQ(verdict(script(), ended).answer, text::error(12, "measure does not start: no #! line"));
+  EXPECT_EQ(verdict(script(), ended).answer,
+            text::error(12, "measure cannot be started: no #! line"));
 }
 
 TEST(BatchVerdict, OfAWithdrawnCallHasItsState) {

@@ -57,7 +57,7 @@ TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherSocket) {
   give(17);
   const Actions forged = answer(tests::reply(name(17), "yes"), elsewhere);
   EXPECT_THAT(all<Answer>(forged), IsEmpty());
-  EXPECT_THAT(said(forged), HasSubstr("comes from 127.0.0.1:4001 in the name of program"));
+  EXPECT_THAT(said(forged), HasSubstr("comes from 127.0.0.1:4001 with the number of program"));
   EXPECT_THAT(answer(tests::reply(name(17), "yes"), elsewhere), IsEmpty());
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
@@ -71,12 +71,13 @@ TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked)
   message.program = 43;
   const Actions actions = answer(message, elsewhere);
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
-  EXPECT_THAT(said(actions),
-              HasSubstr("answers attempt 1 of call " + name(17) + ", which it was not given"));
+  EXPECT_THAT(said(actions), HasSubstr("answers attempt 1 of call " + name(17) +
+                                       ", which was not dispatched to it"));
 }
 
 TEST_F(BridgeWithProgram, TakesNoAnswerToWhatNobodyAsked) {
-  EXPECT_THAT(said(answer(tests::reply(name(18), "yes"))), HasSubstr("which it was not given"));
+  EXPECT_THAT(said(answer(tests::reply(name(18), "yes"))),
+              HasSubstr("which was not dispatched to it"));
   give(17);
   reply_t later = tests::reply(name(17), "yes");
   later.call.attempt = 2;
@@ -141,7 +142,7 @@ TEST_F(BridgeWithProgram, LeavesOutAnInterimAnswerThatDoesNotFit) {
   give(17);
   reply_t message = tests::reply(name(17), std::string(128, 'x'));
   message.kind = reply_t::INTERIM;
-  EXPECT_THAT(said(answer(message)), HasSubstr("is left out: it has 128 bytes, at most 127 fit"));
+  EXPECT_THAT(said(answer(message)), HasSubstr("is dropped: it has 128 bytes, at most 127 fit"));
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 

@@ -46,7 +46,7 @@ TEST_F(BridgeWithProgram, LosesOneThatIsSilent) {
   EXPECT_THAT(pass_in_ticks(rules.silence), IsEmpty());
   const Actions actions = pass_in_ticks(1ms);
   EXPECT_EQ(only<Unregister>(actions).number, registration);
-  EXPECT_THAT(said(actions), HasSubstr("is gone: silent for 1000 ms; of its calls 1 go on"));
+  EXPECT_THAT(said(actions), HasSubstr("is gone: silent for 1000 ms; 1 of its calls go to"));
   // No response to the NC program: the call moves on.
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
   EXPECT_THAT(give(2), IsEmpty());
@@ -129,7 +129,7 @@ TEST_F(BridgeTest, ServesWhatIsNoUuidOnlyIfTheConfigurationNamesIt) {
   message.uuid = "nonsense";
   const Actions refused = present(message, there);
   EXPECT_THAT(all<Register>(refused), IsEmpty());
-  EXPECT_THAT(said(refused), HasSubstr("announces 'nonsense', which is no UUID"));
+  EXPECT_THAT(said(refused), HasSubstr("announces 'nonsense', which is not a UUID"));
   message.uuid = "press";
   EXPECT_THAT(all<Register>(present(message, there)), SizeIs(1));
 }
@@ -193,7 +193,7 @@ TEST_F(BridgeWithProgram, RegistersAProgramAnewThatSaysSomethingElseOnceItIsIdle
 
 TEST_F(BridgeTest, SaysThatALongMessageIsNotRead) {
   EXPECT_THAT(said(sut->on_fragment("MILLRACE_REPLY." + uuid, there, now.steady)),
-              HasSubstr("is longer than 65499 bytes, and is not read"));
+              HasSubstr("is longer than 65499 bytes; ignored"));
 }
 
 }  // namespace

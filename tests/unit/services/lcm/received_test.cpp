@@ -66,7 +66,8 @@ TEST(Presence, IsRefusedWithTheReason) {
   EXPECT_THAT(changed([](auto& m) { m.uuid = std::string(44, 'a'); }), HasSubstr("1 to 43"));
   EXPECT_THAT(changed([](auto& m) { m.name = std::string(64, 'n'); }),
               HasSubstr("its name has 64 bytes; at most 63 fit"));
-  EXPECT_THAT(changed([](auto& m) { m.channels = "cnc/0"; }), HasSubstr("'cnc/0' is no channel"));
+  EXPECT_THAT(changed([](auto& m) { m.channels = "cnc/0"; }),
+              HasSubstr("'cnc/0' is not a channel"));
   EXPECT_THAT(changed([](auto& m) { m.concurrency = 0; }), HasSubstr("its concurrency is 0"));
   EXPECT_THAT(changed([](auto& m) { m.concurrency = 257; }), HasSubstr("expected 1 to 256"));
   EXPECT_THAT(changed([](auto& m) { m.delivery = 2; }), HasSubstr("its delivery is 2"));

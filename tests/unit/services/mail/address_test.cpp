@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(Addresses, WrongMailAddress,
                                          "eva@" + std::string(251, 'a')));
 
 TEST(MailAddress, SaysWhatIsWrong) {
-  EXPECT_THAT(parse_address("eva").error(), HasSubstr("'eva' is no address; expected user@"));
+  EXPECT_THAT(parse_address("eva").error(), HasSubstr("'eva' is not an address; expected user@"));
 }
 
 }  // namespace

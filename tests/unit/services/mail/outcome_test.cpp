@@ -44,7 +44,9 @@ INSTANTIATE_TEST_SUITE_P(
         OutcomeCase{"certificate", {.trouble = Trouble::tls, .code = 220}, Verdict::insecure},
         OutcomeCase{"password", {.trouble = Trouble::login, .code = 535}, Verdict::login},
         OutcomeCase{"login for now", {.trouble = Trouble::login, .code = 454}, Verdict::later},
-        OutcomeCase{"no way to log in", {.trouble = Trouble::login, .code = 354}, Verdict::login}));
+        OutcomeCase{"no supported login method",
+                    {.trouble = Trouble::login, .code = 354},
+                    Verdict::login}));
 
 TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
   EXPECT_EQ(outcome_of({.trouble = Trouble::broken,

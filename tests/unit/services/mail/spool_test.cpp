@@ -130,8 +130,8 @@ TEST_F(MailSpool, NamesAFileThatIsNoDatabaseAndLeavesItAsItIs) {
   const std::string text(5000, 'x');
   std::ofstream(database) << text;
   EXPECT_THAT([&] { Spool(folder.path()); },
-              ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr(database.string()), HasSubstr("no spool of a mail service"))));
+              ThrowsMessage<std::runtime_error>(AllOf(
+                  HasSubstr(database.string()), HasSubstr("not the spool of a mail service"))));
   std::ostringstream after;
   after << std::ifstream(database).rdbuf();
   EXPECT_EQ(after.str(), text);
@@ -141,7 +141,7 @@ TEST_F(MailSpool, NamesADatabaseOfSomebodyElseAndOneOfANewerVersion) {
   SQLite::Database(database.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
       .exec("CREATE TABLE other (x)");
   EXPECT_THAT([&] { Spool(folder.path()); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("somebody else's database")));
+              ThrowsMessage<std::runtime_error>(HasSubstr("the database of another program")));
   SQLite::Database(database.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
   EXPECT_THAT([&] { Spool(folder.path()); },
               ThrowsMessage<std::runtime_error>(HasSubstr("written by a newer millrace")));

@@ -22,7 +22,7 @@ TEST(Fields, MayHaveQuotedValues) {
 
 TEST(Fields, SayWhatIsWrong) {
   EXPECT_EQ(fields("a=1 b").error(), "expected key=value at 'b'");
-  EXPECT_EQ(fields("a=1 a=2").error(), "key 'a' is there twice");
+  EXPECT_EQ(fields("a=1 a=2").error(), "key 'a' occurs twice");
   EXPECT_EQ(fields("a=\"1").error(), "no closing quote for '\"1'");
 }
 

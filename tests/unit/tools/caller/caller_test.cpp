@@ -97,7 +97,7 @@ TEST_F(CallerTest, EndsACallOverItsPatience) {
   ASSERT_TRUE(sut.call(hasty).has_value());
   ASSERT_TRUE(run_until(io, [&] { return !listener.ended.empty(); }));
   EXPECT_FALSE(listener.ended[0].reply.has_value());
-  EXPECT_THAT(listener.ended[0].reason, HasSubstr("no answer within 0.05 s"));
+  EXPECT_THAT(listener.ended[0].reason, HasSubstr("no response within 0.05 s"));
 }
 
 TEST(CallerChannel, IsTakenWhileAGatewayServesItsMachine) {

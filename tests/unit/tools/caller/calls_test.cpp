@@ -140,7 +140,7 @@ TEST(Calls, SaysWhatItWaitedForWhenItsPatienceIsOver) {
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
   sut.on_time(at(5s));
   EXPECT_THAT(words(sut.take_actions()),
-              ElementsAre(HasSubstr("1: no answer within 5 s: uuid " + wanted_uuid)));
+              ElementsAre(HasSubstr("1: no response within 5 s: uuid " + wanted_uuid)));
 }
 
 TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {
@@ -150,7 +150,7 @@ TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {
   const fabric::Request request = published(sut.take_actions());
   sut.on_time(at(5s));
   EXPECT_THAT(words(sut.take_actions()),
-              ElementsAre("-1", HasSubstr("the instance that has the call has not answered")));
+              ElementsAre("-1", HasSubstr("the instance that has the call has not responded")));
   sut.on_reply(reply_to(request, "late"), at(6s));
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
 }

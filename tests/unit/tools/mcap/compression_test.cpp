@@ -48,7 +48,7 @@ TEST_P(McapCompression, GivesBackWhatItTook) {
 
 TEST_P(McapCompression, RefusesAnotherSizeThanWasPromised) {
   const std::string packed = compress(GetParam(), sample(1000));
-  EXPECT_THAT(unpack(packed, 1001).error(), HasSubstr("holds less than the chunk says"));
+  EXPECT_THAT(unpack(packed, 1001).error(), HasSubstr("has fewer bytes than the chunk declares"));
   EXPECT_FALSE(unpack(packed, 999));
   EXPECT_FALSE(unpack(packed, 0));
 }
@@ -83,7 +83,7 @@ TEST_P(McapCompression, AsksForNoMoreMemoryThanItFills) {
 
 TEST_P(McapCompression, ReadsNothingThatWouldBeTooLarge) {
   EXPECT_THAT(unpack(compress(GetParam(), "x"), largest_uncompressed + 1).error(),
-              HasSubstr("larger than any that is read"));
+              HasSubstr("exceed the size limit"));
 }
 
 // A frame header of Zstandard that asks for a window of 2 GiB, and a block of one byte.

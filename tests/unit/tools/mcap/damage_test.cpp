@@ -151,7 +151,7 @@ TEST(McapDamage, SaysWhatAnEmptyAndAForeignFileAre) {
   const auto foreign = scan_all(std::string("PK\x03\x04 and so on, a good deal longer than magic"));
   ASSERT_EQ(foreign.problems.size(), 1U);
   EXPECT_EQ(foreign.problems[0].to_string(),
-            "at byte 0: the file does not begin as an MCAP file does");
+            "at byte 0: the file does not begin like an MCAP file");
   EXPECT_TRUE(foreign.messages.empty());
 }
 

@@ -54,7 +54,7 @@ TEST(ASampleLine, TellsWhatIsNotGoodAndWhy) {
   sample.values[1].quality = Quality::stale;
   sample.values[1].reason = "the link is down";
   EXPECT_EQ(line_of(sample), "axes  X=1  X=2 (stale: the link is down)");
-  EXPECT_EQ(line_of(fabric::DataSample{.group = "axes"}), "axes  nobody tells of it any more");
+  EXPECT_EQ(line_of(fabric::DataSample{.group = "axes"}), "axes  not published any more");
 }
 
 TEST(AProgramLine, TellsHowItWentAndHowLongItTook) {

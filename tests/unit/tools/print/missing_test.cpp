@@ -14,8 +14,8 @@ TEST(TextOfWhatIsMissing, NamesWhatIsNot) {
   EXPECT_EQ(
       missing_text(
           {.complete = 7, .incomplete = 2, .unseen = 3, .requests = 1, .replies = 0, .events = 4}),
-      "7 calls are complete; of 2 calls something is missing: at least 1 request, 0 replies, "
-      "4 events; of 3 calls nothing was received");
+      "7 calls are complete; 2 calls are incomplete: at least 1 request, 0 replies "
+      "and 4 events are missing; 3 calls were not received");
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST(ARecorder, SaysThatItWaitsForAFailure) {
   Condition waiting = well();
   waiting.writes.reset();
   EXPECT_THAT(alarms_of(waiting),
-              ElementsAre(is(AlarmLevel::fine, "will write run.mcap when a call fails")));
+              ElementsAre(is(AlarmLevel::fine, "writes run.mcap when a call fails")));
 }
 
 TEST(ARecorder, SaysInTimeThatItsDiskFillsUnlessItMakesRoomItself) {
@@ -57,9 +57,8 @@ TEST(ARecorder, SaysThatItRecordsNothingForWantOfRoom) {
 TEST(ARecorder, SaysWhatIsMissing) {
   Condition lossy = well();
   lossy.missing = {.complete = 10, .incomplete = 2, .requests = 1, .events = 1};
-  EXPECT_THAT(alarms_of(lossy),
-              ElementsAre(is(AlarmLevel::fine, "records"),
-                          is(AlarmLevel::warning, "of 2 calls something is missing")));
+  EXPECT_THAT(alarms_of(lossy), ElementsAre(is(AlarmLevel::fine, "records"),
+                                            is(AlarmLevel::warning, "2 calls are incomplete")));
   lossy.missing = {};
   lossy.lost = 3;
   EXPECT_THAT(alarms_of(lossy), ElementsAre(is(AlarmLevel::fine, "records"),

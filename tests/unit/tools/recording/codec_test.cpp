@@ -139,9 +139,10 @@ TEST(RecordingCodec, KnowsSinceWhenAnAlarmHolds) {
 }
 
 TEST(RecordingCodec, SaysWhatIsNotOurs) {
-  EXPECT_EQ(decode("foxglove.Log", "", at(0)).error(), "'foxglove.Log' is no schema of millrace");
+  EXPECT_EQ(decode("foxglove.Log", "", at(0)).error(),
+            "'foxglove.Log' is not a schema of millrace");
   EXPECT_EQ(decode("millrace.recording.Event", "\xff", at(0)).error(),
-            "the message is no millrace.recording.Event");
+            "the message is not a millrace.recording.Event");
 }
 
 TEST(RecordingCodec, DescribesEveryMessageInItsSchema) {

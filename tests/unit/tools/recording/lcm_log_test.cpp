@@ -72,12 +72,12 @@ TEST(LcmLog, ThatIsCutOffIsReadUpToThere) {
 TEST(LcmLog, IsReadBehindADamagedPlace) {
   const Read torn = read(mirrored(1) + "torn"s + mirrored(2));
   EXPECT_THAT(torn.numbers, ElementsAre(1, 2));
-  EXPECT_THAT(torn.report.problems.at(0).text, HasSubstr("4 bytes are passed over"));
+  EXPECT_THAT(torn.report.problems.at(0).text, HasSubstr("4 bytes are skipped"));
   std::string huge = mirrored(1);
   huge[24] = '\x7F';
   const Read sut = read(huge + mirrored(2));
   EXPECT_THAT(sut.numbers, ElementsAre(2));
-  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("behind the end of the file"));
+  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("after the end of the file"));
 }
 
 TEST(LcmLog, SaysWhatIsNoMirror) {

@@ -100,7 +100,7 @@ TEST(RecordingReader, NamesAMessageThatIsDamaged) {
   ASSERT_TRUE(writer.close());
   const ReadReport report = read_entries(file, {}, [](const Entry&) { FAIL(); });
   ASSERT_EQ(report.problems.size(), 1U);
-  EXPECT_EQ(report.problems[0].text, "the message is no millrace.recording.Request");
+  EXPECT_EQ(report.problems[0].text, "the message is not a millrace.recording.Request");
   EXPECT_GT(report.problems[0].offset, 8U);
 }
 

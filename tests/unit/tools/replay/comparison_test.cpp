@@ -71,7 +71,7 @@ TEST(Tolerances, AreForAllOrForOneService) {
   EXPECT_EQ(sut.of(root)->value, 0.01);
   EXPECT_TRUE(sut.of(root)->relative);
   for (const char* wrong : {"", "x", "-1", "=1", "a=", "a=1x", "nan", "inf"}) {
-    EXPECT_THAT(sut.add(wrong).error(), HasSubstr("is no tolerance; expected")) << wrong;
+    EXPECT_THAT(sut.add(wrong).error(), HasSubstr("is not a tolerance; expected")) << wrong;
   }
 }
 

@@ -133,7 +133,7 @@ TEST(Plan, TakesTheFirstOfRepeatedRepliesAndEachInterimOne) {
 TEST(Plan, TakesTheAnswerOfTheInstanceThatTookACallAnotherOneDeclined) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
-  fabric::Reply declined = reply_entry(1, "it has room for 1 at once", 1);
+  fabric::Reply declined = reply_entry(1, "it runs at most 1 calls at once", 1);
   declined.kind = fabric::ReplyKind::declined;
   declined.state = 0;
   sut.add(entry(1ms, declined));

@@ -75,7 +75,7 @@ TEST_F(PlayerTest, EndsACallThatTakesTooLong) {
   play({.pace = {.timing = Timing::fast}, .patience = 30ms});
   ASSERT_TRUE(run_until(io, [&] { return stage.done; }));
   EXPECT_THAT(stage.issued, ElementsAre(0, 1, 2));
-  EXPECT_THAT(stage.outcomes[1].reason, HasSubstr("no answer within 0.03 s"));
+  EXPECT_THAT(stage.outcomes[1].reason, HasSubstr("no response within 0.03 s"));
 }
 
 TEST_F(PlayerTest, TakesBackWhatWasTakenBackInTheRecording) {

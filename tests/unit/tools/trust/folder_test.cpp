@@ -39,7 +39,7 @@ TEST_F(FolderTest, NamesAFileThatIsMissing) {
 
 TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
   ::chmod((folder / "root/key.pem").c_str(), 0604);
-  EXPECT_THAT(why_refused(), HasSubstr("everybody on this host can read it"));
+  EXPECT_THAT(why_refused(), HasSubstr("all users of this host can read it"));
   // Of a group: as a package or systemd hands it to a service.
   ::chmod((folder / "root/key.pem").c_str(), 0640);
   EXPECT_EQ(why_refused(), "not refused");
@@ -118,9 +118,9 @@ TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
   sign("permissions.p7s",
        fabric::trust::permissions_document(grants, certificate.subject(), certificate.from(),
                                            certificate.until()));
-  EXPECT_THAT(why_refused(),
-              AllOf(HasSubstr("permissions.p7s"), HasSubstr("is of an earlier version of millrace"),
-                    HasSubstr("millrace trust renew")));
+  EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"),
+                                   HasSubstr("was made by an earlier version of millrace"),
+                                   HasSubstr("millrace trust renew")));
   open().renew("root", 10, {}, now).value();
   EXPECT_EQ(why_refused(), "not refused");
 }
@@ -132,15 +132,15 @@ TEST_F(FolderTest, RefusesAListThatIsOlderThanItsCertificate) {
   EXPECT_EQ(why_refused(), "not refused");
   fs::copy(folder / "older", folder / "root/revoked.pem", fs::copy_options::overwrite_existing);
   EXPECT_THAT(why_refused(),
-              AllOf(HasSubstr("revoked.pem"), HasSubstr("an older one has been copied over it")));
+              AllOf(HasSubstr("revoked.pem"), HasSubstr("an older CRL was copied over it")));
 }
 
 TEST_F(FolderTest, SaysThatAWholePlantIsNotForAHost) {
-  EXPECT_THAT(why_refused(""), HasSubstr("is the folder of a whole plant"));
+  EXPECT_THAT(why_refused(""), HasSubstr("is a PKI folder with the private keys"));
 }
 
 TEST_F(FolderTest, RefusesAFolderThatIsNone) {
-  EXPECT_THAT(why_refused("nobody"), HasSubstr("is no folder"));
+  EXPECT_THAT(why_refused("nobody"), HasSubstr("is not a folder"));
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
   EXPECT_EQ(sut.entry("root")->participant.machines, std::vector<std::string>{"press_1"});
   // Both are taken back.
   ASSERT_TRUE(sut.revoke("root", {}, now));
-  EXPECT_THAT(sut.reissue(gateway, {}, {}, now).error(), HasSubstr("nobody believes that name"));
+  EXPECT_THAT(sut.reissue(gateway, {}, {}, now).error(), HasSubstr("no process accepts that name"));
   EXPECT_FALSE(sut.reissue(service("nobody"), {}, {}, now));
 }
 
@@ -143,13 +143,13 @@ TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
   ASSERT_TRUE(sut.revoke("root", {}, now));
   fs::copy(folder / "root/revoked.pem", folder / "kept/revoked.pem",
            fs::copy_options::overwrite_existing);
-  EXPECT_THAT(why_refused("root"), HasSubstr("has been revoked"));
-  EXPECT_THAT(why_refused("kept"), HasSubstr("has been revoked"));
+  EXPECT_THAT(why_refused("root"), HasSubstr("was revoked"));
+  EXPECT_THAT(why_refused("kept"), HasSubstr("was revoked"));
   EXPECT_EQ(why_refused("another"), "not refused");
   EXPECT_TRUE(sut.entry("root")->revoked);
   // Who is on is known by his name.
   EXPECT_EQ(fabric::trust::read_revoked(folder / "another"), std::set<std::string>{"root"});
-  EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("nobody believes that name"));
+  EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("no process accepts that name"));
 }
 
 TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
@@ -160,7 +160,7 @@ TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
   sut.issue(service("another"), {}, {}, now).value();
   fs::copy(folder / "another/revoked.pem", folder / "root/revoked.pem",
            fs::copy_options::overwrite_existing);
-  EXPECT_THAT(why_refused("root"), HasSubstr("has been revoked"));
+  EXPECT_THAT(why_refused("root"), HasSubstr("was revoked"));
 }
 
 // Who follows "take it there" with `mv` has no folder left.
@@ -197,7 +197,7 @@ TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
   PkiFolder sut = open();
   EXPECT_EQ(sut.issue(service(), {.days = 825}, {}, now)->until, now + std::chrono::days(30));
   EXPECT_THAT(sut.renew("root", 825, {}, now + std::chrono::days(31)).error(),
-              HasSubstr("no longer valid"));
+              HasSubstr("have expired"));
 }
 
 TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
@@ -297,7 +297,7 @@ TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
   const std::string names[] = {std::string(65, 'p'), "", "a\nb", "\xff\xfe"};
   for (const std::string& name : names) {
     EXPECT_THAT(PkiFolder::create(folder, name, "millrace", 3650, {}, now).error(),
-                AllOf(HasSubstr("is no name of a plant"), testing::Not(HasSubstr("\n"))))
+                AllOf(HasSubstr("is not a name of a plant"), testing::Not(HasSubstr("\n"))))
         << name;
     EXPECT_FALSE(fs::exists(folder));
   }
@@ -351,7 +351,7 @@ TEST_F(PlantTest, SaysWhatToDoAboutAnInitThatDidNotComeToItsEnd) {
   create();
   fs::remove(folder / "register.textproto");
   EXPECT_THAT(PkiFolder::create(folder, "plant", "millrace", 3650, {}, now).error(),
-              AllOf(HasSubstr("did not come to its end"), HasSubstr("remove")));
+              AllOf(HasSubstr("did not finish here"), HasSubstr("remove")));
 }
 
 TEST_F(PlantTest, RemovesTheKeysOfAnIssueThatDidNotComeToItsEnd) {
@@ -410,7 +410,7 @@ TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
     const fs::path kept = temporary.path() / "kept";
     fs::rename(entry.path(), kept);
     ASSERT_EQ(::mkfifo(entry.path().c_str(), 0600), 0);
-    EXPECT_THAT(why_refused(), HasSubstr("is no regular file")) << entry.path();
+    EXPECT_THAT(why_refused(), HasSubstr("is not a regular file")) << entry.path();
     fs::remove(entry.path());
     fs::rename(kept, entry.path());
   }
@@ -422,10 +422,10 @@ TEST_F(PlantTest, TakesNoAuthorityFromAPipeOrFromWhatOthersMayWrite) {
   const fs::path file = folder / "authorities/identity.pem";
   fs::permissions(file, fs::perms(0666));
   EXPECT_THAT(open().issue(service(), {}, {}, now).error(),
-              HasSubstr("everybody on this host can write it"));
+              HasSubstr("all users of this host can write it"));
   fs::remove(file);
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
-  EXPECT_THAT(open().issue(service(), {}, {}, now).error(), HasSubstr("is no regular file"));
+  EXPECT_THAT(open().issue(service(), {}, {}, now).error(), HasSubstr("is not a regular file"));
 }
 
 TEST_F(PlantTest, SaysWhatAFolderIsNot) {

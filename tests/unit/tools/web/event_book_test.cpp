@@ -133,7 +133,7 @@ TEST_F(AnEventBook, SaysWhoAnsweredOrRetriedAHeldCall) {
   tell_channel(ChannelState::held, "sq1 is lost", 1000);
   EXPECT_EQ(newest().at("call"), "5f-17");
   EXPECT_EQ(newest().at("text"), "sq1 is lost");
-  tell_channel(ChannelState::waiting, "given out again by anna@hall/web", 2000);
+  tell_channel(ChannelState::waiting, "dispatched again by anna@hall/web", 2000);
   EXPECT_EQ(newest().at("text"), "anna@hall/web");
   fabric::Event event{
       .key = {"cnc", 1}, .call = {0x5f, 17}, .kind = fabric::EventKind::replied, .at = at(3000)};

@@ -107,7 +107,7 @@ TEST_F(TheMetrics, SayWhetherAControllerTellsOfChanges) {
   machine.reason = "polled: the controller refuses it";
   add(Entry{.sample = machine});
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
-  machine.reason = "pushed, but for channel 2: the controller has no room";
+  machine.reason = "pushed, except for channel 2: the controller has no room";
   add(Entry{.sample = machine});
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
 }

@@ -74,7 +74,7 @@ class AGate : public testing::Test {
 
   fabric::SteadyTime now = std::chrono::steady_clock::now();
   std::vector<Command> issued;
-  std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "given out again"};
+  std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "dispatched again"};
   int secrets = 0;
   UserActions sut{{.users = {{"anna",
                               {.name = "anna",
@@ -106,7 +106,7 @@ TEST_F(AGate, ActsInTheNameOfItsUser) {
   const http::Response response = run(by_anna("actions/retry", retry));
   EXPECT_EQ(response.status, 200U);
   EXPECT_EQ(json(response).at("done"), true);
-  EXPECT_EQ(json(response).at("detail"), "given out again");
+  EXPECT_EQ(json(response).at("detail"), "dispatched again");
   ASSERT_THAT(issued, SizeIs(1));
   EXPECT_EQ(issued[0].kind, CommandKind::retry);
   EXPECT_EQ(issued[0].key, (fabric::ChannelKey{"cnc", 1}));

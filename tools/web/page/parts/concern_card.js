@@ -104,7 +104,7 @@ export function concernCard(app) {
 function whyOf(app, concern, isStranded, last) {
   const advice = words.advice[concern.kind];
   // A reason that only says what the state says is not repeated.
-  const reason = / is served by nobody$/.test(concern.reason) || (last && / is served by nobody; its last instance/.test(concern.reason)) ? '' : concern.reason;
+  const reason = /^no service has the UUID [^;]*$/.test(concern.reason) || (last && /^no instance serves .*; the last one was /.test(concern.reason)) ? '' : concern.reason;
   // What says more than the state takes its place.
   const isTold = (concern.kind === 'held' && words.reason(reason)) || (concern.kind === 'trouble' && reason);
   const means = concern.gone

@@ -265,7 +265,7 @@ links: (up, all) => `${up}/${all} verbunden`,
     attemptLane: (n) => `Versuch ${n}`,
     hops: {
       'seen by the gateway': 'vom Gateway gesehen',
-      'no instance serves it': 'kein laufender Dienst',
+      'no service has this UUID': 'kein laufender Dienst',
       dispatched: 'zugeteilt',
       'received by the instance': 'bei der Instanz eingegangen',
       'handler started': 'Bearbeitung begonnen',

@@ -269,7 +269,7 @@ links: (up, all) => `${up}/${all} ${all === 1 ? 'link' : 'links'}`,
     attemptLane: (n) => `Attempt ${n}`,
     hops: {
       'seen by the gateway': 'seen by the gateway',
-      'no instance serves it': 'no running service',
+      'no service has this UUID': 'no running service',
       dispatched: 'dispatched',
       'received by the instance': 'received by the instance',
       'handler started': 'handler started',
