@@ -104,7 +104,7 @@ void warn_of_plain_ads(const std::vector<MachineSettings>& machines, const progr
     if (machine.is_open_to_the_network()) {
       log->warn(
           "{}: plain ADS: any host on its network can read and change the traffic; configure "
-          "`secure` to prevent that (docs/secure-ads.md)",
+          "`secure` to prevent that (docs/how-to/secure-ads.md)",
           machine.to_string());
     }
   }

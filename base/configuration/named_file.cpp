@@ -27,7 +27,8 @@ tl::expected<std::filesystem::path, std::string> place_of(const std::string& nam
   if (handed == nullptr || *handed == '\0') {
     return tl::unexpected(
         fmt::format("{} is not set: systemd sets it for units with LoadCredential=NAME:FILE "
-                    "(docs/trust.md has the drop-in for them); a program that is started by hand "
+                    "(docs/how-to/secure-a-network.md has the drop-in for them); a program that is "
+                    "started by hand "
                     "needs a configuration of its own that names a file or folder (--config, "
                     "--fabric-config)",
                     credentials_variable));

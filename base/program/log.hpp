@@ -21,10 +21,10 @@ using Log = std::shared_ptr<spdlog::logger>;
 
 /// A thread-safe logger to standard error that never waits for its reader: up to 1 MiB of lines is
 /// kept for a blocked reader, and lines dropped beyond that are counted. The levels
-/// (docs/logging.md): error, warn - the operator must act or should know; info - the operator's
-/// view of the machine; debug - the integrator of an NC program or service; trace - the developer
-/// of millrace. The newest logger also gets the reports of report_contained(). Control characters
-/// of a logged text are escaped; further lines of an event are indented.
+/// (docs/reference/states-and-limits.md): error, warn - the operator must act or should know; info
+/// - the operator's view of the machine; debug - the integrator of an NC program or service; trace
+/// - the developer of millrace. The newest logger also gets the reports of report_contained().
+/// Control characters of a logged text are escaped; further lines of an event are indented.
 Log make_log(const std::string& name, spdlog::level::level_enum level = spdlog::level::info);
 
 /// A logger that drops everything, for tests.

@@ -74,7 +74,7 @@ struct TlsContext::Impl {
     SSL_CTX_set_max_proto_version(native, TLS1_2_VERSION);
     SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
     // A TwinCAT refuses a ClientHello with the extensions encrypt-then-MAC and extended master
-    // secret (inferred, docs/secure-ads.md).
+    // secret (inferred, docs/how-to/secure-ads.md).
     SSL_CTX_set_options(native, SSL_OP_NO_TICKET | SSL_OP_NO_ENCRYPT_THEN_MAC |
                                     SSL_OP_NO_EXTENDED_MASTER_SECRET | SSL_OP_NO_RENEGOTIATION |
                                     SSL_OP_NO_COMPRESSION);

@@ -23,7 +23,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(JEMALLOC REQUIRED IMPORTED_TARGET jemalloc)
 
 # The allocator of programs in which one thread frees what another one has taken, thousands of times a second: what
-# Cyclone's receive threads bring. docs/decisions/toolchain.md. Sanitizers have their own.
+# Cyclone's receive threads bring. docs/dev/decisions/toolchain.md. Sanitizers have their own.
 add_library(millrace_allocator INTERFACE)
 add_library(millrace::allocator ALIAS millrace_allocator)
 if(NOT MILLRACE_SANITIZE)

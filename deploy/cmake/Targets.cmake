@@ -43,7 +43,7 @@ endif()
 # A static library millrace_NAME with the alias millrace::NAME. Its sources are compiled several together
 # (MILLRACE_UNITY), since most of what a source costs is the headers it includes; names that collide so are a finding:
 # two things of one room should not have one name. FOLDERS puts those of a folder together, for rooms whose folders are
-# each a namespace. See docs/hacking.md, "What a build costs". Includes are written from the top of the tree
+# each a namespace. See docs/dev/hacking.md, "What a build costs". Includes are written from the top of the tree
 # ("cnc/ads/frame.hpp"), so the path tells the namespace.
 function(millrace_add_library name)
   cmake_parse_arguments(arg "FOLDERS" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})

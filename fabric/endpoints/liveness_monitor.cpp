@@ -83,7 +83,7 @@ void LivenessMonitor::check_identities(Discovery::News& news) {
          fmt::format(
              "instance {} of {} gets no calls: its process announces no identity certificate. It "
              "runs an earlier version (renew its credentials with `millrace trust renew` and start "
-             "it with this version), or another vendor's DDS (docs/wire.md)",
+             "it with this version), or another vendor's DDS (docs/reference/wire.md)",
              instance.to_string(), base::text::safe(uuid))});
   }
 }

@@ -2,7 +2,7 @@
 // the members LastFilled and LastGet. That a controller has such symbols is our choice, for the
 // virtual CNC. A Rexroth MTX is reached over OPC (its server has the item NC.SystemDataEvent for
 // changes; documented, DOK-MTX***-NC*F*EX*V13, p. 655) and needs a class of its own beside this
-// one (docs/queues.md).
+// one (docs/dev/decisions/queues.md).
 //
 //   auto control = co_await queue.ask(queues::ReadControl{});
 //   auto texts = co_await queue.ask(queues::ReadQueue{});         // all of the array at once

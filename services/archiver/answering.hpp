@@ -1,7 +1,7 @@
 // Makes a row from a call, and the response from the result of its write.
 //
-// States (docs/services.md): 1 written, "OK" and the id of the row; 10 request not understood; 11
-// the archive cannot be written.
+// States (docs/reference/services/archiver.md): 1 written, "OK" and the id of the row; 10 request
+// not understood; 11 the archive cannot be written.
 #pragma once
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 //   const auto command = command_for(script, call);       // or the response to a bad request
 //   const Verdict v = verdict(script, run(*command, limits_for(script)));
 //
-// States (docs/services.md):
+// States (docs/reference/services/batch.md):
 //   1           exit code 0; the text is the output
 //   100 + n     exit code n; the text is the output, or the code if there is none
 //   400 + n     ended by signal n

@@ -85,7 +85,8 @@ std::string_view name_of(std::string_view assignment) {
 }
 
 /// Variables that processes need to find programs, folders and the language of their user. All
-/// others of this service, which may be secrets, are not passed on (docs/services.md).
+/// others of this service, which may be secrets, are not passed on
+/// (docs/reference/services/batch.md).
 bool is_passed_on(std::string_view name) {
   constexpr std::array<std::string_view, 8> names{"PATH",  "HOME", "USER", "LOGNAME",
                                                   "SHELL", "LANG", "TZ",   "TMPDIR"};

@@ -1,8 +1,8 @@
 // Answers requests: finds the gauge, judges its reading, and makes the response.
 //
-// States (docs/services.md): 1 a value, or what was requested; 10 request not understood; 11
-// unknown gauge; 12 out of range; 13 no radio contact; 14 battery low; 15 value too old; 16
-// receiver not reachable; 17 zero point not kept.
+// States (docs/reference/services/dial-gauge.md): 1 a value, or what was requested; 10 request not
+// understood; 11 unknown gauge; 12 out of range; 13 no radio contact; 14 battery low; 15 value too
+// old; 16 receiver not reachable; 17 zero point not kept.
 #pragma once
 
 #include <chrono>

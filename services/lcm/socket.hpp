@@ -4,7 +4,7 @@
 //   socket.publish("MILLRACE_REQUEST.560aacbf-…", bytes);
 //
 // liblcm itself uses a receiving thread and a pipe to the handler, receives from every sender on
-// the network, and leaves the choice of the interface to the routes: docs/decisions/lcm.md.
+// the network, and leaves the choice of the interface to the routes: docs/dev/decisions/lcm.md.
 #pragma once
 
 #include <memory>

@@ -1,9 +1,9 @@
 // Decides what is stored of a mail after an attempt, and the response to the NC program. Pure.
 //
-// States (docs/services.md): 1 the server has accepted the mail; 2 the mail waits in the spool; 10
-// request not understood; 11 unknown template; 12 a key of the template is missing or unknown; 13
-// unknown recipient; 14 refused by the server permanently; 15 no safe connection; 16 no login; 17
-// handed over without a reply of the server; 18 the spool cannot be written.
+// States (docs/reference/services/mail.md): 1 the server has accepted the mail; 2 the mail waits in
+// the spool; 10 request not understood; 11 unknown template; 12 a key of the template is missing or
+// unknown; 13 unknown recipient; 14 refused by the server permanently; 15 no safe connection; 16 no
+// login; 17 handed over without a reply of the server; 18 the spool cannot be written.
 #pragma once
 
 #include <chrono>

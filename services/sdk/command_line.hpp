@@ -24,7 +24,7 @@
 namespace millrace::services::sdk {
 
 /// A program that is one service: --uuid, --channel, --name, --concurrency, --delivery, the flags
-/// of fabric/command_line.hpp and --log-level over the options it is made with.
+/// of fabric/profile/command_line.hpp and --log-level over the options it is made with.
 class ServiceProgram {
  public:
   explicit ServiceProgram(ServiceOptions defaults);

@@ -6,7 +6,7 @@
 namespace sdk = millrace::services::sdk;
 
 /// Runs on its own thread, one call after the other (--concurrency N: N at a time). An exception
-/// becomes an error response. See docs/writing-a-service.md.
+/// becomes an error response. See docs/how-to/services-in-cpp-and-c.md.
 static sdk::Response answer(const sdk::Call& call) {
   return {.text = std::to_string(call.text().size()), .state = 1};
 }

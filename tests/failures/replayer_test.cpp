@@ -27,9 +27,9 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
     }
   }
 
-  /// The rule that docs/trust.md prints, for hosts of one address on loopback.
+  /// The rule that docs/how-to/secure-a-network.md prints, for hosts of one address on loopback.
   static std::string documented_rule() {
-    std::ifstream page(MILLRACE_SOURCE "/docs/trust.md");
+    std::ifstream page(MILLRACE_SOURCE "/docs/how-to/secure-a-network.md");
     std::string rule;
     for (std::string line; std::getline(page, line);) {
       const bool begins = line == "    table inet millrace {";
@@ -116,7 +116,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
   }
 };
 
-// docs/trust.md says what it costs without the rule.
+// docs/how-to/secure-a-network.md says what it costs without the rule.
 TEST_P(AReplayer, IsKeptAwayByThePacketFilterOfTheManual) {
   start();
   filter_packets();

@@ -1,5 +1,5 @@
-// docs/failures.md and docs/trust.md (what a stranger can do) name a test for each of their rows:
-// each of them must exist.
+// docs/dev/failures.md and docs/dev/attacks.md name a test for each of their rows: each of them
+// must exist.
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -80,11 +80,11 @@ int check_tables(const std::string& page) {
 }
 
 TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
-  EXPECT_GT(check_tables("failures.md"), 20);
+  EXPECT_GT(check_tables("dev/failures.md"), 20);
 }
 
 TEST(TheTableOfWhatAStrangerCanDo, NamesOnlyTestsThatExist) {
-  EXPECT_GT(check_tables("trust.md"), 14);
+  EXPECT_GT(check_tables("dev/attacks.md"), 14);
 }
 
 }  // namespace

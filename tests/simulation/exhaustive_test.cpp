@@ -10,7 +10,7 @@
 namespace millrace::tests::simulation {
 namespace {
 
-/// Of those that are walked to their end by hand (docs/simulation.md).
+/// Of those that are walked to their end by hand (docs/dev/simulation.md).
 constexpr std::size_t some_runs = 6'000;
 constexpr std::size_t to_the_end = 1'000'000;
 

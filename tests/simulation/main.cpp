@@ -220,7 +220,7 @@ int main(int argc, char** argv) {
   app.add_option("--from", flags.from, "That text; today's date if left out")
       ->envname("MILLRACE_SEEDS_FROM");
   app.add_flag("--trace", flags.trace, "Print what happens");
-  app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/simulation.md)")
+  app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/dev/simulation.md)")
       ->check(CLI::IsMember(names_of(bug_names)));
   app.add_option("--most", flags.most, "Stop after so many failures");
   app.add_option("--quiet", flags.quiet,

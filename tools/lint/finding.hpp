@@ -50,7 +50,7 @@ struct RuleInfo {
   /// As in `[wait-without-flush]`, and in the comments that switch it off.
   std::string_view name;
   Severity severity{};
-  /// One line for people; docs/nc-lint.md has more.
+  /// One line for people; docs/reference/lint-rules.md has more.
   std::string_view summary;
 };
 

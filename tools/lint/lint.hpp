@@ -1,5 +1,5 @@
 // Checks NC programs before they run: what the parser finds, and the rules about service calls
-// (finding.hpp, docs/nc-lint.md). Pure.
+// (finding.hpp, docs/reference/lint-rules.md). Pure.
 //
 //   const auto findings = lint({{"part.nc", text}}, {.uuids = known, .load = from_folder});
 #pragma once

@@ -19,7 +19,7 @@ using cnc::nc::syntax::Program;
 using cnc::nc::syntax::Routine;
 using Kind = Effect::Kind;
 
-/// As deep as the controller goes (docs/nc-language.md).
+/// As deep as the controller goes (docs/reference/nc-language.md).
 constexpr int most_levels = 20;
 
 States only(State state) {

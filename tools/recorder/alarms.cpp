@@ -48,7 +48,7 @@ std::vector<fabric::Alarm> alarms_of(const Condition& now) {
                       .text = fmt::format(
                           "the recording is incomplete: {}{}", print::missing_text(now.missing),
                           now.lost > 0 ? fmt::format("; the bus lost {} samples", now.lost) : ""),
-                      .advice = "give the recorder more processor time; see docs/recording.md"});
+                      .advice = "give the recorder more processor time; see docs/how-to/record-and-replay.md"});
   }
   return alarms;
 }

@@ -138,7 +138,8 @@ class Countdown {
 int main() {
   lcm::LCM lcm("udpm://239.255.76.67:7667?ttl=0");
   if (!lcm.good()) {
-    return 1;  // LCM has said why: most often there is no route for multicast, see docs/lcm.md
+    return 1;  // LCM has said why: most often there is no route for multicast, see
+               // docs/how-to/services-with-lcm.md
   }
   Countdown(lcm).run();
 }

@@ -77,7 +77,7 @@ static void say_that_we_are_here(void) {
 int main(void) {
   lcm = lcm_create("udpm://239.255.76.67:7667?ttl=0");
   if (lcm == NULL) {
-    return 1; /* LCM has said why: most often there is no route for multicast, see docs/lcm.md */
+    return 1; /* LCM has said why: most often there is no route for multicast, see docs/how-to/services-with-lcm.md */
   }
   program = now() << 12 ^ getpid();
   millrace_request_t_subscribe(lcm, "MILLRACE_REQUEST." UUID, on_request, NULL);

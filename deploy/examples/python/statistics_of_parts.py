@@ -2,7 +2,7 @@
 
     statistics_of_parts.py --archive /var/lib/millrace/archive
 
-NC programs archive each part by `PUT part=WELLE7 d=12.345` (docs/services.md, archiver). Request of this service:
+NC programs archive each part by `PUT part=WELLE7 d=12.345` (docs/reference/services/archiver.md, archiver). Request of this service:
 "part=WELLE7 key=d low=12.30 high=12.40 last=50". Response: "n=50 mean=12.3451 s=0.0071 cpk=2.12", state 1; state 2: the
 process is not capable, Cpk < 1.33; state 10: request not understood; state 11: too few parts.
 """

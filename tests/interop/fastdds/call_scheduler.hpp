@@ -1,5 +1,5 @@
-// What a service does with what comes in: the section "A call" of docs/wire.md. Pure: requests and
-// results in, replies out; it owns no thread, clock or socket.
+// What a service does with what comes in: the section "A call" of docs/reference/wire.md. Pure:
+// requests and results in, replies out; it owns no thread, clock or socket.
 //
 //   CallScheduler scheduler(id, 4);
 //   auto reply = scheduler.take(request, now);      // a repeat, or that there is no room

@@ -1,4 +1,5 @@
-// A Fast DDS participant on the loopback interface, and the endpoints of docs/wire.md on it.
+// A Fast DDS participant on the loopback interface, and the endpoints of docs/reference/wire.md on
+// it.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Who an instance is, as docs/wire.md has it: ids, and the text that stands in the user_data of its
-// endpoints.
+// Who an instance is, as docs/reference/wire.md has it: ids, and the text that stands in the
+// user_data of its endpoints.
 #pragma once
 
 #include <array>

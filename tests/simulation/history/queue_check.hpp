@@ -1,9 +1,10 @@
-// What is promised of the messages of a queue (docs/queues.md): none that stayed in the queue is
-// lost, each gateway brings its own in their order, and a repeat has the id of its call. LastGet
-// covers no message that is not in the journal, or, with WHEN_ANSWERED, not answered.
+// What is promised of the messages of a queue (docs/how-to/message-queues.md): none that stayed in
+// the queue is lost, each gateway brings its own in their order, and a repeat has the id of its
+// call. LastGet covers no message that is not in the journal, or, with WHEN_ANSWERED, not answered.
 //
-// What nobody can see (docs/queues.md) is pardoned: a queue that somebody else has moved and that
-// looks as before, or between a look and a write; and what a gateway did whose journal was lost.
+// What nobody can see (docs/how-to/message-queues.md) is pardoned: a queue that somebody else has
+// moved and that looks as before, or between a look and a write; and what a gateway did whose
+// journal was lost.
 #pragma once
 
 #include <map>

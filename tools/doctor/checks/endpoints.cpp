@@ -18,7 +18,7 @@ void at_endpoints(const Findings& found, Report& report) {
           fmt::format("the {} of {} of {} matches no millrace process: {}",
                       misfit.writer ? "writer" : "reader", misfit.topic, safe(misfit.program),
                       safe(reason)),
-          "give it the QoS and types of docs/architecture.md and idl/millrace.idl, or the "
+          "give it the QoS and types of docs/reference/wire.md and idl/millrace.idl, or the "
           "same version of millrace");
     }
   }

@@ -37,7 +37,7 @@ void at_the_transport(const fabric::MachineStatus& status, Report& report) {
                                "and change the traffic",
                                safe(status.machine)),
                    fmt::format("configure `secure` for {} in gateway.textproto on {} "
-                               "(docs/secure-ads.md)",
+                               "(docs/how-to/secure-ads.md)",
                                safe(status.machine), safe(status.host)));
   }
 }

@@ -80,7 +80,7 @@ void at_trust(const Findings& found, Report& report) {
                                  "samples are ignored, and its instances get no calls",
                                  text_of(program)),
                      "it runs an earlier version of millrace: renew its credentials with `millrace "
-                     "trust renew`, and start it with this version; docs/wire.md says how another "
+                     "trust renew`, and start it with this version; docs/reference/wire.md says how another "
                      "vendor's DDS announces an identity");
     }
   }

@@ -76,7 +76,8 @@ http::Outcome UserActions::answer(const std::vector<std::string>& path,
   if (what == "actions" && path.size() == 2) {
     return act(path[1], request, now);
   }
-  return http::error_response(404, "there is no such action; docs/web.md names them");
+  return http::error_response(404,
+                              "there is no such action; docs/reference/http-api.md names them");
 }
 
 boost::json::object UserActions::json_of(const Session& session) const {

@@ -27,7 +27,8 @@ constexpr std::size_t most_lines = 32;
 
 Response not_found(std::string_view what) {
   return error_response(
-      404, fmt::format("there is no {}; docs/web.md names what there is below /api", what));
+      404, fmt::format("there is no {}; docs/reference/http-api.md names what there is below /api",
+                       what));
 }
 
 template <typename Value>

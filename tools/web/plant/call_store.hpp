@@ -24,7 +24,7 @@
 namespace millrace::tools::web::plant {
 
 /// Which states of RESPONSE_STATE mean that a service did what it was asked for: 1 everywhere, and
-/// 0 where a program waits for a text alone (docs/services.md).
+/// 0 where a program waits for a text alone (docs/reference/services/README.md).
 struct NormalStates {
   /// Others by canonical UUID.
   std::map<std::string, std::set<std::uint32_t>> more{};

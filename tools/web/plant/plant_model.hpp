@@ -4,7 +4,7 @@
 //   plant.snapshot(now)                                 // for who is new
 //   if (auto changes = plant.changes(now)) …            // some times a second, for all others
 //
-// The objects have the fields of the commands' --json, and some more (docs/web.md).
+// The objects have the fields of the commands' --json, and some more (docs/how-to/monitor.md).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// The services accept the configurations of docs/services.md, docs/lcm.md and deploy/examples.
+// The services accept the configurations of docs/reference/services, docs/how-to and
+// deploy/examples.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -18,7 +19,7 @@ namespace {
 
 /// Writes the example that begins with "# NAME" to a file of that name.
 std::filesystem::path example(const tests::TemporaryFolder& folder, const std::string& name,
-                              const std::string& page = "services.md") {
+                              const std::string& page) {
   std::ifstream in(std::string(MILLRACE_DOCS) + "/" + page);
   std::stringstream text;
   text << in.rdbuf();
@@ -35,28 +36,30 @@ std::filesystem::path example(const tests::TemporaryFolder& folder, const std::s
 
 TEST(DocumentedConfiguration, OfBatchIsTaken) {
   const tests::TemporaryFolder folder;
-  const auto sut = batch::load(example(folder, "batch.textproto"));
+  const auto sut = batch::load(example(folder, "batch.textproto", "reference/services/batch.md"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->scripts.size(), 2U);
 }
 
 TEST(DocumentedConfiguration, OfDialGaugesIsTaken) {
   const tests::TemporaryFolder folder;
-  const auto sut = dial_gauge::load(example(folder, "dial_gauge.textproto"));
+  const auto sut =
+      dial_gauge::load(example(folder, "dial_gauge.textproto", "reference/services/dial-gauge.md"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->gauges.size(), 2U);
 }
 
 TEST(DocumentedConfiguration, OfTheArchiverIsTaken) {
   const tests::TemporaryFolder folder;
-  const auto sut = archiver::load(example(folder, "archiver.textproto"));
+  const auto sut =
+      archiver::load(example(folder, "archiver.textproto", "reference/services/archiver.md"));
   ASSERT_TRUE(sut) << sut.error();
-  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archiver/archive");
 }
 
 TEST(DocumentedConfiguration, OfMailIsTaken) {
   const tests::TemporaryFolder folder;
-  const auto sut = mail::load(example(folder, "mail.textproto"));
+  const auto sut = mail::load(example(folder, "mail.textproto", "reference/services/mail.md"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->templates.size(), 2U);
   EXPECT_EQ(sut->spool, "/var/lib/millrace/mail/spool");
@@ -64,7 +67,7 @@ TEST(DocumentedConfiguration, OfMailIsTaken) {
 
 TEST(DocumentedConfiguration, OfTheBridgeToLcmIsTaken) {
   const tests::TemporaryFolder folder;
-  const auto sut = lcm::load(example(folder, "lcm.textproto", "lcm.md"));
+  const auto sut = lcm::load(example(folder, "lcm.textproto", "how-to/services-with-lcm.md"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->network.interface, "10.77.0.5");
 }
