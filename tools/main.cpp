@@ -1,49 +1,64 @@
 // millrace: the operator's command.
 #include "base/program/command_line.hpp"
+#include "tools/commands/calls/calls.hpp"
 #include "tools/commands/completion.hpp"
 #include "tools/commands/controller/controller.hpp"
 #include "tools/commands/data/data.hpp"
 #include "tools/commands/doctor/doctor.hpp"
 #include "tools/commands/lint/lint.hpp"
-#include "tools/commands/log/log.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/record/record.hpp"
+#include "tools/commands/recordings/recordings.hpp"
 #include "tools/commands/replay/replay.hpp"
+#include "tools/commands/status/status.hpp"
 #include "tools/commands/trust/trust.hpp"
 #include "tools/commands/vars/vars.hpp"
-#include "tools/commands/watch/watch.hpp"
 #include "tools/commands/web/web.hpp"
+#include "tools/commands/word_order.hpp"
+
+namespace {
+
+using namespace millrace::tools::commands;
+
+struct Group {
+  const char* name;
+  std::vector<void (*)(CLI::App&, Chosen&)> commands;
+};
+
+const std::vector<Group> groups{
+    {"Look",
+     {&status::add_status, &look::add_machines, &look::add_channels, &look::add_services,
+      &calls::add_calls, &data::add_data, &data::add_programs, &data::add_queues, &vars::add_vars}},
+    {"Act", {&operate::add_call, &operate::add_answer, &operate::add_retry, &operate::add_drain}},
+    {"Check", {&doctor::add_doctor, &lint::add_lint}},
+    {"Record", {&record::add_record, &replay::add_replay, &recordings::add_recording}},
+    {"Set up", {&web::add_web, &trust::add_trust, &controller::add_controller, &add_completion}}};
+
+}  // namespace
 
 int main(int argc, char** argv) {
-  using namespace millrace::tools;
   CLI::App app{"millrace: look at, operate, record and replay the service calls of a fabric"};
+  app.footer(
+      "Examples:\n"
+      "  millrace                          what needs attention, as 'millrace status'\n"
+      "  millrace services -i              each instance of each service\n"
+      "  millrace answer press/1 OK --state 1\n"
+      "  millrace record -o run.mcap\n"
+      "  millrace COMMAND --help           examples and options of a command");
   app.require_subcommand(1);
-  commands::Chosen chosen;
-  commands::doctor::add_doctor(app, chosen);
-  commands::look::add_services(app, chosen);
-  commands::look::add_info(app, chosen);
-  commands::look::add_stats(app, chosen);
-  commands::look::add_channels(app, chosen);
-  commands::look::add_machines(app, chosen);
-  commands::data::add_data(app, chosen);
-  commands::data::add_programs(app, chosen);
-  commands::data::add_queues(app, chosen);
-  commands::operate::add_call(app, chosen);
-  commands::operate::add_ping(app, chosen);
-  commands::operate::add_health(app, chosen);
-  commands::operate::add_drain(app, chosen);
-  commands::operate::add_answer(app, chosen);
-  commands::operate::add_retry(app, chosen);
-  commands::watch::add_watch(app, chosen);
-  commands::web::add_web(app, chosen);
-  commands::vars::add_vars(app, chosen);
-  commands::controller::add_controller(app, chosen);
-  commands::record::add_record(app, chosen);
-  commands::replay::add_replay(app, chosen);
-  commands::log::add_log(app, chosen);
-  commands::lint::add_lint(app, chosen);
-  commands::trust::add_trust(app, chosen);
-  commands::add_completion(app, chosen);
-  return millrace::base::program::run(app, argc, argv, [&] { return chosen.run(); });
+  Chosen chosen;
+  for (const Group& group : groups) {
+    for (const auto add : group.commands) {
+      add(app, chosen);
+      app.get_subcommands({}).back()->group(group.name);
+    }
+  }
+  std::vector<std::string> words = word_order({argv + 1, argv + argc});
+  std::vector<char*> ordered{argv[0]};
+  for (std::string& word : words) {
+    ordered.push_back(word.data());
+  }
+  return millrace::base::program::run(app, static_cast<int>(ordered.size()), ordered.data(),
+                                      [&] { return chosen.run(); });
 }

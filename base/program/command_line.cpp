@@ -20,6 +20,7 @@
 #include "base/program/completion.hpp"
 #include "base/program/man_page.hpp"
 #include "base/program/supervisor.hpp"
+#include "base/text/edit_distance.hpp"
 #include "base/text/quoted.hpp"
 
 namespace millrace::base::program {
@@ -73,6 +74,18 @@ Asked asked_of(const CLI::App& app, const std::string& name) {
   return {*command, std::move(words)};
 }
 
+using Words = std::vector<std::string>;
+
+/// " (did you mean 'services'?)" where a known word is near; "" where none is.
+std::string meant(const std::string& word, const Words& known) {
+  const auto distance = [&](const std::string& one) { return text::edit_distance(word, one); };
+  const auto nearest = std::ranges::min_element(known, {}, distance);
+  // A third of the word may be wrong, as in "servces" and "chanels".
+  return nearest == known.end() || distance(*nearest) > std::max<std::size_t>(1, word.size() / 3)
+             ? ""
+             : fmt::format(" (did you mean '{}'?)", *nearest);
+}
+
 /// Describes the error in the order of the user's words, and with the word at the place of a
 /// missing one: CLI11 reports neither.
 std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
@@ -82,22 +95,45 @@ std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
       (code != CLI::ExitCodes::RequiredError && code != CLI::ExitCodes::ExtrasError)) {
     return error.what();
   }
-  const std::string not_known = fmt::format("unknown argument: {}", fmt::join(unknown, " "));
-  return code == CLI::ExitCodes::ExtrasError ? not_known
-                                             : fmt::format("{}; {}", error.what(), not_known);
+  Words options;
+  for (const CommandOption& option : command_tree(asked.command, "").options) {
+    options.insert(options.end(), option.names.begin(), option.names.end());
+  }
+  const std::string unexpected = fmt::format("unexpected argument: {}{}", fmt::join(unknown, " "),
+                                             meant(unknown.front(), options));
+  return code == CLI::ExitCodes::ExtrasError ? unexpected
+                                             : fmt::format("{}; {}", error.what(), unexpected);
 }
 
 /// The commands, for the message about a missing one.
 std::string commands_for(const Asked& asked) {
-  std::vector<std::string> commands;
+  Words commands;
   for (const Command& command : command_tree(asked.command, "").commands) {
     commands.push_back(command.words.substr(1));
   }
-  const std::vector<std::string> unknown = asked.command.remaining();
+  const Words unknown = asked.command.remaining();
   return fmt::format("{}; expected one of: {}",
                      unknown.empty() ? "a command is missing"
-                                     : fmt::format("'{}' is not a command", unknown.front()),
+                                     : fmt::format("unknown command '{}'{}", unknown.front(),
+                                                   meant(unknown.front(), commands)),
                      fmt::join(commands, ", "));
+}
+
+/// The examples stand before the options.
+class ExamplesFirst : public CLI::Formatter {
+ public:
+  std::string make_description(const CLI::App* app) const override {
+    const std::string footer = app->get_footer();
+    return CLI::Formatter::make_description(app) + (footer.empty() ? "" : footer + "\n\n");
+  }
+  std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
+};
+
+void set_formatter(CLI::App& app, const std::shared_ptr<CLI::FormatterBase>& formatter) {
+  app.formatter(formatter);
+  for (CLI::App* const command : app.get_subcommands({})) {
+    set_formatter(*command, formatter);
+  }
 }
 
 /// <CLI/CLI.hpp> adds the formatter and the configuration reader to <CLI/App.hpp>; each source that
@@ -147,12 +183,16 @@ void give_up(const std::string& why) {
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
   own_name() = name;
+  set_formatter(app, std::make_shared<ExamplesFirst>());
   if (app.get_version_ptr() == nullptr) {
     app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
   }
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);
     return exit_done;
+  }
+  if (app.get_name().empty()) {
+    app.name(name);  // CLI11 takes the path of the file otherwise.
   }
   try {
     app.parse(argc, argv);

@@ -26,7 +26,7 @@ struct CommandOption {
 };
 
 struct Command {
-  /// For example "millrace log cat".
+  /// For example "millrace recording cat".
   std::string words;
   std::string description;
   /// Usually examples.

@@ -11,7 +11,7 @@ namespace {
 
 /// The possible continuations of the words typed so far.
 struct Place {
-  /// For example "millrace log cat".
+  /// For example "millrace recording cat".
   std::string words;
   /// Subcommands, options, and the valid words of arguments, with their descriptions.
   std::vector<std::pair<std::string, std::string>> choices;

@@ -45,16 +45,19 @@ FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults,
          fmt::format("Interface, peers and domain of the fabric (fabric.textproto); default "
                      "{}, if it exists. Without a file nothing leaves this host",
                      of_host_.string()))
+      ->group("Fabric")
       ->envname("MILLRACE_FABRIC_CONFIG")
       ->check(CLI::ExistingFile);
   app.add_option(
          "--domain", domain_,
          fmt::format("DDS domain to join; overrides the file; default {}", defaults_.domain))
+      ->group("Fabric")
       ->envname("MILLRACE_DOMAIN")
       ->check(CLI::Range(0U, last_domain));
   app.add_option("--fabric", fabric_,
                  fmt::format("Fabric to join within the domain; overrides the file; default {}",
                              defaults_.fabric))
+      ->group("Fabric")
       ->envname("MILLRACE_FABRIC");
 }
 

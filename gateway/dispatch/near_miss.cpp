@@ -1,10 +1,10 @@
 #include "gateway/dispatch/near_miss.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
 
+#include "base/text/edit_distance.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/text.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 /// How the nearest UUID differs from the one in the NC program.
 std::string difference(std::string_view written, std::string_view meant) {
-  const std::size_t edits = edit_distance(written, meant);
+  const std::size_t edits = base::text::edit_distance(written, meant);
   if (edits != 1) {
     return fmt::format("{} characters differ", edits);
   }
@@ -39,28 +39,12 @@ bool uuid_character(char c) {
 
 }  // namespace
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // One row of the table: distances of the part of `a` read so far to every prefix of `b`.
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 std::optional<std::string> nearest(std::string_view text, const std::vector<std::string>& known) {
   constexpr std::size_t most_edits = 4;
   std::optional<std::string> best;
   std::size_t best_edits = most_edits + 1;
   for (const std::string& one : known) {
-    const std::size_t edits = edit_distance(text, one);
+    const std::size_t edits = base::text::edit_distance(text, one);
     if (edits < best_edits) {
       best = one;
       best_edits = edits;

@@ -6,16 +6,12 @@
 //      missing; it is malformed: 35 characters, a UUID has 36"
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace millrace::gateway::dispatch {
-
-/// Insertions, removals and replacements that turn one text into the other (Levenshtein).
-std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// The text in `known` closest to `text`, if at most four edits away.
 std::optional<std::string> nearest(std::string_view text, const std::vector<std::string>& known);

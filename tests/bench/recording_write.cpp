@@ -1,5 +1,5 @@
 // How fast entries become a recording, beside bare writes of as many bytes; then how long
-// `millrace log info` takes on a file of that size, which it reads from its summary.
+// `millrace recording info` takes on a file of that size, which it reads from its summary.
 //
 //   recording_write [FOLDER [GIBIBYTES]]
 //
@@ -122,7 +122,7 @@ double log_info(const fs::path& file) {
   std::vector<double> times;
   for (int i = 0; i < 7; ++i) {
     const auto start = Clock::now();
-    tests::Process process({tests::binary("millrace"), "log", "info", file.string()});
+    tests::Process process({tests::binary("millrace"), "recording", "info", file.string()});
     if (process.wait() != 0) {
       throw std::runtime_error(process.error_output());
     }
@@ -144,7 +144,7 @@ int measure(const fs::path& folder, double gibibytes) {
   fmt::print("recording     {:>9.0f} MB/s  {:>9.0f} messages/s of {:.0f} bytes\n",
              size / written.seconds / 1e6, rate, size / static_cast<double>(written.messages));
   const double info = log_info(file);
-  fmt::print("log info      {:>9.1f} ms on {:.2f} GiB, {} messages\n", info,
+  fmt::print("recording info {:>9.1f} ms on {:.2f} GiB, {} messages\n", info,
              size / 1024 / 1024 / 1024, written.messages);
   return rate >= goal_rate && info <= goal_ms ? 0 : 1;
 }

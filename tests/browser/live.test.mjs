@@ -55,14 +55,14 @@ test('HTML and escapes in a request are text', async () => {
   await page.close();
 });
 
-test('the waterfall of a call has the steps that log timeline prints', async () => {
+test('the waterfall of a call has the steps that recording calls prints', async () => {
   recording = plant.file('run.mcap');
   const recorder = plant.recorder(recording);
   await recorder.ready();
   const page = await browser.open(web.url, { view: '#/calls' });
   const { call } = await callShown(page, 1, '1764');
   await recorder.stop();
-  const wanted = JSON.parse(await plant.millrace('log', 'timeline', '--json', recording, call));
+  const wanted = JSON.parse(await plant.millrace('recording', 'calls', '--json', recording, call));
   await page.click(`tr[data-call="${call}"] a`);
   await awaitText(page, 'h1', new RegExp(call));
   await page.waitForSelector('.steps tbody tr[data-hop="written back"]');

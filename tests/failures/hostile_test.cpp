@@ -112,7 +112,7 @@ TEST_F(AHostileParticipant, LeavesNoMemoryBehindWhateverComesAndGoes) {
     await(
         "the gateway to answer a ping after it",
         [&] {
-          Process ping = chain.millrace({"health"});
+          Process ping = chain.millrace({"status", "--host"});
           return ping.wait(allowed) == 0;
         },
         allowed);
@@ -145,7 +145,8 @@ TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNo
   expect_clean(gateway->error_output());
   EXPECT_LT(lines_of(gateway->error_output()) - before, 150U);
   EXPECT_LT(gateway->error_output().size(), 200'000U);
-  for (const Flags& command : {Flags{"services"}, Flags{"services", "--json"}, Flags{"doctor"}}) {
+  for (const Flags& command : {Flags{"services", "-i"}, Flags{"services", "-i", "--json"},
+                               Flags{"services"}, Flags{"status"}, Flags{"doctor"}}) {
     Process shown = chain.millrace(command);
     shown.wait(allowed);
     expect_clean(shown.output());
@@ -174,7 +175,7 @@ TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
     await(
         "the gateway to answer a ping",
         [&] {
-          Process ping = chain.millrace({"health"});
+          Process ping = chain.millrace({"status", "--host"});
           return ping.wait(allowed) == 0;
         },
         allowed);

@@ -343,7 +343,7 @@ TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
     retry.wait(allowed);
     EXPECT_THAT(retry.output() + retry.error_output(), Not(HasSubstr("FORGED")));
     said += retry.error_output();
-    Process health = chain.millrace({"health"});
+    Process health = chain.millrace({"status", "--host"});
     EXPECT_EQ(health.wait(allowed), 0) << health.error_output();
     EXPECT_THAT(health.output() + health.error_output(), Not(HasSubstr("FORGED")));
     said += health.error_output();
@@ -388,7 +388,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
          "at-least-once", {&recorder});
   recorder.terminate();
   EXPECT_EQ(recorder.wait(allowed), 0);
-  Process print = chain.millrace({"log", "cat", file});
+  Process print = chain.millrace({"recording", "cat", file});
   EXPECT_EQ(print.wait(allowed), 0) << print.error_output();
   EXPECT_THAT(print.output(), HasSubstr("written"));
   EXPECT_THAT(print.output(), Not(HasSubstr("FORGED")));
@@ -460,7 +460,7 @@ TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
   }
   gateway->await_error(
       "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v3/heartbeat", allowed);
-  Process ping = chain.millrace({"health"});
+  Process ping = chain.millrace({"status", "--host"});
   EXPECT_EQ(ping.wait(allowed), 0) << ping.error_output();
   memory.expect_less_than(8.0);
 }

@@ -36,11 +36,11 @@ class WhatProgramsSay : public testing::Test {
     std::ofstream(file) << text;
     return file.string();
   }
-  /// Runs `millrace health --all` to its end; its exit code, and what it says in `words`.
+  /// Runs `millrace status` to its end; its exit code, and what it says in `words`.
   int health() {
-    Process process = chain.millrace({"health", "--all"});
+    Process process = chain.millrace({"status"});
     const int code = process.wait();
-    words = process.error_output();
+    words = process.output();
     return code;
   }
   void await_trouble() {
@@ -86,7 +86,7 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
   EXPECT_THAT(words, AllOf(HasSubstr("archiver on "), HasSubstr("cannot be written: disk full"),
                            HasSubstr("make room")));
   EXPECT_THAT(output_of({"services"}), HasSubstr("cannot be written: disk full"));
-  EXPECT_THAT(output_of({"services", "--json"}),
+  EXPECT_THAT(output_of({"services", "-i", "--json"}),
               AllOf(HasSubstr("\"alarms\":[{"), HasSubstr("\"level\":\"problem\"")));
   EXPECT_THAT(output_of({"doctor", "--json"}),
               AllOf(HasSubstr("\"healthy\":false"), HasSubstr("cannot be written: disk full")));
@@ -103,12 +103,12 @@ TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
   Process sut = chain.millrace({"record", "-o", file});
   sut.await("^ready: ");
   await("word of the recorder",
-        [&] { return output_of({"services"}).find("records to " + file) != std::string::npos; });
+        [&] { return output_of({"status"}).find("records to " + file) != std::string::npos; });
   // It has no calls.
   EXPECT_EQ(health(), 0) << words;
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
-  EXPECT_THAT(output_of({"services"}), Not(HasSubstr("records to")));
+  EXPECT_THAT(output_of({"status"}), Not(HasSubstr("records to")));
 }
 
 TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
@@ -120,25 +120,25 @@ TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
     Process another = chain.millrace({"record", "-o", other.string()});
     another.await("^ready: ");
     await("word of the other recorder", [&] {
-      return output_of({"services"}).find("records to " + other.string()) != std::string::npos;
+      return output_of({"status"}).find("records to " + other.string()) != std::string::npos;
     });
     another.terminate();
     EXPECT_EQ(another.wait(), 0);
   }
   const auto recorded = [&] {
-    return output_of({"log", "cat", "--kind", "alarm", file + ".part"});
+    return output_of({"recording", "cat", "--kind", "alarm", file + ".part"});
   };
   await("the end of the other's word",
         [&] { return recorded().find("over") != std::string::npos; });
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
-  const std::string cat = output_of({"log", "cat", "--kind", "alarm", file});
+  const std::string cat = output_of({"recording", "cat", "--kind", "alarm", file});
   EXPECT_THAT(cat, AllOf(HasSubstr("fine  recording"), HasSubstr("over  recording"),
                          HasSubstr("other.mcap")));
   // What it says of itself is in its metadata.
   EXPECT_THAT(cat, Not(HasSubstr("records to " + file)));
-  EXPECT_THAT(output_of({"log", "ls", file}), HasSubstr("program/millrace record/alarm"));
-  EXPECT_THAT(output_of({"log", "export", file}), HasSubstr("\"alarm\":\"recording\""));
+  EXPECT_THAT(output_of({"recording", "info", file}), HasSubstr("program/millrace record/alarm"));
+  EXPECT_THAT(output_of({"recording", "export", file}), HasSubstr("\"alarm\":\"recording\""));
 }
 
 TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
@@ -167,7 +167,7 @@ TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
   EXPECT_THAT(output_of({"call", "b536e110-ca9e-4198-bddb-64331366bedb", "done"}),
               HasSubstr("sent later"));
   await("word of the mail", [&] {
-    return output_of({"services"}).find("1 mail waits for 127.0.0.1:1: ") != std::string::npos;
+    return output_of({"status"}).find("1 mail waits for 127.0.0.1:1: ") != std::string::npos;
   });
   // It is tried again by itself: no failure yet, but worth a word.
   EXPECT_EQ(health(), 0);

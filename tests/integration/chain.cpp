@@ -109,7 +109,7 @@ Process Chain::millrace(Flags command) const {
 Flags Chain::command(Flags command) const {
   command.insert(command.begin(), binary("millrace"));
   const std::string& what = command.at(1);
-  if (what != "log" && what != "completion") {
+  if (what != "recording" && what != "completion") {
     const Flags join = joining("millrace");
     command.insert(command.end(), join.begin(), join.end());
   }

@@ -290,9 +290,9 @@ TEST_F(IdentityTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("is ready: square_root.*trusted as unlucky");
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")),
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")),
               AllOf(HasSubstr("CERTIFICATE"), HasSubstr("unlucky")));
-  EXPECT_THAT(sut.ask({"services", "--json"}, sut.as("screen")),
+  EXPECT_THAT(sut.ask({"services", "-i", "--json"}, sut.as("screen")),
               HasSubstr("\"certificate\":\"unlucky\""));
 
   fabric::dds::Participant participant(join("office"));

@@ -87,7 +87,7 @@ TEST(MachineData, IsRecorded) {
   record.terminate();
   ASSERT_EQ(record.wait(), 0) << record.error_output();
 
-  Process cat = sut.millrace({"log", "cat", file, "--kind", "data", "--channel", "1"});
+  Process cat = sut.millrace({"recording", "cat", file, "--kind", "data", "--channel", "1"});
   ASSERT_EQ(cat.wait(), 0) << cat.error_output();
   EXPECT_THAT(cat.output(), HasSubstr("data        cnc/1  axes  V.A.ACT_POS.X="));
 }

@@ -51,12 +51,64 @@ class TheCommand : public testing::Test {
 TEST_F(TheCommand, ListsEveryInstance) {
   Process first = chain.square_root({"--name", "first"});
   Process second = chain.square_root({"--name", "second", "--channel", "cnc/2"});
-  const std::string services = run({"services"}).output();
+  const std::string instances = run({"services", "-i"}).output();
   EXPECT_EQ(exit_code, 0);
-  EXPECT_THAT(services, HasSubstr(square_root));
-  EXPECT_THAT(services, HasSubstr("first"));
-  EXPECT_THAT(services, HasSubstr("cnc/2"));
-  EXPECT_THAT(run({"services", "--json"}).output(), HasSubstr("\"name\":\"second\""));
+  EXPECT_THAT(instances, HasSubstr(square_root));
+  EXPECT_THAT(instances, HasSubstr("first"));
+  EXPECT_THAT(instances, HasSubstr("cnc/2"));
+  EXPECT_THAT(run({"services", "-i", "--json"}).output(), HasSubstr("\"name\":\"second\""));
+  EXPECT_THAT(run({"services", "--json"}).output(), HasSubstr("\"instances\":2"));
+  EXPECT_THAT(run({"services", "--csv", "--columns", "uuid,instances"}).output(),
+              "uuid,instances\r\n" + std::string(square_root) + ",2\r\n");
+  EXPECT_THAT(run({"services", "second", "--full"}).output(),
+              AllOf(HasSubstr("channels          cnc/2"), Not(HasSubstr("first"))));
+}
+
+TEST_F(TheCommand, TakesTheBeginningOfANameAndListsThoseThatThereAre) {
+  Process service = chain.square_root({"--name", "first"});
+  for (const char* what : {"560aacbf", "560AACBF", "fir", square_root}) {
+    EXPECT_THAT(run({"services", what}).output(), HasSubstr(square_root)) << what;
+    EXPECT_EQ(exit_code, 0);
+  }
+  EXPECT_THAT(run({"services", "nosuch"}).error_output(),
+              AllOf(HasSubstr("no service 'nosuch'"),
+                    HasSubstr("known: first (" + std::string(square_root))));
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(run({"machines", "nosuch"}).error_output(), HasSubstr("no machine 'nosuch'"));
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(run({"channels", "nosuch/1"}).error_output(), HasSubstr("no channel 'nosuch/1'"));
+  EXPECT_EQ(exit_code, 1);
+  run({"data", "nosuch"});
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(run({"services", "--columns", "nosuch"}).error_output(),
+              HasSubstr("unknown column 'nosuch'; expected service, uuid, "));
+  EXPECT_EQ(exit_code, 2);
+}
+
+TEST_F(TheCommand, FitsTheWidthOfTheTerminal) {
+  Process service = chain.square_root({"--name", "first"});
+  Flags command{"/usr/bin/env", "COLUMNS=80"};
+  const Flags rest = chain.command({"services", "-i"});
+  command.insert(command.end(), rest.begin(), rest.end());
+  Process sut(command);
+  EXPECT_EQ(sut.wait(), 0);
+  std::istringstream lines(sut.output());
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(line.size(), 80U) << line;
+  }
+  EXPECT_THAT(sut.output(), AllOf(HasSubstr("first"), Not(HasSubstr("DELIVERY"))));
+}
+
+TEST_F(TheCommand, TakesOptionsOfTheFabricBeforeTheWordAndShowsTheStatusWithoutOne) {
+  Process service = chain.square_root({"--name", "first"});
+  const std::string domain = std::to_string(chain.domain());
+  Process before({binary("millrace"), "--domain", domain, "services"});
+  EXPECT_EQ(before.wait(), 0);
+  EXPECT_THAT(before.output(), HasSubstr("first"));
+  Process alone({binary("millrace"), "--domain", domain});
+  EXPECT_EQ(alone.wait(), 3);
+  EXPECT_THAT(alone.output(), AllOf(HasSubstr("1 problem; "), HasSubstr("1 service, 1 instance\n"),
+                                    HasSubstr("no gateway reports on this fabric")));
 }
 
 TEST_F(TheCommand, SaysWhatEachChannelDoes) {
@@ -98,23 +150,23 @@ TEST_F(TheCommand, SaysHowTheLinkToEachControllerIs) {
 TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
   Process first = chain.square_root({"--name", "first"});
   Process second = chain.square_root({"--name", "second"});
-  const std::string answers = run({"ping", square_root}).output();
+  const std::string answers = run({"services", "--ping", square_root}).output();
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(answers, HasSubstr("first"));
   EXPECT_THAT(answers, HasSubstr("second"));
   EXPECT_THAT(answers, Not(HasSubstr("no answer")));
-  run({"ping", "nobody"});
+  run({"services", "--ping", "nobody"});
   EXPECT_EQ(exit_code, 1);
 }
 
 TEST_F(TheCommand, KnowsWhetherTheServicesOfAHostAreWell) {
   Process service = chain.square_root({"--name", "first"});
-  EXPECT_THAT(run({"health"}).output(), HasSubstr("first"));
+  EXPECT_THAT(run({"status", "--host"}).output(), HasSubstr("first"));
   EXPECT_EQ(exit_code, 0);
-  EXPECT_THAT(run({"health", "--host", "elsewhere"}).error_output(), HasSubstr("'elsewhere'"));
+  EXPECT_THAT(run({"status", "--host", "elsewhere"}).output(), HasSubstr("'elsewhere'"));
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGSTOP);
-  run({"health"});
+  run({"status", "--host"});
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGCONT);
 }
@@ -125,11 +177,10 @@ TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
   EXPECT_EQ(cnc.wait(), 0);
   Process gateway = chain.gateway();
   gateway.await_error("trying again");
-  const std::string words = run({"health"}).output();
+  const std::string words = run({"status", "--host"}).output();
   EXPECT_EQ(exit_code, 0);
-  EXPECT_THAT(words, HasSubstr("gateway of cnc"));
-  EXPECT_THAT(words, HasSubstr("link down: "));
-  EXPECT_THAT(run({"health", "--all"}).error_output(), HasSubstr("cnc: link down: "));
+  EXPECT_THAT(words, ContainsRegex("\ncnc +down "));
+  EXPECT_THAT(run({"status"}).output(), ContainsRegex("LINK DOWN +cnc "));
   EXPECT_EQ(exit_code, 3);
 }
 
@@ -138,14 +189,14 @@ TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
   Process gateway = chain.gateway();
   gateway.await_error("link up");
   await("the call to be unserved", [&] {
-    run({"health", "--all"});
+    run({"status"});
     return exit_code == 5;
   });
-  run({"health"});
+  run({"status", "--host"});
   EXPECT_EQ(exit_code, 0);
   Process service = chain.square_root();
   await("all to be well", [&] {
-    run({"health", "--all"});
+    run({"status"});
     return exit_code == 0;
   });
 }
@@ -162,19 +213,18 @@ TEST_F(TheCommand, SaysByItsExitCodeThatACallHasWaitedLongerThanAMinute) {
                                .since = std::chrono::system_clock::now(),
                                .uuid = square_root};
   ASSERT_TRUE(channels.write(status));
-  EXPECT_EQ(run({"health", "--all"}).error_output(), "");
+  EXPECT_THAT(run({"status"}).output(), HasSubstr(": no problem; "));
   EXPECT_EQ(exit_code, 0);
   status.since -= std::chrono::seconds(61);
   ASSERT_TRUE(channels.write(status));
-  EXPECT_THAT(run({"health", "--all"}).error_output(),
-              HasSubstr("cnc/9: a call of " + std::string(square_root) + " has waited since "));
+  EXPECT_THAT(run({"status"}).output(),
+              ContainsRegex("WAITING +cnc/9 +1m0.s  all instances of " + std::string(square_root)));
   EXPECT_EQ(exit_code, 5);
 }
 
 TEST_F(TheCommand, SaysByItsExitCodeThatTheFabricHasNoGateway) {
   Process service = chain.square_root();
-  EXPECT_THAT(run({"health", "--all"}).error_output(),
-              HasSubstr("no gateway reports on this fabric"));
+  EXPECT_THAT(run({"status"}).output(), HasSubstr("no gateway reports on this fabric"));
   EXPECT_EQ(exit_code, 3);
 }
 
@@ -183,18 +233,16 @@ TEST_F(TheCommand, SaysByItsExitCodeThatAnInstanceIsFrozen) {
   Process gateway = chain.gateway();
   gateway.await_error("link up");
   Process service = chain.square_root({"--name", "first"});
-  EXPECT_EQ(run({"health", "--all"}).error_output(), "");
+  EXPECT_THAT(run({"status"}).output(), HasSubstr(": no problem; "));
   EXPECT_EQ(exit_code, 0);
   service.signal(SIGSTOP);
   const std::string who = "pid " + std::to_string(service.pid()) + " on ";
-  await("word of it", [&] {
-    return run({"health", "--all"}).error_output().find(who) != std::string::npos;
-  });
+  await("word of it", [&] { return run({"status"}).output().find(who) != std::string::npos; });
   EXPECT_EQ(exit_code, 5);
   EXPECT_THAT(run({"services"}).output(), HasSubstr(who));
   service.signal(SIGCONT);
   await("its return", [&] {
-    run({"health", "--all"});
+    run({"status"});
     return exit_code == 0;
   });
 }
@@ -204,19 +252,18 @@ TEST_F(TheCommand, SaysByItsExitCodeThatGatewaysOrInstancesThatAreExpectedAreMis
   Process gateway = chain.gateway();
   gateway.await_error("link up");
   Process service = chain.square_root({"--name", "first"});
-  run({"health", "--expect-gateway", "cnc", "--expect-service", std::string(square_root) + "=1",
+  run({"status", "--expect-gateway", "cnc", "--expect-service", std::string(square_root) + "=1",
        "--expect-service", "first=1"});
   EXPECT_EQ(exit_code, 0);
-  EXPECT_THAT(
-      run({"health", "--expect-gateway", "cnc", "--expect-gateway", "press"}).error_output(),
-      HasSubstr("no gateway of machine 'press'"));
+  EXPECT_THAT(run({"status", "--expect-gateway", "cnc", "--expect-gateway", "press"}).output(),
+              HasSubstr("no gateway of machine 'press'"));
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(run({"health", "--expect-service", std::string(square_root) + "=2"}).error_output(),
-              HasSubstr("'" + std::string(square_root) + "' has 1 of 2 expected instances"));
+  EXPECT_THAT(run({"status", "--expect-service", std::string(square_root) + "=2"}).output(),
+              ContainsRegex(std::string(square_root) + " +-  1 of 2 expected instances"));
   EXPECT_EQ(exit_code, 1);
-  run({"health", "--expect-service", square_root});
+  run({"status", "--expect-service", square_root});
   EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(run({"health", "--help"}).output(), ContainsRegex("\n  6 +a program reports"));
+  EXPECT_THAT(run({"status", "--help"}).output(), ContainsRegex("\n  6 +a program reports"));
 }
 
 TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {
@@ -224,12 +271,12 @@ TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {
   Process gateway = chain.gateway();
   gateway.await_error("link up");
   const std::string who = "\\(pid " + std::to_string(gateway.pid()) + "\\) \\S+ on \\S+: ";
-  EXPECT_THAT(run({"health"}).output(), ContainsRegex(who + "is there, after "));
+  EXPECT_THAT(run({"status", "--host"}).output(), ContainsRegex(who + "is there, after "));
   EXPECT_EQ(exit_code, 0);
   const StuckLoop stuck(gateway);
-  EXPECT_THAT(run({"health"}).output(), ContainsRegex(who + "no answer"));
+  EXPECT_THAT(run({"status", "--host"}).output(), ContainsRegex(who + "no answer"));
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(run({"health", "--json"}).output(),
+  EXPECT_THAT(run({"status", "--host", "--json"}).output(),
               ContainsRegex("\"healthy\":false.*\"gateways\":\\[\\{.*\"answered\":false"));
 }
 
@@ -316,6 +363,15 @@ TEST_F(TheCommand, CallsAServiceWithoutAController) {
   EXPECT_EQ(exit_code, 1);
 }
 
+TEST_F(TheCommand, SendsNoCallForATextThatIsNoUuidAndNamesNoService) {
+  Process service = chain.square_root({"--name", "first"});
+  EXPECT_EQ(run({"call", "fir", "16", "--raw"}).output(), "4.000000\n");
+  EXPECT_THAT(run({"call", "nosuch", "16"}).error_output(),
+              AllOf(HasSubstr("no service 'nosuch'"), HasSubstr("first ("),
+                    Not(HasSubstr("no answer"))));
+  EXPECT_EQ(exit_code, 1);
+}
+
 TEST_F(TheCommand, WaitsForACallThatRunsWhileItsServiceDrains) {
   Process service = chain.slow_service({"--work", "2500"});
   Process call = chain.millrace({"call", "c0ffee00-0000-4000-8000-000000000001", "7", "--raw"});
@@ -337,7 +393,7 @@ TEST_F(TheCommand, AsksForTheStateOfAnAnswer) {
 TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
   const auto file = chain.folder() / "puts.csv";
   std::ofstream(file) << "id,at,machine\r\n";
-  EXPECT_THAT(run({"log", "repair", file.string()}).error_output(),
+  EXPECT_THAT(run({"recording", "repair", file.string()}).error_output(),
               HasSubstr(file.string() + ": it is not a recording"));
   EXPECT_EQ(exit_code, 1);
   EXPECT_FALSE(std::filesystem::exists(chain.folder() / "puts.repaired.csv"));
@@ -345,7 +401,7 @@ TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
 
 TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
   Process service = chain.square_root();
-  const std::string near = "560aacbf-6335-44a9-895a-8b27f3ed5e4";
+  const std::string near = "560aacbf-6335-44a9-895a-8b27f3ed5e48";
   EXPECT_THAT(run({"call", near, "16"}).error_output(), HasSubstr(square_root));
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGSTOP);
@@ -375,17 +431,17 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
       recorder.error_output(),
       AllOf(HasSubstr("and lost 0;"), ContainsRegex("millrace: (199|200) calls are complete\n")));
 
-  const std::string channels = run({"log", "ls", "--json", file}).output();
+  const std::string channels = run({"recording", "info", "--json", file}).output();
   EXPECT_EQ(exit_code, 0);
   for (const char* kind : {"request", "reply", "event"}) {
     EXPECT_THAT(channels, HasSubstr(std::string("machine/cnc/1/") + kind +
                                     "\",\"schema\":\"millrace.recording."));
   }
-  const std::string requests = run({"log", "cat", "--kind", "request", file}).output();
+  const std::string requests = run({"recording", "cat", "--kind", "request", file}).output();
   EXPECT_EQ(std::count(requests.begin(), requests.end(), '\n'), 200);
-  const std::string replies = run({"log", "cat", "--kind", "reply", file}).output();
+  const std::string replies = run({"recording", "cat", "--kind", "reply", file}).output();
   EXPECT_EQ(std::count(replies.begin(), replies.end(), '\n'), 200);
-  EXPECT_THAT(run({"log", "info", "--hops", file}).output(), HasSubstr("write back"));
+  EXPECT_THAT(run({"recording", "info", "--hops", file}).output(), HasSubstr("write back"));
 }
 
 TEST_F(TheCommand, RecordsOnlyToWhereItCanAndSaysSoBeforeItIsReady) {
@@ -425,7 +481,7 @@ TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {
   EXPECT_THAT(next.error_output(), HasSubstr("was not closed"));
   next.terminate();
   EXPECT_EQ(next.wait(), 0);
-  run({"log", "info", (chain.folder() / "run.repaired.mcap").string()});
+  run({"recording", "info", (chain.folder() / "run.repaired.mcap").string()});
   EXPECT_EQ(exit_code, 0);
 }
 
@@ -486,7 +542,7 @@ TEST_F(TheCommand, RecordsOnWhenADiskThatWasFullAllAtOnceHasRoomAgain) {
   ASSERT_TRUE(open);
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
-  run({"log", "info",
+  run({"recording", "info",
        "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(open.get()) +
            "/run-0001.mcap"});
   EXPECT_EQ(exit_code, 0);

@@ -55,7 +55,7 @@ Help help_of(Words path) {
   bool in_subcommands = false;
   std::smatch found;
   for (std::string line; std::getline(lines, line);) {
-    if (line == "Subcommands:") {
+    if (std::regex_match(line, std::regex("(Subcommands|Look|Act|Check|Record|Set up):"))) {
       in_subcommands = true;
     } else if (line.empty()) {
       in_subcommands = false;
@@ -146,11 +146,14 @@ std::string error_of(Words command) {
 
 TEST(AMistake, IsACommandThatDoesNotExist) {
   EXPECT_EQ(
-      error_of({"millrace", "log", "ct", "run.mcap"}),
-      "millrace: 'ct' is not a command; expected one of: info, ls, cat, timeline, export, repair\n"
-      "Try 'millrace log --help'.\n");
+      error_of({"millrace", "recording", "ct", "run.mcap"}),
+      "millrace: unknown command 'ct' (did you mean 'cat'?); expected one of: info, cat, calls, "
+      "export, repair\n"
+      "Try 'millrace recording --help'.\n");
   EXPECT_THAT(error_of({"millrace", "servces"}),
-              HasSubstr("'servces' is not a command; expected one of: doctor, services, "));
+              HasSubstr("unknown command 'servces' (did you mean 'services'?); expected one of: "
+                        "status, machines, "));
+  EXPECT_THAT(error_of({"millrace", "everything"}), Not(HasSubstr("did you mean")));
 }
 
 TEST(AMistake, IsACommandThatIsNotThere) {
@@ -161,14 +164,16 @@ TEST(AMistake, IsACommandThatIsNotThere) {
 
 TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
   EXPECT_EQ(error_of({"millrace", "services", "--uid", "x"}),
-            "millrace: unknown argument: --uid x\nTry 'millrace services --help'.\n");
+            "millrace: unexpected argument: --uid x\nTry 'millrace services --help'.\n");
   EXPECT_EQ(error_of({"millrace-square-root", "--uid", "x"}),
-            "millrace-square-root: unknown argument: --uid x\nTry 'millrace-square-root --help'.\n");
+            "millrace-square-root: unexpected argument: --uid x (did you mean '--uuid'?)\nTry "
+            "'millrace-square-root --help'.\n");
 }
 
 TEST(AMistake, NamesWhatIsNotKnownBesideWhatIsMissing) {
-  EXPECT_EQ(error_of({"millrace", "call", "--txt"}),
-            "millrace: UUID is required; unknown argument: --txt\nTry 'millrace call --help'.\n");
+  EXPECT_EQ(
+      error_of({"millrace", "call", "--txt"}),
+      "millrace: SERVICE is required; unexpected argument: --txt\nTry 'millrace call --help'.\n");
 }
 
 TEST(TheHelp, OfEverySubcommandShowsAnExample) {
@@ -181,11 +186,23 @@ TEST(TheHelp, OfEverySubcommandShowsAnExample) {
   }
 }
 
+TEST(TheHelp, HasTheCommandsInGroupsAndTheExamplesFirst) {
+  const std::string help = all_help().at("").text;
+  EXPECT_THAT(help,
+              testing::ContainsRegex("Examples:\n(.|\n)*\nUsage: millrace \\[OPTIONS\\](.|\n)*"
+                                     "\nLook:\n  status (.|\n)*\nAct:\n(.|\n)*\nCheck:\n(.|\n)*"
+                                     "\nRecord:\n(.|\n)*\nSet up:\n"));
+  EXPECT_THAT(
+      all_help().at("services").text,
+      testing::ContainsRegex("Example(.|\n)*\nUsage: millrace services \\[OPTIONS\\](.|\n)*"
+                             "\nOptions:\n(.|\n)*  --json(.|\n)*\nFabric:\n(.|\n)*  --domain"));
+}
+
 TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
   // A script for a shell; an export whose format is chosen otherwise; what is told over HTTP; what
   // writes files, and says where.
   const std::set<std::string> others{
-      "completion",  "controller add-route", "log export",
+      "completion",  "controller add-route", "recording export",
       "web",         "trust export",         "trust init",
       "trust issue", "trust renew",          "trust renew-authorities",
       "trust revoke"};
@@ -209,7 +226,7 @@ TEST(TheCompletion, OffersTheWordsThatAnArgumentMayBe) {
   EXPECT_THAT(offered("millrace record --sync "),
               testing::UnorderedElementsAre("none", "interval", "call"));
   EXPECT_THAT(offered("millrace vars cnc list --family V."), IsSupersetOf({"V.E", "V.G"}));
-  EXPECT_THAT(offered("millrace log cat --kind re"),
+  EXPECT_THAT(offered("millrace recording cat --kind re"),
               testing::UnorderedElementsAre("request", "reply"));
 }
 

@@ -100,12 +100,12 @@ TEST_F(Replay, MarksEveryCallAsReplayed) {
   recorder.terminate();
   EXPECT_EQ(recorder.wait(), 0);
   for (const char* kind : {"request", "reply"}) {
-    const std::string entries = run({"log", "cat", "--json", "--kind", kind, file}).output();
+    const std::string entries = run({"recording", "cat", "--json", "--kind", kind, file}).output();
     EXPECT_GT(lines_with(entries, "\"machine\""), 0U);
     EXPECT_EQ(lines_with(entries, "\"replayed\":true"), lines_with(entries, "\"machine\""));
     EXPECT_THAT(entries, Not(HasSubstr("\"machine\":\"cnc\"")));
   }
-  const std::string events = run({"log", "cat", "--json", "--kind", "event", file}).output();
+  const std::string events = run({"recording", "cat", "--json", "--kind", "event", file}).output();
   EXPECT_EQ(lines_with(events, "\"replayed\":true"), lines_with(events, "\"machine\""));
   EXPECT_GT(lines_with(events, "\"machine\""), 0U);
 }
@@ -157,7 +157,7 @@ TEST_F(Replay, StandingInForAServiceAnswersAnOperatorAsAnInstanceDoes) {
     return live;
   }();
   const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  EXPECT_THAT(run({"ping", square_root}).output(), HasSubstr("runs 0 calls"));
+  EXPECT_THAT(run({"services", "--ping", square_root}).output(), HasSubstr("runs 0 calls"));
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(run({"drain", square_root}).output(), HasSubstr("leaves when the calls it runs"));
   EXPECT_EQ(exit_code, 0);

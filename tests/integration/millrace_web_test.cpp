@@ -107,7 +107,7 @@ TEST_F(TheWeb, TellsWhatTheCommandsTell) {
   start_web();
   start_calls();
   await("a call", [&] { return !get("/api/calls").at("calls").as_array().empty(); });
-  Process services = chain.millrace({"services", "--json"});
+  Process services = chain.millrace({"services", "-i", "--json"});
   ASSERT_EQ(services.wait(), 0);
   const auto by_command = boost::json::parse(services.output());
   boost::json::value by_web;
@@ -141,7 +141,7 @@ TEST_F(TheWeb, ShowsTheSameTimelineOfACallAsTheLog) {
   recorder.terminate();
   ASSERT_EQ(recorder.wait(), 0) << recorder.error_output();
 
-  Process log = chain.millrace({"log", "timeline", "--json", file.string(), call});
+  Process log = chain.millrace({"recording", "calls", "--json", file.string(), call});
   ASSERT_EQ(log.wait(), 0) << log.error_output();
   const auto logged = boost::json::parse(log.output());
   EXPECT_EQ(live, logged);
@@ -202,7 +202,7 @@ TEST_F(TheWeb, LetsAUserRetryOrAnswerAHeldCallAndTheProgramEnds) {
   watcher.terminate();
   ASSERT_EQ(watcher.wait(), 0);
   Process who = chain.millrace(
-      {"log", "cat", "--json", "--kind", "command", (chain.folder() / "who.mcap").string()});
+      {"recording", "cat", "--json", "--kind", "command", (chain.folder() / "who.mcap").string()});
   ASSERT_EQ(who.wait(), 0);
   EXPECT_THAT(who.output(), HasSubstr("anna@"));
 }

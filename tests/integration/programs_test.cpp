@@ -133,13 +133,13 @@ TEST_F(Programs, AreRecordedAndArchived) {
 
   await("the end of the program in the recording", [&] {
     // As long as it is being written; it may not be there yet.
-    Process cat = sut.millrace({"log", "cat", file + ".part", "--kind", "program"});
+    Process cat = sut.millrace({"recording", "cat", file + ".part", "--kind", "program"});
     cat.wait();
     return cat.output().find("ended") != std::string::npos;
   });
   record.terminate();
   ASSERT_EQ(record.wait(), 0) << record.error_output();
-  Process cat = sut.millrace({"log", "cat", file, "--kind", "program"});
+  Process cat = sut.millrace({"recording", "cat", file, "--kind", "program"});
   ASSERT_EQ(cat.wait(), 0) << cat.error_output();
   EXPECT_THAT(cat.output(), testing::ContainsRegex("ended  \"[^\"]*good.nc\""));
   std::string archived;

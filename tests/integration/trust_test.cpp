@@ -52,7 +52,7 @@ TEST_P(TrustedCalls, AreAnswered) {
   for (const Process* program : {&service, &gateway}) {
     EXPECT_THAT(program->error_output(), Not(HasSubstr("are ignored")));
   }
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen", GetParam())), HasSubstr(root_uuid));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen", GetParam())), HasSubstr(root_uuid));
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench", GetParam())),
               HasSubstr("1.414214"));
 }
@@ -66,12 +66,12 @@ TEST_F(Trust, ShowsAStrangerNothing) {
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("is ready: square_root");
   const Flags stranger;
-  EXPECT_THAT(sut.ask({"services"}, stranger), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(sut.ask({"services", "-i"}, stranger), Not(HasSubstr(root_uuid)));
   EXPECT_THAT(sut.ask({"channels"}, stranger), Not(HasSubstr("cnc/1")));
   EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, stranger, 1),
               Not(HasSubstr("1.414214")));
   // And who belongs to it sees it still.
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr(root_uuid));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
 TEST_F(Trust, TakesNoAnswerFromAStranger) {
@@ -94,9 +94,10 @@ TEST_F(Trust, LetsAServiceAnswerNoOtherUuid) {
 TEST_F(Trust, LetsAnObserverCommandNothing) {
   Process service = sut.square_root(sut.as("square-root"));
   EXPECT_THAT(
-      sut.ask({"ping", root_uuid}, sut.as("screen"), 1),
+      sut.ask({"services", "--ping", root_uuid}, sut.as("screen"), 1),
       AllOf(HasSubstr("may not write millrace/command"), HasSubstr("it needs the role operator")));
-  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("office")), HasSubstr("square_root"));
+  EXPECT_THAT(sut.ask({"services", "--ping", root_uuid}, sut.as("office")),
+              HasSubstr("square_root"));
 }
 
 TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
@@ -133,7 +134,7 @@ TEST_F(Trust, OfAnotherPlantCountsForNothing) {
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("no service has the UUID");
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
   EXPECT_THAT(forged.error_output(), Not(HasSubstr("call ")));
   // It asks to be believed once a second, which is no news.
   gateway.await_error("Certificate not valid: .*CN=square-root.* \\(\\d+ times in \\d+ s\\)");
@@ -160,7 +161,7 @@ TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
                                 {{Access::write, "*", "*"}, {Access::read, "*", "*"}},
                                 certificate->subject(), certificate->from(), certificate->until()),
                             *certificate, *key);
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2),
               AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
 }
 
@@ -179,7 +180,7 @@ TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
   EXPECT_THAT(sut.ask({"doctor"}, sut.as("square-root"), 2), named);
   sut.trust({"renew", sut.plant(), "square-root"});
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr(root_uuid));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
 // What belongs to the plant, and not together.
@@ -187,9 +188,9 @@ TEST_F(Trust, OfTwoMembersIsNotOfEither) {
   const fs::path plant = sut.plant();
   fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
            fs::copy_options::overwrite_existing);
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2),
               AllOf(HasSubstr("permissions.p7s: is about CN=office"), HasSubstr("CN=screen")));
-  EXPECT_THAT(sut.ask({"services"}, sut.profile(sut.plant()), 2),
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.profile(sut.plant()), 2),
               HasSubstr("is a PKI folder with the private keys"));
 }
 
@@ -197,7 +198,8 @@ TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
               HasSubstr("the earlier one allows what it states"));
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("screen")), HasSubstr("square_root"));
+  EXPECT_THAT(sut.ask({"services", "--ping", root_uuid}, sut.as("screen")),
+              HasSubstr("square_root"));
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
               Not(HasSubstr("the earlier one allows")));
 }
@@ -221,7 +223,7 @@ TEST_F(Trust, IsPackedForItsHost) {
 
 TEST_F(Trust, EndsWithARevocation) {
   EXPECT_THAT(sut.trust({"revoke", sut.plant(), "screen"}), HasSubstr("revoked.pem"));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2), HasSubstr("was revoked"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2), HasSubstr("was revoked"));
   // Who does not know of it himself is refused by the others, who do.
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   sut.trust({"issue", sut.plant(), "unaware", "--role", "service", "--uuid", root_uuid});
@@ -231,7 +233,7 @@ TEST_F(Trust, EndsWithARevocation) {
   Process service = sut.square_root(sut.profile((sut.folder() / "unaware").string()));
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("no service has the UUID");
-  EXPECT_THAT(sut.ask({"services"}, sut.as("office")), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("office")), Not(HasSubstr(root_uuid)));
 }
 
 // Cyclone takes a participant whose certificate is over for gone, and its own, without being asked.
@@ -249,8 +251,8 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   service.await_error("the certificate of square-root expired on .*`millrace trust renew`");
   EXPECT_EQ(service.wait(), 1);
   EXPECT_THAT(service.error_output(), Not(HasSubstr("internal error")));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr("no service is on fabric"));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("square-root"), 2), HasSubstr("expired on"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr("no service is on fabric"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("square-root"), 2), HasSubstr("expired on"));
 }
 
 // Operators are who their certificates say, and so it is told.
@@ -291,7 +293,7 @@ TEST_F(Trust, IsSaidByAProgramWhoseCertificateEndsSoon) {
       {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
       std::chrono::hours(24));
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")),
+  EXPECT_THAT(sut.ask({"status"}, sut.as("screen"), 3),
               AllOf(HasSubstr("the certificate square-root expires on"),
                     HasSubstr("millrace trust renew")));
 }
@@ -316,20 +318,20 @@ TEST_F(Trust, NeedsAWordWhereANetworkIsNamedWithoutIt) {
               AllOf(HasSubstr("bare.fabric.textproto:1:"), HasSubstr("millrace trust init"),
                     HasSubstr("unprotected: true")));
   std::ofstream(file) << "unprotected: true trust { folder: \"plant/screen\" }\n";
-  EXPECT_THAT(sut.ask({"services"}, {"--fabric-config", file.string()}, 2),
+  EXPECT_THAT(sut.ask({"services", "-i"}, {"--fabric-config", file.string()}, 2),
               HasSubstr("expected one of them"));
 }
 
 TEST_F(Trust, IsInTheFolderThatTheProfileNamesBesideIt) {
   const fs::path file = sut.folder() / "beside.fabric.textproto";
   std::ofstream(file) << "trust { folder: \"plant/screen\" }\n";
-  EXPECT_THAT(sut.ask({"services"}, {"--fabric-config", file.string()}), HasSubstr("no service"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, {"--fabric-config", file.string()}), HasSubstr("no service"));
 }
 
 TEST_F(Trust, HoldsForTheFabricOfThePlantAlone) {
   Flags flags = sut.as("screen");
   flags.insert(flags.end(), {"--fabric", "other"});
-  EXPECT_THAT(sut.ask({"services"}, flags, 1), HasSubstr("may not read"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, flags, 1), HasSubstr("may not read"));
 }
 
 TEST_F(Trust, IsListedAndShown) {

@@ -346,13 +346,13 @@ TEST_F(VariablesOverTheFabric, ThatAreWrittenAreRecordedWithWhoHasWrittenThem) {
   vars({"write", "V.G.SERVICE.UUID", "x"});
   await("both in the recording", [&] {
     // As long as it is being written; it may not be there yet.
-    Process cat = chain.millrace({"log", "cat", file + ".part", "--kind", "outcome"});
+    Process cat = chain.millrace({"recording", "cat", file + ".part", "--kind", "outcome"});
     cat.wait();
     return cat.output().find("never written") != std::string::npos;
   });
   record.terminate();
   ASSERT_EQ(record.wait(), 0) << record.error_output();
-  Process cat = chain.millrace({"log", "cat", file, "--kind", "outcome"});
+  Process cat = chain.millrace({"recording", "cat", file, "--kind", "outcome"});
   ASSERT_EQ(cat.wait(), 0) << cat.error_output();
   EXPECT_THAT(cat.output(),
               AllOf(ContainsRegex("done.*press/1: V.E.LIMIT was 0, is written as 9, by [^ ]+@"),

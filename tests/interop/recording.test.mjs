@@ -155,7 +155,7 @@ test('a cut file gives both readers the same messages, and repair makes it open'
   const part = join(folder, 'cut.mcap.part');
   const whole = join(folder, 'cut.repaired.mcap');
   writeFileSync(part, cut);
-  const repair = spawnSync(join(bin, 'millrace'), ['log', 'repair', part], { encoding: 'utf8' });
+  const repair = spawnSync(join(bin, 'millrace'), ['recording', 'repair', part], { encoding: 'utf8' });
   assert.equal(repair.status, 0, repair.stderr);
   const repaired = readFileSync(whole);
   const reader = await openIndexed(repaired);
@@ -181,7 +181,7 @@ for (const compression of ['lz4', 'zstd']) {
   });
 }
 
-test('what others have compressed is read by log cat and named by log info', async () => {
+test('what others have compressed is read by recording cat and named by recording info', async () => {
   const source = await openIndexed(bytes);
   const parts = [];
   let position = 0n;
@@ -213,7 +213,7 @@ test('what others have compressed is read by log cat and named by log info', asy
   writeFileSync(theirs, Buffer.concat(parts));
 
   const millrace = (...words) =>
-    spawnSync(join(bin, 'millrace'), ['log', ...words], { encoding: 'utf8', maxBuffer: 1 << 26 });
+    spawnSync(join(bin, 'millrace'), ['recording', ...words], { encoding: 'utf8', maxBuffer: 1 << 26 });
   const info = millrace('info', theirs);
   assert.equal(info.status, 0, info.stderr);
   assert.match(info.stdout, /compression zstd: \d+ chunks/);
@@ -225,8 +225,8 @@ test('what others have compressed is read by log cat and named by log info', asy
   assert.deepEqual(lines(theirs), lines(file));
 });
 
-test('log cat shows what the other reader decodes', async () => {
-  const cat = spawnSync(join(bin, 'millrace'), ['log', 'cat', '--kind', 'request', '--json', file], {
+test('recording cat shows what the other reader decodes', async () => {
+  const cat = spawnSync(join(bin, 'millrace'), ['recording', 'cat', '--kind', 'request', '--json', file], {
     encoding: 'utf8',
     maxBuffer: 1 << 26,
   });

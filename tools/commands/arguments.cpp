@@ -84,7 +84,9 @@ void add_filter(CLI::App& command, recording::Filter& filter) {
 
 void add_recording_filter(CLI::App& command, recording::Filter& filter) {
   add_filter(command, filter);
-  command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
+  command
+      .add_option("--kind", filter.kinds,
+                  "Only entries of this kind, as `recording cat` names them")
       ->check(
           CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status", "event",
                          "command", "outcome", "machine", "data", "program", "alarm"}));

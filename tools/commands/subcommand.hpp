@@ -1,11 +1,11 @@
 // How a subcommand joins the command line: it describes itself and stores the function to run if it
 // is chosen.
 //
-//   void add_ls(CLI::App& log, Chosen& chosen) {
+//   void add_cat(CLI::App& recording, Chosen& chosen) {
 //     auto options = std::make_shared<Options>();
-//     CLI::App& ls = add_subcommand(log, "ls", "What is recorded", "millrace log ls run.mcap");
-//     ls.add_option(…, options->file);
-//     ls.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+//     CLI::App& cat = add_subcommand(recording, "cat", "Its entries", "millrace recording cat FILE");
+//     cat.add_option(…, options->file);
+//     cat.callback([options, &chosen] { chosen.run = [options] { return print(*options); }; });
 //   }
 #pragma once
 

@@ -26,6 +26,15 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   out["chunks"] = counts.chunks;
   out["channels"] = counts.channels;
   out["schemas"] = counts.schemas;
+  boost::json::array topics;
+  for (const auto& [id, channel] : survey.summary.definitions.channels()) {
+    const mcap::Schema* schema = survey.summary.definitions.schema(channel.schema);
+    const auto count = counts.channel_messages.find(id);
+    topics.push_back({{"topic", utf8(channel.topic)},
+                      {"schema", schema == nullptr ? "-" : utf8(schema->name)},
+                      {"messages", count == counts.channel_messages.end() ? 0 : count->second}});
+  }
+  out["topics"] = std::move(topics);
   boost::json::object compression;
   for (const auto& [name, sizes] : survey.chunk_sizes) {
     compression[name.empty() ? "none" : utf8(name)] = {

@@ -9,7 +9,7 @@
 
 namespace millrace::tools::print {
 
-/// As `log info --json` prints it; `size` is that of the file, in bytes.
+/// As `recording info --json` prints it; `size` is that of the file, in bytes.
 boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey);
 
 }  // namespace millrace::tools::print

@@ -53,4 +53,15 @@ std::size_t width(std::string_view utf8) {
   }));
 }
 
+std::string first_of(std::string_view utf8, std::size_t characters) {
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < utf8.size(); ++i) {
+    const bool begins = (static_cast<unsigned char>(utf8[i]) & 0xC0U) != 0x80U;
+    if (begins && ++seen > characters) {
+      return std::string(utf8.substr(0, i));
+    }
+  }
+  return std::string(utf8);
+}
+
 }  // namespace millrace::tools::print

@@ -36,5 +36,7 @@ class Table {
 
 /// How many columns of a terminal UTF-8 text takes, if each character takes one.
 std::size_t width(std::string_view utf8);
+/// The first `characters` of UTF-8.
+std::string first_of(std::string_view utf8, std::size_t characters);
 
 }  // namespace millrace::tools::print

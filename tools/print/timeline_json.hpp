@@ -7,7 +7,7 @@
 
 namespace millrace::tools::print {
 
-/// As `log timeline --json` prints it.
+/// As `recording calls --json FILE CALL` prints it.
 boost::json::object json_of(const recording::Timeline& timeline);
 
 }  // namespace millrace::tools::print

@@ -97,12 +97,24 @@ std::string duration_text(nanoseconds duration) {
   if (size < 1e9) {
     return fmt::format("{}{} ms", sign, three_digits(size / 1e6));
   }
-  if (size < 120e9) {
+  if (size < 60e9) {
     return fmt::format("{}{} s", sign, three_digits(size / 1e9));
   }
-  const auto minutes = std::llround(size / 60e9);
-  return minutes < 120 ? fmt::format("{}{} min", sign, minutes)
-                       : fmt::format("{}{} h {} min", sign, minutes / 60, minutes % 60);
+  return sign + age_text(std::chrono::abs(duration));
+}
+
+std::string age_text(nanoseconds age) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(age).count();
+  const auto minutes = seconds / 60;
+  const auto hours = minutes / 60;
+  if (hours >= 24) {
+    return fmt::format("{}d{:02}h", hours / 24, hours % 24);
+  }
+  if (minutes >= 60) {
+    return fmt::format("{}h{:02}m", hours, minutes % 60);
+  }
+  return minutes > 0 ? fmt::format("{}m{:02}s", minutes, seconds % 60)
+                     : fmt::format("{}s", seconds);
 }
 
 std::string size_text(std::uint64_t bytes) {

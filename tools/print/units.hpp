@@ -16,8 +16,10 @@ namespace millrace::tools::print {
 std::string time_text(fabric::Time time);
 /// "07:00:00.123456".
 std::string clock_text(fabric::Time time);
-/// Three digits and a unit: "1.23 ms", "45.6 s", "2 h 5 min".
+/// Three digits and a unit: "1.23 ms", "45.6 s"; from a minute on as age_text().
 std::string duration_text(std::chrono::nanoseconds duration);
+/// In whole seconds, two units: "12s", "1m57s", "2h05m", "3d04h".
+std::string age_text(std::chrono::nanoseconds age);
 /// "1.2 MiB".
 std::string size_text(std::uint64_t bytes);
 

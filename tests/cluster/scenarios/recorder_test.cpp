@@ -51,7 +51,7 @@ TEST_P(TheRecorder, HostReachesEveryInstanceWithItsQuestions) {
   for (const char* number : {"1", "2", "3"}) {
     sut().service(std::string("service-") + number, std::string("slow-") + number);
   }
-  const std::string answers = sut().millrace("recorder", {"ping", slow_uuid});
+  const std::string answers = sut().millrace("recorder", {"services", "--ping", slow_uuid});
   for (const char* name : {"slow-1", "slow-2", "slow-3"}) {
     EXPECT_THAT(answers, HasSubstr(name)) << "I9";
   }

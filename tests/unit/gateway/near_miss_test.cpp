@@ -8,12 +8,6 @@ namespace {
 
 const std::string served = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-TEST(EditDistance, CountsInsertionsRemovalsAndReplacements) {
-  EXPECT_EQ(dispatch::edit_distance("", "abc"), 3U);
-  EXPECT_EQ(dispatch::edit_distance("abc", "abc"), 0U);
-  EXPECT_EQ(dispatch::edit_distance("kitten", "sitting"), 3U);
-}
-
 TEST(ExplainUnserved, NamesTheCharacterThatTheVendorsOwnSampleMisses) {
   EXPECT_EQ(
       dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),

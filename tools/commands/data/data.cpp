@@ -9,7 +9,6 @@
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/commands/data/listen.hpp"
-#include "tools/commands/look/look.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -67,7 +66,7 @@ void show_table(const Samples& samples) {
       table.add({base::text::safe(sample.key.to_string()), base::text::safe(sample.group),
                  period_text(sample), base::text::safe(value.name),
                  std::string(fabric::name_of(value.type)), print::text_of(value),
-                 std::string(fabric::name_of(value.quality)), look::ago(value.at),
+                 std::string(fabric::name_of(value.quality)), ago(value.at),
                  why(value.reason, sample.replayed)});
     }
   }
@@ -86,6 +85,9 @@ int show_once(const Options& options) {
     }
     return true;
   });
+  if (samples.empty() && !options.machine.empty()) {
+    return say_unknown_machine(options);
+  }
   if (options.json) {
     boost::json::array out;
     for (const auto& [key, entry] : samples) {

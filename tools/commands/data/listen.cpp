@@ -14,8 +14,10 @@
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
+#include "tools/commands/names.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::data {
 
@@ -25,15 +27,15 @@ using OnEntry = std::function<bool(const recording::Entry&)>;
 
 class Listener : public fabric::observer::ObserverListener {
  public:
-  Listener(const DataOptions& options, fabric::dds::Participant& participant,
-           const OnEntry& on_entry)
+  Listener(fabric::dds::Participant& participant, fabric::observer::Interest interest,
+           std::optional<std::chrono::nanoseconds> wait, const OnEntry& on_entry)
       : on_entry_(on_entry),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::data) {
+        observer_(participant, io_.get_executor(), *this, interest) {
     signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
-    if (!options.watch) {
-      timer_.expires_after(options.wait);
+    if (wait) {
+      timer_.expires_after(*wait);
       timer_.async_wait([this](const boost::system::error_code&) { io_.stop(); });
     }
   }
@@ -77,9 +79,30 @@ std::string why(const std::string& reason, bool replayed) {
   return base::text::safe(reason) + (replayed ? (reason.empty() ? "replayed" : ", replayed") : "");
 }
 
+void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
+            std::optional<std::chrono::nanoseconds> wait, const OnEntry& on_entry) {
+  fabric::dds::Participant participant(fabric);
+  Listener(participant, interest, wait, on_entry).run();
+}
+
 void listen(const DataOptions& options, const OnEntry& on_entry) {
-  fabric::dds::Participant participant(options.fabric.options());
-  Listener(options, participant, on_entry).run();
+  listen(options.fabric.options(), fabric::observer::Interest::data,
+         options.watch ? std::nullopt : std::optional(options.wait), on_entry);
+}
+
+int say_unknown_machine(const DataOptions& options) {
+  Names known;
+  for (const auto& [key, status] : bus::take_snapshot(options.fabric.options()).machines()) {
+    known.push_back(key.first);
+  }
+  return std::ranges::find(known, options.machine) != known.end()
+             ? say_unknown("such data of machine", options.machine, {}, options.fabric.options())
+             : say_unknown("machine", options.machine, std::move(known), options.fabric.options());
+}
+
+std::string ago(fabric::Time time) {
+  const auto age = std::chrono::system_clock::now() - time;
+  return time == fabric::Time{} ? "-" : print::age_text(std::max(age, decltype(age)::zero()));
 }
 
 int follow(const DataOptions& options, const OnEntry& wanted) {

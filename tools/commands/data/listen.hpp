@@ -7,8 +7,10 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/subcommand.hpp"
 #include "tools/recording/entry.hpp"
@@ -31,8 +33,12 @@ struct DataOptions {
   bool json = false;
 };
 
-/// Joins, hands out each entry, and leaves: with --watch after a signal, otherwise after a while,
-/// and in any case when `on_entry` returns false.
+/// Joins, hands out each entry, and leaves: after a signal, after `wait` unless that is nothing, or
+/// when `on_entry` returns false.
+void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
+            std::optional<std::chrono::nanoseconds> wait,
+            const std::function<bool(const recording::Entry&)>& on_entry);
+/// Machine data: with --watch until a signal, otherwise for a while.
 void listen(const DataOptions& options,
             const std::function<bool(const recording::Entry&)>& on_entry);
 
@@ -40,6 +46,12 @@ void listen(const DataOptions& options,
 /// closed. Returns the exit code.
 int follow(const DataOptions& options, const std::function<bool(const recording::Entry&)>& wanted);
 
+/// Says that the gateways tell of no such data of the machine, and which machines there are. The
+/// exit code.
+int say_unknown_machine(const DataOptions& options);
+
+/// "1m57s"; "-" for a time that is not known.
+std::string ago(fabric::Time time);
 /// The column WHY: the reason, and that it comes from a recording.
 std::string why(const std::string& reason, bool replayed);
 

@@ -8,7 +8,6 @@
 #include "base/text/quoted.hpp"
 #include "tools/commands/data/data.hpp"
 #include "tools/commands/data/listen.hpp"
-#include "tools/commands/look/look.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -48,7 +47,7 @@ void show_table(const Last& last) {
   for (const auto& [key, entry] : last) {
     const auto& event = std::get<ProgramEvent>(entry.sample);
     table.add({base::text::safe(key.to_string()), std::string(fabric::name_of(event.kind)),
-               look::ago(event.at), event.program.empty() ? "-" : base::text::quoted(event.program),
+               ago(event.at), event.program.empty() ? "-" : base::text::quoted(event.program),
                lasted(event), event.error != 0 ? std::to_string(event.error) : "-",
                event.parts ? std::to_string(*event.parts) : "-", print::mode_text(event.mode),
                why(event.detail, event.replayed)});
@@ -64,6 +63,9 @@ int show_once(const DataOptions& options) {
     }
     return true;
   });
+  if (last.empty() && !options.machine.empty()) {
+    return say_unknown_machine(options);
+  }
   if (options.json) {
     boost::json::array out;
     for (const auto& [key, entry] : last) {

@@ -10,7 +10,6 @@
 #include "fabric/queue_group.hpp"
 #include "tools/commands/data/data.hpp"
 #include "tools/commands/data/listen.hpp"
-#include "tools/commands/look/look.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -97,6 +96,9 @@ int show_queues_once(const DataOptions& options) {
     }
     return true;
   });
+  if (queues.empty() && !options.machine.empty()) {
+    return say_unknown_machine(options);
+  }
   if (options.json) {
     boost::json::array out;
     for (const auto& [key, entry] : queues) {

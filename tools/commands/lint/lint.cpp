@@ -20,8 +20,10 @@ namespace checks = tools::lint;
 /// Something was found that stops a build.
 constexpr int exit_found = 1;
 
-struct Options : look::LookOptions {
-  using look::LookOptions::LookOptions;
+struct Options : look::SnapshotOptions {
+  explicit Options(CLI::App& command) : SnapshotOptions(command) { add_json(command, json); }
+
+  bool json = false;
 
   std::vector<std::string> programs;
   std::vector<std::string> folders;

@@ -1,80 +1,96 @@
 // millrace channels: what each channel does, and why it waits.
-#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
-#include "base/program/command_line.hpp"
-#include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/table.hpp"
-#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::look {
 
 namespace {
 
 using print::Align;
+using print::Cell;
 
-std::string call_text(const fabric::ChannelStatus& status) {
+struct ChannelRow {
+  fabric::ChannelStatus status{};
+  bus::Obstacle obstacle{};
+  /// Of the service, while an instance is known.
+  std::string service{};
+};
+
+/// Its state, or what is the cause of it.
+Cell state_of(const ChannelRow& row) {
+  switch (row.obstacle) {
+    case bus::Obstacle::journal:
+      return std::string("no new calls");
+    case bus::Obstacle::unserved:
+      return std::string(name_of(fabric::ChannelState::unserved));
+    default:
+      return std::string(name_of(row.status.state));
+  }
+}
+
+Cell call_of(const ChannelRow& row) {
+  const fabric::ChannelStatus& status = row.status;
   if (status.call == fabric::CallId{}) {
-    return "-";
+    return {};
   }
   return status.attempt > 1 ? fmt::format("{} #{}", status.call.to_string(), status.attempt)
                             : status.call.to_string();
 }
 
-/// Its state, or what is the cause of it.
-std::string state_text(const bus::FabricModel& live, const fabric::ChannelStatus& status) {
-  switch (live.obstacle_of(status, std::chrono::system_clock::now())) {
-    case bus::Obstacle::journal:
-      return "no new calls";
-    case bus::Obstacle::unserved:
-      return std::string(fabric::name_of(fabric::ChannelState::unserved));
-    default:
-      return std::string(fabric::name_of(status.state));
-  }
+const print::Listing<ChannelRow>& channels_listing() {
+  static const auto channels = print::Listing<ChannelRow>{
+      {"CHANNEL", "", [](const ChannelRow& row) -> Cell { return row.status.key.to_string(); }},
+      {"STATE", "", &state_of},
+      {"SINCE", "", [](const ChannelRow& row) -> Cell { return row.status.since; }, Align::right,
+       1},
+      {"SERVICE", "", [](const ChannelRow& row) -> Cell { return row.service; }, Align::left, 2},
+      {"CALL", "", &call_of, Align::left, 3},
+      {"UUID", "", [](const ChannelRow& row) -> Cell { return row.status.uuid; }, Align::left, 7},
+      {"CALLS", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.calls); },
+       Align::right, 4},
+      {"ANSWERED", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.answered); },
+       Align::right, 6},
+      {"FAILED", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.failed); },
+       Align::right, 5},
+      {"WHY", "", [](const ChannelRow& row) -> Cell { return row.status.reason; }, Align::left,
+       1}}.with_fields<fabric::ChannelStatus>([](const ChannelRow& row) { return &row.status; });
+  return channels;
 }
 
-void print_channels(const bus::FabricModel& live) {
-  print::Table table({{"CHANNEL"},
-                      {"STATE"},
-                      {"SINCE", Align::right},
-                      {"CALL"},
-                      {"UUID"},
-                      {"CALLS", Align::right},
-                      {"ANSWERED", Align::right},
-                      {"FAILED", Align::right},
-                      {"WHY"}});
-  for (const auto& [key, status] : live.channels()) {
-    table.add({base::text::safe(key.to_string()), state_text(live, status), ago(status.since),
-               call_text(status), status.uuid.empty() ? "-" : base::text::safe(status.uuid),
-               std::to_string(status.calls), std::to_string(status.answered),
-               std::to_string(status.failed), base::text::safe(status.reason)});
-  }
-  fmt::print("{}", table.text());
+/// A channel's call does not go on, or its controller is not heard.
+bool is_problem(const ChannelRow& row) {
+  return row.status.state == fabric::ChannelState::link_down ||
+         (row.obstacle != bus::Obstacle::none && row.obstacle != bus::Obstacle::busy);
 }
 
-boost::json::array channels_json(const bus::FabricModel& live) {
-  boost::json::array out;
-  for (const auto& [key, status] : live.channels()) {
-    out.push_back(print::json_of(status));
-  }
-  return out;
+Names names_of_channel(const ChannelRow& row) {
+  const fabric::ChannelKey& key = row.status.key;
+  return {key.to_string(), key.machine, std::string(fabric::machine_of(key.machine))};
 }
 
 int list_channels(const LookOptions& options) {
   const bus::FabricModel live = options.look();
-  if (options.json) {
-    print::print_json(channels_json(live));
-  } else if (live.channels().empty()) {
-    fmt::print(
-        "no gateway is on fabric '{}', domain {}, or none has a connection to its machine yet\n",
-        options.fabric.options().fabric, options.fabric.options().domain);
-  } else {
-    print_channels(live);
+  std::vector<ChannelRow> rows;
+  Names known;
+  for (const auto& [key, status] : live.channels()) {
+    const auto instances = live.instances_of(status.uuid);
+    rows.push_back(
+        {status, live.obstacle_of(status, std::chrono::system_clock::now()),
+         status.uuid.empty() || instances.empty() ? "" : instances.front()->identity.name});
+    known.push_back(key.to_string());
   }
-  return base::program::exit_done;
+  rows = chosen(std::move(rows), options.what, &names_of_channel);
+  std::ranges::stable_partition(rows, &is_problem);
+  return options.show(
+      channels_listing(), rows, "channel", known,
+      "no gateway is on fabric '{}', domain {}, or none has a connection to its machine yet");
 }
 
 }  // namespace
@@ -82,8 +98,9 @@ int list_channels(const LookOptions& options) {
 void add_channels(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "channels", "State of each channel, its current call, and why it waits",
-                     "millrace channels");
-  auto options = std::make_shared<LookOptions>(command);
+                     "millrace channels\n  millrace channels press/2");
+  auto options = std::make_shared<LookOptions>(command, "M[/N]",
+                                               "Only this machine or channel; all by default");
   command.callback(
       [options, &chosen] { chosen.run = [options] { return list_channels(*options); }; });
 }

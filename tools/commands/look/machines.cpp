@@ -1,60 +1,81 @@
 // millrace machines: the links between gateways and controllers.
-#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "base/text/quoted.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/table.hpp"
-#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::look {
 
 namespace {
 
+using fabric::MachineStatus;
 using print::Align;
+using print::Cell;
 
-void print_machines(const bus::FabricModel& live) {
-  print::Table table({{"MACHINE"},
-                      {"LINK"},
-                      {"SINCE", Align::right},
-                      {"ADDRESS"},
-                      {"CHANNELS", Align::right},
-                      {"POLL", Align::right},
-                      {"REQUESTS/S", Align::right},
-                      {"ROUND TRIP", Align::right},
-                      {"GATEWAY"},
-                      {"WHY"}});
-  for (const auto& [key, status] : live.machines()) {
-    table.add({base::text::safe(status.machine), status.connected ? "up" : "down",
-               ago(status.since), base::text::safe(status.address), std::to_string(status.channels),
-               print::duration_text(status.poll), std::to_string(status.requests_per_second),
-               print::duration_text(status.round_trip),
-               fmt::format("{} ({}), {}", base::text::safe(status.host), status.pid,
-                           base::text::safe(status.version)),
-               base::text::safe(status.reason)});
+std::string link_of(const MachineStatus& status) {
+  return status.host.empty() ? "no gateway" : status.connected ? "up" : "down";
+}
+
+/// Where the controller tells of changes the column POLL shows it.
+std::string why(const MachineStatus& status) {
+  constexpr std::string_view pushed = "pushed";
+  std::string reason = status.reason;
+  if (print::is_pushed(status)) {
+    reason.resize(reason.size() - pushed.size());
+    reason.resize(reason.find_last_not_of("; ") + 1);
   }
-  fmt::print("{}", table.text());
+  return reason;
+}
+
+Cell poll_of(const MachineStatus& status) {
+  return print::is_pushed(status) ? Cell(std::string("on change")) : Cell(status.poll);
+}
+
+Cell gateway_of(const MachineStatus& status) {
+  return status.host.empty() ? Cell()
+                             : fmt::format("{} ({}), {}", status.host, status.pid, status.version);
+}
+
+template <typename T>
+Cell if_known(T value) {
+  return value == T{} ? Cell() : Cell(value);
+}
+
+const print::Listing<MachineStatus>& machines_listing() {
+  static const auto machines = print::Listing<MachineStatus>{
+      {"MACHINE", "", [](const auto& it) -> Cell { return it.machine; }},
+      {"LINK", "", [](const auto& it) -> Cell { return link_of(it); }},
+      {"SINCE", "", [](const auto& it) -> Cell { return it.since; }, Align::right, 1},
+      {"ADDRESS", "", [](const auto& it) -> Cell { return it.address; }, Align::left, 6},
+      {"CHANNELS", "", [](const auto& it) -> Cell { return std::int64_t{it.channels}; },
+       Align::right, 4},
+      {"POLL", "", &poll_of, Align::right, 5},
+      {"REQUESTS/S", "",
+       [](const auto& it) { return if_known(std::int64_t{it.requests_per_second}); }, Align::right,
+       8},
+      {"ROUND TRIP", "", [](const auto& it) { return if_known(it.round_trip); }, Align::right, 3},
+      {"GATEWAY", "", &gateway_of, Align::left, 7},
+      {"WHY", "", [](const auto& it) -> Cell { return why(it); }, Align::left, 1},
+      {"", "pushed", [](const auto& it) -> Cell {
+         return print::is_pushed(it);
+       }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });
+  return machines;
 }
 
 int list_machines(const LookOptions& options) {
   const bus::FabricModel live = options.look();
-  if (options.json) {
-    boost::json::array out;
-    for (const auto& [key, status] : live.machines()) {
-      boost::json::object object;
-      print::put_machine(object, status);
-      out.push_back(std::move(object));
-    }
-    print::print_json(out);
-  } else if (live.machines().empty()) {
-    fmt::print("no gateway on fabric '{}', domain {} publishes machines\n",
-               options.fabric.options().fabric, options.fabric.options().domain);
-  } else {
-    print_machines(live);
+  std::vector<MachineStatus> rows;
+  Names known;
+  for (const auto& [key, status] : live.machines()) {
+    rows.push_back(status);
+    known.push_back(status.machine);
   }
-  return base::program::exit_done;
+  rows = chosen(std::move(rows), options.what,
+                [](const MachineStatus& status) { return Names{status.machine}; });
+  std::ranges::stable_partition(rows, [](const MachineStatus& it) { return !it.connected; });
+  return options.show(machines_listing(), rows, "machine", known,
+                      "no gateway on fabric '{}', domain {} publishes machines");
 }
 
 }  // namespace
@@ -62,8 +83,8 @@ int list_machines(const LookOptions& options) {
 void add_machines(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
       app, "machines", "The connection to each controller: state, poll period, requests",
-      "millrace machines");
-  auto options = std::make_shared<LookOptions>(command);
+      "millrace machines\n  millrace machines press --json");
+  auto options = std::make_shared<LookOptions>(command, "M", "Only this machine; all by default");
   command.callback(
       [options, &chosen] { chosen.run = [options] { return list_machines(*options); }; });
 }

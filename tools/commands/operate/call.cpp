@@ -1,6 +1,7 @@
 // millrace call: calls a service without a controller.
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -15,6 +16,7 @@
 #include "tools/caller/caller.hpp"
 #include "tools/caller/channel.hpp"
 #include "tools/commands/arguments.hpp"
+#include "tools/commands/names.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/units.hpp"
@@ -40,15 +42,16 @@ struct CallOptions {
   std::chrono::nanoseconds timeout = std::chrono::seconds(10);
   bool json = false;
   bool raw = false;
-  std::string uuid;
+  /// A UUID, or what names a service on the fabric.
+  std::string service;
   std::string request;
   std::uint32_t state = 1;
   std::string machine;
   std::uint16_t channel = 1;
 };
 
-/// The order without its patience; throws UsageError for a request no controller could write.
-caller::Order order_of(const CallOptions& options) {
+/// Throws UsageError for a request no controller could write.
+std::string text_of(const CallOptions& options) {
   const auto text = base::text::to_cp1252(options.request);
   if (!text) {
     throw program::UsageError("a controller cannot write this request: " + text.error());
@@ -58,9 +61,13 @@ caller::Order order_of(const CallOptions& options) {
         fmt::format("the request has {} bytes; a controller's string holds {}", text->size(),
                     fabric::max_text));
   }
+  return *text;
+}
+
+caller::Order order_of(const CallOptions& options, const std::string& uuid, std::string text) {
   caller::Order order{.key = {caller::unique_machine("call"), options.channel},
-                      .uuid = options.uuid,
-                      .text = *text,
+                      .uuid = uuid,
+                      .text = std::move(text),
                       .state = options.state,
                       .patience = options.timeout};
   if (!options.machine.empty()) {
@@ -168,8 +175,34 @@ void show(const CallOptions& options, const caller::Order& order, const caller::
   }
 }
 
+/// The UUID that the user means; none if the text is not a UUID and names no service.
+std::optional<std::string> uuid_of(const CallOptions& options) {
+  if (fabric::is_uuid(fabric::canonical_uuid(options.service))) {
+    return options.service;
+  }
+  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  std::set<std::string> uuids;
+  for (const bus::KnownInstance* instance : instances_named(live, options.service)) {
+    uuids.insert(instance->identity.uuid);
+  }
+  if (options.service.empty() || uuids.empty()) {
+    say_unknown_service(options.service, live, options.fabric.options());
+    return std::nullopt;
+  }
+  if (uuids.size() > 1) {
+    throw program::UsageError(
+        fmt::format("'{}' names several services: {}", options.service, fmt::join(uuids, ", ")));
+  }
+  return *uuids.begin();
+}
+
 int call(const CallOptions& options) {
-  const caller::Order order = order_of(options);
+  std::string text = text_of(options);
+  const auto uuid = uuid_of(options);
+  if (!uuid) {
+    return program::exit_failed;
+  }
+  const caller::Order order = order_of(options, *uuid, std::move(text));
   fabric::dds::Participant participant(options.fabric.options());
   const caller::Ended ended = Errand(participant, order).run();
   show(options, order, ended);
@@ -184,9 +217,13 @@ void add_call(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
       app, "call", "Call a service without a controller",
       "millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3\n"
+      "  millrace call square_root 3\n"
       "  millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3 --machine press --channel 2 --raw");
   auto options = std::make_shared<CallOptions>(command);
-  command.add_option("UUID", options->uuid, "The service")->required();
+  command
+      .add_option("SERVICE", options->service,
+                  "Its UUID; or its name, or the beginning of either, if it is on the fabric")
+      ->required();
   command.add_option("REQUEST", options->request, "V.G.SERVICE.REQUEST, at most 127 bytes")
       ->required();
   command.add_option("--state", options->state, "V.G.SERVICE.REQUEST_STATE, not 0")

@@ -7,7 +7,9 @@
 
 #include "base/text/quoted.hpp"
 #include "tools/bus/snapshot.hpp"
+#include "tools/commands/names.hpp"
 #include "tools/commands/operate/operate.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::operate {
 
@@ -18,37 +20,61 @@ struct DrainOptions : OperateOptions {
   std::string what;
 };
 
-/// Services that have an instance now and will have none.
+/// Services that have an instance now and will have none without `leaving`.
 std::map<std::string, std::string> services_that_end(const bus::FabricModel& live,
-                                                     const std::string& what) {
-  std::set<fabric::InstanceId> leaving;
-  for (const bus::KnownInstance* instance : live.instances_of(what)) {
-    leaving.insert(instance->identity.id);
-  }
+                                                     const Instances& leaving) {
   std::map<std::string, std::string> ending;
-  for (const bus::KnownInstance* instance : live.instances_of(what)) {
-    const auto others = live.instances_of(instance->identity.uuid);
+  for (const fabric::InstanceIdentity& instance : leaving) {
+    const auto others = live.instances_of(instance.uuid);
     const bool is_last = std::ranges::all_of(others, [&](const bus::KnownInstance* other) {
-      return leaving.contains(other->identity.id) || other->identity.draining;
+      return other->identity.draining ||
+             std::ranges::find(leaving, other->identity.id, &fabric::InstanceIdentity::id) !=
+                 leaving.end();
     });
-    if (is_last && !instance->identity.draining) {
-      ending.emplace(instance->identity.uuid, instance->identity.name);
+    if (is_last && !instance.draining) {
+      ending.emplace(instance.uuid, instance.name);
     }
   }
   return ending;
 }
 
+/// The beginning of a name may stand for one instance, or the instances of one service only.
+Instances instances_to_drain(const bus::FabricModel& live, const std::string& what) {
+  Instances found;
+  std::set<std::string> names;
+  bool is_name = false;
+  for (const bus::KnownInstance* instance : instances_named(live, what)) {
+    found.push_back(instance->identity);
+    names.insert(fmt::format("{} ({})", instance->identity.name, instance->identity.uuid));
+    is_name = is_name || match(names_of(*instance), what) == Match::exact;
+  }
+  if (!is_name && names.size() > 1) {
+    throw base::program::UsageError(
+        fmt::format("'{}' is the beginning of several: {}", what, fmt::join(names, ", ")));
+  }
+  return found;
+}
+
 int drain(const DrainOptions& options) {
   const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
-  const int code = tell_instances(options, live, fabric::CommandKind::drain, options.what);
-  if (!options.what.empty()) {
-    for (const auto& [uuid, name] : services_that_end(live, options.what)) {
-      fmt::print(stderr,
-                 "millrace: {} ({}) has no other instance: its calls wait until one is started\n",
-                 base::text::safe(name), base::text::safe(uuid));
-    }
+  const Instances leaving = instances_to_drain(live, options.what);
+  if (leaving.empty()) {
+    return say_unknown_service(options.what, live, options.fabric.options());
   }
-  return code;
+  const Answers answers =
+      tell_each(options.fabric.options(), options.timeout, fabric::CommandKind::drain, leaving);
+  if (options.json) {
+    print::print_json(json_of(leaving, answers));
+  } else {
+    print_answers(leaving, answers);
+  }
+  for (const auto& [uuid, name] : services_that_end(live, leaving)) {
+    fmt::print(stderr,
+               "millrace: {} ({}) has no other instance: its calls wait until one is started\n",
+               base::text::safe(name), base::text::safe(uuid));
+  }
+  return std::ranges::all_of(answers, &is_done) ? base::program::exit_done
+                                                : base::program::exit_failed;
 }
 
 }  // namespace
@@ -58,7 +84,9 @@ void add_drain(CLI::App& app, Chosen& chosen) {
                                      "millrace drain 8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11");
   auto options = std::make_shared<DrainOptions>(command);
   command
-      .add_option("WHAT", options->what, "An instance; a UUID or a name means all of its instances")
+      .add_option("WHAT", options->what,
+                  "An instance; a UUID or a name means all of its instances. The "
+                  "beginning is enough if only one has it")
       ->required();
   command.callback([options, &chosen] { chosen.run = [options] { return drain(*options); }; });
 }

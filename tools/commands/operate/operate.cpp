@@ -20,28 +20,6 @@ std::chrono::milliseconds patience_of(const OperateOptions& options) {
   return std::chrono::ceil<std::chrono::milliseconds>(options.timeout);
 }
 
-boost::json::object json_of(const fabric::InstanceIdentity& identity,
-                            const bus::CommandResult* heard) {
-  boost::json::object out{{"instance", identity.id.to_string()},
-                          {"name", print::utf8(identity.name)},
-                          {"answered", heard != nullptr}};
-  if (heard != nullptr) {
-    out["done"] = heard->outcome.done;
-    out["detail"] = print::utf8(heard->outcome.detail);
-    out["after_ms"] = std::chrono::duration<double, std::milli>(heard->after).count();
-  }
-  return out;
-}
-
-std::string line_of(const fabric::InstanceIdentity& identity, const bus::CommandResult* heard) {
-  const std::string who = fmt::format("{} {} on {}", base::text::safe(identity.name),
-                                      identity.id.to_string(), base::text::safe(identity.host));
-  return heard == nullptr
-             ? who + ": no answer"
-             : fmt::format("{}: {}, after {}", who, base::text::safe(heard->outcome.detail),
-                           print::duration_text(heard->after));
-}
-
 }  // namespace
 
 OperateOptions::OperateOptions(CLI::App& command) : fabric(command, {.name = "millrace"}) {
@@ -56,46 +34,53 @@ fabric::Command new_command(fabric::CommandKind kind) {
           .at = std::chrono::system_clock::now()};
 }
 
-bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
-               const std::vector<fabric::InstanceIdentity>& instances, boost::json::array& out) {
+Answers tell_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
+                  fabric::CommandKind kind, const Instances& instances) {
   std::vector<fabric::Command> commands;
   for (const fabric::InstanceIdentity& instance : instances) {
     commands.push_back(new_command(kind));
     commands.back().instance = instance.id;
   }
-  fabric::dds::Participant participant(options.fabric.options());
-  const auto heard = bus::issue(participant, commands, patience_of(options));
-  bool all_done = true;
-  for (std::size_t i = 0; i < instances.size(); ++i) {
-    const auto word = heard.find(commands[i].id);
-    const bus::CommandResult* answer = word != heard.end() ? &word->second : nullptr;
-    all_done = all_done && answer != nullptr && answer->outcome.done;
-    if (options.json) {
-      out.push_back(json_of(instances[i], answer));
-    } else {
-      fmt::print("{}\n", line_of(instances[i], answer));
-    }
+  fabric::dds::Participant participant(fabric);
+  const auto heard =
+      bus::issue(participant, commands, std::chrono::ceil<std::chrono::milliseconds>(patience));
+  Answers answers;
+  for (const fabric::Command& command : commands) {
+    const auto word = heard.find(command.id);
+    answers.push_back(word == heard.end() ? std::nullopt : std::optional(word->second));
   }
-  return all_done;
+  return answers;
 }
 
-int tell_instances(const OperateOptions& options, const bus::FabricModel& live,
-                   fabric::CommandKind kind, const std::string& what) {
-  std::vector<fabric::InstanceIdentity> instances;
-  for (const bus::KnownInstance* instance : live.instances_of(what)) {
-    instances.push_back(instance->identity);
+bool is_done(const std::optional<bus::CommandResult>& answer) {
+  return answer && answer->outcome.done;
+}
+
+void print_answers(const Instances& instances, const Answers& answers) {
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    fmt::print("{} {} on {}: {}\n", base::text::safe(instances[i].name),
+               instances[i].id.to_string(), base::text::safe(instances[i].host),
+               answers[i]
+                   ? fmt::format("{}, after {}", base::text::safe(answers[i]->outcome.detail),
+                                 print::duration_text(answers[i]->after))
+                   : "no answer");
   }
-  if (what.empty() || instances.empty()) {
-    fmt::print(stderr,
-               "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n", what);
-    return program::exit_failed;
+}
+
+boost::json::array json_of(const Instances& instances, const Answers& answers) {
+  boost::json::array all;
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    boost::json::object out{{"instance", instances[i].id.to_string()},
+                            {"name", print::utf8(instances[i].name)},
+                            {"answered", answers[i].has_value()}};
+    if (answers[i]) {
+      out["done"] = answers[i]->outcome.done;
+      out["detail"] = print::utf8(answers[i]->outcome.detail);
+      out["after_ms"] = std::chrono::duration<double, std::milli>(answers[i]->after).count();
+    }
+    all.push_back(std::move(out));
   }
-  boost::json::array out;
-  const bool all_done = tell_each(options, kind, instances, out);
-  if (options.json) {
-    print::print_json(out);
-  }
-  return all_done ? program::exit_done : program::exit_failed;
+  return all;
 }
 
 void add_channel_key(CLI::App& command, fabric::ChannelKey& key) {

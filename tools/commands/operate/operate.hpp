@@ -1,8 +1,9 @@
-// Subcommands with which an operator acts: `call`, `ping`, `health`, `drain`, `answer`, `retry`.
+// Subcommands with which an operator acts: `call`, `drain`, `answer`, `retry`.
 // One source file each.
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,6 @@
 namespace millrace::tools::commands::operate {
 
 void add_call(CLI::App& app, Chosen& chosen);
-void add_ping(CLI::App& app, Chosen& chosen);
-void add_health(CLI::App& app, Chosen& chosen);
 void add_drain(CLI::App& app, Chosen& chosen);
 void add_answer(CLI::App& app, Chosen& chosen);
 void add_retry(CLI::App& app, Chosen& chosen);
@@ -34,15 +33,18 @@ struct OperateOptions {
 /// A command from here, now.
 fabric::Command new_command(fabric::CommandKind kind);
 
-/// Sends a command to each of these. Prints what each says, or adds it to `out` for --json, in
-/// their order. True if all of them answer and do it.
-bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
-               const std::vector<fabric::InstanceIdentity>& instances, boost::json::array& out);
+using Instances = std::vector<fabric::InstanceIdentity>;
+/// What each of some instances says, in their order; none where it does not answer.
+using Answers = std::vector<std::optional<bus::CommandResult>>;
 
-/// Sends a command to each instance that `what` names (its UUID, id or name) and prints the
-/// outcomes. Fails if there is none, or one does not respond or refuses.
-int tell_instances(const OperateOptions& options, const bus::FabricModel& live,
-                   fabric::CommandKind kind, const std::string& what);
+/// Sends a command to each of these and waits for `patience`.
+Answers tell_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
+                  fabric::CommandKind kind, const Instances& instances);
+/// It has answered and done it.
+bool is_done(const std::optional<bus::CommandResult>& answer);
+/// A line for each.
+void print_answers(const Instances& instances, const Answers& answers);
+boost::json::array json_of(const Instances& instances, const Answers& answers);
 
 /// Adds the argument CHANNEL, as in "cnc/1".
 void add_channel_key(CLI::App& command, fabric::ChannelKey& key);

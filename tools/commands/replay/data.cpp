@@ -12,7 +12,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/endpoints/data_endpoint.hpp"
-#include "tools/commands/log/log.hpp"
+#include "tools/commands/recordings/recordings.hpp"
 #include "tools/commands/replay/channels.hpp"
 #include "tools/commands/replay/progress.hpp"
 #include "tools/commands/replay/replay.hpp"
@@ -76,7 +76,7 @@ class DataReplay {
     progress_.clear();
     report(took);
     return std::max(interrupted_ || refused_ > 0 ? program::exit_failed : program::exit_done,
-                    log::report(options_.file, problems));
+                    recordings::report(options_.file, problems));
   }
 
  private:
@@ -218,18 +218,19 @@ class DataReplay {
 }  // namespace
 
 int data(const Options& options) {
-  mcap::FileSource source = log::open(options.file);
+  mcap::FileSource source = recordings::open(options.file);
   recording::Filter filter = options.filter;
   filter.kinds = {"data", "program"};
   DataPlan plan(options.pace(), options.max_gap);
   const auto read = recording::read_entries(
       source, filter, [&](const recording::Entry& entry) { plan.add(entry); });
   if (plan.channels().empty()) {
-    log::report(options.file, read.problems);
-    throw program::UsageError(fmt::format(
-        "{} has no machine data and no event of a program that passes the filters; 'millrace log "
-        "ls' lists what it has",
-        options.file.string()));
+    recordings::report(options.file, read.problems);
+    throw program::UsageError(
+        fmt::format("{} has no machine data and no event of a program that passes the filters; "
+                    "'millrace recording "
+                    "ls' lists what it has",
+                    options.file.string()));
   }
   const Channels channels = channels_asked(options, plan.channels());
   check_free(options, channels);

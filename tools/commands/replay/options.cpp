@@ -6,7 +6,7 @@
 #include "base/program/command_line.hpp"
 #include "base/program/number_range.hpp"
 #include "tools/commands/arguments.hpp"
-#include "tools/commands/log/log.hpp"
+#include "tools/commands/recordings/recordings.hpp"
 #include "tools/commands/subcommand.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -97,7 +97,7 @@ void add_verification(CLI::App& command, Options& options) {
 }  // namespace
 
 Options::Options(CLI::App& command) : fabric(command, {.name = "millrace replay"}) {
-  log::add_file(command, file);
+  recordings::add_file(command, file);
   add_ways(command, *this);
   add_times(command, *this);
   add_choice(command, *this);

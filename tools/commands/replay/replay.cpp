@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "tools/commands/log/log.hpp"
+#include "tools/commands/recordings/recordings.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -32,22 +32,22 @@ int replay(const Options& options) {
   if (options.data) {
     return data(options);
   }
-  mcap::FileSource source = log::open(options.file);
+  mcap::FileSource source = recordings::open(options.file);
   tools::replay::PlanBuilder builder(options.filter);
   const auto read = recording::read_entries(
       source, {}, [&](const recording::Entry& entry) { builder.add(entry); });
   const Plan plan = builder.build({.max_gap = options.max_gap});
   tell_skipped(plan);
   if (plan.calls.empty()) {
-    log::report(options.file, read.problems);
+    recordings::report(options.file, read.problems);
     throw program::UsageError(fmt::format(
-        "{} has no call to replay{}; 'millrace log cat --kind request' lists what it has",
+        "{} has no call to replay{}; 'millrace recording cat --kind request' lists what it has",
         options.file.string(), plan.skipped.empty() ? " that passes the filters" : ""));
   }
   const int result = options.to_services  ? to_services(options, plan)
                      : options.as_service ? as_service(options, plan)
                                           : as_cnc(options, plan);
-  return std::max(result, log::report(options.file, read.problems));
+  return std::max(result, recordings::report(options.file, read.problems));
 }
 
 }  // namespace

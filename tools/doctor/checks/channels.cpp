@@ -60,7 +60,7 @@ void at_channels(const Findings& found, Report& report) {
       case bus::Obstacle::busy:
       case bus::Obstacle::long_busy:
         report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
-                       "start more instances; millrace stats shows their load");
+                       "start more instances; millrace services shows how busy they are");
         break;
     }
   }

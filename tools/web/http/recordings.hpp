@@ -37,17 +37,17 @@ class Recordings {
 
   /// {recordings: [{name, size, modified}]}, the newest first.
   [[nodiscard]] Result<boost::json::object> list() const;
-  /// As `log info --hops --json`; reads the whole file.
+  /// As `recording info --hops --json`; reads the whole file.
   [[nodiscard]] Result<boost::json::object> info(const std::string& name) const;
   /// {calls, more}: in the order in which they ended, without the first `skip` of those that
   /// `filter` takes, at most `most`.
   [[nodiscard]] Result<boost::json::object> calls(const std::string& name,
                                                   const plant::CallFilter& filter, std::size_t skip,
                                                   std::size_t most) const;
-  /// {alarms, more}: what programs said of themselves, in the order of the file, as `log cat
+  /// {alarms, more}: what programs said of themselves, in the order of the file, as `recording cat
   /// --kind alarm --json` has it; at most `most`.
   [[nodiscard]] Result<boost::json::object> alarms(const std::string& name, std::size_t most) const;
-  /// As `log timeline --json`.
+  /// As `recording calls --json FILE CALL`.
   [[nodiscard]] Result<boost::json::object> timeline(const std::string& name,
                                                      const fabric::CallId& call) const;
   [[nodiscard]] Result<Download> download(const std::string& name) const;

@@ -1,4 +1,4 @@
-// Where the steps of a call stand beside each other in time. Pure: a timeline, as `log timeline --json` gives it, becomes
+// Where the steps of a call stand beside each other in time. Pure: a timeline, as `recording calls --json FILE CALL` gives it, becomes
 // lanes with bars; one lane for the gateway, one for each attempt.
 //
 //   const { start, end, lanes } = layOut(timeline);

@@ -23,8 +23,17 @@ TEST(Units, WriteDurationsWithThreeDigits) {
   EXPECT_EQ(duration_text(1234ns), "1.23 us");
   EXPECT_EQ(duration_text(45600us), "45.6 ms");
   EXPECT_EQ(duration_text(-3ms), "-3.00 ms");
-  EXPECT_EQ(duration_text(90s), "90.0 s");
-  EXPECT_EQ(duration_text(125min), "2 h 5 min");
+  EXPECT_EQ(duration_text(59s), "59.0 s");
+  EXPECT_EQ(duration_text(90s), "1m30s");
+  EXPECT_EQ(duration_text(-117s), "-1m57s");
+}
+
+TEST(Units, WriteAgesInWholeSecondsWithTwoUnits) {
+  EXPECT_EQ(age_text(0ns), "0s");
+  EXPECT_EQ(age_text(59'999ms), "59s");
+  EXPECT_EQ(age_text(117s), "1m57s");
+  EXPECT_EQ(age_text(125min), "2h05m");
+  EXPECT_EQ(age_text(76h), "3d04h");
 }
 
 TEST(Units, WriteSizes) {

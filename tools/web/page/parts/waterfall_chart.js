@@ -1,5 +1,5 @@
 // The waterfall of a call: a lane for the gateway, one for each attempt, on one axis of time; under it every step in a
-// table, the same as `millrace log timeline` prints.
+// table, the same as `millrace calls` prints.
 import { element } from '../dom.js';
 import { duration, fineClock, milliseconds } from '../time.js';
 import { layOut, ticks } from '../waterfall.js';

@@ -1,0 +1,15 @@
+#include "base/text/edit_distance.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::base::text {
+namespace {
+
+TEST(EditDistance, CountsInsertionsRemovalsAndReplacements) {
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("abc", "abc"), 0U);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+}
+
+}  // namespace
+}  // namespace millrace::base::text

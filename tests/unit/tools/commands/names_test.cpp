@@ -1,0 +1,31 @@
+#include "tools/commands/names.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tools::commands {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+std::vector<std::string> those(const std::string& what) {
+  return chosen(std::vector<std::string>{"mill", "mill_2", "560aacbf-6335-44a9-895a-8b27f3ed5e47"},
+                what, [](const std::string& name) { return Names{name}; });
+}
+
+TEST(AName, ChoosesTheRowThatHasItOrElseThoseThatBeginWithIt) {
+  EXPECT_THAT(those("mill"), ElementsAre("mill"));
+  EXPECT_THAT(those("mi"), ElementsAre("mill", "mill_2"));
+  EXPECT_THAT(those("ill"), IsEmpty());
+  EXPECT_THAT(those(""), testing::SizeIs(3));
+}
+
+TEST(AName, IsComparedWithoutRegardToCaseWhereItIsAUuid) {
+  EXPECT_THAT(those("560AACBF-6335-44A9-895A-8B27F3ED5E47"), testing::SizeIs(1));
+  EXPECT_THAT(those("560AACBF-63"), testing::SizeIs(1));
+  EXPECT_THAT(those("MILL"), IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::tools::commands

@@ -1,0 +1,101 @@
+// millrace calls: the last calls, one call over every hop, or the calls as they end.
+#include "tools/commands/calls/calls.hpp"
+
+#include <fmt/format.h>
+
+#include "base/program/number_range.hpp"
+#include "fabric/observer/observer.hpp"
+#include "tools/bus/listening_time.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/calls/call_list.hpp"
+#include "tools/commands/calls/timeline_text.hpp"
+#include "tools/commands/data/listen.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/timeline_json.hpp"
+#include "tools/recording/timeline.hpp"
+
+namespace millrace::tools::commands::calls {
+
+namespace {
+
+/// All that is still on the fabric of calls, and what comes while it listens.
+void listen(const CallsOptions& options,
+            const std::function<void(const recording::Entry&)>& on_entry) {
+  data::listen(options.fabric.options(), fabric::observer::Interest::everything, options.wait,
+               [&](const recording::Entry& entry) {
+                 on_entry(entry);
+                 return true;
+               });
+}
+
+int list(const CallsOptions& options) {
+  CallList calls(options.last);
+  listen(options, [&](const recording::Entry& entry) {
+    if (std::holds_alternative<recording::InstanceNews>(entry.sample) ||
+        options.filter.takes(entry)) {
+      calls.add(entry);
+    }
+  });
+  const std::vector<CallRow> rows = calls.rows();
+  if (rows.empty() && options.output.is_text()) {
+    fmt::print("no call is known on fabric '{}', domain {}; 'millrace calls -f' follows them\n",
+               options.fabric.options().fabric, options.fabric.options().domain);
+  } else {
+    print_listing(listing(), rows, options.output);
+  }
+  return base::program::exit_done;
+}
+
+int show(const CallsOptions& options) {
+  recording::TimelineBuilder builder(options.call);
+  listen(options, [&](const recording::Entry& entry) { builder.add(entry); });
+  const recording::Timeline timeline = builder.build();
+  if (timeline.steps.empty()) {
+    fmt::print(stderr,
+               "millrace: call {} is no longer on the fabric; 'millrace recording calls FILE {}' "
+               "finds it in a recording\n",
+               options.call.to_string(), options.call.to_string());
+    return base::program::exit_failed;
+  }
+  if (options.output.json) {
+    print::print_json(print::json_of(timeline));
+  } else {
+    fmt::print("{}", text_of(timeline));
+  }
+  return base::program::exit_done;
+}
+
+}  // namespace
+
+CallsOptions::CallsOptions(CLI::App& command)
+    : fabric(command, {.name = "millrace calls"}), output(command), wait(bus::Patience{}.at_least) {
+  add_call(command, "CALL", call, "Only this call, with each step that is still known");
+  command.add_flag("-f,--follow", follow, "Each call when it ends; on a terminal a table of rates");
+  add_filter(command, filter);
+  command.add_option("--last", last, "So many calls")
+      ->check(base::program::positive_number())
+      ->capture_default_str();
+  command.add_option("--count", count, "With -f: end after so many calls")
+      ->check(base::program::positive_number());
+  command.add_flag("--lines", lines, "With -f: lines on a terminal, too");
+  add_duration(command, "--wait", wait, "Without -f: listen this long; 700ms unless given");
+}
+
+void add_calls(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "calls", "The last calls, one call with each step, or calls as they end",
+                     "millrace calls\n"
+                     "  millrace calls 5f3a9c0112d4-17\n"
+                     "  millrace calls -f --channel 1\n"
+                     "  millrace calls -f --json --count 100 | jq .duration_ms");
+  auto options = std::make_shared<CallsOptions>(command);
+  command.callback([options, &chosen] {
+    chosen.run = [options] {
+      return options->follow                     ? follow(*options)
+             : options->call == fabric::CallId{} ? list(*options)
+                                                 : show(*options);
+    };
+  });
+}
+
+}  // namespace millrace::tools::commands::calls

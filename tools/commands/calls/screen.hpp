@@ -1,0 +1,31 @@
+// A terminal that is redrawn repeatedly.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace millrace::tools::commands::calls {
+
+/// True if standard output is a terminal.
+bool output_is_terminal();
+
+/// Takes the terminal's other screen while it lives, without its cursor, and gives the first one
+/// back as it was.
+class Screen {
+ public:
+  Screen();
+  ~Screen();
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+
+  struct Size {
+    std::size_t rows;
+    std::size_t columns;
+  };
+  /// As it is now: the user may change it.
+  [[nodiscard]] static Size size();
+
+  static void draw(const std::string& text);
+};
+
+}  // namespace millrace::tools::commands::calls

@@ -1,0 +1,43 @@
+#include "tools/commands/listing_flags.hpp"
+
+#include <cstdlib>
+
+#include "base/program/command_line.hpp"
+#include "base/text/number.hpp"
+#include "tools/commands/calls/screen.hpp"
+
+namespace millrace::tools::commands {
+
+std::size_t width_of_output() {
+  const char* const columns = std::getenv("COLUMNS");
+  if (const auto width = base::text::parse_number<std::size_t>(columns == nullptr ? "" : columns)) {
+    return *width;
+  }
+  return calls::output_is_terminal() ? calls::Screen::size().columns : 0;
+}
+
+ListingFlags::ListingFlags(CLI::App& command) {
+  CLI::Option* const as_json = command.add_flag("--json", json, "Print JSON");
+  command.add_flag("--csv", csv, "Print comma-separated values")->excludes(as_json);
+  command.add_flag("--wide", wide, "All columns, also where the terminal is narrower");
+  command.add_option("--columns", columns, "These columns in this order, as in name,busy")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+}
+
+print::Format ListingFlags::format(const std::vector<print::Heading>& headings) const {
+  using Kind = print::Format::Kind;
+  const Kind kind = json ? Kind::json : csv ? Kind::csv : Kind::terminal;
+  for (const std::string& column : columns) {
+    if (print::find_column(headings, column, kind) == headings.size()) {
+      throw base::program::UsageError(fmt::format("--columns: unknown column '{}'; expected {}",
+                                                  column, print::column_names(headings, kind)));
+    }
+  }
+  return {.kind = kind,
+          .width = kind == Kind::terminal ? width_of_output() : 0,
+          .wide = wide,
+          .columns = columns};
+}
+
+}  // namespace millrace::tools::commands

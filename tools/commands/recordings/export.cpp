@@ -1,0 +1,75 @@
+// millrace recording export: calls as CSV, entries as JSON lines.
+#include <fstream>
+#include <iostream>
+
+#include <fmt/format.h>
+
+#include "base/program/command_line.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/recordings/recordings.hpp"
+#include "tools/print/entry_text.hpp"
+#include "tools/print/json.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::commands::recordings {
+
+namespace {
+
+struct ExportOptions {
+  std::filesystem::path file;
+  std::string output;
+  std::string format = "jsonl";
+  recording::Filter filter;
+};
+
+int write(const ExportOptions& options, std::ostream& out) {
+  mcap::FileSource source = open(options.file);
+  recording::ReadReport read;
+  if (options.format == "csv") {
+    const print::Csv csv(options.filter.kinds);
+    out << csv.header();
+    read = recording::read_entries(source, options.filter,
+                                   [&](const recording::Entry& entry) { out << csv.row(entry); });
+  } else {
+    read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
+      out << print::json_text(print::json_of(entry)) << '\n';
+    });
+  }
+  out.flush();
+  if (!out) {
+    fmt::print(stderr, "millrace: cannot write {}\n",
+               options.output.empty() ? "standard output" : options.output);
+    return base::program::exit_failed;
+  }
+  return report(options.file, read.problems);
+}
+
+int export_file(const ExportOptions& options) {
+  if (options.output.empty()) {
+    return write(options, std::cout);
+  }
+  std::ofstream out(options.output, std::ios::binary);
+  if (!out) {
+    throw base::program::UsageError(fmt::format("cannot write {}", options.output));
+  }
+  return write(options, out);
+}
+
+}  // namespace
+
+void add_export(CLI::App& recording, Chosen& chosen) {
+  auto options = std::make_shared<ExportOptions>();
+  CLI::App& command =
+      add_subcommand(recording, "export", "Entries as CSV for a spreadsheet, or as JSON lines",
+                     "millrace recording export --format csv -o calls.csv run.mcap");
+  add_file(command, options->file);
+  command.add_option("--format", options->format, "csv or jsonl")
+      ->check(CLI::IsMember({"csv", "jsonl"}))
+      ->capture_default_str();
+  command.add_option("-o,--output", options->output, "Write here instead of to standard output");
+  add_recording_filter(command, options->filter);
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return export_file(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::recordings

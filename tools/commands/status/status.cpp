@@ -1,0 +1,374 @@
+// millrace status: what needs attention, in words and in one exit code.
+#include "tools/commands/status/status.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <fmt/format.h>
+
+#include "base/posix/host.hpp"
+#include "base/text/number.hpp"
+#include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/commands/operate/operate.hpp"
+#include "tools/commands/status/problems.hpp"
+#include "tools/print/alarm_text.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands::status {
+
+namespace {
+
+using print::Align;
+using print::Cell;
+
+constexpr const char* exit_codes =
+    "Exit codes, the first that applies:\n"
+    "  0  no problem\n"
+    "  1  an instance has frozen or ended while this command listened; the fabric lacks what\n"
+    "     --expect-gateway or --expect-service names; with --host: a process of the host does\n"
+    "     not answer, or the host has none\n"
+    "  2  a wrong flag or value\n"
+    "  3  no gateway is on the fabric, or the link of a machine is down\n"
+    "  4  a call is held for an operator\n"
+    "  5  a call has no service, or has waited for a free instance for more than a minute, or a\n"
+    "     service has lost its last instance in the last quarter of an hour\n"
+    "  6  a program reports a problem\n"
+    "With --host only 0, 1 and 2.\n\n";
+
+struct StatusOptions : look::SnapshotOptions {
+  explicit StatusOptions(CLI::App& command);
+
+  /// Only the processes of this host.
+  std::optional<std::string> host;
+  std::vector<std::string> gateways{};
+  Expected services{};
+  std::chrono::nanoseconds timeout = std::chrono::seconds(2);
+  bool json = false;
+};
+
+/// "UUID=COUNT"
+Expected::value_type expected_service(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  const auto count = equals == std::string::npos || equals == 0
+                         ? std::nullopt
+                         : base::text::parse_number<std::size_t>(text.substr(equals + 1));
+  if (!count) {
+    throw CLI::ValidationError(fmt::format(
+        "'{}' is not UUID=COUNT; expected a UUID or a name, and a number of instances", text));
+  }
+  return {text.substr(0, equals), *count};
+}
+
+StatusOptions::StatusOptions(CLI::App& command) : SnapshotOptions(command) {
+  command
+      .add_option_function<std::string>(
+          "--host",
+          [this](const std::string& name) {
+            host = name.empty() ? base::posix::host_name() : name;
+          },
+          "Only whether the gateways and services of this host are there and answer: for a check "
+          "of a container or a host. By default the host of this command")
+      ->expected(0, 1)
+      ->type_name("NAME");
+  command
+      .add_option("--expect-gateway", gateways,
+                  "A machine whose gateway must report, or the host of a gateway; may be repeated")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--expect-service",
+          [this](const std::vector<std::string>& texts) {
+            std::ranges::transform(texts, std::back_inserter(services), &expected_service);
+          },
+          "A service, by UUID or name, that must have COUNT instances on the fabric or more, not "
+          "counting those that drain; may be repeated")
+      ->type_name("UUID=COUNT")
+      ->allow_extra_args(false);
+  add_duration(command, "--timeout", timeout,
+               "With --host: wait this long for an answer; 2s "
+               "unless given");
+  add_json(command, json);
+}
+
+/// Processes whose loop may hang: the gateways of a host, in the words of an instance, and its
+/// services.
+struct Processes {
+  operate::Instances gateways;
+  operate::Instances instances;
+  operate::Answers of_gateways;
+  operate::Answers of_instances;
+};
+
+bool is_on(const StatusOptions& options, const std::string& host) {
+  return !options.host || *options.host == host;
+}
+
+Processes ask_processes(const StatusOptions& options, const bus::FabricModel& live) {
+  Processes found;
+  for (const auto& [id, status] : live.gateways()) {
+    if (is_on(options, status.host)) {
+      found.gateways.push_back(
+          {.id = id,
+           .name = fmt::format("gateway {:012x} (pid {})", status.epoch, status.pid),
+           .host = status.host});
+    }
+  }
+  for (const bus::KnownInstance* instance : live.instances_of("")) {
+    if (is_on(options, instance->identity.host)) {
+      found.instances.push_back(instance->identity);
+    }
+  }
+  operate::Instances all = found.gateways;
+  all.insert(all.end(), found.instances.begin(), found.instances.end());
+  if (!all.empty()) {
+    operate::Answers answers = operate::tell_each(options.fabric.options(), options.timeout,
+                                                  fabric::CommandKind::ping, all);
+    const auto middle = answers.begin() + static_cast<std::ptrdiff_t>(found.gateways.size());
+    found.of_gateways.assign(answers.begin(), middle);
+    found.of_instances.assign(middle, answers.end());
+  }
+  return found;
+}
+
+void add_silent(std::vector<Problem>& problems, const operate::Instances& instances,
+                const operate::Answers& answers) {
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (!operate::is_done(answers[i])) {
+      problems.push_back({base::program::exit_failed,
+                          "NO ANSWER",
+                          instances[i].name,
+                          {},
+                          fmt::format("{} on {}", instances[i].id.to_string(), instances[i].host),
+                          "restart it"});
+    }
+  }
+}
+
+std::vector<fabric::Alarm> alarms_on(const StatusOptions& options, const bus::FabricModel& live) {
+  std::vector<fabric::Alarm> alarms;
+  for (const auto& [key, alarm] : live.alarms()) {
+    if (is_on(options, alarm.host)) {
+      alarms.push_back(alarm);
+    }
+  }
+  return alarms;
+}
+
+std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::FabricModel& live,
+                                      const Processes& processes) {
+  std::vector<Problem> problems;
+  add_silent(problems, processes.gateways, processes.of_gateways);
+  add_silent(problems, processes.instances, processes.of_instances);
+  if (processes.gateways.empty() && processes.instances.empty() &&
+      alarms_on(options, live).empty()) {
+    problems.push_back({base::program::exit_failed,
+                        "NO PROCESS",
+                        *options.host,
+                        {},
+                        fmt::format("no gateway, no service and no recorder of host '{}' is on "
+                                    "fabric '{}', domain {}",
+                                    *options.host, options.fabric.options().fabric,
+                                    options.fabric.options().domain),
+                        "'millrace services -i' and 'millrace machines' list those there are"});
+  }
+  return problems;
+}
+
+void print_problems(const std::vector<Problem>& problems, fabric::Time now) {
+  std::size_t kind = 0;
+  std::size_t subject = 0;
+  for (const Problem& problem : problems) {
+    kind = std::max(kind, problem.kind.size());
+    subject = std::max(subject, print::width(base::text::safe(problem.subject)));
+  }
+  for (const Problem& problem : problems) {
+    const std::string age =
+        problem.since == fabric::Time{}
+            ? "-"
+            : print::age_text(std::max(now - problem.since, fabric::Time::duration{}));
+    fmt::print("{:<{}}  {:<{}}  {:>6}  {}\n", problem.kind, kind, base::text::safe(problem.subject),
+               subject, age, base::text::safe(problem.text));
+    if (!problem.advice.empty()) {
+      fmt::print("{:<{}}  -> {}\n", "", kind, base::text::safe(problem.advice));
+    }
+  }
+}
+
+/// A machine, as the gateway tells of it that has the link, or reports at all.
+struct MachineRow {
+  const fabric::MachineStatus* status = nullptr;
+  std::map<fabric::ChannelState, int> channels{};
+};
+
+Cell channels_of(const MachineRow& row) {
+  std::vector<std::string> states;
+  for (const auto& [state, count] : row.channels) {
+    states.push_back(fmt::format("{} {}", count, name_of(state)));
+  }
+  return fmt::format("{}", fmt::join(states, ", "));
+}
+
+const print::Listing<MachineRow>& machines_listing() {
+  static const print::Listing<MachineRow> machines{
+      {"MACHINE", "", [](const auto& row) -> Cell { return row.status->machine; }},
+      {"LINK", "",
+       [](const auto& row) -> Cell {
+         return std::string(row.status->host.empty() ? "no gateway"
+                            : row.status->connected  ? "up"
+                                                     : "down");
+       }},
+      {"SINCE", "", [](const auto& row) -> Cell { return row.status->since; }, Align::right, 1},
+      {"CHANNELS", "", &channels_of},
+      {"GATEWAY", "",
+       [](const auto& row) -> Cell {
+         return row.status->host.empty()
+                    ? Cell()
+                    : fmt::format("{} ({})", row.status->host, row.status->pid);
+       },
+       Align::left, 2}};
+  return machines;
+}
+
+std::vector<MachineRow> machine_rows(const StatusOptions& options, const bus::FabricModel& live) {
+  std::map<std::string, MachineRow> machines;
+  for (const auto& [key, status] : live.machines()) {
+    const auto gateway = live.gateways().find(key.second);
+    if (gateway != live.gateways().end() && !is_on(options, gateway->second.host)) {
+      continue;
+    }
+    MachineRow& row = machines[status.machine];
+    if (row.status == nullptr || status.connected ||
+        (!row.status->connected && !status.host.empty())) {
+      row.status = &status;
+    }
+  }
+  for (const auto& [key, status] : live.channels()) {
+    const auto row = machines.find(std::string(fabric::machine_of(key.machine)));
+    if (row != machines.end()) {
+      ++row->second.channels[status.state];
+    }
+  }
+  std::vector<MachineRow> rows;
+  for (const auto& [name, row] : machines) {
+    rows.push_back(row);
+  }
+  std::ranges::stable_partition(rows, [](const MachineRow& row) { return !row.status->connected; });
+  return rows;
+}
+
+boost::json::object json_of(const Problem& problem) {
+  boost::json::object out{{"problem", problem.kind},
+                          {"subject", print::utf8(problem.subject)},
+                          {"exit_code", problem.code},
+                          {"text", print::utf8(problem.text)},
+                          {"advice", print::utf8(problem.advice)}};
+  print::put_time(out, "since", problem.since);
+  return out;
+}
+
+void print_as_json(const StatusOptions& options, const bus::FabricModel& live,
+                   const std::vector<Problem>& problems, const std::optional<Processes>& asked) {
+  boost::json::array all;
+  for (const Problem& problem : problems) {
+    all.push_back(json_of(problem));
+  }
+  boost::json::array machines;
+  for (const MachineRow& row : machine_rows(options, live)) {
+    boost::json::object machine;
+    print::put_machine(machine, *row.status);
+    machines.push_back(std::move(machine));
+  }
+  boost::json::array alarms;
+  for (const fabric::Alarm& alarm : alarms_on(options, live)) {
+    alarms.push_back(print::json_of(alarm));
+  }
+  boost::json::object out{{"healthy", exit_code_of(problems) == base::program::exit_done},
+                          {"problems", std::move(all)},
+                          {"machines", std::move(machines)},
+                          {"alarms", std::move(alarms)}};
+  if (asked) {
+    out["gateways"] = operate::json_of(asked->gateways, asked->of_gateways);
+    out["instances"] = operate::json_of(asked->instances, asked->of_instances);
+  }
+  print::print_json(out);
+}
+
+std::string plural(std::size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+void print_as_text(const StatusOptions& options, const bus::FabricModel& live,
+                   const std::vector<Problem>& problems, const std::optional<Processes>& asked) {
+  const auto now = std::chrono::system_clock::now();
+  std::set<std::string> services;
+  for (const bus::KnownInstance* instance : live.instances_of("")) {
+    services.insert(instance->identity.uuid);
+  }
+  fmt::print("fabric '{}', domain {}: {}; {}, {}, {}\n", options.fabric.options().fabric,
+             options.fabric.options().domain,
+             problems.empty() ? "no problem" : plural(problems.size(), "problem"),
+             plural(live.channels().size(), "channel"), plural(services.size(), "service"),
+             plural(live.instances().size(), "instance"));
+  if (!problems.empty()) {
+    fmt::print("\n");
+    print_problems(problems, now);
+  }
+  const std::vector<MachineRow> machines = machine_rows(options, live);
+  if (!machines.empty()) {
+    fmt::print("\n{}", machines_listing().text(machines, {.width = width_of_output()}, now));
+  }
+  if (asked) {
+    fmt::print("\n");
+    operate::print_answers(asked->gateways, asked->of_gateways);
+    operate::print_answers(asked->instances, asked->of_instances);
+  }
+  const char* separator = "\n";
+  for (const fabric::Alarm& alarm : alarms_on(options, live)) {
+    if (alarm.level == fabric::AlarmLevel::fine) {
+      fmt::print("{}{}\n", separator, print::what_is_said(alarm));
+      separator = "";
+    }
+  }
+}
+
+int check(const StatusOptions& options) {
+  const bus::FabricModel live = options.look();
+  std::optional<Processes> asked;
+  if (options.host) {
+    asked = ask_processes(options, live);
+  }
+  std::vector<Problem> problems = asked ? problems_of_host(options, live, *asked)
+                                        : problems_of(live, std::chrono::system_clock::now());
+  for (const std::vector<Problem>& more :
+       {missing_gateways(live, options.gateways), missing_instances(live, options.services)}) {
+    problems.insert(problems.end(), more.begin(), more.end());
+  }
+  sort(problems);
+  (options.json ? print_as_json : print_as_text)(options, live, problems, asked);
+  return exit_code_of(problems);
+}
+
+}  // namespace
+
+void add_status(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      app, "status", "What needs attention, one line per machine; an exit code for monitors",
+      "millrace status\n"
+      "  millrace status --expect-gateway press --expect-service "
+      "560aacbf-6335-44a9-895a-8b27f3ed5e47=2\n"
+      "  millrace status --host");
+  command.footer(exit_codes + command.get_footer());
+  auto options = std::make_shared<StatusOptions>(command);
+  command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::status
