@@ -1,6 +1,7 @@
 // The responses of an open call: from its service, from an operator or a policy, and until they are
 // stored.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,6 +28,25 @@ bool over(const std::optional<Rule>& rule, const std::optional<SteadyTime>& sinc
 bool stands_beside(const ServiceSnapshot& snapshot, const CallRecord& call) {
   return snapshot.request_state != 0 && snapshot.response_state != 0 &&
          std::ranges::count(call.shown, snapshot.response_state) == 0;
+}
+
+/// How long the parts of the way of a call took, as far as its service says times; empty if not.
+std::string hops_of(const CallRecord& call, const fabric::Reply& reply, Moment now) {
+  const std::array times{call.seen, reply.received, reply.started, reply.answered, now.wall};
+  if (std::ranges::count(times, fabric::Time{}) > 0) {
+    return {};
+  }
+  // A service of another make may say any time: in floating point no difference overflows.
+  const auto hop = [&times](std::size_t from) {
+    using Milliseconds = std::chrono::duration<double, std::milli>;
+    return (Milliseconds(times[from + 1].time_since_epoch()) -
+            Milliseconds(times[from].time_since_epoch()))
+        .count();
+  };
+  return fmt::format(
+      "{:.2f} ms until the service had it, {:.2f} ms in its queue, {:.2f} ms of work, {:.2f} ms "
+      "back",
+      hop(0), hop(1), hop(2), hop(3));
 }
 
 }  // namespace
@@ -116,6 +136,11 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
   if (reply.code == fabric::ServiceCode::failed) {
     ++out.counters().failed;
     out.log(Level::warn, fmt::format("{}: the service failed: {}", name(), printable(reply.text)));
+  }
+  if (out.wanted(Level::debug)) {
+    if (const std::string hops = hops_of(call_, reply, now); !hops.empty()) {
+      out.log(Level::debug, fmt::format("{}: {}", name(), hops));
+    }
   }
   take_answer(attempt, *std::move(response), "", out, now);
 }

@@ -7,6 +7,7 @@
 namespace millrace::gateway {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -41,6 +42,20 @@ TEST_F(ChannelAnswer, IsLoggedWithTheTimeItTookHoweverTheWallClockIsSet) {
   fixture.now.wall -= 8h;
   reply(fixture.reply("1.414", 1));
   EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1 after 60.0 ms"));
+}
+
+TEST_F(ChannelAnswer, IsLoggedWithTheTimeOfEachHopIfTheServiceSaysTimes) {
+  fixture.dispatched_call();
+  fabric::Reply answer = fixture.reply("1.414", 1);
+  answer.received = fixture.now.wall + 1ms;
+  answer.started = answer.received + 500us;
+  answer.answered = answer.started + 2ms;
+  fixture.wait(4ms);
+  reply(answer);
+  EXPECT_THAT(
+      fixture.said,
+      Contains(EndsWith("11.00 ms until the service had it, 0.50 ms in its queue, 2.00 ms of "
+                        "work, 0.50 ms back")));
 }
 
 TEST_F(ChannelAnswer, OfAResumedCallIsLoggedWithItsAge) {
