@@ -109,12 +109,21 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
   };
 }
 
+/** Calls per second of the last minute, as /api/history tells them; and a line for each instance that is `busy`. */
+export const historyOf = (served = [], busy = {}) => ({
+  step_ms: 5000, end: ago(0), services: {},
+  served: served.map(([id, machine, number, rate]) => ({ instance: id, machine, channel: number, calls_per_second: rate })),
+  instances: Object.fromEntries(Object.entries(busy).map(([id, running]) => [id, {
+    calls_per_second: [0], errors_per_second: [0], p50_ms: [null], p99_ms: [null], running: [running],
+  }])),
+});
+
 /** Serves the page with this snapshot to a user who is logged in. */
-export async function serve(snapshot) {
+export async function serve(snapshot, history = historyOf()) {
   const open = new Set();
   const json = {
     '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain'] },
-    '/api/history': { step_ms: 5000, end: ago(0), services: {}, instances: {} },
+    '/api/history': history,
     '/api/calls': { calls: [], kept: 0 },
   };
   const server = createServer((request, response) => {

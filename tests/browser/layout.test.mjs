@@ -2,8 +2,8 @@
 // scrolls sideways, the header is one row, a wall needs no scrolling, and axe finds nothing. The plant is invented.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { Browser, picture, textOf, violations } from './browser.mjs';
-import { plantWith, serve, uuids } from './invented.mjs';
+import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
+import { historyOf, plantWith, serve, uuids } from './invented.mjs';
 
 let browser;
 
@@ -19,9 +19,15 @@ afterEach(() => {
   assert.deepEqual(complaints, []);
 });
 
+/** Who serves whom on the invented plant, and how busy each is. */
+const served = [['a', 'lathe_1', 2, 4.7], ['a', 'mill_2', 1, 0.6], ['a', 'mill_2', 2, 4.6], ['b', 'lathe_1', 2, 4.6], ['b', 'mill_2', 2, 4.7], ['c', 'lathe_1', 1, 1.1]];
+const quiet = { a: 0.03, b: 0.03, c: 0 };
+
 /** Runs `look` with a page on an invented plant. */
-async function withPage(plant, options, look) {
-  const server = await serve(plantWith(plant));
+async function withPage({ history = historyOf(served, quiet), change = () => {}, ...plant }, options, look) {
+  const snapshot = plantWith(plant);
+  change(snapshot);
+  const server = await serve(snapshot, history);
   const page = await browser.open(server.url, options);
   try {
     await look(page);
@@ -85,6 +91,30 @@ for (const language of ['en', 'de']) {
     });
   });
 }
+
+test('a service shows which instance serves which channel, how busy each is, and that one more would not help', async () => {
+  await withPage({}, { view: `#/services/${uuids.root}` }, async (page) => {
+    await page.waitForSelector('.matrix');
+    assert.deepEqual(await page.$$eval('.matrix thead th', (cells) => cells.map((cell) => cell.textContent)),
+      ['Instance', 'lathe_1', 'mill_2', 'Busy, 1 min', '1', '2', '1', '2']);
+    assert.deepEqual(await page.$$eval('.matrix tbody tr', (rows) => rows.map((row) => [...row.cells].map((each) => each.textContent))), [
+      ['square root A vm:31768', '·', '4.7', '0.6', '4.6', '3 %'],
+      ['square root B vm:31770', '·', '4.6', '·', '4.7', '3 %'],
+      ['square root lathe vm:31775', '1.1', '·', '–', '–', '0 %']]);
+    assert.equal(await textOf(page, '.capacity'), 'One more instance would not help: 2 % busy in the last minute, no calls waiting.');
+    assert.deepEqual(await violations(page), []);
+  });
+});
+
+test('one more instance would help where calls wait, also in German', async () => {
+  const change = (plant) => Object.assign(plant.channels.find((each) => each.machine === 'mill_2' && each.channel === 1), {
+    channel_state: 'waiting', uuid: uuids.root, since: new Date(Date.now() - 4000).toISOString().replace('Z', '000Z'),
+  });
+  await withPage({ history: historyOf(served, { a: 1, b: 1, c: 1 }), change }, { view: `#/services/${uuids.root}`, language: 'de' }, async (page) => {
+    await awaitText(page, '.capacity[data-advice="waiting"]', /^Eine weitere Instanz würde helfen: 1 Aufruf wartet\.$/);
+    await picture(page, 'matrix-waiting-de');
+  });
+});
 
 test('all is well in one green line, and nothing else stands before the machines', async () => {
   await withPage({}, { view: '#/plant' }, async (page) => {

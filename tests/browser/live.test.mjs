@@ -96,12 +96,43 @@ test('the filter of calls is in the address and shows what fits', async () => {
   await page.goto(`${web.url}/#/calls`);
   await callShown(page, 2, '49');
   await callShown(page, 1, '64');
-  await page.goto(`${web.url}/#/calls?failed=1&channel=2&machine=cnc`);
+  await page.goto(`${web.url}/#/calls?result=withdrawn&channel=2&machine=cnc`);
   await awaitText(page, 'tr[data-call] .cell-request', /never mind/);
   await awaitText(page, 'tr[data-call] .cell-result', /withdrawn/);
   const rows = await page.$$eval('tr[data-call]', (all) => all.map((each) => [each.querySelector('.cell-channel').textContent, each.dataset.failed]));
   assert.deepEqual(rows, [['cnc/2', 'true']]);
+  assert.equal(await page.$$eval('.filter select', (all) => all.filter((each) => each.value).length), 3);
   await slow.stop();
+  await page.close();
+});
+
+test('what is chosen and typed stands in the address, the view stays, and the link shows the same', async () => {
+  const page = await browser.open(web.url, { view: '#/calls' });
+  await callShown(page, 1, '121');
+  await callShown(page, 2, '121000');
+  await callShown(page, 2, '-144');
+  const requests = (each) => each.$$eval('tr[data-call] .cell-request .said', (all) => all.map((said) => said.textContent));
+  const search = await page.$('.filter input[name="text"]');
+  await search.type('121');
+  await page.waitForFunction(() => location.hash === '#/calls?text=121');
+  await page.waitForFunction(() => document.querySelectorAll('tr[data-call]').length === 2);
+  assert.ok(await search.evaluate((node) => document.activeElement === node), 'who types goes on typing');
+  await page.select('.filter label:nth-child(1) select', 'cnc');
+  await page.select('.filter label:nth-child(2) select', '2');
+  await page.waitForFunction(() => document.querySelectorAll('tr[data-call]').length === 1);
+  assert.deepEqual(await requests(page), ['“121000”']);
+  const other = await browser.open(web.url, { view: await page.evaluate(() => location.hash) });
+  await other.waitForSelector('tr[data-call]');
+  assert.deepEqual(await requests(other), ['“121000”']);
+  await other.close();
+  // A choice is a step back; the letters of a word are none.
+  await page.goBack();
+  await page.waitForFunction(() => location.hash === '#/calls?machine=cnc&text=121');
+  await page.waitForFunction(() => document.querySelectorAll('tr[data-call]').length === 2);
+  await picture(page, 'calls-filtered');
+  await page.goto(`${web.url}/#/calls?result=other_state&text=144`);
+  await awaitText(page, 'tr[data-call] .cell-result', /answered, state/);
+  assert.deepEqual(await requests(page), ['“-144”']);
   await page.close();
 });
 
@@ -227,6 +258,17 @@ test('a service is one row; it unfolds to its lines and instances, and its link 
   await page.goto(`${web.url}/#/plant`);
   await page.click(`.strip tr[data-uuid="${squareRootUuid}"] a`);
   await page.waitForSelector(`${service} tr[data-instance]`);
+  await page.close();
+});
+
+test('a service shows which channel an instance has served in the last minute', async () => {
+  await plant.request(2, squareRootUuid, '81');
+  const page = await browser.open(web.url, { view: `#/services/${squareRootUuid}` });
+  const served = '.matrix td[data-served="yes"][data-label="cnc/2"]';
+  await awaitText(page, served, /^(<0\.1|0\.\d)$/);
+  assert.match(await textOf(page, '.matrix tbody th'), /^root one \S+:\d+$/);
+  await awaitText(page, '.capacity', /^One more instance would not help: \d+ % busy/);
+  await picture(page, 'matrix');
   await page.close();
 });
 

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { assess, callStateOf, concernKey, concernName, otherChannels, stateOf } from './page/attention.js';
+import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model } from './page/model.js';
 import german from './page/texts/de.js';
@@ -261,6 +262,47 @@ test('a service is busy by what its calls take, short ones and long ones', () =>
   assert.equal(busyOfMinute(group(instance({})), { 1: line(20, 25, 10, 1) }), 0.25);
   assert.equal(busyOfMinute(group(instance({})), { 1: line(4, 0, null, 1) }), 1);
   assert.equal(busyOfMinute(group(instance({})), {}), undefined);
+});
+
+const rootOf = (id, more = {}) => ({ instance: id, uuid: 'u', concurrency: 1, channels: [], ...more });
+const groupOf = (...instances) => ({ uuid: 'u', instances });
+const servedBy = (instance, machine, channel, rate) => ({ instance, machine, channel, calls_per_second: rate });
+
+test('an instance may serve the channels that it names, and all if it names none', () => {
+  const may = (channels, machine, channel) => mayServe({ channels }, { machine, channel });
+  assert.deepEqual([may([], 'cnc', 1), may(['cnc/1'], 'cnc', 1), may(['cnc/*'], 'cnc', 2), may(['*/2'], 'press', 2)], [true, true, true, true]);
+  assert.deepEqual([may(['cnc/1'], 'cnc', 2), may(['cnc/*'], 'press', 1), may(['*/2'], 'press', 1)], [false, false, false]);
+});
+
+test('the matrix has a column for each channel that is served or calls, and nothing where an instance may not serve it', () => {
+  const group = groupOf(rootOf('a'), rootOf('b', { channels: ['m10/*'] }), rootOf('c', { goneAt: 1 }));
+  const channels = [{ machine: 'm2', channel: 1, uuid: 'U', channel_state: 'waiting' }, { machine: 'm2', channel: 2, uuid: 'u', channel_state: 'idle' }];
+  const { columns, rows, left } = matrixOf(group, channels, [servedBy('a', 'm10', 3, 2), servedBy('other', 'm3', 1, 9)]);
+  assert.deepEqual(columns.map(({ machine, channel }) => `${machine}/${channel}`), ['m2/1', 'm10/3']);
+  assert.deepEqual(rows.map(({ service, cells }) => [service.instance, ...cells]), [['a', 0, 2], ['b', null, 0]]);
+  assert.equal(left, 0);
+});
+
+test('where there are too many channels a column is a machine, and the rest is counted', () => {
+  const served = Array.from({ length: 30 }, (_, i) => servedBy('a', `m${Math.floor(i / 2)}`, 1 + (i % 2), 1));
+  const { columns, rows, left } = matrixOf(groupOf(rootOf('a')), [], served);
+  assert.equal(columns.length, mostColumns);
+  assert.deepEqual([columns[0].machine, columns[0].channel, rows[0].cells[0], left], ['m0', undefined, 2, 3]);
+});
+
+test('one more instance helps where calls wait or all are busy, unless each channel that calls has one', () => {
+  const kindOf = (busy, callers, channels = [], ...instances) => adviceOf(groupOf(...instances), channels,
+    Array.from({ length: callers }, (_, i) => servedBy('a', 'cnc', i + 1, 1)), busy, noon).kind;
+  const waits = (ms) => ({ machine: 'cnc', channel: 1, uuid: 'u', channel_state: 'waiting', since: iso(noon - ms) });
+  assert.equal(kindOf(0.9, 3, [], rootOf('a')), 'busy');
+  assert.equal(kindOf(0.6, 3, [], rootOf('a')), 'peaks');
+  assert.equal(kindOf(0.1, 3, [], rootOf('a')), 'enough');
+  assert.equal(kindOf(0.9, 2, [], rootOf('a'), rootOf('b')), 'each');
+  assert.equal(kindOf(0.9, 2, [], rootOf('a'), rootOf('b', { draining: true })), 'busy', 'one that drains takes no call');
+  assert.equal(kindOf(0.1, 1, [waits(3000)], rootOf('a')), 'waiting');
+  assert.equal(kindOf(0.1, 1, [waits(10)], rootOf('a')), 'enough', 'a moment is no wait');
+  assert.equal(kindOf(undefined, 0, [], rootOf('a')), 'unknown');
+  assert.equal(kindOf(0, 0), 'none');
 });
 
 test('services with trouble come first, then the busiest', () => {

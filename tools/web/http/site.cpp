@@ -1,6 +1,7 @@
 #include "tools/web/http/site.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <limits>
 
@@ -65,12 +66,21 @@ tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
   if (!number) {
     return tl::unexpected(number.error());
   }
+  constexpr std::array<std::string_view, 5> results{"", "answered", "other_state", "failed",
+                                                    "withdrawn"};
+  const std::string result = target.value("result");
+  if (std::ranges::find(results, result) == results.end()) {
+    return tl::unexpected(
+        fmt::format("result={} is none of answered, other_state, failed, withdrawn", result));
+  }
   return plant::CallFilter{.machine = target.value("machine"),
                            .channel = *number,
                            .uuid = fabric::canonical_uuid(target.value("uuid")),
                            .instance = target.value("instance"),
                            .failed = target.value("failed") == "1",
-                           .other_state = target.value("other_state") == "1"};
+                           .other_state = target.value("other_state") == "1",
+                           .result = result,
+                           .text = plant::small_letters(target.value("text"))};
 }
 
 }  // namespace

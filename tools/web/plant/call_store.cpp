@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/print/json.hpp"
+
 namespace millrace::tools::web::plant {
 
 namespace {
@@ -15,7 +17,18 @@ std::uint32_t attempt_of(const recording::Entry& entry) {
   return event == nullptr ? 0 : event->attempt;
 }
 
+bool has_text(std::string_view cp1252, const std::string& wanted) {
+  return small_letters(print::text_json(cp1252)).find(wanted) != std::string::npos;
+}
+
 }  // namespace
+
+std::string small_letters(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char letter) {
+    return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
+  });
+  return text;
+}
 
 bool NormalStates::contain(const std::string& uuid, std::uint32_t state) const {
   if (state <= 1) {
@@ -38,7 +51,10 @@ bool CallFilter::takes(const EndedCall& ended) const {
          (channel == 0 || call.key.channel == channel) && (uuid.empty() || call.uuid == uuid) &&
          (instance.empty() || call.instance.to_string() == instance) &&
          ((!failed && !other_state) || (failed && ended.failed) ||
-          (other_state && ended.other_state));
+          (other_state && ended.other_state)) &&
+         (result.empty() || ended.result() == result) &&
+         (text.empty() || has_text(call.request.value_or(""), text) ||
+          has_text(call.response, text));
 }
 
 const EndedCall* CallStore::add(const recording::Entry& entry) {

@@ -44,6 +44,9 @@ struct EndedCall {
   [[nodiscard]] std::string_view result() const;
 };
 
+/// Letters of ASCII; others stay as they are.
+std::string small_letters(std::string text);
+
 /// An empty text, and channel 0, take everything.
 struct CallFilter {
   std::string machine{};
@@ -53,6 +56,10 @@ struct CallFilter {
   /// Both: either.
   bool failed = false;
   bool other_state = false;
+  /// EndedCall::result().
+  std::string result{};
+  /// In request or response, in small letters of ASCII and UTF-8.
+  std::string text{};
 
   [[nodiscard]] bool takes(const EndedCall& call) const;
 };

@@ -86,13 +86,17 @@ boost::json::object History::Line::json() const {
 }
 
 void History::add_call(const std::string& uuid, const fabric::InstanceId& instance,
+                       const fabric::ChannelKey& channel,
                        std::optional<std::chrono::nanoseconds> duration, bool failed) {
   totals_.add(duration, failed);
   if (services_.size() < most_lines || services_.contains(uuid)) {
     services_[uuid].add(duration, failed);
   }
-  if (instance != fabric::InstanceId{} &&
-      (instances_.size() < most_lines || instances_.contains(instance))) {
+  if (instance == fabric::InstanceId{}) {
+    return;
+  }
+  served_.add(instance, channel);
+  if (instances_.size() < most_lines || instances_.contains(instance)) {
     instances_[instance].add(duration, failed);
   }
 }
@@ -121,6 +125,7 @@ void History::step(fabric::Time now, const std::map<fabric::InstanceId, std::uin
   }
   drop_empty(services_);
   drop_empty(instances_);
+  served_.step();
 }
 
 boost::json::object History::json() const {
@@ -132,10 +137,12 @@ boost::json::object History::json() const {
   for (const auto& [instance, line] : instances_) {
     instances[instance.to_string()] = line.json();
   }
-  boost::json::object out{{"step_ms", std::chrono::milliseconds(step_length).count()},
-                          {"totals", totals_.json()},
-                          {"services", std::move(services)},
-                          {"instances", std::move(instances)}};
+  boost::json::object out{
+      {"step_ms", std::chrono::milliseconds(step_length).count()},
+      {"totals", totals_.json()},
+      {"services", std::move(services)},
+      {"instances", std::move(instances)},
+      {"served", served_.json(std::chrono::duration<double>(step_length).count())}};
   print::put_time(out, "end", end_);
   return out;
 }

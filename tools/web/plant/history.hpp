@@ -1,6 +1,6 @@
 // Calls, errors, times and load over the last half hour, in steps: for lines over time. Pure.
 //
-//   history.add_call(uuid, instance, duration, failed);
+//   history.add_call(uuid, instance, channel, duration, failed);
 //   history.step(running);                              // every `step_length`
 #pragma once
 
@@ -15,6 +15,7 @@
 #include <boost/json/object.hpp>
 
 #include "fabric/messages.hpp"
+#include "tools/web/plant/served_channels.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -27,12 +28,13 @@ class History {
   static constexpr std::size_t most_lines = 1'000;
 
   void add_call(const std::string& uuid, const fabric::InstanceId& instance,
-                std::optional<std::chrono::nanoseconds> duration, bool failed);
+                const fabric::ChannelKey& channel, std::optional<std::chrono::nanoseconds> duration,
+                bool failed);
   /// Ends a step at `now`. `running`: the calls that each instance has; who is not in it is gone,
   /// and its line goes when nothing of it is left to show.
   void step(fabric::Time now, const std::map<fabric::InstanceId, std::uint32_t>& running);
 
-  /// {step_ms, end, totals, services, instances}.
+  /// {step_ms, end, totals, services, instances, served}.
   [[nodiscard]] boost::json::object json() const;
 
  private:
@@ -63,6 +65,7 @@ class History {
   Line totals_;
   std::map<std::string, Line> services_;
   std::map<fabric::InstanceId, Line> instances_;
+  ServedChannels served_;
   fabric::Time end_{};
 };
 

@@ -157,7 +157,7 @@ void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
       ++other_states_of_[call.instance];
     }
   }
-  history_.add_call(call.uuid, call.instance, duration, ended.failed);
+  history_.add_call(call.uuid, call.instance, call.key, duration, ended.failed);
   calls_ended_.push_back(call.id);
 }
 

@@ -45,6 +45,18 @@ TEST(ACallStore, HasTheTimelineOfACallThatEndedAndOfOneThatDidNot) {
   EXPECT_THAT(sut.timeline({0x5f, 19}).steps, IsEmpty());
 }
 
+TEST(ACallStore, FindsATextInRequestOrResponseInSmallOrCapitalLetters) {
+  CallStore sut;
+  std::vector<Entry> entries = one_call(1, 0);
+  std::get<fabric::Event>(entries[0].sample).text = "M\xe4\xdf T12";
+  add(sut, entries);
+  add(sut, one_call(2, 20));
+  EXPECT_THAT(numbers(sut.list({.text = "mäß t12"}, 10)), testing::ElementsAre(1));
+  EXPECT_THAT(numbers(sut.list({.text = "1.414"}, 10)), testing::ElementsAre(2, 1));
+  EXPECT_THAT(sut.list({.text = "t13"}, 10), IsEmpty());
+  EXPECT_EQ(small_letters("T12 mÄ"), "t12 mÄ");
+}
+
 TEST(ACallStore, ListsTheNewestFirstAndOnlyWhatIsAskedFor) {
   CallStore sut;
   add(sut, one_call(1, 0));
@@ -57,6 +69,8 @@ TEST(ACallStore, ListsTheNewestFirstAndOnlyWhatIsAskedFor) {
               SizeIs(3));
   EXPECT_THAT(sut.list({.machine = "lathe"}, 10), IsEmpty());
   EXPECT_THAT(sut.list({.channel = 2}, 10), IsEmpty());
+  EXPECT_THAT(numbers(sut.list({.result = "failed"}, 10)), testing::ElementsAre(2));
+  EXPECT_THAT(numbers(sut.list({.result = "answered"}, 10)), testing::ElementsAre(3, 1));
 }
 
 TEST(ACallStore, KeepsFailedOnesLongerThanOthers) {

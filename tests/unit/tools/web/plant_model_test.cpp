@@ -335,6 +335,21 @@ TEST_F(APlant, KeepsALineOfEachService) {
   EXPECT_EQ(history.at("step_ms"), 5000);
 }
 
+TEST_F(APlant, TellsWhichInstanceHasServedWhichChannelInTheLastMinute) {
+  add({instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add(one_call(1, 1));
+  add(one_call(2, 2));
+  EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "no step has ended";
+  ASSERT_TRUE(sut.changes(after(10'000)));
+  EXPECT_EQ(sut.history().at("served"), boost::json::array({{{"instance", id(0x11).to_string()},
+                                                             {"machine", "cnc"},
+                                                             {"channel", 1},
+                                                             {"calls_per_second", 0.2}}}));
+  ASSERT_TRUE(sut.changes(after(70'000)));
+  EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "that was more than a minute ago";
+}
+
 TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
   add({instance(Change::ready)});
   add(one_call(17, 0));

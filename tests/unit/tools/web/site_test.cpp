@@ -87,6 +87,10 @@ TEST_F(ASite, TellsOfThePlant) {
   EXPECT_EQ(json(answer(get("/api/about"))).at("fabric"), "hall-3");
   EXPECT_EQ(json(answer(get("/api/calls"))).at("calls").at(0).at("call"), "5f-17");
   EXPECT_THAT(json(answer(get("/api/calls?failed=1"))).at("calls").as_array(), IsEmpty());
+  EXPECT_EQ(json(answer(get("/api/calls?result=answered&text=1.41"))).at("calls").as_array().size(),
+            1U);
+  EXPECT_THAT(json(answer(get("/api/calls?text=1.42"))).at("calls").as_array(), IsEmpty());
+  EXPECT_EQ(answer(get("/api/calls?result=nosuch")).status, 400U);
   EXPECT_EQ(json(answer(get("/api/calls/5f-17"))).at("steps").as_array().size(), 7U);
   EXPECT_EQ(answer(get("/api/calls/5f-18")).status, 404U);
   EXPECT_EQ(answer(get("/api/calls/x")).status, 404U);

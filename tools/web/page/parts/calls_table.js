@@ -4,7 +4,7 @@ import { element, Keyed } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, fineClock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { tableHead, visible } from './marks.js';
+import { chooser, tableHead, visible } from './marks.js';
 
 const text = words.calls;
 const columns = ['time', 'channel', 'service', 'request', 'response', 'duration', 'instance', 'result'];
@@ -85,6 +85,13 @@ export function callsTable(hrefOf, dayOf = null) {
       rows.show(calls, keyOfRow);
     },
   };
+}
+
+/** What came of them; `chosen` is one of the words of /api/calls, or empty. */
+export function resultChooser(chosen, changed) {
+  const result = chooser(text.columns.result, chosen, changed);
+  result.show(Object.entries(text.results));
+  return result;
 }
 
 /** How many rows are calls. */

@@ -1,7 +1,7 @@
 // The calls as they end, newest first, with a filter; the filter stands in the address, so that it can be kept and sent.
 import { get } from '../api.js';
 import { byName } from '../model.js';
-import { callsTable, countCalls } from '../parts/calls_table.js';
+import { callsTable, countCalls, resultChooser } from '../parts/calls_table.js';
 import { chooser, visible } from '../parts/marks.js';
 import { element, setText } from '../dom.js';
 import { words } from '../words.js';
@@ -11,28 +11,44 @@ const text = words.calls;
 const shownRows = matchMedia('(max-width: 60rem)').matches ? 40 : 120;
 /** A list that changes more often cannot be read, and costs the browser more than it shows. */
 const betweenMs = 450;
+/** Who types pauses this long at the end of a word. */
+const typingMs = 300;
+const parts = ['machine', 'channel', 'uuid', 'instance', 'result', 'text'];
 
 function fits(call, filter) {
-  return (!filter.machine || call.machine === filter.machine) && (!filter.channel || String(call.channel) === filter.channel)
-    && (!filter.uuid || call.uuid === filter.uuid)
-    && ((!filter.failed && !filter.other_state) || (filter.failed && call.failed) || (filter.other_state && call.result === 'other_state'));
+  const has = (said) => said?.toLowerCase().includes(filter.text.toLowerCase());
+  return ['machine', 'channel', 'uuid', 'instance', 'result'].every((part) => !filter[part] || String(call[part]) === filter[part])
+    && (!filter.text || has(call.request) || has(call.response));
 }
 
 export function callsView(app, query) {
-  const filter = {
-    machine: query.get('machine') ?? '', channel: query.get('channel') ?? '', uuid: query.get('uuid') ?? '', failed: query.get('failed') ? '1' : '',
-    other_state: query.get('other_state') ? '1' : '',
+  const filter = Object.fromEntries(parts.map((part) => [part, query.get(part) ?? '']));
+  const isFiltered = () => Object.values(filter).some(Boolean);
+  /** The view stays, and with it where the reader is; each choice is a step back in the browser, each letter is not. */
+  const go = (change, keep = history.pushState) => {
+    Object.assign(filter, change);
+    const wanted = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
+    keep.call(history, null, '', `#/calls${String(wanted) ? `?${wanted}` : ''}`);
+    kept = [];
+    frozen = null;
+    last = 0;
+    clear.hidden = !isFiltered();
+    view.update();
+    ask();
   };
-  const isFiltered = Object.values(filter).some(Boolean);
-  const go = (change) => {
-    const wanted = new URLSearchParams(Object.entries({ ...filter, ...change }).filter(([, value]) => value));
-    location.hash = `#/calls${String(wanted) ? `?${wanted}` : ''}`;
-  };
-  const machine = chooser(text.machine, filter.machine, (value) => go({ machine: value, channel: '' }));
+  const machine = chooser(text.machine, filter.machine, (value) => { channel.choose(''); go({ machine: value, channel: '' }); });
   const channel = chooser(text.channel, filter.channel, (value) => go({ channel: value }));
-  const service = chooser(text.service, filter.uuid, (value) => go({ uuid: value }));
-  const failed = element('input', { type: 'checkbox', checked: Boolean(filter.failed), onchange: () => go({ failed: failed.checked ? '1' : '' }) });
-  const others = element('input', { type: 'checkbox', checked: Boolean(filter.other_state), onchange: () => go({ other_state: others.checked ? '1' : '' }) });
+  const service = chooser(text.service, filter.uuid, (value) => { instance.choose(''); go({ uuid: value, instance: '' }); });
+  const instance = chooser(text.columns.instance, filter.instance, (value) => go({ instance: value }));
+  const result = resultChooser(filter.result, (value) => go({ result: value }));
+  let typing = 0;
+  const search = element('input', {
+    type: 'search', name: 'text', value: filter.text, oninput: () => {
+      clearTimeout(typing);
+      typing = setTimeout(() => go({ text: search.value }, history.replaceState), typingMs);
+    },
+  });
+  const clear = element('button', { type: 'button', hidden: !isFiltered(), onclick: () => { location.hash = '#/calls'; } }, text.clear);
   const pauseButton = element('button', { type: 'button', 'aria-pressed': 'false', onclick: () => pause(frozen === null) }, text.pause);
   const status = element('p', { class: 'list-status' });
   const empty = element('p', { class: 'empty', hidden: true });
@@ -40,10 +56,8 @@ export function callsView(app, query) {
   const node = element('div', { class: 'calls-view' },
     element('h1', { tabindex: '-1' }, text.title),
     element('form', { class: 'filter', 'aria-label': text.filter, onsubmit: (event) => event.preventDefault() },
-      machine.node, channel.node, service.node, element('label', { class: 'tick' }, failed, element('span', {}, text.failed)),
-      element('label', { class: 'tick' }, others, element('span', {}, text.otherStates)),
-      isFiltered && element('button', { type: 'button', onclick: () => { location.hash = '#/calls'; } }, text.clear),
-      pauseButton, status),
+      machine.node, channel.node, service.node, instance.node, result.node,
+      element('label', { class: 'data-search' }, element('span', {}, text.text), search), clear, pauseButton, status),
     table.node, empty);
 
   // What the server kept of calls that fit, beyond the last ones that the page has anyway.
@@ -63,7 +77,7 @@ export function callsView(app, query) {
 
   function rowsNow() {
     // The filter leaves out what is missing, too, unless it is a time without data: whether that would fit is unknown.
-    const live = app.model.calls.filter((row) => (row.call ? fits(row, filter) : row.gap || !isFiltered));
+    const live = app.model.calls.filter((row) => (row.call ? fits(row, filter) : row.gap || !isFiltered()));
     const known = new Set(live.map((row) => row.call));
     return [...live, ...kept.filter((call) => !known.has(call.call))].slice(0, shownRows);
   }
@@ -71,7 +85,17 @@ export function callsView(app, query) {
   function cameSince() {
     const at = app.model.calls.findIndex((row) => row.call && row.call === newest);
     return (at < 0 ? app.model.calls : app.model.calls.slice(0, at))
-      .reduce((all, row) => all + (row.call ? Number(fits(row, filter)) : isFiltered ? 0 : row.skipped ?? 0), 0);
+      .reduce((all, row) => all + (row.call ? Number(fits(row, filter)) : isFiltered() ? 0 : row.skipped ?? 0), 0);
+  }
+
+  async function ask() {
+    const asked = JSON.stringify(filter);
+    const answer = await get(['calls'], { ...filter, limit: shownRows }).catch(() => null);
+    if (answer && asked === JSON.stringify(filter)) {
+      kept = answer.calls;
+      last = 0;
+      view.update();
+    }
   }
 
   const view = {
@@ -83,6 +107,9 @@ export function callsView(app, query) {
       machine.show(machines.map(({ name }) => [name, visible(name)]));
       channel.show((machines.find(({ name }) => name === filter.machine)?.channels ?? []).map((each) => [String(each.channel), String(each.channel)]));
       service.show(model.servicesByUuid().map((group) => [group.uuid, visible(group.name || group.uuid)]).sort((a, b) => byName(a[1], b[1])));
+      const instances = filter.uuid ? model.servicesByUuid().find((group) => group.uuid === filter.uuid)?.instances ?? [] : [];
+      instance.node.hidden = instances.length === 0 && !filter.instance;
+      instance.show(instances.map((each) => [each.instance, visible(`${each.name || words.services.nameless} (${each.host}:${each.pid})`)]));
       const now = performance.now();
       if (now - last < betweenMs) {
         return;
@@ -91,18 +118,12 @@ export function callsView(app, query) {
       const rows = frozen ?? rowsNow();
       table.show(rows);
       const count = countCalls(rows);
-      setText(status, frozen ? text.paused(cameSince()) : isFiltered && count > 0 ? text.shown(count) : '');
+      setText(status, frozen ? text.paused(cameSince()) : isFiltered() && count > 0 ? text.shown(count) : '');
       empty.hidden = rows.length > 0;
-      setText(empty, isFiltered ? text.noneFiltered : text.none);
+      setText(empty, isFiltered() ? text.noneFiltered : text.none);
     },
-    async enter() {
-      const answer = await get(['calls'], { ...filter, limit: shownRows }).catch(() => null);
-      if (answer) {
-        kept = answer.calls;
-        last = 0;
-        view.update();
-      }
-    },
+    enter: ask,
+    leave: () => clearTimeout(typing),
   };
   return view;
 }

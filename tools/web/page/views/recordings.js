@@ -1,6 +1,6 @@
 // The recordings in the server's folder: a list; of one its summary, its calls and its file.
 import { get } from '../api.js';
-import { callsTable } from '../parts/calls_table.js';
+import { callsTable, resultChooser } from '../parts/calls_table.js';
 import { facts, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { element, replace } from '../dom.js';
 import { duration, milliseconds, moment } from '../time.js';
@@ -77,23 +77,17 @@ function alarmTable({ alarms, more }) {
 
 export function recordingView(app, name, query) {
   const skip = Math.max(0, Number(query.get('skip')) || 0);
-  const failed = query.get('failed') ? '1' : '';
-  const other = query.get('other_state') ? '1' : '';
+  const result = query.get('result') ?? '';
   const about = element('div', {}, element('p', {}, words.showing));
   const said = element('div');
   const status = element('p', { class: 'list-status' });
   const table = callsTable((call) => `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(call.call)}`, () => NaN);
   const pages = element('nav', { class: 'pages', 'aria-label': text.calls });
   const here = (change) => {
-    const wanted = new URLSearchParams(Object.entries({ skip, failed, other_state: other, ...change }).filter(([, value]) => value));
+    const wanted = new URLSearchParams(Object.entries({ skip, result, ...change }).filter(([, value]) => value));
     return `#/recordings/${encodeURIComponent(name)}${String(wanted) ? `?${wanted}` : ''}`;
   };
-  const onlyFailed = element('input', {
-    type: 'checkbox', checked: Boolean(failed), onchange: () => { location.hash = here({ skip: 0, failed: onlyFailed.checked ? '1' : '' }); },
-  });
-  const onlyOther = element('input', {
-    type: 'checkbox', checked: Boolean(other), onchange: () => { location.hash = here({ skip: 0, other_state: onlyOther.checked ? '1' : '' }); },
-  });
+  const filtered = resultChooser(result, (value) => { location.hash = here({ skip: 0, result: value }); });
   const node = element('div', {},
     element('nav', { class: 'back', 'aria-label': text.back }, element('a', { href: '#/recordings' }, `← ${text.back}`)),
     element('h1', { tabindex: '-1' }, visible(name)),
@@ -101,8 +95,7 @@ export function recordingView(app, name, query) {
     about, said,
     element('h2', {}, text.calls),
     element('form', { class: 'filter', 'aria-label': words.calls.filter, onsubmit: (event) => event.preventDefault() },
-      element('label', { class: 'tick' }, onlyFailed, element('span', {}, words.calls.failed)),
-      element('label', { class: 'tick' }, onlyOther, element('span', {}, words.calls.otherStates)), status),
+      filtered.node, status),
     table.node, pages);
   return {
     node,
@@ -113,7 +106,7 @@ export function recordingView(app, name, query) {
       // Where it cannot be read the summary says why.
       get(['recordings', name, 'alarms']).then((answer) => replace(said, alarmTable(answer)), () => {});
       try {
-        const { calls, more } = await get(['recordings', name, 'calls'], { failed, other_state: other, limit: perPage, skip: skip || '' });
+        const { calls, more } = await get(['recordings', name, 'calls'], { result, limit: perPage, skip: skip || '' });
         table.show(calls);
         status.textContent = calls.length === 0 ? words.calls.noneFiltered : text.page(number(skip + 1), number(skip + calls.length));
         replace(pages, skip > 0 && element('a', { href: here({ skip: Math.max(0, skip - perPage) }) }, `← ${text.earlier}`),

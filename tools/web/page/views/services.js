@@ -1,5 +1,5 @@
-// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time and to its
-// instances.
+// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time, to
+// who serves whom, and to its instances.
 import { get } from '../api.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { busyOfMinute, byTrouble } from '../model.js';
@@ -7,6 +7,7 @@ import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds } from '../time.js';
 import { plot, sparkline } from '../parts/plot.js';
 import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
+import { serviceMatrix } from '../parts/service_matrix.js';
 import { busyBar, instanceSquares } from '../parts/services_strip.js';
 import { number, perSecond, words } from '../words.js';
 
@@ -98,9 +99,10 @@ function unfolded(app) {
   };
   const body = element('tbody');
   const caption = element('caption', { class: 'for-readers' });
+  const matrix = serviceMatrix(app);
   const region = scrolling('',
     element('table', { class: 'instances' }, caption, tableHead(columns, { ...text.columns, action: element('span', { class: 'for-readers' }, text.columns.action) }), body));
-  const node = element('div', { class: 'service-more', hidden: true }, uuid, element('div', { class: 'plots' }, plots.rate.node, plots.time.node), region);
+  const node = element('div', { class: 'service-more', hidden: true }, uuid, element('div', { class: 'plots' }, plots.rate.node, plots.time.node), matrix.node, region);
   const rows = new Keyed(body, () => instanceRow(app));
   return {
     node,
@@ -109,6 +111,7 @@ function unfolded(app) {
       replace(uuid, element('code', {}, visible(group.uuid)), ` · ${text.delivery[group.instances[0].delivery] ?? ''}`);
       setText(caption, name);
       setAttribute(region, 'aria-label', name);
+      matrix.update({ group, history });
       rows.show(group.instances.map((service) => ({ service, history: history?.instances?.[service.instance] })), ({ service }) => service.instance);
     },
     draw(history, of) {

@@ -1,0 +1,71 @@
+// Which instance of a service serves which channels, and whether one more would help. Pure.
+//
+//   matrixOf(group, channels, served).rows              // `served` is that of /api/history
+//   adviceOf(group, channels, served, busy, now)        // { kind: 'enough', busy, callers, room, waiting }
+import { byName, keyOf } from './model.js';
+import { milliseconds } from './time.js';
+
+/** More columns than this are no table that one sees at once. */
+export const mostColumns = 12;
+/** A call that waits no longer than this finds its instance by itself. */
+const waitMs = 1000;
+const fullShare = 0.8;
+const peakShare = 0.5;
+
+/** By the channels that it names, "cnc/1" or "cnc/*"; who names none takes all. */
+export function mayServe(service, { machine, channel }) {
+  return !service.channels?.length || service.channels.some((scope) => {
+    const [ofMachine, number = '*'] = scope.split('/');
+    return ['*', machine, machine.split('.')[0]].includes(ofMachine) && (number === '*' || number === String(channel));
+  });
+}
+
+const wants = (channel, uuid) => channel.uuid?.toLowerCase() === uuid && channel.channel_state !== 'idle';
+
+/** The channels that the instances of a service have served in the last minute, or that call it now. */
+function callersOf(group, channels, served) {
+  const ids = new Set(group.instances.map((service) => service.instance));
+  const found = new Map();
+  for (const each of [...served.filter((pair) => ids.has(pair.instance)), ...channels.filter((channel) => wants(channel, group.uuid))]) {
+    found.set(keyOf(each.machine, each.channel), { machine: each.machine, channel: each.channel });
+  }
+  return [...found.values()].sort((a, b) => byName(a.machine, b.machine) || a.channel - b.channel);
+}
+
+/**
+ * { columns, rows, left }: a column for each channel, or for each machine where there are too many, and `left` columns that
+ * found no room. A row is { service, cells }; a cell is calls per second, or null where the instance may not serve it.
+ */
+export function matrixOf(group, channels, served) {
+  const callers = callersOf(group, channels, served);
+  const machines = [...new Set(callers.map((each) => each.machine))].map((machine) => ({ machine, parts: callers.filter((each) => each.machine === machine) }));
+  const all = callers.length <= mostColumns ? callers.map((each) => ({ ...each, parts: [each] })) : machines;
+  const columns = all.slice(0, mostColumns);
+  const rates = new Map();
+  for (const pair of served) {
+    rates.set(keyOf(pair.instance, keyOf(pair.machine, pair.channel)), pair.calls_per_second);
+  }
+  const rateOf = (service, { machine, channel }) => rates.get(keyOf(service.instance, keyOf(machine, channel))) ?? 0;
+  const rows = group.instances.filter((service) => service.goneAt === undefined).map((service) => ({
+    service,
+    cells: columns.map(({ parts }) => {
+      const sum = parts.reduce((rate, part) => rate + rateOf(service, part), 0);
+      return sum > 0 || parts.some((part) => mayServe(service, part)) ? sum : null;
+    }),
+  }));
+  return { columns, rows, left: all.length - columns.length };
+}
+
+/**
+ * Whether one more instance would help. A channel has one call at a time, so where there is room for a call of each channel
+ * that calls, it would not, however busy they are. `busy` is that of the last minute; null as long as it is unknown.
+ */
+export function adviceOf(group, channels, served, busy, now) {
+  const here = group.instances.filter((service) => service.goneAt === undefined && !service.draining);
+  const room = here.reduce((sum, service) => sum + (service.concurrency || 1), 0);
+  const callers = callersOf(group, channels, served);
+  const waiting = channels.filter((channel) => wants(channel, group.uuid) && channel.channel_state === 'waiting' && now - milliseconds(channel.since) > waitMs).length;
+  const kind = here.length === 0 ? 'none' : waiting > 0 ? 'waiting' : busy === undefined ? 'unknown'
+    : busy < peakShare ? 'enough' : callers.length <= room ? 'each' : busy < fullShare ? 'peaks' : 'busy';
+  return { kind, busy, callers: callers.length, room, waiting };
+}
