@@ -139,8 +139,8 @@ set(CPACK_COMPONENT_COMMON_DESCRIPTION "millrace: what all its programs on a hos
  Profiles of the fabric, the systemd target of everything that is enabled, the
  documentation, and the schemas of configuration files and DDS topics.")
 set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface of CNC channels on DDS
- Polls the controllers over ADS and gives each call of an NC program to one live
- service of its UUID.")
+ Reads the controllers over ADS, by notifications or by polling, and dispatches
+ each call of an NC program to one live instance of its service.")
 set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail, LCM
  Programs that answer calls of NC programs, a bridge to programs that speak LCM,
  and the systemd unit of a service.")
