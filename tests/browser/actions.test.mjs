@@ -105,6 +105,29 @@ for (const language of ['en', 'de']) {
   });
 }
 
+test('a cause that somebody takes is his on every page, with who, when and a note', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await (await cardButton(page, 'cnc/1', '[data-action="acknowledge"]')).click();
+  await logIn(page, 'a good password');
+  await page.waitForSelector('dialog input[name="note"]');
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'acknowledge');
+  await page.type('dialog input[name="note"]', 'fetching a new part');
+  await page.click('dialog [data-confirm]');
+  await page.waitForFunction(() => !document.querySelector('dialog'));
+  const taken = [/^Taken by anna, \d\d:\d\d:\d\d · fetching a new part$/, /^cnc\/1: taken by anna: fetching a new part$/];
+  const other = await browser.open(web.url, { view: '#/plant' });
+  for (const each of [page, other]) {
+    await awaitText(each, '.concern[data-kind="held"] .concern-taken', taken[0]);
+    await awaitText(each, '.events li[data-event="acknowledged"] .event-what', taken[1]);
+  }
+  assert.equal(await page.$('[data-action="acknowledge"]'), null, 'nobody takes twice what is his');
+  assert.notEqual(await other.$('[data-action="acknowledge"]'), null);
+  await picture(page, 'acknowledged');
+  await page.close();
+  await other.close();
+});
+
 test('a held call that is given out again through the page is run again', async () => {
   const lost = await plant.slowService();
   const page = await browser.open(web.url, { view: '#/plant' });

@@ -104,7 +104,7 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
   mishaps.slice(0, causes).forEach((happen) => happen(plant));
   return {
     about: { version: '0.1.0', host: 'vm', fabric: 'plant', domain: 151, recordings: true, actions: true, started: ago(5000), time: ago(0) },
-    ...JSON.parse(JSON.stringify(plant)), alarms: [], calls: [],
+    ...JSON.parse(JSON.stringify(plant)), alarms: [], acknowledged: [], calls: [],
     totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: causes > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
   };
 }
@@ -122,7 +122,7 @@ export const historyOf = (served = [], busy = {}) => ({
 export async function serve(snapshot, history = historyOf()) {
   const open = new Set();
   const json = {
-    '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain'] },
+    '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain', 'acknowledge'] },
     '/api/history': history,
     '/api/calls': { calls: [], kept: 0 },
   };

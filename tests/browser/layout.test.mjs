@@ -116,6 +116,29 @@ test('one more instance would help where calls wait, also in German', async () =
   });
 });
 
+test('a cause that somebody has taken says who, when and why, also on a wall', async () => {
+  const change = (plant) => {
+    const time = new Date().toISOString().replace('Z', '000Z');
+    plant.acknowledged = [{ cause: `unserved ${uuids.length}\u0000\u0000`, since: '', by: 'bert', note: 'a new probe is on its way', time }];
+  };
+  await withPage({ causes: 3, change }, { view: '#/plant' }, async (page) => {
+    await awaitText(page, '.concern[data-kind="unserved"] .concern-taken', /^Taken by bert, \d\d:\d\d:\d\d · a new probe is on its way$/);
+    assert.equal((await page.$$('.concern-taken:not([hidden])')).length, 1);
+    for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
+      await page.setViewport({ width, height });
+      assert.ok(!await isTooWide(page), `wider than ${width} px`);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `taken-${width}`);
+    }
+  });
+  await withPage({ causes: 5, machines: 20, change }, { query: '?wall', dark: true, width: 1920, height: 1080 }, async (page) => {
+    await awaitText(page, '.concern-taken', /^Taken by bert/);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
+    assert.deepEqual(await violations(page), []);
+    await picture(page, 'taken-wall');
+  });
+});
+
 test('all is well in one green line, and nothing else stands before the machines', async () => {
   await withPage({}, { view: '#/plant' }, async (page) => {
     assert.equal(await page.$eval('.headline', (node) => node.dataset.level), 'fine');

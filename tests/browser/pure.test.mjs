@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { assess, callStateOf, concernKey, concernName, otherChannels, stateOf } from './page/attention.js';
+import { acknowledgeKey, acknowledgementOf, assess, callStateOf, concernKey, concernName, otherChannels, stateOf } from './page/attention.js';
 import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model } from './page/model.js';
@@ -221,6 +221,19 @@ test('a service without an instance is one cause for all channels that wait for 
   const { concerns } = assess([machine([waits('u', 5000), waits('U', 9000), waits('v', 4000)])], noon);
   assert.deepEqual(concerns.map((concern) => [concernName(concern), otherChannels(concern)]), [['cnc/2', ['cnc/1']], ['cnc/3', []]]);
   assert.equal(new Set(concerns.map(concernKey)).size, 2);
+});
+
+test('a cause that somebody has taken stays his until it is over, and the next one is nobody\'s', () => {
+  const concernSince = (since, more = {}) => ({ cause: 'unserved u', kind: 'unserved', level: 'person', channels: [{ call: 'a-1' }], since, ...more });
+  const taken = { cause: acknowledgeKey(concernSince(noon)), by: 'anna', since: String(noon), note: '', time: iso(noon + 5000) };
+  assert.equal(acknowledgementOf(concernSince(noon), [taken])?.by, 'anna');
+  assert.equal(acknowledgementOf(concernSince(noon, { level: 'look' }), [taken])?.by, 'anna');
+  assert.equal(acknowledgementOf(concernSince(noon + 9000), [taken]), null);
+  // The gateway's clock is an hour ahead.
+  assert.equal(acknowledgementOf(concernSince(noon + 3_600_000), [{ ...taken, since: String(noon + 3_600_000) }])?.by, 'anna');
+  assert.equal(acknowledgementOf(concernSince(noon, { cause: 'gone g' }), [taken]), null);
+  const held = (call) => concernSince(noon, { kind: 'held', channels: [{ call }] });
+  assert.notEqual(acknowledgeKey(held('a-1')), acknowledgeKey(held('a-2')));
 });
 
 test('each held call is a cause of its own', () => {

@@ -1,6 +1,8 @@
 // UserActions: what the body of an action means.
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include <boost/json/parse.hpp>
 #include <fmt/format.h>
@@ -88,14 +90,20 @@ Result<fabric::Command> a_drain(const boost::json::object& body) {
   });
 }
 
+/// Null if the body is no object.
+boost::json::value object_in(std::string_view body) {
+  boost::system::error_code error;
+  boost::json::value value =
+      boost::json::parse(boost::json::string_view(body.data(), body.size()), error);
+  return error || !value.is_object() ? boost::json::value() : value;
+}
+
 }  // namespace
 
 tl::expected<fabric::Command, std::string> command_of(std::string_view what,
                                                       std::string_view body) {
-  boost::system::error_code error;
-  const boost::json::value value =
-      boost::json::parse(boost::json::string_view(body.data(), body.size()), error);
-  const auto* object = error ? nullptr : value.if_object();
+  const boost::json::value value = object_in(body);
+  const auto* object = value.if_object();
   if (object == nullptr) {
     return wrong("expected a JSON object");
   }
@@ -108,7 +116,33 @@ tl::expected<fabric::Command, std::string> command_of(std::string_view what,
   if (what == "drain") {
     return a_drain(*object);
   }
-  return wrong("there is no such action; expected answer, retry or drain");
+  return wrong("there is no such action; expected answer, retry, drain or acknowledge");
+}
+
+tl::expected<Acknowledgement, std::string> acknowledgement_of(std::string_view body) {
+  const boost::json::value value = object_in(body);
+  const auto* object = value.if_object();
+  if (object == nullptr) {
+    return wrong("expected a JSON object");
+  }
+  Acknowledgement out;
+  const std::array<std::pair<const char*, std::string*>, 4> fields{
+      {{"cause", &out.cause}, {"name", &out.name}, {"since", &out.since}, {"note", &out.note}}};
+  for (const auto& [name, field] : fields) {
+    const auto text = text_in(*object, name);
+    if (!text) {
+      return wrong(text.error());
+    }
+    constexpr std::size_t longest = 500;
+    if (text->size() > longest) {
+      return wrong(fmt::format("\"{}\" has more than {} bytes", name, longest));
+    }
+    *field = *text;
+  }
+  if (out.cause.empty()) {
+    return wrong("expected a \"cause\" that is not empty");
+  }
+  return out;
 }
 
 }  // namespace millrace::tools::web::actions

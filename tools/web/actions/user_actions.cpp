@@ -86,6 +86,7 @@ boost::json::object UserActions::json_of(const Session& session) const {
     for (const fabric::CommandKind kind : user->second.may) {
       may.emplace_back(name_of(kind));
     }
+    may.emplace_back("acknowledge");
   }
   return {
       {"actions", true}, {"user", session.user}, {"token", session.token}, {"may", std::move(may)}};
@@ -159,6 +160,9 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
   if (!same_secret(request.token, session->token)) {
     return http::error_response(403, "the page is outdated; reload it");
   }
+  if (what == "acknowledge") {
+    return acknowledge(session->user, request, now);
+  }
   auto command = command_of(what, request.body);
   if (!command) {
     return http::error_response(400, command.error());
@@ -179,6 +183,18 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
                          return report(command, name, outcome);
                        };
                      }};
+}
+
+/// It changes nothing in the plant, so whoever is logged in may.
+http::Response UserActions::acknowledge(const std::string& user, const http::Request& request,
+                                        const fabric::Moment& now) {
+  const auto said = acknowledgement_of(request.body);
+  if (!said) {
+    return http::error_response(400, said.error());
+  }
+  acknowledge_(*said, user, now);
+  log_->info("{}: acknowledged {}", user, base::text::safe(said->name));
+  return http::json_response(boost::json::object{{"done", true}, {"detail", ""}});
 }
 
 http::Response UserActions::report(const fabric::Command& command, const std::string& user,

@@ -29,17 +29,30 @@ struct UserActionsOptions {
   bool secure_cookie = false;
 };
 
+/// What a user says of a cause that the page shows.
+struct Acknowledgement {
+  std::string cause{};
+  std::string name{};
+  std::string since{};
+  std::string note{};
+};
+
 class UserActions : public http::ActionHandler {
  public:
   /// Sends a command and waits for the word on it; nothing if nobody answered. In the thread of
   /// operators.
   using Issue = std::function<std::optional<fabric::Outcome>(const fabric::Command&)>;
+  /// Keeps that a user has taken a cause.
+  using Acknowledge =
+      std::function<void(const Acknowledgement&, const std::string& user, const fabric::Moment&)>;
   /// Draws a text that nobody can guess.
   using Secret = std::function<std::string()>;
 
-  UserActions(UserActionsOptions options, Issue issue, Secret secret, base::program::Log log)
+  UserActions(UserActionsOptions options, Issue issue, Acknowledge acknowledge, Secret secret,
+              base::program::Log log)
       : options_(std::move(options)),
         issue_(std::move(issue)),
+        acknowledge_(std::move(acknowledge)),
         sessions_(std::move(secret)),
         log_(std::move(log)) {}
 
@@ -54,12 +67,15 @@ class UserActions : public http::ActionHandler {
   http::Response refuse(const Throttle::Who& who);
   http::Outcome act(const std::string& what, const http::Request& request,
                     const fabric::Moment& now);
+  http::Response acknowledge(const std::string& user, const http::Request& request,
+                             const fabric::Moment& now);
   http::Response report(const fabric::Command& command, const std::string& user,
                         const std::optional<fabric::Outcome>& outcome);
   [[nodiscard]] boost::json::object json_of(const Session& session) const;
 
   UserActionsOptions options_;
   Issue issue_;
+  Acknowledge acknowledge_;
   Sessions sessions_;
   Throttle throttle_;
   base::program::Log log_;
@@ -68,6 +84,9 @@ class UserActions : public http::ActionHandler {
 /// The command that the body of /api/actions/WHAT means; without id, issuer and time. The error
 /// says what was expected.
 tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
+
+/// The body of /api/actions/acknowledge. The error says what was expected.
+tl::expected<Acknowledgement, std::string> acknowledgement_of(std::string_view body);
 
 /// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.
 std::string draw_secret();

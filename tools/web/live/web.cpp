@@ -129,7 +129,17 @@ std::optional<actions::UserActions> Web::Impl::make_user_actions() {
       std::in_place,
       actions::UserActionsOptions{
           .users = options.users, .host = base::posix::host_name(), .secure_cookie = secure},
-      [this](const fabric::Command& command) { return issue(command); }, actions::draw_secret, log);
+      [this](const fabric::Command& command) { return issue(command); },
+      [this](const actions::Acknowledgement& said, const std::string& user,
+             const fabric::Moment& at) {
+        plant.acknowledge({.cause = said.cause,
+                           .name = said.name,
+                           .since = said.since,
+                           .by = user,
+                           .note = said.note},
+                          at.wall);
+      },
+      actions::draw_secret, log);
 }
 
 /// In the thread of operators: DDS lets threads share a participant.

@@ -220,6 +220,18 @@ export function concernKey(concern) {
   return `${concern.cause}\u0000${concern.kind === 'held' || concern.kind === 'stuck' ? concern.channels[0].call ?? '' : ''}\u0000${concern.level}`;
 }
 
+/** What tells a cause from others for whoever acknowledges it: it is the same whether it is to be watched or more. */
+export const acknowledgeKey = (concern) => concernKey({ ...concern, level: '' });
+
+/**
+ * Who has taken a concern, of what the server keeps; null if nobody has. One that began later than what he took is another
+ * one: by the clock of the gateway, which says since when, or by that of the server.
+ */
+export function acknowledgementOf(concern, acknowledged) {
+  const found = acknowledged.find((each) => each.cause === acknowledgeKey(concern));
+  return found && !(concern.since > Math.max(Number(found.since) || 0, milliseconds(found.time))) ? found : null;
+}
+
 const nameOf = (channel) => `${channel.machine}/${channel.channel}`;
 
 /** What it concerns, as it is named everywhere: "cnc/1", "cnc.ALARMS/1", or the machines that it concerns as a whole. */

@@ -39,6 +39,8 @@ export class Model {
   services = new Map();
   /** What programs report of themselves. */
   alarms = [];
+  /** Causes that somebody has taken: [{ cause, since, by, note, time }]. */
+  acknowledged = [];
   /** What has happened, the newest first, as /api/events. */
   events = [];
   /**
@@ -176,6 +178,7 @@ export class Model {
 
   #merge(data, browserTime) {
     this.alarms = data.alarms ?? this.alarms;
+    this.acknowledged = data.acknowledged ?? this.acknowledged;
     if (data.events) {
       const changed = new Set(data.events.map((event) => event.number));
       this.events = [...data.events, ...this.events.filter((event) => !changed.has(event.number))]

@@ -1,5 +1,6 @@
 // Who is logged in and what he may do; the buttons that act, and the dialogs that ask before they do.
 import { get, post } from './api.js';
+import { acknowledgeKey, concernName } from './attention.js';
 import { channelName, keyOf } from './model.js';
 import { element } from './dom.js';
 import { ask, tell } from './parts/dialog.js';
@@ -45,7 +46,8 @@ export function makeSession(app) {
   async function perform(action, body) {
     try {
       const outcome = await post(['actions', action], body, state.token);
-      return outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
+      // What everybody sees at once needs no word.
+      return outcome.done && !outcome.detail ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
     } catch (problem) {
       if (problem.status === 401) {
         keep({ actions: state.actions });
@@ -136,6 +138,18 @@ export function makeSession(app) {
     }, 'drain', () => ({ instance: service.instance }));
   }
 
+  function acknowledge(concern) {
+    const note = element('input', { name: 'note', maxlength: 120, autocomplete: 'off' });
+    const name = visible(concernName(concern));
+    return confirmed({
+      title: text.acknowledgeTitle(name),
+      pairs: [[text.state, words.states[concern.kind]]],
+      body: [element('label', {}, element('span', {}, text.note), note)],
+      consequence: text.acknowledgeDoes,
+      act: text.doAcknowledge,
+    }, 'acknowledge', () => ({ cause: acknowledgeKey(concern), name: concernName(concern), since: String(concern.since), note: note.value.trim() }));
+  }
+
   const button = (action, label, act, hint = null) => may(action) && !app.isWall
     && element('button', { type: 'button', class: 'act', 'data-action': action, title: hint, onclick: act }, label);
 
@@ -157,6 +171,8 @@ export function makeSession(app) {
       button('answer', text.answer, () => answer(asItIs(channel))),
       button('retry', text.retry, () => retry(asItIs(channel))),
     ].filter(Boolean),
+    /** `concernNow` is the concern as it is when the button is clicked. */
+    acknowledgeButton: (concernNow) => button('acknowledge', text.acknowledge, () => acknowledge(concernNow()), text.acknowledgeHint),
     drainButton: (service) => button('drain', text.drain, () => drain(service), text.drainHint) || null,
     login,
     logout,

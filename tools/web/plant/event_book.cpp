@@ -131,13 +131,24 @@ void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel&
     return one.second.machine == status.machine && one.second.gateway != status.gateway &&
            one.second.connected;
   });
-  if (status.connected != (was_heard ? known->second.connected : true) && !has_another) {
-    put({.at = status.since,
-         .kind = status.connected ? "link up" : "link down",
-         .machines = {status.machine},
-         .who = status.gateway,
-         .text = status.connected ? std::string() : status.reason});
+  // A gateway that has just started is about to connect: only what it had and lost is news.
+  if (!was_heard || status.connected == known->second.connected || has_another ||
+      (status.connected && !was_told_down(status))) {
+    return;
   }
+  put({.at = status.since,
+       .kind = status.connected ? "link up" : "link down",
+       .machines = {status.machine},
+       .who = status.gateway,
+       .text = status.connected ? std::string() : status.reason});
+}
+
+bool EventBook::was_told_down(const fabric::MachineStatus& status) const {
+  const auto last = std::find_if(events_.rbegin(), events_.rend(), [&](const PlantEvent& each) {
+    return each.who == status.gateway && each.kind.starts_with("link ") &&
+           each.machines.front() == status.machine;
+  });
+  return last != events_.rend() && last->kind == "link down";
 }
 
 void EventBook::add(const fabric::ChannelStatus& status, const bus::FabricModel& live) {
@@ -212,6 +223,14 @@ void EventBook::add(const recording::AlarmNews& news, fabric::Time at,
        .pid = said.pid,
        .who = said.key.responder,
        .text = said.text});
+}
+
+void EventBook::add_acknowledgement(const std::string& name, const std::string& by,
+                                    const std::string& note, fabric::Time at) {
+  put({.at = at,
+       .kind = "acknowledged",
+       .name = name,
+       .text = note.empty() ? by : by + ": " + note});
 }
 
 void EventBook::put_gateway(std::string_view kind, const fabric::MachineStatus& of,

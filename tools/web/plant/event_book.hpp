@@ -52,6 +52,10 @@ class EventBook {
   /// Takes what `entry` changes, compared with what `live` knows before it gets the entry.
   void add(const recording::Entry& entry, const bus::FabricModel& live);
 
+  /// Somebody has taken a cause of this name.
+  void add_acknowledgement(const std::string& name, const std::string& by, const std::string& note,
+                           fabric::Time at);
+
   /// The newest first, at most `most`.
   [[nodiscard]] boost::json::array list(std::size_t most) const;
   /// Events that take() has not returned yet, the oldest first.
@@ -62,6 +66,8 @@ class EventBook {
   void add(const recording::InstanceNews& news, fabric::Time at, const bus::FabricModel& live);
   void add(const fabric::InstanceStatus& status, const bus::FabricModel& live);
   void add(const fabric::MachineStatus& status, const bus::FabricModel& live);
+  /// The last event of this link is that it went down.
+  [[nodiscard]] bool was_told_down(const fabric::MachineStatus& status) const;
   void add(const fabric::ChannelStatus& status, const bus::FabricModel& live);
   void add(const fabric::Event& event);
   void add(const fabric::ProgramEvent& event);

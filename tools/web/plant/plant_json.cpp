@@ -254,10 +254,15 @@ boost::json::object PlantModel::calls(const CallFilter& filter, std::size_t most
 }
 
 boost::json::object PlantModel::snapshot(const fabric::Moment& now) const {
-  return {{"about", about(now)},       {"machines", machines()},
-          {"channels", channels(now)}, {"services", services(now)},
-          {"alarms", alarms()},        {"calls", calls({}, calls_in_snapshot).at("calls")},
-          {"totals", totals(now)},     {"events", events_.list(events_in_snapshot)}};
+  return {{"about", about(now)},
+          {"machines", machines()},
+          {"channels", channels(now)},
+          {"services", services(now)},
+          {"alarms", alarms()},
+          {"acknowledged", acknowledged_},
+          {"calls", calls({}, calls_in_snapshot).at("calls")},
+          {"totals", totals(now)},
+          {"events", events_.list(events_in_snapshot)}};
 }
 
 }  // namespace millrace::tools::web::plant

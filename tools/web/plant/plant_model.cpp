@@ -87,6 +87,25 @@ void PlantModel::take_back(const fabric::AlarmKey& key) {
   alarms_changed_ = true;
 }
 
+void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
+  const auto same = std::ranges::find_if(acknowledged_, [&](const boost::json::value& each) {
+    return each.at("cause").as_string() == acknowledgement.cause;
+  });
+  if (same != acknowledged_.end()) {
+    acknowledged_.erase(same);
+  } else if (acknowledged_.size() == most_acknowledged) {
+    acknowledged_.erase(acknowledged_.begin());
+  }
+  boost::json::object out{{"cause", acknowledgement.cause},
+                          {"since", acknowledgement.since},
+                          {"by", print::utf8(acknowledgement.by)},
+                          {"note", acknowledgement.note}};
+  print::put_time(out, "time", at);
+  acknowledged_.push_back(std::move(out));
+  acknowledged_changed_ = true;
+  events_.add_acknowledgement(acknowledgement.name, acknowledgement.by, acknowledgement.note, at);
+}
+
 /// It may say why its machines' calls are left alone.
 void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
   for (const auto& [key, status] : live_.machines()) {
@@ -256,7 +275,8 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   boost::json::array calls = take_calls(skipped);
 
   const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
-                       !gone.empty() || !calls.empty() || alarms_changed_ || events_.has_news();
+                       !gone.empty() || !calls.empty() || alarms_changed_ ||
+                       acknowledged_changed_ || events_.has_news();
   if (!is_news && told_ && now.steady - *told_ < heartbeat) {
     return std::nullopt;
   }
@@ -276,6 +296,9 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   if (std::exchange(alarms_changed_, false)) {
     // All of them: there are few, and who misses one that is taken back would show it for ever.
     out["alarms"] = alarms();
+  }
+  if (std::exchange(acknowledged_changed_, false)) {
+    out["acknowledged"] = acknowledged_;
   }
   boost::json::object parted;
   if (!gone.empty()) {

@@ -41,12 +41,24 @@ struct About {
   bool actions = false;
 };
 
+/// Somebody has taken a cause that the page shows.
+struct Acknowledgement {
+  /// As the page tells causes apart, and what it calls it.
+  std::string cause{};
+  std::string name{};
+  /// Since when the cause is there, as the page has it.
+  std::string since{};
+  std::string by{};
+  std::string note{};
+};
+
 class PlantModel {
  public:
   /// Calls that a snapshot has, and at most so many a change.
   static constexpr std::size_t calls_in_snapshot = 200;
   static constexpr std::size_t calls_in_change = 50;
   static constexpr std::size_t events_in_snapshot = 100;
+  static constexpr std::size_t most_acknowledged = 100;
   /// A change is told at least this often, as a sign of life.
   static constexpr std::chrono::seconds heartbeat{2};
   /// An instance that is gone is shown this long, to whoever opens the page, too.
@@ -62,6 +74,8 @@ class PlantModel {
   /// What a program says of itself, and that it does not any more.
   void add(const fabric::Alarm& alarm);
   void take_back(const fabric::AlarmKey& key);
+  /// Takes the place of an earlier one of the same cause. Whether the cause is over the page knows.
+  void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
   /// What the bus counted.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 
@@ -74,6 +88,8 @@ class PlantModel {
   [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array alarms() const;
+  /// The oldest first.
+  [[nodiscard]] const boost::json::array& acknowledged() const { return acknowledged_; }
   /// The newest first.
   [[nodiscard]] boost::json::array events() const { return events_.list(EventBook::most_events); }
   /// {calls, kept, oldest}.
@@ -121,6 +137,7 @@ class PlantModel {
   DataStore data_;
   ProgramStore programs_;
   EventBook events_;
+  boost::json::array acknowledged_;
   History history_;
   /// By UUID: what its last instance was called, for services that have none any more.
   std::map<std::string, std::string> service_names_;
@@ -146,6 +163,7 @@ class PlantModel {
   std::set<fabric::InstanceId> services_gone_;
   std::vector<fabric::CallId> calls_ended_;
   bool alarms_changed_ = false;
+  bool acknowledged_changed_ = false;
 
   std::map<fabric::ChannelKey, fabric::SteadyTime> channel_told_;
   std::optional<fabric::SteadyTime> told_;

@@ -121,6 +121,19 @@ TEST_F(AnEventBook, SaysWhyALinkIsDownAndWhenItIsUpAgain) {
   EXPECT_THAT(kinds(), ElementsAre("link up", "link down"));
 }
 
+TEST_F(AnEventBook, HasNoEventOfALinkThatAGatewayMakesWhenItStarts) {
+  tell_machine("cnc", "gw", false, 0);
+  tell_machine("cnc", "gw", true, 100);
+  EXPECT_THAT(kinds(), IsEmpty()) << "this began to look when the gateway began";
+  tell_machine("cnc", "", false, 1000);
+  tell_machine("cnc", "gw", false, 5000, 10);
+  tell_machine("cnc", "gw", true, 5100, 10);
+  EXPECT_THAT(kinds(), ElementsAre("gateway started", "gateway gone"));
+  tell_machine("cnc", "gw", false, 9000, 10);
+  tell_machine("cnc", "gw", true, 9900, 10);
+  EXPECT_THAT(kinds(), ElementsAre("link up", "link down", "gateway started", "gateway gone"));
+}
+
 TEST_F(AnEventBook, DoesNotMissALinkThatAGatewayInReserveDoesNotNeed) {
   tell_machine("cnc", "gw", true, 0);
   tell_machine("cnc", "other", false, 1000, 10);

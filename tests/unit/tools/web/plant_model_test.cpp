@@ -350,6 +350,26 @@ TEST_F(APlant, TellsWhichInstanceHasServedWhichChannelInTheLastMinute) {
   EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "that was more than a minute ago";
 }
 
+TEST_F(APlant, TellsWhoHasTakenACauseLast) {
+  const fabric::Moment now = after(1000);
+  sut.acknowledge({.cause = "held cnc/1", .name = "cnc/1", .by = "anna"}, now.wall);
+  sut.acknowledge({.cause = "held cnc/1", .name = "cnc/1", .by = "bert", .note = "mine"}, now.wall);
+  const auto changes = sut.changes(now);
+  ASSERT_TRUE(changes);
+  const boost::json::array& told = changes->at("acknowledged").as_array();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told.at(0).at("by"), "bert");
+  EXPECT_EQ(sut.snapshot(now).at("acknowledged"), told);
+  EXPECT_EQ(sut.events().at(0).at("text"), "bert: mine");
+  EXPECT_EQ(sut.events().at(1).at("text"), "anna");
+  EXPECT_FALSE(sut.changes(now));
+  for (std::size_t i = 0; i < PlantModel::most_acknowledged; ++i) {
+    sut.acknowledge({.cause = std::to_string(i), .by = "anna"}, now.wall);
+  }
+  EXPECT_EQ(sut.acknowledged().size(), PlantModel::most_acknowledged);
+  EXPECT_EQ(sut.acknowledged().at(0).at("cause"), "0") << "the oldest is forgotten";
+}
+
 TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
   add({instance(Change::ready)});
   add(one_call(17, 0));

@@ -74,19 +74,24 @@ class AGate : public testing::Test {
 
   fabric::SteadyTime now = std::chrono::steady_clock::now();
   std::vector<Command> issued;
+  std::vector<std::string> acknowledged;
   std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "dispatched again"};
   int secrets = 0;
-  UserActions sut{{.users = {{"anna",
-                              {.name = "anna",
-                               .password_hash = quick_hash(),
-                               .may = {CommandKind::retry, CommandKind::answer}}}},
-                   .host = "hall-pc"},
-                  [this](const Command& command) {
-                    issued.push_back(command);
-                    return word;
-                  },
-                  [this] { return "secret" + std::to_string(++secrets); },
-                  base::program::no_log()};
+  UserActions sut{
+      {.users = {{"anna",
+                  {.name = "anna",
+                   .password_hash = quick_hash(),
+                   .may = {CommandKind::retry, CommandKind::answer}}}},
+       .host = "hall-pc"},
+      [this](const Command& command) {
+        issued.push_back(command);
+        return word;
+      },
+      [this](const Acknowledgement& said, const std::string& user, const fabric::Moment&) {
+        acknowledged.push_back(user + " takes " + said.cause + ": " + said.note);
+      },
+      [this] { return "secret" + std::to_string(++secrets); },
+      base::program::no_log()};
 
   static constexpr const char* retry = R"({"machine": "cnc", "channel": 1, "call": "5f-17"})";
 };
@@ -97,9 +102,24 @@ TEST_F(AGate, LetsSomebodyInWhoKnowsThePassword) {
   const http::Response response = log_in("anna", "secret");
   EXPECT_EQ(response.status, 200U);
   EXPECT_EQ(json(response).at("user"), "anna");
-  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(2));
+  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(3)) << "and acknowledge";
   EXPECT_THAT(response.headers.back().second,
               testing::AllOf(HasSubstr("HttpOnly"), HasSubstr("SameSite=Strict")));
+}
+
+TEST_F(AGate, KeepsWhoHasTakenACause) {
+  const auto body = [](const std::string& cause) {
+    return R"({"cause": ")" + cause + R"(", "name": "cnc/1", "since": "1", "note": "new part"})";
+  };
+  EXPECT_EQ(run(by_anna("actions/acknowledge", body("held cnc/1"))).status, 200U);
+  EXPECT_THAT(acknowledged, testing::ElementsAre("anna takes held cnc/1: new part"));
+  EXPECT_THAT(issued, IsEmpty()) << "it is nothing to the plant";
+  EXPECT_EQ(run(by_anna("actions/acknowledge", body(""))).status, 400U);
+  EXPECT_EQ(run(by_anna("actions/acknowledge", body(std::string(501, 'x')))).status, 400U);
+  EXPECT_EQ(run(by_anna("actions/acknowledge", R"({"cause": 1})")).status, 400U);
+  EXPECT_EQ(run(by_anna("actions/acknowledge", "[]")).status, 400U);
+  EXPECT_EQ(run(post("actions/acknowledge", body("held cnc/1"))).status, 401U);
+  EXPECT_THAT(acknowledged, SizeIs(1));
 }
 
 TEST_F(AGate, ActsInTheNameOfItsUser) {

@@ -1,7 +1,7 @@
 // One cause that needs attention, in two or three lines: what, where, since when, why, who acts, what to do.
-import { concernName, isOfProgram, otherChannels } from '../attention.js';
+import { acknowledgementOf, concernName, isOfProgram, otherChannels } from '../attention.js';
 import { element, setAttribute, setText, slot } from '../dom.js';
-import { age, clock, moment } from '../time.js';
+import { age, clock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
 import { reasonOf, said, stateMark, visible } from './marks.js';
 
@@ -46,15 +46,17 @@ export function concernCard(app) {
   const why = element('div', { class: 'concern-why' });
   const advice = element('div', { class: 'concern-advice' });
   const others = element('p', { class: 'concern-others', hidden: true });
+  const taken = element('p', { class: 'concern-taken', hidden: true });
   const buttons = element('div', { class: 'buttons' });
   const terminal = element('p', { class: 'at-terminal' });
   const call = element('p', { class: 'concern-call' });
   const node = element('article', { class: 'concern' },
     element('div', { class: 'concern-when' }, mark.node, lasting, since),
-    element('div', { class: 'concern-where' }, name, subject, others),
+    element('div', { class: 'concern-where' }, name, subject, others, taken),
     element('div', { class: 'concern-acts' }, buttons, call),
     element('div', { class: 'concern-body' }, why, advice, terminal));
   let wasStranded = false;
+  let current = null;
   const showSubject = slot(subject);
   const showWhy = slot(why);
   const showAdvice = slot(advice);
@@ -87,9 +89,16 @@ export function concernCard(app) {
       const also = otherChannels(concern);
       others.hidden = also.length === 0;
       setText(others, words.plant.alsoWaiting(visible(also.join(', '))));
-      showButtons([mayAct, app.session.describe()], () => (mayAct ? app.session.buttonsFor(channel) : []));
+      const by = acknowledgementOf(concern, app.model.acknowledged);
+      taken.hidden = !by;
+      setText(taken, by ? words.plant.taken(visible(by.by), moment(milliseconds(by.time) - app.clockOffset(), Date.now()), visible(by.note)) : '');
+      current = concern;
+      showButtons([mayAct, by?.by, app.session.describe()], () => [mayAct ? app.session.buttonsFor(channel) : [],
+        by?.by === app.session.user && by ? null : app.session.acknowledgeButton(() => current)]);
       buttons.hidden = !buttons.firstChild;
-      const commands = buttons.hidden ? commandsOf(concern) : [];
+      const acts = buttons.querySelector('[data-action="retry"], [data-action="answer"]') !== null;
+      setAttribute(node, 'data-acts', acts);
+      const commands = acts ? [] : commandsOf(concern);
       showTerminal(commands, () => commands.length > 0 && [element('span', { class: 'label' }, `${words.command}: `),
         commands.map((command) => element('code', {}, command))]);
       terminal.hidden = commands.length === 0;
