@@ -18,20 +18,21 @@ namespace millrace::fabric {
 enum class AlarmLevel : std::uint8_t {
   /// The process has no calls and shows with this that it runs.
   fine,
-  /// It does its work, but something is not as it should be.
+  /// It works, but something needs attention.
   warning,
-  /// It does not do its work, or not all of it.
+  /// It does not work, or only in part.
   problem
 };
 
 /// "fine", "warning", "problem"; "unknown" for a value from a fabric newer than this program.
 std::string_view name_of(AlarmLevel level);
 
-/// One thing that one program has to say.
+/// The subject of an alarm of one process.
 struct AlarmKey {
-  /// An instance's id; of other programs one that is drawn when they start.
+  /// An instance's id; for other processes a random one, drawn at their start.
   InstanceId responder{};
-  /// One word, the same for all that say such a thing: "archive", "mail_queue". At most 31 bytes.
+  /// One word for the kind of alarm, the same in all processes: "archive", "mail_queue". At most 31
+  /// bytes.
   std::string kind{};
   /// Which of several of this kind: a gauge, a file. At most 63 bytes.
   std::string subject{};
@@ -54,8 +55,7 @@ struct Alarm {
 };
 MILLRACE_FIELDS(Alarm, key, level, text, advice, since, program, host, pid)
 
-/// `text` as it fits into `most` bytes: what is too long ends with " …", and no character is cut in
-/// two.
+/// `text` shortened to `most` bytes: a longer text ends with " …", and no character is cut in two.
 std::string shortened(std::string_view text, std::size_t most);
 
 }  // namespace millrace::fabric

@@ -14,10 +14,10 @@ namespace millrace::fabric {
 class AlarmSink {
  public:
   virtual ~AlarmSink() = default;
-  /// Is so from now on, or is so still; `alarm` names kind, and subject if there are several, and
-  /// says level, text and advice.
+  /// Raises the alarm, or repeats it; `alarm` has kind, subject if there are several, level, text
+  /// and advice.
   virtual void raise(const Alarm& alarm) = 0;
-  /// Is not so any more. Nothing happens if it was not.
+  /// Clears the alarm. Without effect if it was not raised.
   virtual void clear(const std::string& kind, const std::string& subject) = 0;
 
  protected:

@@ -15,7 +15,7 @@ constexpr std::size_t most_text = 255;
 
 constexpr const char* kind_of_the_rest = "more";
 
-/// A NUL would end the text for others.
+/// A NUL would end the text for other readers.
 std::string one_text(std::string_view text, std::size_t most) {
   std::string fitting = shortened(text, most);
   std::ranges::replace(fitting, '\0', ' ');
@@ -46,7 +46,7 @@ AlarmTable::Told AlarmTable::wanted() const {
   if (all_.size() <= most) {
     return all_;
   }
-  // The worst first, so that what is left out matters least.
+  // The worst first, so that the omitted ones matter least.
   std::vector<const Alarm*> order;
   order.reserve(all_.size());
   for (const auto& [key, alarm] : all_) {

@@ -22,9 +22,9 @@ class AlarmTable {
   /// `who` has the responder and the program's name, host and process, for all alarms.
   explicit AlarmTable(Alarm who) : who_(std::move(who)) {}
 
-  /// From now on, or still. What was raised before keeps its `since`, whatever it says now.
+  /// Raises the alarm, or repeats it. A repeated one keeps its `since`, also with another text.
   void raise(const Alarm& alarm, Time now);
-  /// Not any more. Nothing happens if it was not raised.
+  /// Clears the alarm. Without effect if it was not raised.
   void clear(const std::string& kind, const std::string& subject = {});
 
   struct Changes {

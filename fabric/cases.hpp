@@ -1,4 +1,4 @@
-// One function for each alternative of a variant that matters, and one for all others.
+// One function for each relevant alternative of a variant, and one for all others.
 //
 //   std::visit(Cases{[](const Give& give) { … }, [](const auto&) {}}, decision);
 #pragma once

@@ -1,4 +1,4 @@
-// When the end of a certificate is worth a word, and how far off it is. Pure.
+// When the expiry of a certificate needs a warning, and how far off it is. Pure.
 #pragma once
 
 #include <chrono>

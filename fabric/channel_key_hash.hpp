@@ -1,4 +1,4 @@
-// For tables that are asked several times in each call.
+// A hash for tables that are searched several times in each call.
 #pragma once
 
 #include <functional>

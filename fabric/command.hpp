@@ -13,19 +13,19 @@ enum class CommandKind : std::uint8_t {
   answer,
   /// Dispatch the pending call of a channel again.
   retry,
-  /// Finish what runs, take nothing new, leave.
+  /// Finish the running calls, accept no new ones, leave.
   drain,
-  /// Say that you are there.
+  /// Confirm that you run.
   ping
 };
 
 struct Command {
-  /// Drawn for each command. It may be heard twice and is done once.
+  /// A random id for each command. A receiver that gets it twice executes it once.
   InstanceId id{};
   CommandKind kind = CommandKind::answer;
   /// answer, retry, ping: only the gateway that serves this channel acts.
   ChannelKey key{};
-  /// answer, retry: refused if another call is pending by now.
+  /// answer, retry: refused if the channel has another call.
   CallId call{};
   /// answer: at most 127 bytes, state not 0.
   std::string text{};

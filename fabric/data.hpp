@@ -33,8 +33,8 @@ enum class ValueType : std::uint8_t {
 /// "REAL64", as the vendor writes them; "UNKNOWN".
 std::string_view name_of(ValueType type);
 
-/// Good: as the controller had it then. Stale: it was so, and the controller has not answered
-/// since. Refused: the controller does not let it be read.
+/// Good: the value at that time. Stale: the last known value; the controller has not responded
+/// since. Refused: the controller refuses to read it.
 enum class Quality : std::uint8_t { good, stale, refused };
 std::string_view name_of(Quality quality);
 
@@ -77,7 +77,7 @@ struct DataSample {
 MILLRACE_FIELDS(DataSample, (key, .required = true), group, at, period, wanted,
                 (values, .proto = "value"), replayed)
 
-/// Reset: taken away while it ran. Held: it stands and may go on.
+/// Reset: cancelled while it ran. Held: on hold, and may continue.
 enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, held, resumed };
 std::string_view name_of(ProgramEventKind kind);
 
@@ -87,7 +87,7 @@ struct ProgramEvent {
   Time at{};
   /// When the start of this run was seen; zero if it was not seen.
   Time started{};
-  /// In CP1252; empty if the configuration does not say where it can be read.
+  /// In CP1252; empty if no variable for it is configured.
   std::string program{};
   /// The CNC's error; 0 = none, or not known.
   std::uint32_t error = 0;

@@ -31,10 +31,10 @@ struct FieldOptions {
   bool sparse = false;
   /// A channel that must have a machine.
   bool required = false;
-  /// False: no member of the C struct has its name. If it travels, fabric/wire/codec.cpp says how.
-  /// Of an identity: it is not announced.
+  /// False: the C struct has no member of this name. If the field is sent, fabric/wire/codec.cpp
+  /// does it. Of an identity: it is not announced.
   bool on_wire = true;
-  /// False: in no recording, JSON or CSV.
+  /// False: it is in no recording, JSON or CSV.
   bool observed = true;
   /// Bytes of a text, or elements of a list, that fit; 0 = as many as there are.
   std::size_t most = 0;

@@ -23,16 +23,16 @@ class IdentityStore {
  public:
   /// Cyclone's instance handle of an endpoint or a participant; none is used twice.
   using Handle = std::uint64_t;
-  /// Far more programs and writers than leave before their last words are taken.
+  /// Far more participants and writers than leave before their last samples are taken.
   static constexpr std::size_t most_departed = 1024;
 
-  /// The writer of an identity is matched, and whose it is.
+  /// The writer of an identity was matched; it belongs to `participant`.
   void add(Handle writer, Handle participant, ParticipantIdentity identity);
   /// Removes the identity of this writer; returns its participant, which is remembered for a while.
   std::optional<Handle> remove(Handle writer);
 
-  /// A writer is matched with one more reader of ours, or with one less.
-  /// `name`: what DDS calls its program.
+  /// A writer was matched with one more reader of ours, or one less. `name`: the DDS name of its
+  /// participant.
   void matched(Handle writer, Handle participant, std::string name = {});
   void unmatched(Handle writer);
 
@@ -48,7 +48,7 @@ class IdentityStore {
   [[nodiscard]] IdentityStatus status_of(Handle participant) const;
   [[nodiscard]] IdentityStatus status_of_writer(Handle writer) const;
   [[nodiscard]] std::string name_of_writer(Handle writer) const;
-  /// A gateway of this machine, or of this queue's, is there.
+  /// A gateway of this machine, or of the machine of this queue, is present.
   [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
   /// Its identity is there now.
   [[nodiscard]] bool is_there(Handle participant) const;
@@ -63,7 +63,7 @@ class IdentityStore {
   struct Seen {
     Handle participant = 0;
     std::string name;
-    /// With how many readers of ours.
+    /// The number of our matched readers.
     std::size_t matched = 0;
   };
 

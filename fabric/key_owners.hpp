@@ -1,5 +1,5 @@
-// Whose word on a key counts where DDS lets every participant write it: that of the first writer,
-// until it is gone or another one ranks before it. Pure.
+// Which writer's samples of a key count where DDS lets every participant write it: those of the
+// first writer, until it is gone or another one ranks before it. Pure.
 //
 //   KeyOwners<ChannelKey, ChannelStatus> channels;
 //   if (channels.update(key, writer, status, rank)) …         // its word counts
@@ -25,7 +25,7 @@ class KeyOwners {
     Handle writer = 0;
     Value value{};
   };
-  /// Far more than a fabric has. The word of any writer counts for further keys.
+  /// Far more than a fabric has. For further keys every writer's samples count.
   static constexpr std::size_t most_keys = 65'536;
   static constexpr std::size_t most_writers = 8;
 
@@ -55,13 +55,13 @@ class KeyOwners {
     return counts;
   }
 
-  /// The word that counts; nullptr if nothing was said.
+  /// The effective sample; nullptr if there is none.
   [[nodiscard]] Sample* find(const Key& key) {
     const auto known = samples_.find(key);
     return known == samples_.end() ? nullptr : &known->second.front();
   }
 
-  /// The ranks have changed. Returns the keys of which another word counts now.
+  /// The ranks have changed. Returns the keys whose effective sample is now another one.
   template <typename Rank>
   std::vector<Key> rank_again(const Rank& rank) {
     std::vector<Key> changed;
@@ -73,7 +73,7 @@ class KeyOwners {
     return changed;
   }
 
-  /// Returns the keys of which the word that counted is forgotten.
+  /// Returns the keys whose effective sample was removed.
   template <typename IsGone>
   std::vector<Key> forget(const IsGone& is_gone) {
     std::vector<Key> changed;
@@ -112,7 +112,7 @@ class KeyOwners {
     return changes;
   }
 
-  /// Of each key the word that counts in front.
+  /// Of each key the effective sample first.
   std::map<Key, std::vector<Sample>> samples_;
 };
 

@@ -20,7 +20,7 @@ namespace millrace::fabric {
 
 class LogLimiter {
  public:
-  /// Of more kinds at a time only their number is kept.
+  /// Further kinds are only counted.
   static constexpr std::size_t most_kinds = 64;
   /// Repeats within this time are counted; after this time without one a kind is new.
   static constexpr std::chrono::seconds pause{60};
@@ -48,7 +48,7 @@ class LogLimiter {
   std::optional<Heard> others_;
 };
 
-/// Lines that are each of something else: as many as people read, and how many more there were.
+/// Limits different lines: as many as people read, and the number of further ones.
 ///
 ///   Throttle lines(1000, 10s);
 ///   if (lines.admit(now)) log->info(…);

@@ -55,13 +55,13 @@ struct InstanceId {
 struct Request {
   ChannelKey key{};
   CallId call{};
-  /// 1, 2, …; 0: what was asked under this key is taken back.
+  /// 1, 2, …; 0: the request under this key is withdrawn.
   std::uint32_t attempt = 1;
   /// The one instance that may run this attempt.
   InstanceId assigned{};
   /// The epoch of the former gateway of the channel; its requests are over. 0 = none.
   std::uint64_t succeeds = 0;
-  /// As the program wrote it.
+  /// As the NC program wrote it.
   std::string uuid{};
   std::string text{};
   std::uint32_t state = 0;
@@ -81,7 +81,7 @@ MILLRACE_FIELDS(Request, (key, .required = true), call, (uuid, .words = "UUID", 
                 (text, .cp1252 = true, .most = max_text), state, deadline, seen, dispatched,
                 may_wait, replayed, (requester, .on_wire = false, .observed = false))
 
-/// Declined: the attempt was not begun and will not be; the text says why.
+/// Declined: the attempt was not begun and will not be; the text has the reason.
 enum class ReplyKind : std::uint8_t { interim, final, declined };
 enum class ServiceCode : std::uint8_t { ok, failed, repeated, refused };
 
@@ -94,7 +94,7 @@ struct Reply {
   ServiceCode code = ServiceCode::ok;
   std::string text{};
   std::uint32_t state = 0;
-  /// Text and state of the request that this answers.
+  /// Text and state of the answered request.
   std::string asked_text{};
   std::uint32_t asked_state = 0;
   Time received{};
@@ -139,8 +139,8 @@ struct InstanceIdentity {
   CompletionSignal completion_signal = CompletionSignal::response_state;
   std::uint32_t concurrency = 1;
   bool draining = false;
-  /// Its process sends heartbeats several times in this time: silence of this length means that it
-  /// is gone. 0: it sends no heartbeat.
+  /// Its process sends several heartbeats in this time: after a silence of this length it counts as
+  /// gone. 0: it sends no heartbeats.
   std::chrono::milliseconds lease{};
   /// The name in the proved certificate of its process; empty without trust. Not announced by the
   /// instance.
@@ -196,11 +196,11 @@ constexpr bool is_plausible_claim(Time claimed) {
 /// The link between a gateway and one controller, and which of its channels the gateway claims.
 struct MachineStatus {
   std::string machine{};
-  /// Drawn when the gateway starts; two gateways may be set up for one machine.
+  /// Drawn when the gateway starts; two gateways may be configured for one machine.
   InstanceId gateway{};
-  /// Since when it claims them: the earlier of two claims counts.
+  /// When it claimed them: the earlier of two claims counts.
   Time claimed{};
-  /// At most 255; empty = all that the controller has.
+  /// At most 255; empty = all channels of the controller.
   std::vector<std::uint16_t> claims{};
   bool connected = false;
   Time since{};
@@ -211,7 +211,7 @@ struct MachineStatus {
   std::uint16_t channels = 0;
   /// Time between two reads of an idle channel.
   std::chrono::nanoseconds poll{};
-  /// ADS requests of the last second, and the mean time until their answers.
+  /// ADS requests of the last second, and the mean time until their responses.
   std::uint32_t requests_per_second = 0;
   std::chrono::nanoseconds round_trip{};
   /// The gateway's host, process and version, and the epoch that its calls carry.
@@ -229,7 +229,7 @@ MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, si
 
 struct InstanceStatus {
   InstanceId instance{};
-  /// Calls in a handler; those that wait for their turn are not among them.
+  /// Calls in a handler; waiting ones are not included.
   std::uint32_t running = 0;
   std::uint32_t waiting = 0;
   std::uint64_t answered = 0;
@@ -250,20 +250,19 @@ MILLRACE_FIELDS(InstanceStatus, instance, (running, .on_wire = false), waiting,
 struct InstanceLoad {
   /// `running` and `waiting` are the numbers of its calls.
   InstanceStatus status{};
-  /// Those that it has, of all gateways, at most 256: those that run, then those that wait for
-  /// their turn.
+  /// Its calls from all gateways, at most 256: the running ones, then the waiting ones.
   std::vector<CallId> calls{};
   bool operator==(const InstanceLoad&) const = default;
 };
 MILLRACE_FIELDS(InstanceLoad, status, (calls, .most = 256))
 
-/// A process that has instances is there, and its loop turns.
+/// A process with instances runs, and so does its loop.
 struct Heartbeat {
-  /// Of the process, drawn when it starts.
+  /// A random id of the process, drawn when it starts.
   InstanceId process{};
   Time at{};
-  /// At most 64: of its instances those that have calls, those whose numbers have changed lately,
-  /// and the others in turn.
+  /// At most 64: of its instances those with calls, those whose numbers changed lately, and the
+  /// others in turn.
   std::vector<InstanceLoad> loads{};
   bool operator==(const Heartbeat&) const = default;
 };

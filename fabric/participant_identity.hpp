@@ -60,15 +60,15 @@ std::optional<ProcessInfo> parse_process_info(std::string_view user_data);
 
 /// What is known about a participant.
 struct IdentityStatus {
-  /// Null: it has shown none.
+  /// Null: it has announced none.
   std::shared_ptr<const ParticipantIdentity> identity{};
-  /// Its certificate has been taken back since.
+  /// Its certificate was revoked since.
   bool revoked = false;
 };
 
 enum class Authorization : std::uint8_t {
   granted,
-  /// It has shown nothing.
+  /// It has proved nothing.
   unauthenticated,
   revoked,
   /// It speaks for a machine that its certificate does not name.
@@ -80,7 +80,7 @@ enum class Authorization : std::uint8_t {
 Authorization authorization_of(const IdentityStatus& status, std::string_view machine = {},
                                bool testers = false);
 
-/// Why it does not count, for people: "gateway-2 speaks for press_1, which its certificate does not
+/// Why it is rejected, for people: "gateway-2 speaks for press_1, which its certificate does not
 /// name".
 std::string denial_of(const IdentityStatus& status, Authorization authorization,
                       std::string_view machine);

@@ -21,7 +21,7 @@ class RecentKeys {
   /// `most` ≥ 1 keys are remembered.
   explicit RecentKeys(std::size_t most) : most_(most) {}
 
-  /// Something is said of `key` now. Forgets and returns the key that is one too many.
+  /// `key` was used now. Removes and returns the oldest key if there is one too many.
   std::optional<RequestKey> use(const RequestKey& key) {
     if (const auto known = places_.find(key); known != places_.end()) {
       oldest_first_.splice(oldest_first_.end(), oldest_first_, known->second);

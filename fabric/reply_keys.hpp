@@ -1,5 +1,5 @@
-// To which replies a caller listens, by their keys: Cyclone keeps about 0.6 kB of each key until
-// its writer is gone, and a stranger can make up any number. Pure.
+// The replies that a requester takes, by their keys: Cyclone keeps about 0.6 kB of each key until
+// its writer is gone, and a stranger can invent any number. Pure.
 //
 //   keys.ask(key_of(request));            // before it is published
 //   if (!keys.admits(key_of(reply))) …    // dropped before anything is kept of it
@@ -16,9 +16,10 @@ namespace millrace::fabric {
 
 class ReplyKeys {
  public:
-  /// Of calls that were asked: channels times instances, far more than a caller has.
+  /// Of pending requests: channels times instances, far more than a requester has.
   static constexpr std::size_t most_asked = 65'536;
-  /// Of others: what instances have answered before this caller asks again, or asked others.
+  /// Of other requests: what instances replied before this requester asks again, or replied to
+  /// others.
   static constexpr std::size_t most_others = 16'384;
 
   void ask(const RequestKey& key) { asked_.use(key); }

@@ -10,11 +10,11 @@
 
 namespace millrace::fabric {
 
-/// Stands for any of a later version, or that makes no sense.
+/// Any kind of a later version, or an invalid one.
 inline constexpr auto unknown_kind =
     static_cast<ReplyKind>(std::numeric_limits<std::uint8_t>::max());
 
-/// Whether this version knows what kind of reply it is.
+/// Whether this version knows the kind of the reply.
 inline bool is_known(const Reply& reply) {
   return reply.kind <= ReplyKind::declined;
 }

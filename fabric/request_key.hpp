@@ -25,7 +25,7 @@ struct RequestKey {
   auto operator<=>(const RequestKey&) const = default;
 };
 
-/// Leaves the instance out: hardly ever are two asked for one channel.
+/// Without the instance: two instances are hardly ever requested for one channel.
 struct RequestKeyHash {
   std::size_t operator()(const RequestKey& key) const {
     return ChannelKeyHash()(key.key) ^ key.epoch;

@@ -1,4 +1,4 @@
-// Questions about the variables of a controller, and their answers (idl/variables.idl).
+// Requests for the variables of a controller, and their replies (idl/variables.idl).
 //
 //   VariableRequest request{.key = {"press", 1}, .names = {"V.E.LIMIT", "block_number"}};
 //   VariableRequest change{.key = {"press", 1}, .action = VariableAction::write,
@@ -23,26 +23,26 @@ inline constexpr std::size_t most_variables = 256;
 inline constexpr std::size_t longest_variable = 255;
 inline constexpr std::size_t most_variable_bytes = 65'536;
 inline constexpr std::size_t most_variable_elements = 4'096;
-/// Of a listing, in one reply.
+/// Largest number of listed variables in one reply.
 inline constexpr std::size_t variables_of_a_page = 64;
 
 /// Nothing in it is checked: any process can send one.
 struct VariableRequest {
   /// The requester; only it receives the reply.
   InstanceId requester{};
-  /// Of its own for each request.
+  /// A different one for each request.
   InstanceId token{};
   ChannelKey key{};
   VariableAction action = VariableAction::read;
-  /// In CP1252. Of a listing: the family.
+  /// In CP1252. For a listing: the family.
   std::vector<std::string> names{};
-  /// Of a write: of each name its elements, as people write them; in CP1252.
+  /// For a write: the elements of each name, as people write them; in CP1252.
   std::vector<std::vector<std::string>> values{};
-  /// Of a listing: the number of the first one, counted from 0.
+  /// For a listing: the number of the first variable, counted from 0.
   std::uint32_t first = 0;
   /// How long the requester waits.
   std::chrono::nanoseconds patience{};
-  /// Since it was said for the first time.
+  /// The time since it was first sent.
   std::chrono::nanoseconds age{};
   std::string issuer{};
   Time at{};
@@ -59,7 +59,7 @@ struct VariableResult {
   /// The controller's ADS error; 0 = none.
   std::uint32_t error = 0;
   bool writable = false;
-  /// Bytes of all of it.
+  /// Size of the whole variable in bytes.
   std::uint32_t size = 0;
   /// Elements in each dimension; none = a scalar.
   std::vector<std::uint32_t> dimensions{};
@@ -70,13 +70,13 @@ MILLRACE_FIELDS(VariableResult, value, error, writable, size, dimensions)
 struct VariableReply {
   InstanceId token{};
   bool done = false;
-  /// Why not; at most 255 bytes.
+  /// The reason of a failure; at most 255 bytes.
   std::string reason{};
-  /// One for each name, in its order; of a listing what there is.
+  /// One for each name, in order; of a listing the variables.
   std::vector<VariableResult> results{};
-  /// Of a write: as they were before.
+  /// For a write: the values before it.
   std::vector<Value> before{};
-  /// Of a listing: how many the family has.
+  /// For a listing: the number of variables in the family.
   std::uint32_t total = 0;
   Time at{};
   bool operator==(const VariableReply&) const = default;

@@ -1,5 +1,5 @@
-// The one word for each enumerator of the fabric: on command lines, in output and logs, in
-// identities, in archives.
+// The word for each enumerator of the fabric: on command lines, in output and logs, in identities,
+// in archives.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// A call the gateway has claimed, with all that must survive a restart of the gateway.
+// An accepted call, with everything that must survive a restart of the gateway.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace millrace::gateway {
 
-/// One attempt: the instance it was given to.
+/// One attempt: the instance that it was dispatched to.
 struct Attempt {
   fabric::InstanceId instance;
   std::uint32_t number = 1;
@@ -26,9 +26,9 @@ struct Attempt {
 struct Assignment {
   Attempt attempt;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  /// For people: "square_root on host7". Shared, since each call that is given out has it.
+  /// For people: "square_root on host7". Shared, since each dispatched call has it.
   std::shared_ptr<const std::string> name;
-  /// Its instance has no room, nor has any other: it waits there for its turn.
+  /// Neither its instance nor any other has room: it waits there for its turn.
   bool waits = false;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
 
@@ -43,12 +43,12 @@ struct CallRecord {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// The variable that its NC program waits for, as announced by the instance of the last dispatch.
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
-  /// In their order; the answer of any of them is an answer to the call.
+  /// In order; an answer to any of them is an answer to the call.
   std::vector<Attempt> attempts{};
   /// Interim states that the channel may show.
   std::vector<std::uint32_t> shown{};
   std::optional<Answer> answer{};
-  /// The journal says that REQUEST_STATE is being cleared.
+  /// The journal has the entry that REQUEST_STATE is being cleared.
   bool clearing = false;
   bool operator==(const CallRecord&) const = default;
 

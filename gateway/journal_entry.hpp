@@ -101,7 +101,7 @@ struct LastGetEntry {
 /// after a restart. Idle: it is not blocked any more.
 struct BlockedEntry {
   fabric::ChannelKey key{};
-  /// Unserved or held, else.
+  /// Unserved or held; idle otherwise.
   fabric::ChannelState state = fabric::ChannelState::idle;
   /// None where the request is left alone.
   fabric::CallId call{};

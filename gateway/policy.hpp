@@ -14,7 +14,7 @@ namespace millrace::gateway {
 struct Rule {
   /// How long to wait first.
   std::chrono::milliseconds after{};
-  /// Written to RESPONSE_STATE then; 0 = only say that the patience is over.
+  /// RESPONSE_STATE in this case; 0 = only log that the time is over.
   std::uint32_t response_state = 0;
   bool operator==(const Rule&) const = default;
 };
@@ -40,7 +40,8 @@ struct Policy {
   }
 };
 
-/// The policies of a gateway: for all, for a machine, for a service; the closest says most.
+/// The policies of a gateway: for all, for a machine, for a service; the most specific has
+/// priority.
 struct Policies {
   Policy everywhere{};
   std::map<std::string, Policy> by_machine{};

@@ -10,9 +10,10 @@ namespace millrace::gateway {
 
 /// Whether the gateway requests notifications from a controller (ADS device notifications).
 enum class SubscriptionMode : std::uint8_t {
-  /// Asked; read as if it had not been where it refuses, or does not keep its word.
+  /// Requested; polled as if not requested where the controller refuses, or its notifications are
+  /// unreliable.
   automatic,
-  /// The same, but asked again and again, once a minute in the end, and said as a warning.
+  /// The same, but requested repeatedly, at last once a minute, with a warning in the log.
   notify,
   /// Never asked.
   poll,
@@ -25,16 +26,16 @@ struct ReadIntervals {
   std::chrono::milliseconds after_answer{2};
   std::chrono::milliseconds after_answer_for{1000};
   std::chrono::milliseconds idle{10};
-  /// While the controller sends notifications: ADS promises no delivery.
+  /// With notifications: ADS does not guarantee delivery.
   std::chrono::milliseconds subscribed{500};
   /// How often a pending request is read completely, to see texts change under the same state.
   std::chrono::milliseconds full{500};
-  /// After the controller refused something or did not answer in time.
+  /// After the controller refused something or did not respond in time.
   std::chrono::milliseconds retry{500};
   /// How old a read may be when REQUEST_STATE is cleared.
   std::chrono::milliseconds max_age{10};
-  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and takes
-  /// no 0 from outside: none is written.
+  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and
+  /// accepts no 0 from outside: none is written.
   bool kernel_clears_request_state = false;
   bool operator==(const ReadIntervals&) const = default;
 };
@@ -61,8 +62,8 @@ struct WriteEffects {
   void doubt_clearing() { clearings_shown = 0; }
   [[nodiscard]] bool clearing_was_shown() const { return clearings_shown >= 3; }
 
-  /// A write was shown after this time. One that was slow for once is forgotten after some thirty
-  /// others (our choice).
+  /// A write was shown after this time. A single slow one is forgotten after some thirty others
+  /// (our choice).
   void note_shown_after(std::chrono::nanoseconds time) { lag = std::max(time, lag - lag / 8); }
 };
 

@@ -1,4 +1,4 @@
-// Words for people: what the gateway says of a call in logs, status and events.
+// Texts for people: a gateway's words about a call in logs, status and events.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ std::string printable(std::string_view text);
 /// At most 255 bytes, the size of a reason or detail on the fabric; a longer text ends in "...".
 std::string truncate_reason(std::string text);
 
-/// Why a call is over that is not pending any more.
+/// Why a call that is not pending any more is over.
 std::string end_reason(RequestStatus status, const ServiceSnapshot& snapshot);
 
 }  // namespace millrace::gateway

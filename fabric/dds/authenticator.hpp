@@ -20,7 +20,7 @@
 
 namespace millrace::fabric::dds {
 
-/// From any thread. To be made before any other endpoint of its participant, and to outlive them.
+/// From any thread. Create it before any other endpoint of its participant, and end it after them.
 class Authenticator {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
@@ -32,26 +32,26 @@ class Authenticator {
 
   struct Known {
     IdentityStatus status{};
-    /// Its identity is there now.
+    /// The participant is present.
     bool there = false;
   };
-  /// Of a participant, by the handle that samples of built-in topics have. Of one that is gone,
-  /// too, for a while: its last words may be untaken.
+  /// A participant, by its handle in samples of built-in topics. For a while also one that is gone,
+  /// whose last samples may still be untaken.
   [[nodiscard]] Known look_up(dds_instance_handle_t participant) const;
   /// The identity of the participant with this writer, which is or lately was matched with a reader
   /// that listens here.
   [[nodiscard]] IdentityStatus of_writer(dds_instance_handle_t writer) const;
-  /// Those that are there now.
+  /// The identities of present participants.
   [[nodiscard]] std::vector<IdentityStatus> all() const;
 
   /// Makes the listener report the writers that its reader is matched with. Pass it to the reader
   /// when the reader is created.
   void listen(dds_listener_t* listener);
 
-  /// The program of this writer, for people: what DDS calls it. Of one that is matched with a
-  /// reader that listens here, or was lately.
+  /// The participant of this writer, for people: its DDS name. The writer is or lately was matched
+  /// with a reader that listens here.
   [[nodiscard]] std::string name_of_writer(dds_instance_handle_t writer) const;
-  /// A program that is there has proved to be a gateway of this machine.
+  /// A present participant is a proved gateway of this machine.
   [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
 
   /// A warning about unauthorized samples, at most once a minute for each subject; the first caller

@@ -9,8 +9,8 @@ namespace millrace::fabric::dds {
 
 namespace {
 
-// `lo` does multicast although its flag says no. Multicast is for discovery only: with a recorder
-// on the network, multicast data wakes every process for every sample.
+// `lo` supports multicast although its flag does not show it. Multicast is used only for discovery:
+// with a recorder on the network, multicast data would wake every process for every sample.
 constexpr std::string_view loopback =
     R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
 
@@ -64,7 +64,7 @@ bool names_interface(std::string_view list) {
   return false;
 }
 
-/// The group is that of DDS, in which those that hear are; the port is theirs, of this domain.
+/// The group is that of DDS, which the listening processes join; the port is that of this domain.
 std::string announcing(std::uint32_t domain, std::string_view extra) {
   constexpr std::uint32_t base_port = 7400;
   constexpr std::uint32_t domain_gain = 250;

@@ -19,13 +19,14 @@ struct Log {
   base::program::Repeats repeats;
 };
 
-/// Never ended: Cyclone's threads may speak up to the end of the process.
+/// Never destroyed: Cyclone's threads may log until the end of the process.
 Log& log() {
   static Log& only = *new Log;
   return only;
 }
 
-/// Cyclone itself deletes a participant whose certificate is over, and misses it when we leave.
+/// Cyclone deletes a participant with an expired certificate itself, and does not find it when it
+/// is deleted here.
 constexpr std::string_view deleted_already = "dds_participant_delete: internal error -3";
 
 void write(void*, const dds_log_data_t* data) noexcept {

@@ -7,7 +7,7 @@
 
 namespace millrace::fabric::dds {
 
-/// Has it do so from now on, for the whole process.
+/// Installs this for the whole process.
 void take_cyclone_log();
 
 /// What lines of the same fault have in common: all words without digits. Words with digits are

@@ -31,8 +31,8 @@ std::mutex& process_lock() {
   return lock;
 }
 
-/// Collects what Cyclone logs while it lives: the reason why a domain cannot be created is a log
-/// line.
+/// Collects Cyclone's log while it exists: the reason why a domain cannot be created is only in the
+/// log.
 class LogCapture {
  public:
   LogCapture() { dds_set_log_sink(&LogCapture::write, this); }
@@ -141,7 +141,7 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
   }
   if (options_.trust) {
     try {
-      // Before all that this program says, so that it is known first.
+      // Before all other endpoints of this process, so that it is known first.
       authenticator_ = std::make_unique<Authenticator>(handle_, options_.fabric,
                                                        process_info_of(options_), options_.trust);
     } catch (...) {

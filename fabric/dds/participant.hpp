@@ -28,7 +28,7 @@ enum class Finding : std::uint8_t {
 
 struct ParticipantOptions {
   std::uint32_t domain = 0;
-  /// The fabric's name, first element of each partition.
+  /// The fabric's name, the first element of each partition.
   std::string fabric = "millrace";
   /// How soon it is noticed that this process ended without leaving, or hangs: within this time its
   /// instances send several heartbeats, and a gateway asserts itself several times.
@@ -43,15 +43,15 @@ struct ParticipantOptions {
   Finding finding = Finding::hears;
   /// The name that tools show.
   std::string name{};
-  /// Further Cyclone configuration (XML fragments or files, with commas between); wins over ours.
-  /// CYCLONEDDS_URI takes its place if it is empty and is ignored otherwise. The fabric stays on
-  /// loopback unless the one that applies names an interface.
+  /// Further Cyclone configuration (XML fragments or files, separated by commas); it overrides
+  /// ours. If it is empty, CYCLONEDDS_URI is used instead, otherwise CYCLONEDDS_URI is ignored. The
+  /// fabric stays on loopback unless the configuration names an interface.
   std::string configuration{};
   /// The contents of the certificate in `configuration`; null without trust.
   std::shared_ptr<const Trust> trust{};
 };
 
-/// True for some text without '*', '?', '/' and ',', which mean something in partitions.
+/// True for a non-empty text without '*', '?', '/' and ',', which have a meaning in partitions.
 bool is_fabric_name(std::string_view name);
 
 /// RAII; throws std::runtime_error with Cyclone's reason if the domain cannot be joined, and

@@ -20,8 +20,8 @@ class PostOnce {
   PostOnce(const PostOnce&) = delete;
   PostOnce& operator=(const PostOnce&) = delete;
 
-  /// Has `work` run once on the executor; further calls until it starts are one with this one. From
-  /// any thread, never waits. What the work throws comes out of the executor's loop.
+  /// Runs the work once on the executor; further calls until it starts are merged into this one.
+  /// From any thread, never waits. An exception of the work leaves the executor's loop.
   void post() noexcept;
 
   /// Makes `listener` wake for data. Pass it to an entity when it is created, because Cyclone 0.10

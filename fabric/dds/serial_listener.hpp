@@ -21,14 +21,14 @@ class SerialListener {
   SerialListener(const SerialListener&) = delete;
   SerialListener& operator=(const SerialListener&) = delete;
 
-  /// Until then nothing runs: what the work uses may be built. Runs it once.
+  /// Until then the work does not run, and what it uses may be built. Runs it once.
   void open() noexcept { take_turns(); }
 
-  /// Runs the work in this thread; or has the thread that runs it just now run it once more.
-  /// What the work throws is reported and goes no further.
+  /// Runs the work in this thread, or makes the thread that is running it run it once more. An
+  /// exception of the work is reported here and goes no further.
   void run() noexcept;
 
-  /// Has `listener` run the work for data; see PostOnce::listen_for_data.
+  /// Makes `listener` run the work for data; see PostOnce::listen_for_data.
   void listen_for_data(dds_listener_t* listener);
 
  private:

@@ -17,13 +17,13 @@ struct Trust {
   std::string name{};
   /// The partitions of its identity, which its permissions allow (fabric/participant_identity.hpp).
   std::vector<std::string> identity_partitions{};
-  /// When its certificate ends: Cyclone takes the participant away then, without a word.
+  /// When its certificate expires: Cyclone then removes the participant without a report.
   std::chrono::sys_seconds until{};
-  /// The names of those whose certificates have been taken back, as the host knows it now; or why
-  /// that cannot be read. Called about once a second, in a thread of the participant.
+  /// The names on the host's present CRL, or why it cannot be read. Called about once a second, in
+  /// a thread of the participant.
   std::function<tl::expected<std::set<std::string>, std::string>()> revoked{};
-  /// Its own certificate is over or taken back; called in that thread, and again and again until
-  /// the program has ended. May be empty.
+  /// Its own certificate has expired or was revoked; called in that thread, repeatedly until the
+  /// process has ended. May be empty.
   std::function<void(const std::string& reason)> ended{};
 };
 

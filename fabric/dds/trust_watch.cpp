@@ -91,7 +91,7 @@ void TrustWatch::look_at_our_own(Clock::time_point now) {
     trust_->ended(reason);
     return;
   }
-  // A program that is not ours is not ended.
+  // The process belongs to the user of the SDK and is not ended.
   told_.said(reason +
              ": from now on no process on the fabric accepts what this one publishes; start it "
              "again with newer credentials");

@@ -26,7 +26,7 @@ class TrustWatch {
     /// Called with the names in the CRL at each check. Returns the names that an earlier CRL listed
     /// and this one does not.
     std::function<std::vector<std::string>(const std::set<std::string>&)> revoked;
-    /// Something for people, once.
+    /// A message for people, once.
     std::function<void(std::string)> said;
   };
 

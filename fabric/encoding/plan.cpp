@@ -123,7 +123,8 @@ void put_text(std::string& out, std::uint32_t tag, std::uint32_t raw_tag, Type::
   }
 }
 
-/// One that is none takes no channel: without it the instance would seem to take every one.
+/// An invalid scope matches no channel: if it were dropped, the instance would seem to serve every
+/// channel.
 ChannelScope scope_of(std::string_view text) {
   constexpr std::string_view mark = "?";
   constexpr std::string_view any = "/*";

@@ -35,8 +35,8 @@ class Plan {
 
   [[nodiscard]] bool is_empty() const { return places_.empty(); }
   void write(const void* value, std::string& out) const;
-  /// A number that is not there becomes 0, whatever the value begins with; an enumerator that this
-  /// version does not know 255, "unknown".
+  /// A missing number becomes 0, whatever the value begins with; an unknown enumerator becomes 255,
+  /// "unknown".
   [[nodiscard]] bool read(void* value, std::string_view bytes) const;
 
  private:

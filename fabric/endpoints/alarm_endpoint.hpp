@@ -26,7 +26,7 @@ namespace millrace::fabric::endpoints {
 /// Use and end it on the executor.
 class AlarmEndpoint {
  public:
-  /// A program that is silent for so long has no alarms any more: it is gone, or its loop hangs.
+  /// A process that is silent for this time has no alarms any more: it is gone, or its loop hangs.
   static constexpr std::chrono::milliseconds lease{5000};
   /// How often each alarm is repeated within the lease, so that a reader that missed one gets the
   /// next.

@@ -56,7 +56,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   void announce();
   [[nodiscard]] const std::string& fabric() const { return participant.options().fabric; }
 
-  /// Calls the listener, which may end this end in any of its functions.
+  /// Calls the listener, which may destroy this endpoint in any of its functions.
   template <typename Tell>
   void tell(Tell tell) {
     if (listener != nullptr) {
@@ -66,7 +66,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
 
   dds::Participant& participant;
   boost::asio::any_io_executor executor;
-  /// Null once the end is closed.
+  /// Null once the endpoint is closed.
   CallEndpointListener* listener;
   // Before the entities whose listeners wake them.
   std::optional<dds::PostOnce> discovery_post;
@@ -232,7 +232,7 @@ void CallEndpoint::Impl::drain_replies() {
   }
 }
 
-/// Which instance a reply is from is not for the reply to say.
+/// The writer decides which instance a reply is from, not the reply's contents.
 void CallEndpoint::Impl::take(const wire::Taken<Reply>& taken) {
   const Reply& reply = taken.value;
   if (!liveness.registry().speaks_for(taken.writer, reply.instance)) {

@@ -27,13 +27,12 @@ class CallEndpointListener {
   virtual void on_instance_ready(const InstanceIdentity& instance) = 0;
   /// Its user_data changed (draining, channels …).
   virtual void on_instance_changed(const InstanceIdentity& instance) = 0;
-  /// It left, or its process has been silent for its lease. A hint, no proof of death: it may come
-  /// back with the same id.
+  /// It left, or its process has been silent for its lease. A hint, not proof of its end: it may
+  /// come back with the same id.
   virtual void on_instance_gone(const InstanceId& instance) = 0;
-  /// Repeats are delivered as they come: a call endpoint that lost an instance for a moment sees
-  /// the instance's last reply on each channel again. It is the word of `reply.instance`, whose
-  /// writer has sent it; everything else in it is as the instance, or another DDS, has put it
-  /// there.
+  /// Repeats are passed on: an endpoint that lost an instance for a moment gets the instance's last
+  /// reply on each channel again. The writer of `reply.instance` has sent it; everything else in it
+  /// is as the instance, or another DDS, has written it.
   virtual void on_reply(const Reply& reply) = 0;
   /// The load of an instance, from the latest heartbeat of its process, which just arrived.
   virtual void on_load(const InstanceLoad& load) { static_cast<void>(load); }
@@ -66,14 +65,14 @@ class CallEndpoint {
   CallEndpoint(const CallEndpoint&) = delete;
   CallEndpoint& operator=(const CallEndpoint&) = delete;
 
-  /// Writes the pending call of a channel; replaces what was asked of the same instance for the
-  /// same channel. Fails for text over 127 bytes, a machine name over 63, and for an instance that
-  /// has not shown up. The first of a turn of the executor is sent at once, what follows at the
-  /// turn's end: calls that are given out together share datagrams.
+  /// Publishes the pending call of a channel; replaces the request for the same instance and
+  /// channel. Fails for text over 127 bytes, a machine name over 63, and for an instance that was
+  /// not discovered. The first one of an executor's turn is sent at once, further ones at the
+  /// turn's end: calls that are dispatched together share datagrams.
   tl::expected<void, std::string> publish(const Request& request);
-  /// Takes the pending call of a channel back from an instance: a handler that runs learns of it.
-  /// Nothing happens if there is none. Calls that are not taken back stay with the instances when
-  /// this end is gone.
+  /// Withdraws the pending call of a channel from an instance: a running handler is notified.
+  /// Without effect if there is none. Calls that are not withdrawn stay with the instances when
+  /// this endpoint is gone.
   void withdraw(const RequestKey& key);
   /// For observers; an error (a text is too long, a recorder does not keep up) loses one sample.
   /// Only a gateway's endpoint publishes channels and machines.

@@ -19,10 +19,10 @@
 
 namespace millrace::fabric::endpoints {
 
-/// For one thread, but for `changed`, which is called in one of Cyclone's.
+/// For one thread, except `changed`, which is called in a thread of Cyclone.
 class ChannelStatusWriter {
  public:
-  /// `changed` has update_readers() called soon.
+  /// `changed` must make update_readers() run soon.
   ChannelStatusWriter(const dds::Participant& participant, const std::string& partition,
                       std::function<void()> changed)
       : readers_(std::move(changed)),

@@ -1,4 +1,4 @@
-// The end of those that take commands: a gateway or an instance.
+// The endpoint that receives commands: of a gateway or an instance.
 //
 //   CommandEndpoint end(participant, executor, listener);
 //   void on_command(const Command& command) {
@@ -45,8 +45,8 @@ class CommandEndpoint {
   std::shared_ptr<Impl> impl_;
 };
 
-/// The command was for this participant, as samples of built-in topics name it, to carry out: for
-/// its instance, its gateway or a machine that it has. So an outcome of it may be its own.
+/// This participant, as in samples of built-in topics, was a receiver of the command: its instance,
+/// its gateway or a machine of it. So it may publish the outcome.
 bool is_for(registry::EndpointHandle participant, const Command& command,
             const registry::InstanceRegistry& instances, const GatewayMonitor& gateways);
 

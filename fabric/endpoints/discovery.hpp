@@ -1,5 +1,5 @@
-// Reads Cyclone's built-in topics: which request readers, reply writers and writers of heartbeats
-// there are, and whose.
+// Reads Cyclone's built-in topics: the request readers, reply writers and heartbeat writers, and
+// their participants.
 #pragma once
 
 #include <functional>
@@ -25,12 +25,12 @@ class Discovery {
     std::string reason;
   };
   struct News {
-    /// Whose request readers were seen, new or not.
+    /// The partitions of all seen request readers, new or not.
     std::vector<wire::RequestPartition> request_partitions;
     /// Endpoints that look like an instance's but are rejected, and why.
     std::vector<Ignored> ignored;
   };
-  /// Feeds the registry with what is new.
+  /// Passes the news to the registry.
   News drain(registry::InstanceRegistry& registry, SteadyTime now);
 
  private:

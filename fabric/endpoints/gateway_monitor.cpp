@@ -28,7 +28,7 @@ using ClaimKey = std::pair<std::string, InstanceId>;
 struct MachineClaim {
   Handle participant = DDS_HANDLE_NIL;
   MachineStatus status{};
-  /// Its writer is taken for gone.
+  /// Its writer counts as gone.
   bool lost = false;
 };
 struct OwnedChannel {
@@ -71,7 +71,7 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
   template <typename IsGone>
   void forget_channels(const IsGone& is_gone);
-  /// Others speak for channels since claims have changed.
+  /// Updates the owners of channels after claims have changed.
   void settle_channels();
   void ignore(Handle writer, const std::string& program, const std::string& what);
   /// The participant's first claim of this channel that holds, or the end of time.
@@ -146,8 +146,8 @@ void GatewayMonitor::Impl::subscribe_channels() {
   if (of == Of::all) {
     listen_for_losses(on_channel.get());
   }
-  // Several gateways may have spoken of one channel, and the newest word need not be the one that
-  // counts.
+  // Several gateways may have published one channel, and the newest sample need not be the
+  // effective one.
   channels.emplace(
       participant, participant.options().fabric, wire::Keep::all,
       wire::EndpointOptions{.listener = on_channel.get(), .others_only = of == Of::others});
@@ -181,8 +181,8 @@ void GatewayMonitor::Impl::drain_machines() {
   }
 }
 
-/// That a gateway is gone is not for another one to say. None ever disposes its key, so an instance
-/// that is disposed says nothing, also one that a sample of its gateway shows.
+/// No other gateway can publish that a gateway is gone. None ever disposes its key, so a disposed
+/// instance means nothing, also one that a sample of its gateway shows.
 void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   const MachineStatus& status = taken.value;
   const ClaimKey key(status.machine, status.gateway);
@@ -307,7 +307,7 @@ void GatewayMonitor::Impl::drain_channels() {
 
 void GatewayMonitor::Impl::take(const wire::Taken<ChannelStatus>& taken) {
   const ChannelKey& key = taken.value.key;
-  // A gateway weighs itself what others have said of a channel.
+  // A gateway itself evaluates what others have published about a channel.
   if (of == Of::others) {
     if (taken.valid) {
       listener->on_channel(taken.value);

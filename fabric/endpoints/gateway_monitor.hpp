@@ -30,13 +30,13 @@ class GatewayMonitorListener {
   virtual void on_channel(const ChannelStatus& status) = 0;
   /// No gateway publishes the channel any more.
   virtual void on_channel_gone(const ChannelKey& key) { static_cast<void>(key); }
-  /// A participant speaks in the place of a gateway; once a minute of each.
+  /// A participant publishes in the name of a gateway; at most once a minute for each.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
 class GatewayMonitor {
  public:
-  /// Whose statements are listened to.
+  /// The gateways whose samples are passed on.
   enum class Of : std::uint8_t { others, all };
 
   /// Throws std::runtime_error with Cyclone's reason.
@@ -46,8 +46,8 @@ class GatewayMonitor {
   GatewayMonitor(const GatewayMonitor&) = delete;
   GatewayMonitor& operator=(const GatewayMonitor&) = delete;
 
-  /// Listens to channels too, as they are now and as they change; costs a little with each call on
-  /// the fabric.
+  /// Also passes on channels, now and when they change; costs a little with each call on the
+  /// fabric.
   void subscribe_channels();
   /// Passes on what has arrived since the last call.
   void drain();
@@ -57,11 +57,12 @@ class GatewayMonitor {
                                 const InstanceId& gateway) const;
   /// The participant is a gateway that claims this machine, or that of this queue.
   [[nodiscard]] bool claims(registry::EndpointHandle participant, const std::string& machine) const;
-  /// The participant is the gateway of the machine whose calls have this epoch; nothing: none has.
+  /// The participant is the gateway of the machine whose calls have this epoch; nullopt: no gateway
+  /// has.
   [[nodiscard]] std::optional<bool> has_epoch(registry::EndpointHandle participant,
                                               const std::string& machine,
                                               std::uint64_t epoch) const;
-  /// Samples that were gone before they arrived.
+  /// Samples that were lost before they arrived.
   [[nodiscard]] std::uint64_t lost() const;
 
  private:

@@ -1,4 +1,4 @@
-// The end of a process that has instances: says that it is there, and what they do.
+// The endpoint of a process with instances: publishes that it runs, and the load of its instances.
 //
 //   HeartbeatEndpoint end(participant);
 //   end.publish({.process = process, .at = now, .loads = …});      // four times in the lease

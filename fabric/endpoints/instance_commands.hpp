@@ -19,19 +19,19 @@ namespace millrace::fabric::endpoints {
 class InstanceCommandsListener {
  public:
   virtual ~InstanceCommandsListener() = default;
-  /// The calls that the instance runs; nothing if it is not one of this program.
+  /// The calls that the instance runs; nullopt if it is not one of this process.
   [[nodiscard]] virtual std::optional<std::uint32_t> running(const InstanceId& instance) const = 0;
-  /// Finish what runs, take nothing new, leave; `issuer` asks for it.
+  /// Finish the running calls, accept no new ones, leave; `issuer` commands it.
   virtual void on_drain(const InstanceId& instance, const std::string& issuer) = 0;
-  /// The one that asked does not get to know it, and why.
+  /// The outcome did not reach the issuer, and why.
   virtual void on_unreported(const Command& command, const std::string& reason) = 0;
 };
 
 /// RAII; use and end it on the executor.
 class InstanceCommands : private CommandListener {
  public:
-  /// Gateways learn in about a millisecond that an instance drains; what they gave out until then
-  /// arrives within this time and is still run.
+  /// Gateways learn in about a millisecond that an instance drains; requests that they published
+  /// until then arrive within this time and are still run.
   static constexpr std::chrono::milliseconds drain_grace{100};
 
   /// Throws std::runtime_error with Cyclone's reason.

@@ -10,8 +10,8 @@ namespace millrace::fabric::endpoints {
 
 namespace {
 
-/// A timer that rings so late says that this process got no processor: its threads that receive may
-/// not have got one either.
+/// A timer that is this late shows that the process got no processor time: its receiving threads
+/// may not have got any either.
 constexpr std::chrono::milliseconds stall{50};
 
 SteadyTime now() {

@@ -98,7 +98,7 @@ void ReplyEndpoint::Impl::read(const dds::Listener& on_request) {
   requests.emplace(
       participant,
       wire::request_partition(participant.options().fabric, identity.uuid, identity.id),
-      // All, so that a stranger does not push out what a gateway has asked.
+      // All of them, so that a stranger cannot displace a gateway's requests.
       wire::Keep::all,
       wire::EndpointOptions{.user_data = registry::format_identity(identity),
                             .listener = on_request.get(),
@@ -139,7 +139,7 @@ void ReplyEndpoint::Impl::drain() {
   }
 }
 
-/// `is_over`: it is taken back by a sample that is here, too.
+/// `is_over`: a later sample of the same batch withdraws it.
 void ReplyEndpoint::Impl::tell(const wire::Taken<Request>& taken, bool is_over) {
   if (taken.authorization != Authorization::granted) {
     decline(taken);
@@ -152,7 +152,7 @@ void ReplyEndpoint::Impl::tell(const wire::Taken<Request>& taken, bool is_over) 
   if (takes_back(taken)) {
     listener->on_withdrawn(key_of(taken.value));
   } else if (taken.instance_state == wire::InstanceState::no_writers) {
-    // Its request may be here too, untaken: a gateway that leaves overtakes it.
+    // Its request may also be here, untaken: a gateway that leaves overtakes it.
     listener->on_orphaned(key_of(taken.value));
   } else if (taken.valid && !is_over && taken.value.assigned == identity.id) {
     // The partition belongs to this instance; a request for another one in it is a mistake.

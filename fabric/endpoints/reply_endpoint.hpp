@@ -1,4 +1,4 @@
-// A service instance's end of the fabric: takes its requests in, gives replies out.
+// The endpoint of a service instance: receives its requests, publishes replies.
 //
 //   ReplyEndpoint end(participant, executor, identity, listener);   // ready as soon as gateways see it
 //   end.publish(reply);
@@ -26,17 +26,17 @@ class ReplyEndpointListener {
   /// NC program has withdrawn it. A gateway that ends unexpectedly withdraws nothing: after its
   /// restart it requests the response again.
   virtual void on_withdrawn(const RequestKey& key) = 0;
-  /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
-  /// journal, may come back for the answer: then its request is heard once more.
+  /// The requesting gateway is gone, or counts as gone. It, or its successor with the same journal,
+  /// may come back for the answer: then its request arrives again.
   virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
-  /// A participant asks or withdraws under the call ids of another one, or asks for more channels
-  /// than a gateway has; `reason` names it, for the log. Once a minute for each participant.
+  /// A participant requests or withdraws under the call ids of another one, or requests for more
+  /// channels than a gateway has; `reason` names it, for the log. At most once a minute for each
+  /// participant.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
-// Where there is trust, a request of a machine that the certificate of who asks does not name is
-// declined here, and nothing of it reaches the listener; what is said of it is in
-// dds::Authenticator::take_warnings().
+// With trust, a request for a machine that the requester's certificate does not name is declined
+// here, and does not reach the listener; dds::Authenticator::take_warnings() has the message.
 
 /// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
 /// executor in one thread. Only `publish` and `identity` may be called from any thread while it
@@ -47,8 +47,8 @@ class ReplyEndpoint {
   /// std::runtime_error with Cyclone's reason.
   ReplyEndpoint(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                 InstanceIdentity identity, ReplyEndpointListener& listener);
-  /// The same without an executor: requests come in the thread that receives them, a hand-over
-  /// earlier. The listener must not wait there, nor end this object.
+  /// The same without an executor: requests come in the receiving thread, which saves a hand-over.
+  /// The listener must not block there, nor end this object.
   ReplyEndpoint(dds::Participant& participant, InstanceIdentity identity,
                 ReplyEndpointListener& listener);
   ~ReplyEndpoint();

@@ -69,7 +69,7 @@ class RequestWriters {
   std::weak_ptr<void> owner_;
   dds::MatchQueue& matches_;
   Writers writers_;
-  /// Until the end of this turn of the executor: what was sent at once, and what waits.
+  /// In this turn of the executor: the request that was sent at once, and those that wait.
   bool in_turn_ = false;
   std::vector<RequestWriter*> unsent_;
 };

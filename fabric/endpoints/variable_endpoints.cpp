@@ -54,7 +54,7 @@ struct Hearing : std::enable_shared_from_this<Hearing<Value>> {
   const dds::Participant& participant;
   /// Empty once the end is closed.
   std::function<void(const Value&)> on_sample;
-  /// Judges what the reader alone cannot; then the reader hands out all.
+  /// Checks what the reader alone cannot; with it the reader returns all samples.
   std::function<bool(const wire::Taken<Value>&)> is_believed{};
   bool deliver_unauthorized = false;
   // Before the reader that wakes it.
@@ -125,7 +125,7 @@ struct VariableRequestEndpoint::Impl : Hearing<VariableReply> {
     }
   }
 
-  /// A reply does not say of which machine it is, but the question did.
+  /// A reply does not name its machine, but its request does.
   bool is_its_machine(const wire::Taken<VariableReply>& taken) {
     const auto question = machines.find(taken.value.token);
     const wire::AuthorizationScope scope{question == machines.end() ? std::string_view()
@@ -137,7 +137,7 @@ struct VariableRequestEndpoint::Impl : Hearing<VariableReply> {
     return false;
   }
 
-  /// Far more questions than are asked at a time; the first one is forgotten first.
+  /// Far more requests than are pending at a time; the oldest one is dropped first.
   void remember(const VariableRequest& request) {
     constexpr std::size_t most = 1024;
     if (machines.try_emplace(request.token, request.key.machine).second) {
@@ -149,7 +149,7 @@ struct VariableRequestEndpoint::Impl : Hearing<VariableReply> {
     }
   }
 
-  /// With trust: whose word counts, by the token of the question.
+  /// With trust: the machine of each request, by the request's token.
   std::map<InstanceId, std::string> machines;
   std::deque<InstanceId> in_turn;
   InstanceId id = InstanceId::random();

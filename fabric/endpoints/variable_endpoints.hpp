@@ -63,8 +63,8 @@ class VariableRequestEndpoint {
   [[nodiscard]] const InstanceId& id() const;
   /// Number of gateways that read requests now.
   [[nodiscard]] std::size_t gateways() const;
-  /// A gateway may not hear it, or take it in and die: say it again, with the same token, until the
-  /// reply is there.
+  /// A gateway may not receive it, or may end while it works: repeat it with the same token until
+  /// the reply is there.
   tl::expected<void, std::string> publish(const VariableRequest& request);
 
  private:

@@ -42,7 +42,7 @@ inline std::int32_t leading_count(std::string_view bytes) {
 /// Whether `bytes` begin as a message of this type.
 template <typename Message>
 tl::expected<void, std::string> check_type(std::string_view bytes) {
-  // No message of ours comes near to this; what is longer is not even looked at.
+  // Far above our own messages; longer ones are not examined.
   constexpr std::size_t most = 65'535;
   if (bytes.size() < fingerprint_size || bytes.size() > most) {
     return tl::unexpected(

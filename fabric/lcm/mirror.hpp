@@ -1,4 +1,4 @@
-// Calls and events of a fabric as LCM messages, for lcm-spy, lcm-logger and what reads its logs.
+// Calls and events of a fabric as LCM messages, for lcm-spy, lcm-logger and readers of their logs.
 // Pure.
 //
 //   if (const auto message = mirrored(entry)) publish(message->channel, message->bytes);
@@ -28,7 +28,7 @@ std::optional<Message> mirrored(const observer::Entry& entry);
 /// Whether a channel is one of those.
 bool is_mirror(std::string_view channel);
 
-/// Of what was on such a channel; the error says why it is no such message.
+/// A message from such a channel as an entry; the error says why it is not one.
 tl::expected<observer::Entry, std::string> entry_of(std::string_view channel,
                                                     std::string_view bytes);
 

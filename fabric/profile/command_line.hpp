@@ -15,9 +15,9 @@
 
 namespace millrace::fabric::profile {
 
-/// --fabric-config FILE, and --domain and --fabric, which win over the file; each also from the
-/// environment (MILLRACE_FABRIC_CONFIG, MILLRACE_DOMAIN, MILLRACE_FABRIC). Without a word of a
-/// file, that of the host.
+/// --fabric-config FILE, and --domain and --fabric, which override the file; each also from the
+/// environment (MILLRACE_FABRIC_CONFIG, MILLRACE_DOMAIN, MILLRACE_FABRIC). Without a named file,
+/// that of the host.
 class FabricFlags {
  public:
   /// Adds the flags; `defaults` hold where neither flag nor file says otherwise.
@@ -26,8 +26,8 @@ class FabricFlags {
   FabricFlags(const FabricFlags&) = delete;
   FabricFlags& operator=(const FabricFlags&) = delete;
 
-  /// To be called once the command line is parsed. Throws program::UsageError with every mistake of
-  /// the file.
+  /// Call it after the command line is parsed. Throws program::UsageError with all mistakes of the
+  /// file.
   [[nodiscard]] dds::ParticipantOptions options() const;
   /// The file, or empty: for callers that need more than how to join.
   [[nodiscard]] std::string file() const;

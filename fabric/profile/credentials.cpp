@@ -19,7 +19,7 @@ trust::Protection protection_of(const config::Trust& trust) {
                                                       : trust::Protection::sign;
 }
 
-/// Reads the list only when it is another one than at the last look.
+/// Reads the CRL only when its file has changed since the last check.
 class ListWatch {
  public:
   explicit ListWatch(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -20,12 +20,12 @@ class Trust;
 
 namespace millrace::fabric::profile {
 
-/// Reads the folder that the profile `file` names, as of now. The error names the file in it that
-/// is not as it should be, and what to do.
+/// Reads the folder that the profile `file` names, with the present time. The error names the wrong
+/// file in it, and the remedy.
 tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust& trust,
                                                              const std::filesystem::path& file);
 
-/// For a participant. The list of revoked participants is read again when its file is another one.
+/// For a participant. The CRL is read again when its file has changed.
 std::shared_ptr<const dds::Trust> trust_of(const trust::Credentials& credentials);
 
 }  // namespace millrace::fabric::profile

@@ -17,7 +17,7 @@ class Fabric;
 
 namespace millrace::fabric::profile {
 
-/// The profile of a host, which packages bring.
+/// The profile of a host, from the packages.
 inline constexpr const char* host_profile = "/etc/millrace/fabric.textproto";
 
 /// The profile of a process without a flag for it. `said` is the value of MILLRACE_FABRIC_CONFIG,
@@ -31,8 +31,7 @@ inline constexpr std::uint32_t last_domain = 232;
 /// The error holds one line per mistake, "FILE:LINE:COLUMN: what was expected".
 tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::filesystem::path& file);
 
-/// The Cyclone configuration of a profile that read_profile() found right: interface, discovery and
-/// ports.
+/// The Cyclone configuration of a checked profile: interface, discovery and ports.
 std::string cyclone_configuration(const config::Fabric& profile);
 
 }  // namespace millrace::fabric::profile

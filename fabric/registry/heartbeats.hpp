@@ -32,7 +32,7 @@ class Heartbeats {
  private:
   struct Known {
     InstanceLoad load;
-    /// The number of the heartbeat from which on it was so.
+    /// The number of the heartbeat in which it changed.
     std::uint64_t changed = 0;
   };
 

@@ -14,11 +14,11 @@ std::optional<std::string> check_identity(const InstanceIdentity& identity) {
   }
   if (identity.uuid.empty() || identity.uuid.size() > max_text ||
       identity.uuid != canonical_uuid(identity.uuid)) {
-    // A stranger's may be of 60 KiB.
+    // A stranger's UUID may have 60 KiB.
     return fmt::format("its UUID {:?} is not in canonical form, 1 to {} bytes",
                        identity.uuid.substr(0, max_text), max_text);
   }
-  // Partitions are patterns: a wildcard would serve the UUIDs of others.
+  // Partitions are patterns: with a wildcard an instance would get the requests of other UUIDs.
   if (std::any_of(identity.uuid.begin(), identity.uuid.end(),
                   [](char c) { return base::text::is_control(c) || c == '*' || c == '?'; })) {
     return fmt::format("its UUID {:?} contains a wildcard or a control character", identity.uuid);

@@ -26,7 +26,7 @@ InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Read
     check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.reported_at);
   }
   if (reader.identity.lease > process.lease) {
-    // From now on it is expected to heartbeat.
+    // From now on it must send heartbeats.
     if (process.lease == std::chrono::nanoseconds(0)) {
       process.heard_at = now;
     }
@@ -184,7 +184,7 @@ std::vector<InstanceId> InstanceRegistry::instances_of(EndpointHandle participan
   return all;
 }
 
-/// Said once of a process.
+/// Reported once for each process.
 void InstanceRegistry::report_unauthenticated(Process& process, SteadyTime now) {
   if (!process.reported_at) {
     return;

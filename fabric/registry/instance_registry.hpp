@@ -51,8 +51,8 @@ class InstanceRegistry {
 
   enum class Seen : std::uint8_t {
     taken,
-    /// Another process announced this instance before, and is there: an id is drawn at random, so
-    /// this one is mistaken or lies. It counts once the other one is gone.
+    /// Another process announced this instance before, and still runs: ids are random, so this one
+    /// is mistaken or lies. It counts once the other one is gone.
     second,
     /// There are too many.
     full
@@ -61,7 +61,7 @@ class InstanceRegistry {
   Seen reader_seen(EndpointHandle handle, Reader reader, SteadyTime now);
   /// A reply writer.
   Seen writer_seen(EndpointHandle handle, Writer writer);
-  /// A writer of heartbeats, and whose.
+  /// A writer of heartbeats, and its participant.
   void heartbeat_writer_seen(EndpointHandle handle, EndpointHandle participant);
   void endpoint_gone(EndpointHandle handle);
   /// An endpoint was matched with ours, or unmatched; it may not have been seen yet.
@@ -75,12 +75,12 @@ class InstanceRegistry {
   void authenticated(EndpointHandle participant, std::optional<std::string> name);
   /// The authenticated participant is gone; its last samples may still be untaken.
   void authenticated_gone(EndpointHandle participant);
-  /// Instances whose processes have proved nothing in authentication_timeout, with their UUIDs;
+  /// Instances whose processes proved no identity within authentication_timeout, with their UUIDs;
   /// each once.
   std::vector<std::pair<InstanceId, std::string>> take_unauthenticated() {
     return std::exchange(unauthenticated_, {});
   }
-  /// Those whose requests this participant reads.
+  /// The instances whose requests this participant reads.
   [[nodiscard]] std::vector<InstanceId> instances_of(EndpointHandle participant) const;
   /// A process announces its identity first, so DDS reports it before all other endpoints; another
   /// vendor's may come later.
@@ -93,9 +93,9 @@ class InstanceRegistry {
   /// The same, for so long that samples of that time may still be on their way: each process gets
   /// its full time again before it counts as silent.
   void start_over(SteadyTime now);
-  /// Takes those for gone that have been silent for too long, until they are heard again.
+  /// Takes silent instances for gone, until they send heartbeats again.
   void on_time(SteadyTime now);
-  /// When on_time has something to do.
+  /// When on_time must be called.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return check_at_; }
 
   /// Whether this writer may publish for `instance`: it is the instance's reply writer, of the
@@ -104,7 +104,7 @@ class InstanceRegistry {
   [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
   /// The same for a writer of heartbeats.
   [[nodiscard]] bool heartbeats_for(EndpointHandle writer, const InstanceId& instance) const;
-  /// This participant has announced the instance first of those that are there.
+  /// Of all present participants, this one announced the instance first.
   [[nodiscard]] bool is_home(EndpointHandle participant, const InstanceId& instance) const {
     return is_seen(instance) && home_of(instance) == participant;
   }
@@ -124,7 +124,7 @@ class InstanceRegistry {
  private:
   /// A process, as far as it has instances or heartbeats.
   struct Process {
-    /// Nothing: it sends no heartbeat.
+    /// Nullopt: it sends no heartbeats.
     std::chrono::nanoseconds lease{};
     SteadyTime heard_at{};
     bool silent = false;
@@ -132,11 +132,11 @@ class InstanceRegistry {
     std::set<EndpointHandle> readers;
     /// Its reply writers and writers of heartbeats.
     std::size_t writers = 0;
-    /// When it is said that it has proved nothing; nothing: it has, or it was said.
+    /// When the missing identity is reported; nullopt: it has one, or it was reported.
     std::optional<SteadyTime> reported_at{};
   };
 
-  /// Far more writers than leave before their last words are taken.
+  /// Far more writers than leave before their last samples are taken.
   static constexpr std::size_t most_departed = 256;
 
   [[nodiscard]] bool is_matched(EndpointHandle handle) const {
@@ -152,7 +152,7 @@ class InstanceRegistry {
   [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
   [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
   [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
-  /// The participant that announced the instance first of those that are there; 0 if none.
+  /// The present participant that announced the instance first; 0 if none.
   [[nodiscard]] EndpointHandle home_of(const InstanceId& id) const;
   [[nodiscard]] static SteadyTime silent_at(const Process& process);
   void forget_reader(EndpointHandle handle);

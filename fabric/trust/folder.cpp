@@ -62,7 +62,7 @@ Result<std::string> document_in(const fs::path& file, const Certificate& authori
   });
 }
 
-/// The list of those taken back, if that authority has signed it.
+/// The CRL, if that CA has signed it.
 Result<openssl::RevocationList> read_list(const fs::path& folder, const Certificate& authority) {
   auto list = read_as<openssl::RevocationList>(folder / files::revoked);
   if (list && !list->is_issued_by(authority)) {
@@ -72,7 +72,7 @@ Result<openssl::RevocationList> read_list(const fs::path& folder, const Certific
   return list;
 }
 
-/// Returns the list of those taken back.
+/// Returns the CRL.
 Result<openssl::RevocationList> check_certificate(const fs::path& folder,
                                                   const Certificate& certificate, const Key& key,
                                                   std::chrono::sys_seconds now) {
@@ -107,7 +107,7 @@ Result<openssl::RevocationList> check_certificate(const fs::path& folder,
   if (revoked->names(certificate)) {
     return refuse(file, "was revoked", "ask the administrator of the plant's PKI");
   }
-  // Each certificate comes with a list of its own time, and every later list is newer.
+  // Each certificate comes with a CRL of its own time, and every later CRL is newer.
   if (revoked->from() < certificate.from()) {
     return refuse(folder / files::revoked,
                   fmt::format("was made on {:%F %T} UTC, before the certificate: an older CRL was "

@@ -26,7 +26,7 @@ inline constexpr std::string_view identity_authority = "identity_authority.pem";
 inline constexpr std::string_view permissions_authority = "permissions_authority.pem";
 inline constexpr std::string_view certificate = "certificate.pem";
 inline constexpr std::string_view key = "key.pem";
-/// Certificates that are taken back.
+/// The CRL.
 inline constexpr std::string_view revoked = "revoked.pem";
 inline constexpr std::string_view permissions = "permissions.p7s";
 inline constexpr std::string_view governance_sign = "governance_sign.p7s";
@@ -37,13 +37,13 @@ std::string_view governance_file(Protection protection);
 
 /// The credentials from the folder.
 struct Credentials {
-  /// As it was named: where it is a link, another folder may be there later.
+  /// As it was named: if it is a link, its target may change later.
   std::filesystem::path folder;
   /// The certificate's common name.
   std::string name;
   std::chrono::sys_seconds from;
   std::chrono::sys_seconds until;
-  /// Whose certificates are taken back, and when that list was made.
+  /// The revoked names, and the time of the CRL.
   std::set<std::string> revoked;
   std::chrono::sys_seconds revoked_as_of;
   /// The partitions of its identity, from its permissions.
@@ -61,8 +61,7 @@ tl::expected<Credentials, std::string> read_folder(const std::filesystem::path& 
                                                    Protection protection,
                                                    std::chrono::sys_seconds now);
 
-/// Whose certificates the folder's list takes back, by their names; the error names the file and
-/// says what to do.
+/// The names on the folder's CRL; the error names the file and the remedy.
 tl::expected<std::set<std::string>, std::string> read_revoked(const std::filesystem::path& folder);
 
 }  // namespace millrace::fabric::trust

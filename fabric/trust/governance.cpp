@@ -16,8 +16,8 @@ std::optional<Protection> protection_named(std::string_view name) {
 }
 
 std::string governance_document(Protection protection) {
-  // Whole messages are protected (RTPS), discovery beside them: what is in a message needs no
-  // protection of its own again.
+  // Whole messages are protected (RTPS), and discovery: the contents of a message need no further
+  // protection.
   return fmt::format(
       R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_governance.xsd">

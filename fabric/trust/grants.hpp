@@ -20,14 +20,13 @@ enum class Access : std::uint8_t { write, read };
 struct Grant {
   Access access;
   std::string topic;
-  /// A pattern as fnmatch has it; each partition of an endpoint has to fit, as it is written.
+  /// A pattern for fnmatch; each partition of an endpoint must match it literally.
   std::string partition;
 
   auto operator<=>(const Grant&) const = default;
 };
 
-/// Sorted, none twice. What is not among them is denied. The participant is one without
-/// mistake_in().
+/// Sorted, without repeats. Everything else is denied. The participant has passed mistake_in().
 std::vector<Grant> grants_of(const Participant& participant, std::string_view fabric);
 
 }  // namespace millrace::fabric::trust

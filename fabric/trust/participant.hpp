@@ -19,11 +19,11 @@ enum class Role : std::uint8_t {
   gateway,
   /// Answers the calls of its UUIDs, and reads no others.
   service,
-  /// Sees everything; answers, retries, drains.
+  /// Reads everything; answers, retries, drains.
   operating,
   /// Sees everything, and writes only its own alarms: a recorder, a status page.
   observer,
-  /// Sees everything and sends requests that come from no machine: `millrace call` and `millrace
+  /// Reads everything and sends requests for invented machines: `millrace call` and `millrace
   /// replay`.
   tester
 };
@@ -38,9 +38,9 @@ struct Participant {
   /// Of letters, digits, '-', '_' and '.', beginning with a letter or digit; at most 64.
   std::string name;
   std::set<Role> roles{};
-  /// A service's; as a program writes them, compared in canonical form.
+  /// Of a service; as NC programs write them, compared in canonical form.
   std::vector<std::string> uuids{};
-  /// A gateway's: the names of its machines.
+  /// Of a gateway: the names of its machines.
   std::vector<std::string> machines{};
 };
 

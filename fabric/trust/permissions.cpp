@@ -32,7 +32,7 @@ std::optional<std::string_view> between(std::string_view text, std::string_view 
   return text.substr(first + begin.size(), last - first - begin.size());
 }
 
-/// The other way round than base::text::xml_text.
+/// The inverse of base::text::xml_text.
 std::string plain_text(std::string_view xml) {
   std::string text(xml);
   for (const auto& [escaped, plain] : {std::pair<std::string_view, std::string_view>{"&lt;", "<"},

@@ -25,9 +25,9 @@ namespace millrace::fabric::wire {
 
 /// What a sample claims to speak for.
 struct AuthorizationScope {
-  /// Of which machine it speaks; empty: of none.
+  /// The machine that it speaks for; empty: none.
   std::string_view machine{};
-  /// A tester may say it, too, unless a gateway of the machine is there.
+  /// A tester may publish it too, unless a gateway of the machine is present.
   bool testers = false;
 };
 

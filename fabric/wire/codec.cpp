@@ -35,7 +35,7 @@ constexpr bool all_have_a_place() {
   return all;
 }
 
-/// Fills a sample; what does not fit first becomes the error.
+/// Fills a sample; the first field that does not fit becomes the error.
 class Putter {
  public:
   explicit Putter(Lists& lists) : lists_(lists) {}
@@ -160,7 +160,7 @@ class Putter {
   }
 
   Lists& lists_;
-  /// Of the field that is put.
+  /// The name of the current field.
   std::string_view words_;
   std::size_t most_ = 0;
   std::string error_;

@@ -15,17 +15,17 @@ namespace millrace::fabric::wire {
 struct EndpointOptions {
   /// The user_data of the endpoint in discovery.
   std::string user_data{};
-  /// Not owned; copied by Cyclone.
+  /// Not owned; Cyclone copies it.
   const dds_listener_t* listener = nullptr;
-  /// A reader that does not hear the writers of its own participant.
+  /// A reader that ignores the writers of its own participant.
   bool others_only = false;
   /// A reader that also returns unauthorized samples, marked as such (Taken::authorization).
   bool deliver_unauthorized = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
-  /// A writer that is taken for gone, although its process is there, when it has neither written
-  /// nor asserted itself for so long (Writer::assert_itself). Without, as long as its process is
-  /// there.
+  /// A writer that counts as gone, although its process runs, when it has neither written nor
+  /// asserted itself for this time (Writer::assert_itself). Without it, it lives as long as its
+  /// process.
   std::optional<std::chrono::milliseconds> lease{};
 };
 
@@ -41,8 +41,7 @@ dds::Entity create_publisher(const dds::Participant& participant, const std::str
 /// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
 dds::Entity create_subscriber(const dds::Participant& participant, const std::string& partition);
 
-/// The listener of a reader, which also notes whose writers it is matched with where there is
-/// trust.
+/// The listener of a reader, which with trust also stores the participants of matched writers.
 dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options);
 
 /// A writer; throws std::runtime_error with `what`.
@@ -56,7 +55,7 @@ using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::s
 /// GUID. Empty if it is gone.
 std::string program_of(dds_entity_t reader, dds_instance_handle_t writer);
 
-/// The same as samples of DCPSParticipant have it; nil if it is not there any more.
+/// The participant as in samples of DCPSParticipant; nil if it is gone.
 dds_instance_handle_t participant_of(dds_entity_t reader, dds_instance_handle_t writer);
 
 /// The handles that `ask` (dds_get_matched_subscriptions or _publications) gives for `endpoint`.

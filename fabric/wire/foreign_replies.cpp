@@ -60,7 +60,7 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                                          nullptr, nullptr),
                         fmt::format("create the topic {}", reply_topic.name))),
       subscriber_(create_subscriber(participant, partition)) {
-  // Before Cyclone makes anything of a key that is new.
+  // Before Cyclone stores a new key.
   dds::check(dds_set_topic_filter_and_arg(
                  topic_.handle(),
                  [](const void* sample, void* self) -> bool {
@@ -75,8 +75,8 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                  },
                  this),
              "filter replies");
-  // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
-  // the instance has said.
+  // All: the requester of a reply is in its key, and a stranger's samples must not displace those
+  // of the instance.
   reader_ =
       dds::Entity(dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
                                                reader_qos(reply_topic, Keep::all, options).get(),
@@ -102,7 +102,7 @@ std::vector<Taken<Reply>> ForeignReplies::take() {
                             [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
                               Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data,
                                                instance_state_of(info), info.publication_handle};
-                              // Their numbers are larger than ours hold.
+                              // The numbers of later versions are larger than the known ones.
                               if (number_of(sample.kind) > millrace_declined_reply ||
                                   number_of(sample.code) > millrace_code_refused) {
                                 one.value.kind = unknown_kind;

@@ -19,7 +19,7 @@
 
 namespace millrace::fabric::wire {
 
-/// Not to be moved: Cyclone calls it. Whose word a reply is, is not judged here.
+/// Not movable: Cyclone calls it. It does not check whether a reply's writer is its instance.
 class ForeignReplies {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
@@ -29,7 +29,7 @@ class ForeignReplies {
   ForeignReplies(const ForeignReplies&) = delete;
   ForeignReplies& operator=(const ForeignReplies&) = delete;
 
-  /// Replies to this are taken, however many others there are.
+  /// Takes replies to this, however many others there are.
   void ask(const RequestKey& key);
   /// Up to 64; call it until it returns none. A reply of an unknown kind or code has unknown_kind.
   std::vector<Taken<Reply>> take();

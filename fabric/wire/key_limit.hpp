@@ -22,7 +22,7 @@ namespace millrace::fabric::wire {
 
 class KeyLimit {
  public:
-  /// Far more than a fabric has. Of more the first is forgotten, with its keys.
+  /// Far more than a fabric has. Beyond that the oldest one is removed, with its keys.
   static constexpr std::size_t most_writers = 4'096;
 
   /// `most` keys of each writer.
@@ -32,8 +32,8 @@ class KeyLimit {
 
   [[nodiscard]] std::size_t most() const { return most_; }
 
-  /// Has samples of further keys dropped before Cyclone makes anything of them. For a topic entity
-  /// of this reader's own.
+  /// Drops samples of further keys before Cyclone stores anything of them. For a topic entity of
+  /// this reader alone.
   void watch(const dds::Entity& topic);
   /// Whether a sample of this key is to be kept. In Cyclone's threads.
   bool admits(dds_instance_handle_t writer, dds_instance_handle_t key);
@@ -45,7 +45,7 @@ class KeyLimit {
   /// A sample that was taken after `before` shows that this key has no writer any more. Ignored if
   /// a sample of it was admitted since: Cyclone still keeps that one.
   void forget(dds_instance_handle_t key, std::uint64_t before);
-  /// A writer of which something was dropped since the last call.
+  /// A writer whose samples were dropped since the last call.
   std::optional<dds_instance_handle_t> take_flooding() {
     const std::lock_guard guard(lock_);
     return std::exchange(flooding_, std::nullopt);
@@ -55,7 +55,7 @@ class KeyLimit {
   const std::size_t most_;
   mutable std::mutex lock_;
   std::uint64_t admitted_ = 0;
-  /// By writer: each key, and which sample of it was admitted last.
+  /// By writer: each key, and the number of its last admitted sample.
   std::unordered_map<dds_instance_handle_t,
                      std::unordered_map<dds_instance_handle_t, std::uint64_t>>
       keys_;

@@ -27,16 +27,16 @@ namespace millrace::fabric::wire {
 /// What DDS reports about the key of a sample when it is taken.
 enum class InstanceState {
   alive,
-  /// The writer took it back.
+  /// The writer withdrew it.
   disposed,
-  /// The writer is gone, or is taken for gone.
+  /// The writer is gone, or counts as gone.
   no_writers
 };
 
 template <typename Value>
 struct Taken {
   Value value;
-  /// False if only the key of `value` means something: news of its presence.
+  /// False if only the key of `value` is valid: news about its state.
   bool valid = false;
   InstanceState instance_state = InstanceState::alive;
   /// The writer, as in the samples of DCPSPublication: from DDS, not from the sample.
@@ -72,15 +72,15 @@ class Reader {
 
   [[nodiscard]] const Authorizer& authorizer() const { return authorizer_; }
 
-  /// For the log, if samples of too many keys of a writer were dropped since the last call
+  /// For the log, if samples were dropped since the last call because a writer has too many keys
   /// (Topic::most_keys).
   std::optional<std::string> take_flooding();
   /// The DDS name of a writer's participant.
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
   }
-  /// The participant of a writer, as samples of built-in topics name it; nil if it has left before
-  /// it was asked for.
+  /// The participant of a writer, as in samples of built-in topics; nil if it left before it was
+  /// known.
   dds_instance_handle_t participant_of(dds_instance_handle_t writer);
 
  private:
@@ -91,9 +91,9 @@ class Reader {
       Taken<Value> taken;
       Clock::time_point until;
     };
-    /// A stranger may say any number of things. More push out the first.
+    /// A stranger may write any number of samples. Further ones displace the first.
     static constexpr std::size_t most = 256;
-    /// A program shows its identity first; another vendor's may come later.
+    /// A process announces its identity first; another vendor's may come later.
     static constexpr std::chrono::seconds authentication_timeout{2};
 
     std::deque<One> samples;
@@ -104,7 +104,7 @@ class Reader {
   static std::unique_ptr<KeyLimit> limit_of(std::size_t most) {
     return most > 0 ? std::make_unique<KeyLimit>(most) : nullptr;
   }
-  /// Whether it is to be handed out now.
+  /// Whether it can be returned now.
   bool authorize(Taken<Value>& taken);
   void drop(const Taken<Value>& taken);
   /// Evaluates what a sample that was taken after `before` shows about its key.
@@ -229,7 +229,7 @@ void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before
   if (instance_state == InstanceState::no_writers) {
     limit_->forget(info.instance_handle, before);
   } else if (instance_state == InstanceState::disposed && !info.valid_data) {
-    // Cyclone asks no filter whether it is to keep a key that is disposed without a sample.
+    // Cyclone does not ask the filter about a key that is disposed without a sample.
     limit_->admits(info.publication_handle, info.instance_handle);
   }
 }
@@ -307,7 +307,7 @@ std::optional<std::string> Reader<Value>::take_flooding() {
 
 template <typename Value>
 dds_instance_handle_t Reader<Value>::participant_of(dds_instance_handle_t writer) {
-  // Far more than there are at a time; those that are there are asked for again.
+  // Far more than there are at a time; present ones are looked up again.
   constexpr std::size_t most = 16'384;
   if (participants_.size() > most) {
     participants_.clear();

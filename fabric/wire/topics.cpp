@@ -17,14 +17,14 @@ constexpr std::int32_t last_only = 1;
 /// often writes another's key would replace that sample before the reader takes it.
 constexpr std::int32_t last_of_a_key = 32;
 
-/// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds
-/// the writer only now, gets them although the calls are over.
+/// Requests of one channel, and replies to it by one instance: a slow recorder, or one that
+/// discovers the writer only now, gets them although the calls are over.
 constexpr std::int32_t calls_in_flight = 128;
 
 /// The event topic has no key, so the depth is what may be on its way at once.
 constexpr std::int32_t events_in_flight = 8192;
 
-/// Neither has this one: an operator sends them one by one.
+/// This one has no key either: an operator sends commands one by one.
 constexpr std::int32_t commands_in_flight = 16;
 
 /// Outcomes of commands and of each written variable.
@@ -66,7 +66,7 @@ const Topic reply_topic{
     "millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
     "millrace/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
-// A process sends heartbeats for itself, by a writer of its own.
+// A process sends its own heartbeats, with its own writer.
 const Topic heartbeat_topic{
     "millrace/v3/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
 const Topic machine_topic{
@@ -92,8 +92,8 @@ dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
   // yet.
   dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, last_only, DDS_LENGTH_UNLIMITED,
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
-  // A withdrawal is said explicitly (Writer::withdraw). What a writer leaves behind when it dies is
-  // not withdrawn: a service goes on with the call and its gateway comes back for the answer.
+  // A withdrawal is explicit (Writer::withdraw). The samples of a writer that ended unexpectedly
+  // are not withdrawn: a service continues the call, and its gateway comes back for the answer.
   dds_qset_writer_data_lifecycle(qos.get(), false);
   return qos;
 }

@@ -41,7 +41,7 @@ struct Topic {
   /// Samples of a key that a writer keeps for readers that have not acknowledged them. It
   /// overwrites older ones; a writer that kept all would wait for its slowest reader.
   std::int32_t writer_depth = 1;
-  /// A sample that is lost is followed by the next one soon.
+  /// A lost sample is soon followed by the next one.
   bool best_effort = false;
   /// Largest number of keys that a reader keeps of each writer; it drops samples of further keys
   /// before anything is stored. Far more than a plant has, and no more memory than a stranger may
@@ -49,7 +49,7 @@ struct Topic {
   std::size_t most_keys = 0;
 };
 
-/// Of the wire: the number in the names of the topics that have changed since the first.
+/// The wire version: the number in the names of topics that have changed since the first version.
 inline constexpr int wire_version = 3;
 
 extern const Topic request_topic;
@@ -70,7 +70,7 @@ extern const Topic variable_reply_topic;
 enum class Keep {
   /// The newest samples of each key, at most 32.
   last,
-  /// Everything until it is taken; for a recorder that drains on a thread of its own.
+  /// Everything until it is taken; for a recorder that reads in its own thread.
   all
 };
 
@@ -80,12 +80,12 @@ dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data = 
 /// Of a publisher or subscriber.
 dds::Qos partition_qos(const std::string& partition);
 
-/// "millrace/560aacbf-…": where the replies of a UUID's instances travel.
+/// "millrace/560aacbf-…": the partition of the replies of a UUID's instances.
 std::string service_partition(std::string_view fabric, std::string_view canonical_uuid);
-/// "millrace/560aacbf-…/8d0c4e6a-…": where one instance gets its requests.
+/// "millrace/560aacbf-…/8d0c4e6a-…": the partition of one instance's requests.
 std::string request_partition(std::string_view fabric, std::string_view canonical_uuid,
                               const InstanceId& instance);
-/// "millrace/8d0c4e6a-…": where the replies to one requester travel.
+/// "millrace/8d0c4e6a-…": the partition of the replies to one requester.
 std::string requester_partition(std::string_view fabric, const InstanceId& requester);
 /// "millrace/*": all UUIDs and partitions of a fabric, for a reader.
 std::string all_services(std::string_view fabric);

@@ -24,8 +24,8 @@ class Writer {
   /// Sends a sample to every matched reader. Never waits: see writer_qos. From any thread.
   tl::expected<void, std::string> write(const Value& value);
 
-  /// Keeps what Cyclone holds for this key from one sample to the next. Without this it makes and
-  /// frees it for each sample of a volatile topic, in a thread of its own.
+  /// Keeps Cyclone's instance of this key between samples. Without this Cyclone creates and frees
+  /// it for each sample of a volatile topic, in its own thread.
   tl::expected<void, std::string> hold(const Value& value);
 
   /// Withdraws the sample of this key: existing readers see it disposed, later ones see nothing.
@@ -35,8 +35,8 @@ class Writer {
   /// key too; later readers see nothing of this writer.
   void unregister(const Value& value);
 
-  /// Says that it is there, as a sample says too; for a writer with a lease. What readers have of
-  /// one that was taken for gone stays orphaned until it is written again.
+  /// Asserts that its process runs, like a sample does; for a writer with a lease. Samples of a
+  /// writer that counted as gone stay orphaned until they are written again.
   void assert_itself() { dds_assert_liveliness(writer_); }
 
   /// Sends what waits, if the writer is batched. To be called before it ends.

@@ -142,8 +142,8 @@ AnswerWriter::Step AnswerWriter::decide_final(const ServiceSnapshot& snapshot, R
       return over();
     }
     if (clear_sent_.times == 0 && !text_last_) {
-      // This 0 is not ours. It is the kernel's, which may show it before the state that it follows,
-      // or the program has taken its request back: it waits for nothing.
+      // This 0 is not ours. Either the kernel wrote it, which may show it before the state that it
+      // follows, or the NC program has withdrawn its request.
       return state_sent_.due_again(time) ? over() : Step::read;
     }
     if (!text_last_ && !response_stands_ && !written_here_) {

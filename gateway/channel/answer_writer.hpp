@@ -89,7 +89,7 @@ class AnswerWriter {
     record_clearing,
     clear,
     write_state,
-    /// The answer is written, or the program has read it and moved on.
+    /// The answer is written, or the NC program has read it and continued.
     done,
     /// The NC program withdrew or changed the request, or another writer answered it: drop the
     /// response.
@@ -133,7 +133,7 @@ class AnswerWriter {
     /// A read shows 0 after 0 was written; false where the kernel clears it itself once
     /// RESPONSE_STATE is written, and no read shows 0 before that.
     bool is_shown = true;
-    /// 0 is written at all; false only where a configuration says what the kernel does.
+    /// Whether 0 is written at all; false only if the kernel's behaviour is configured.
     bool is_written = true;
     /// Reads of earlier answers have shown 0. A kernel does not change, so a 0 that is not shown
     /// now is lost or late: it is written five times before this is taken for the other kind of
@@ -155,7 +155,7 @@ class AnswerWriter {
   /// The journal holds what record_clearing asked for. `fresh` if the last read is recent enough to
   /// trust for one more write; otherwise the request is read once more.
   Step on_recorded(bool fresh);
-  /// Nothing was written, and what the last read showed has aged: the controller refused.
+  /// Nothing was written, and the last read is too old: the controller refused.
   Step read_again();
   /// The same on a new connection. Steps that do not affect what the NC program sees are repeated.
   void on_link_up();
@@ -179,7 +179,7 @@ class AnswerWriter {
     return next_ == Step::write_state && !may_be_released() && clear_sent_.times == 1 &&
            request_state_zero_ && state_before_ == 0;
   }
-  /// 0 was written more often than on a controller of which nothing is known.
+  /// Writing 0 took more attempts than on an unknown controller.
   [[nodiscard]] bool clearing_took_long() const { return clear_sent_.times > 2; }
   /// A read has shown REQUEST_STATE 0 before the release.
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
@@ -187,14 +187,14 @@ class AnswerWriter {
   [[nodiscard]] bool state_seen() const { return state_seen_; }
   /// RESPONSE_STATE as the last read has shown it: once it is done, what stood before the release.
   [[nodiscard]] std::uint32_t state_before() const { return state_before_; }
-  /// Why the answer is not in yet; empty while nothing is wrong.
+  /// Why the answer is not complete; empty while there is no problem.
   [[nodiscard]] std::string_view problem() const { return problem_; }
   /// The time from its acknowledgement until the last read, if that is the first one to show a
   /// write.
   std::optional<std::chrono::nanoseconds> take_shown_after() {
     return std::exchange(shown_after_, std::nullopt);
   }
-  /// A line for the log that was not given out yet.
+  /// A line for the log that was not logged yet.
   std::optional<std::string> take_report() { return std::exchange(report_, std::nullopt); }
 
  private:

@@ -40,10 +40,10 @@ class Channel {
   void resume(CallRecord call, const Policy& policy);
 
   void on_link_up(Moment now);
-  /// Asks nothing of the controller any more; on_link_down() or on_link_dropped() follows.
+  /// Sends nothing to the controller any more; on_link_down() or on_link_dropped() follows.
   void lose_link() { link_up_ = notified_ = false; }
   void on_link_down(const std::string& reason, Moment now);
-  /// The link was taken away: what was asked of it is not answered any more.
+  /// The link was closed: pending reads and writes get no response.
   void on_link_dropped(const std::string& reason, Moment now);
   void on_wake(Moment now);
   /// The controller now sends notifications, so polling is only a safeguard; or it does not. Reset
@@ -62,11 +62,11 @@ class Channel {
 
   /// The request of ChannelNews::found.
   [[nodiscard]] const PendingRequest& found() const { return *found_; }
-  /// It was left before, and its policy's patience with unserved requests is over.
+  /// It was skipped before, and its policy's waiting time for unserved requests is over.
   [[nodiscard]] bool deadline_passed() const { return unserved_.deadline_passed; }
-  /// Takes it under this id.
+  /// Accepts it with this id.
   void accept(fabric::CallId id, const Policy& policy, Moment now);
-  /// Leaves it alone; `reason` says why.
+  /// Skips it; `reason` says why.
   void leave_unserved(const std::string& reason, const Policy& policy, Moment now);
   /// Finds a skipped request again, because a new instance has appeared.
   void offer_again(Moment now);
@@ -81,20 +81,20 @@ class Channel {
   void explain(const std::string& reason, Moment now);
   void answer_locally(const LocalAnswer& answer, Moment now);
   void retry(const std::string& by, Moment now);
-  /// An instance has said this, to this call or to one before it.
+  /// A reply of an instance, to this call or to an earlier one.
   void on_reply(const fabric::Reply& reply, Moment now);
 
-  /// The configuration or another gateway takes the channel away. Finishes the call under way, or
-  /// ends it at once, and takes no new one; then is_over().
+  /// The configuration or another gateway takes the channel away. Finishes the running call, or
+  /// ends it at once, and accepts no new one; then is_over().
   void drain(Moment now);
   void hand_over(const std::string& reason, Moment now);
   /// It is ours again, or still.
   void resume_ownership(Moment now);
-  /// The gateway ends: another one may give the call under way out if this one has not.
+  /// The gateway ends: another one may dispatch the running call if this one has not.
   void shut_down(Moment now);
   /// A call is under way, and an instance may have it, or have had it.
   [[nodiscard]] bool may_be_assigned() const { return call_ && call_->may_be_assigned(); }
-  /// Nothing is left to do here, and nothing is on its way to the controller.
+  /// Nothing remains to do here, and nothing is on its way to the controller.
   [[nodiscard]] bool is_over() const { return draining_ && !has_work() && io_ == Io::none; }
   [[nodiscard]] bool draining() const { return draining_; }
   [[nodiscard]] bool link_up() const { return link_up_; }
@@ -102,14 +102,14 @@ class Channel {
   void set_intervals(const ReadIntervals& intervals) { intervals_ = intervals; }
 
   [[nodiscard]] const fabric::ChannelKey& key() const { return out_.key(); }
-  /// The claimed call, or nullptr.
+  /// The accepted call, or nullptr.
   [[nodiscard]] const CallRecord* call() const { return call_ ? &call_->call() : nullptr; }
   [[nodiscard]] const fabric::ChannelStatus& status() const { return out_.status(); }
 
  private:
   enum class Io { none, poll, answer, release };
 
-  /// The request that is left to others; RequestReader has it.
+  /// The skipped request; RequestReader has it.
   struct Unserved {
     std::string reason;
     SteadyTime at{};
@@ -130,7 +130,7 @@ class Channel {
   void poll_call(const ServiceSnapshot& snapshot, Moment now);
   /// The next read may show what another gateway has left.
   void expect_anything(Moment now);
-  /// Whether what stands in the channel may be the beginning of a request.
+  /// Whether the values in the channel may be the beginning of a request.
   [[nodiscard]] bool may_be_request(const ServiceSnapshot& snapshot, Moment now);
   /// The NC program may have withdrawn its request while RESPONSE_STATE was on its way, and have
   /// asked again. The late RESPONSE_STATE then released it from this call, and another response
@@ -187,7 +187,7 @@ class Channel {
   std::shared_ptr<WriteEffects> effects_;
 
   bool link_up_ = false;
-  /// Since the link is up a read has shown the channel without a request, or a call of ours has
+  /// Since the link is up, a read has shown the channel without a request, or a call of ours has
   /// ended.
   bool zero_seen_ = false;
   /// Until when RESPONSE_STATE beside a request may be an answer whose REQUEST_STATE = 0 is not
@@ -206,7 +206,8 @@ class Channel {
   bool notified_ = false;
   /// Something changed while a read was under way, which may have come too early for it.
   bool read_again_ = false;
-  /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
+  /// Why another gateway has the channel; then a call is kept only if the other gateway cannot see
+  /// it.
   std::string handed_over_;
   /// The published status stays the call that was left to the other gateway, which must not
   /// dispatch it again.
@@ -236,7 +237,7 @@ class Channel {
   struct ReleasedCall {
     Released answer;
     fabric::CallId call;
-    /// The journal does not know yet that it is over.
+    /// The journal does not have its end yet.
     bool open = false;
     /// Its release is to be written once more.
     bool write_again = false;

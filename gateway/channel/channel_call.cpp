@@ -12,7 +12,7 @@ namespace millrace::gateway::channel {
 
 namespace {
 
-/// Between two lines about instances that answer what they were not asked.
+/// Between two lines about instances that reply without a request.
 constexpr std::chrono::seconds unassigned_pause{10};
 
 }  // namespace
@@ -129,8 +129,8 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
   if (!in_hand && (!past_ || past_->call != reply.call ||
                    (past_->answered && past_->answered_by == reply.instance) ||
                    std::ranges::count(past_asked_, reply.instance) == 0)) {
-    // The history of a service that answered long ago, the same reply delivered twice, or the word
-    // of one that was not asked.
+    // Old samples of a service, a reply that was delivered twice, or one from an instance without a
+    // request.
     return;
   }
   if (reply.kind == fabric::ReplyKind::declined) {
@@ -240,7 +240,7 @@ void Channel::report_writer() {
     effects_->note_shown_after(*after);
   }
   if (!intervals_.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
-    // Found by this answer, until another one finds the contrary.
+    // Found with this response, until another one shows the contrary.
     bool& shown = effects_->clearing_is_shown;
     shown = (shown && writer.clearing_is_shown()) || writer.zero_seen();
     effects_->note_clearing(writer.clearing_was_shown());

@@ -65,15 +65,15 @@ struct ChannelNews {
   std::optional<SteadyTime> wake_at{};
   /// A read is under way.
   bool reads = false;
-  /// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
+  /// A call of an earlier run still waits for its answer: the dispatcher takes it over again.
   bool resumed = false;
   /// The call was given out.
   std::optional<fabric::CallId> published{};
-  /// The instance has not begun this attempt and will not: the call goes to another one.
+  /// The instance has declined this attempt: the call goes to another one.
   std::optional<fabric::CallId> declined{};
   /// The instance has answered, or the call is over: it is free for the next one.
   std::optional<Ended> ended{};
-  /// A request is there: answer with accept() or leave_unserved() before anything else.
+  /// A request was found: call accept() or leave_unserved() before anything else.
   bool found = false;
 };
 
@@ -96,7 +96,7 @@ class ChannelOutput {
   void append_untracked(const JournalEntry& entry) { context_.port.append(entry, {}); }
 
   void publish(fabric::Request request);
-  /// Takes the call back from an instance.
+  /// Withdraws the call from an instance.
   void withdraw(const fabric::InstanceId& instance, const fabric::CallId& call);
   /// The instance has answered the call: it needs no notice, and the request is withdrawn when the
   /// channel is quiet.
@@ -131,7 +131,7 @@ class ChannelOutput {
 
   [[nodiscard]] std::string_view journal_error() const { return context_.journal_error; }
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
-  /// As it was to be shown last, with the counters as of now.
+  /// The last status, with the present counters.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
   /// To count calls, answers and so on.
   fabric::ChannelStatus& counters() { return status_; }

@@ -44,7 +44,7 @@ OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
   }
   OpenCall open(std::move(call), policy, std::move(phase));
   for (const Attempt& attempt : open.call_.attempts) {
-    // A number of 0 is of a call that was answered in the service's place.
+    // An attempt of 0 is a call that was answered instead of the service.
     if (attempt.number > 0 && std::ranges::count(open.asked_, attempt.instance) == 0) {
       open.asked_.push_back(attempt.instance);
     }
@@ -119,7 +119,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
     return true;
   }
   if (call_.attempts.back().number == 0 && call_.delivery == fabric::Delivery::at_least_once) {
-    // It was about to be answered in the service's place.
+    // It was about to be answered instead of the service.
     return false;
   }
   const auto unwritable = std::move(unverified->unwritable);

@@ -43,7 +43,7 @@ struct EndedCall {
 
 namespace phase {
 
-/// Of an earlier run; the channel has not shown yet that its program still waits.
+/// Of an earlier run; no read has shown yet that its NC program still waits.
 struct Unverified {
   /// A response in the journal that a channel cannot take: an earlier version accepted it.
   std::optional<Answer> unwritable{};
@@ -62,11 +62,11 @@ struct Assigned {
 struct Running {
   Assignment to;
 };
-/// An operator must say what becomes of it.
+/// An operator must decide.
 struct Held {
   /// As in Waiting.
   EntryNumber entry = 0;
-  /// Since when it has no instance, until the rule for that has been applied; nothing if it is held
+  /// Since when it has no instance, until the rule for that was applied; nullopt if it is blocked
   /// for another reason.
   std::optional<SteadyTime> lost_since{};
 };
@@ -75,7 +75,7 @@ struct Answered {
   Response answer;
   EntryNumber entry = 0;
 };
-/// The answer is on its way into the channel.
+/// The answer is being written into the channel.
 struct Writing {
   AnswerWriter writer;
   /// Of the entry that says that REQUEST_STATE is about to be cleared.
@@ -93,7 +93,7 @@ class OpenCall {
 
   [[nodiscard]] const CallRecord& call() const { return call_; }
   [[nodiscard]] const fabric::CallId& id() const { return call_.id; }
-  /// It has its final answer; nothing else becomes of it.
+  /// It has its final answer, which does not change any more.
   [[nodiscard]] bool answered() const { return call_.answer.has_value(); }
   /// Its next step has to wait until the journal knows of this one.
   [[nodiscard]] bool waits_for_journal() const;
@@ -109,7 +109,7 @@ class OpenCall {
   /// again.
   bool verify(ChannelOutput& out, Moment now);
 
-  // open_call.cpp: who gets it. Nothing happens to a call that is answered.
+  // open_call.cpp: its instance. No function affects an answered call.
 
   /// Gives it to an instance; the same attempt again only repeats it on the fabric.
   void assign(const Assignment& to, ChannelOutput& out, Moment now);
@@ -120,22 +120,22 @@ class OpenCall {
   void hold(const std::string& reason, ChannelOutput& out, Moment now);
   /// Why it still waits.
   void explain(const std::string& reason);
-  /// Takes it from wherever it is, to be given out again.
+  /// Removes it from its instance or queue, to be dispatched again.
   void retry(const std::string& by, ChannelOutput& out);
   void on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out, Moment now);
-  /// The last word of the call, whose answer is written or whose program has moved on. Unless
-  /// `over` the journal keeps it: until a read shows that its program has gone on, its request may
-  /// be read once more.
+  /// Ends the call: its answer is written, or its NC program has continued. Unless `over` the
+  /// journal keeps it: until a read shows that its NC program has continued, its request may be
+  /// read again.
   EndedCall close(bool written, bool over, const std::string& detail, ChannelOutput& out,
                   Moment now);
 
-  // open_call_answer.cpp: what it is answered with.
+  // open_call_answer.cpp: its answer
 
   /// A reply of an instance that got the call. False if the call has the response of another one.
   bool take(const fabric::Reply& reply, ChannelOutput& out, Moment now);
-  /// Answers it in the service's place.
+  /// Answers it instead of the service.
   void answer_locally(const LocalAnswer& answer, ChannelOutput& out, Moment now);
-  /// Applies the rules whose time has come.
+  /// Applies the rules whose time is over.
   void check_deadlines(ChannelOutput& out, Moment now);
 
   /// Lets the next interim answer begin its way, if it is its turn.
@@ -195,8 +195,8 @@ class OpenCall {
   void take_interim(const fabric::Reply& reply, ChannelOutput& out);
   void take_decline(const fabric::Reply& reply, ChannelOutput& out);
   void take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now);
-  /// `what` says what is wrong; `instead` is what the program gets, as far as no rule says
-  /// otherwise.
+  /// `what` is the mistake; `instead` is the response to the NC program, unless a rule has another
+  /// one.
   void refuse(const Attempt& of, const std::string& what, Response instead, ChannelOutput& out,
               Moment now);
   void take_answer(const Attempt& of, Response response, const std::string& detail,
@@ -214,7 +214,7 @@ class OpenCall {
   /// The one under which it was accepted.
   Policy policy_;
   Phase phase_;
-  /// Why it is where it is, for people; empty if that needs no words.
+  /// The reason of its state, for people; empty if none is needed.
   std::string reason_;
   /// When it was accepted; for a call of an earlier run not known before the first link.
   std::optional<SteadyTime> since_;
@@ -232,7 +232,7 @@ class OpenCall {
   bool interim_unseen_ = false;
   /// A read has shown REQUEST_STATE = 0.
   bool zero_seen_ = false;
-  /// Instances whose partitions the request may stand in.
+  /// Instances whose partitions may have the request.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.
   std::vector<Refused> refused_;

@@ -73,7 +73,7 @@ bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) 
   return true;
 }
 
-/// Only the attempt that stands can be declined, and only while it does.
+/// Only the present attempt can be declined, and only while it is pending.
 void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
   const auto* const running = std::get_if<phase::Running>(&phase_);
   if (running == nullptr || running->to.attempt != Attempt{reply.instance, reply.attempt}) {
@@ -116,7 +116,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
                       ? Response::of(reply.text, reply.state, call_.completion_signal)
                       : tl::unexpected(std::string("is of a kind that this gateway does not know"));
   if (!response || reply.code == fabric::ServiceCode::refused) {
-    // While the call is held, any number may come.
+    // While the call is blocked, any number may come.
     refused_.push_back(said);
     if (refused_.size() > most_refused) {
       refused_.erase(refused_.begin());
@@ -128,7 +128,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
     return;
   }
   if (reply.code == fabric::ServiceCode::refused) {
-    // The service's library has seen what is wrong, and put an error in place of the answer.
+    // The service's library found the mistake, and replaced the answer with an error.
     refuse(attempt, "the service's answer cannot be written: " + printable(reply.text), *response,
            out, now);
     return;

@@ -31,9 +31,9 @@ class Released {
     nothing,
     /// The release has no effect: write variable() and value() again.
     unreleased,
-    /// The program has its answer, and no request stands in the channel.
+    /// The NC program has its answer, and the channel has no request.
     idle,
-    /// The program has its answer and asks again; its texts are to be read.
+    /// The NC program has its answer and made a new request; its texts must be read.
     request,
   };
   Found on_read(const ServiceSnapshot& snapshot, const ReadTime& time);
@@ -60,7 +60,7 @@ class Released {
   /// REQUEST_STATE was read as 0: the channel is idle, or has another request.
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   [[nodiscard]] const PendingRequest& request() const { return request_; }
-  /// Why it is not over; empty while nothing is wrong.
+  /// Why it is not over; empty while there is no problem.
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:

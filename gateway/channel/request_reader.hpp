@@ -1,5 +1,5 @@
-// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again; where the
-// controller has told of one, all of them twice.
+// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again; after a
+// notification, all of them twice.
 //
 //   RequestReader reader;
 //   reader.read_whole();                                   // the controller notifies a change
@@ -32,15 +32,15 @@ class RequestReader {
   /// The next read decides whether what the one before has shown is a whole request.
   [[nodiscard]] bool confirming() const { return step_ == Step::confirm; }
 
-  /// This request is left to others; it is not reported again until it changes.
+  /// This request is skipped; it is not reported again until it changes.
   void leave_unserved(PendingRequest request);
   [[nodiscard]] const std::optional<PendingRequest>& unserved() const { return unserved_; }
   /// Reports the ignored request once more.
   void offer_again() { again_ = true; }
-  /// There may be a request now: the next read takes in all of it. An idle channel is not worth
-  /// more than its state, but this spares the request that is there one read of three.
+  /// There may be a request now: the next read covers all variables. For an idle channel the state
+  /// is enough, but this saves one read of three if there is a request.
   void read_whole();
-  /// Forgets a reading half done.
+  /// Drops a half-read request.
   void restart() { step_ = Step::state; }
 
  private:

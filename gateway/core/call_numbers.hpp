@@ -1,5 +1,5 @@
-// The numbers of a gateway's calls. The journal holds them a block ahead, so that none is given
-// twice, even if its newest entries are lost with the power. Pure.
+// The numbers of a gateway's calls. The journal reserves them in blocks, so that none is used
+// twice, even if its newest entries are lost in a power failure. Pure.
 //
 //   CallNumbers numbers(state.numbers());
 //   if (const auto entry = numbers.reserve()) append(*entry);      // then numbers.on_recorded()
@@ -17,7 +17,7 @@ namespace millrace::gateway::core {
 
 class CallNumbers {
  public:
-  /// Goes on behind what the journal knows, which must have an epoch.
+  /// Continues after the numbers in the journal, which must have an epoch.
   explicit CallNumbers(const NumbersEntry& known)
       : epoch_(known.epoch),
         last_(known.reserved),
@@ -27,7 +27,7 @@ class CallNumbers {
   }
 
   [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
-  /// The journal has not confirmed a next one.
+  /// The journal has not confirmed the next one.
   [[nodiscard]] bool used_up() const { return last_ == recorded_; }
   fabric::CallId take() {
     assert(last_ < recorded_);
@@ -42,11 +42,11 @@ class CallNumbers {
     reserved_ += block;
     return NumbersEntry{epoch_, reserved_};
   }
-  /// The journal holds what was reserved.
+  /// The journal has stored the reservation.
   void on_recorded() { recorded_ = reserved_; }
 
  private:
-  /// A restart goes on behind the block (our choice).
+  /// A restart continues after the block (our choice).
   static constexpr std::uint64_t block = 1000;
 
   std::uint64_t epoch_;

@@ -9,7 +9,7 @@ namespace millrace::gateway::core {
 
 namespace {
 
-/// An answer that is half written when the gateway is to end.
+/// How long the end of the gateway waits for a half-written response.
 constexpr std::chrono::seconds longest_end{2};
 
 }  // namespace

@@ -61,7 +61,7 @@ struct OperatorAnswer {
 /// The calls of all channels since the start, by their end.
 struct CallCounts {
   std::uint64_t answered = 0;
-  /// With an error in the service's place.
+  /// Answered with an error by the gateway.
   std::uint64_t failed = 0;
   std::uint64_t withdrawn = 0;
 };
@@ -76,7 +76,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void change(std::vector<settings::MachineSettings> machines, Policies policies);
   /// No call is accepted any more; then Host::may_end().
   void stop();
-  /// The last input: takes back what is answered, and says which calls were never given out.
+  /// The last input: withdraws answered requests, and publishes which calls were never dispatched.
   void end();
 
   void on_time();
@@ -84,7 +84,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   SteadyTime heartbeat();
   /// About once a second: publishes the load of links and queues.
   void publish_load();
-  /// Nothing else than that an event begins: notices that this gateway stood still.
+  /// Any other event begins: detects whether this gateway stood still.
   void on_other_event();
 
   // Events of the links.
@@ -179,7 +179,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
 
   // What the steps of a channel mean for calls; core_requests.cpp.
   void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
-  /// Nothing if the core has no such channel any more.
+  /// Without effect if the core does not have the channel any more.
   template <typename Step>
   void step(const fabric::ChannelKey& key, Step step) {
     if (channel::Channel* channel = find(key)) {
@@ -188,14 +188,14 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
     }
     remove_drained_channels();
   }
-  /// Does what the channel's last steps ask for.
+  /// Performs the actions of the channel's last steps.
   void follow(channel::Channel& channel);
   void apply(const dispatch::Decisions& decisions);
   /// The channel has found a request.
   void admit(channel::Channel& channel);
   bool hold_for_predecessor(channel::Channel& channel, const std::string& canonical_uuid,
                             const Policy& policy);
-  /// Why requests are left alone may be another reason now, or none.
+  /// Skipped requests may now have another reason, or none.
   void offer_again();
   /// No call is accepted, and why; until accept_again().
   void stop_accepting(const std::string& reason) { not_accepting_ = reason; }
@@ -247,12 +247,12 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   std::unordered_map<fabric::ChannelKey, channel::Channel*, fabric::ChannelKeyHash> index_;
   /// Channels that are drained or handed over, until they are over.
   std::set<fabric::ChannelKey> draining_;
-  /// Of channels that have left.
+  /// Of removed channels.
   CallCounts past_counts_;
   PredecessorCalls predecessors_;
   Timers timers_;
   CallNumbers numbers_;
-  /// A request was left because no number was there.
+  /// A request was skipped because no call number was available.
   bool out_of_numbers_ = false;
   /// Why no call is accepted; empty while calls are.
   std::string not_accepting_;

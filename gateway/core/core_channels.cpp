@@ -1,6 +1,6 @@
-// Which channels there are. Those of a controller begin with its link and end when the
-// configuration no longer names them or another gateway serves them. Those of message queues begin
-// and end with their queues.
+// The set of channels. Those of a controller begin with its link and end when the configuration no
+// longer names them or another gateway serves them. Those of message queues begin and end with
+// their queues.
 #include <utility>
 
 #include "gateway/core/core.hpp"
@@ -199,7 +199,7 @@ bool Core::deliver_queue_events() {
       using enum MessageQueues::ChannelEvent::Kind;
       case opened:
         link_up(key.machine, {key.channel});
-        // Whatever changes there, we do.
+        // Every change there is made by this gateway.
         on_trusted(key, true);
         break;
       case down:

@@ -82,7 +82,7 @@ void MachineValues::on_down(const std::string& reason, Moment now) {
   stop_asking();
   down_ = true;
   if (sampler_) {
-    // Why, the machine's status says once for all its values.
+    // The machine's status has the reason for all its values.
     sampler_->on_down("the link is down", now);
   }
   variables_.on_down(reason, now);

@@ -43,19 +43,19 @@ class MachineValues {
   /// Publishes results and sends the requests that are due over `link`, if there is one.
   /// `rests_since`: since when no request of a call is under way; nullopt while one is.
   void pump(machines::Controller* link, std::optional<SteadyTime> rests_since, Moment now);
-  /// pump() has something to do.
+  /// pump() has work.
   [[nodiscard]] bool is_due(Moment now) const {
     return changed_ || gives_way_ || (next_ && *next_ <= now.steady);
   }
   /// A question waits until no call is under way: the next event may be the time for it.
   [[nodiscard]] bool gives_way() const { return gives_way_; }
-  /// When it has if nothing else happens.
+  /// When it has work if nothing else happens.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
 
  private:
   /// Of data or of variables.
   struct Turn {
-    /// The question that is under way; 0 = none.
+    /// The pending request; 0 = none.
     std::uint64_t asked = 0;
     /// Something is to be asked since then.
     std::optional<SteadyTime> wanted_since{};
@@ -92,8 +92,7 @@ class MachineValues {
   Turn variables_turn_;
   std::uint64_t last_question_ = 0;
   bool up_ = false;
-  /// The link that is ours is down; of one that never was up it is not known which channels there
-  /// are.
+  /// Our link is down; of a link that was never up the channels are unknown.
   bool down_ = false;
   /// Those that are ours, also while the link is down.
   std::set<std::uint16_t> channels_;

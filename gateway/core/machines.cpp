@@ -180,7 +180,7 @@ void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
     machines::MachineStatusWriter& ours = found->second.status_writer;
     if (status.connected && ours.status().connected &&
         !claims_.before(status, ours.status().claimed)) {
-      // It may have taken us for gone, although we are there.
+      // It may have taken this gateway for gone.
       ours.republish();
     }
     review(status.machine, now);
@@ -220,7 +220,7 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   last_seen_.insert_or_assign(status.key, status);
   const auto machine = machines_.find(status.key.machine);
   if (machine != machines_.end() && machine->second.serves(status.key.channel)) {
-    // Another gateway that did not hear us had it too.
+    // Another gateway that did not receive our samples had it too.
     on_predecessor_call(status.key);
   }
 }

@@ -57,13 +57,13 @@ class MachinesListener {
   virtual void on_channel_removed(const fabric::ChannelKey& key) = 0;
   /// Another gateway serves the channel.
   virtual void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) = 0;
-  /// We serve the channel from now on, in the place of a gateway that is gone and left this status.
+  /// We serve the channel from now on, after a gateway that is gone and left this status.
   virtual void on_predecessor_call(const fabric::ChannelStatus& status,
                                    const std::string& from) = 0;
   /// Whether the controller sends reliable notifications for the channel from now on; false when
   /// the link comes up.
   virtual void on_trusted(const fabric::ChannelKey& key, bool trusted) = 0;
-  /// Something has changed there: it is time to read.
+  /// A value has changed there: read now.
   virtual void on_change(const fabric::ChannelKey& key, Variable variable) = 0;
   /// Channels of this machine that have a channel.
   [[nodiscard]] virtual Channels channels_of(const std::string& machine) const = 0;
@@ -138,12 +138,12 @@ class Machines {
           subscriptions(of.watch),
           values(std::move(asked)) {}
 
-    /// Whether other gateways serve it is found out first.
+    /// First it is found out whether other gateways serve it.
     struct Listening {
       SteadyTime since;
       SteadyTime until;
     };
-    /// All its channels are another gateway's, which the controller shall not be troubled for.
+    /// All its channels belong to another gateway, so the gateway does not connect.
     struct StandingBy {};
     struct Connected {
       std::unique_ptr<machines::Controller> link;
@@ -216,7 +216,7 @@ class Machines {
   std::optional<SteadyTime> values_time_;
   /// Machines to review once the current event is over.
   std::set<std::string> reviews_;
-  /// None is due before.
+  /// No earlier time is due.
   std::optional<SteadyTime> next_;
   /// The last status of channels of contested machines, while others served them.
   std::map<fabric::ChannelKey, fabric::ChannelStatus> last_seen_;

@@ -1,4 +1,4 @@
-// Which machines and channels are ours, and which another gateway serves.
+// Ownership of machines and channels among gateways.
 #include <algorithm>
 #include <utility>
 
@@ -15,14 +15,15 @@ namespace {
 /// host.
 constexpr std::chrono::milliseconds listen_time{300};
 
-/// Whose timer comes later than this is on a busy host, where discovery is late too: it listens on.
+/// A timer that is later than this shows a busy host, where discovery is late too: wait longer.
 constexpr std::chrono::milliseconds most_late{50};
 
 /// But not for ever: a host may always be busy.
 constexpr std::chrono::seconds longest_listen{3};
 
-/// May the call have been given to an instance? One that waited may have been given out since, by a
-/// gateway that is not heard and not gone. One that ends says of which calls that is not so.
+/// May the call have been dispatched to an instance? One that waited may have been dispatched
+/// since, by a gateway that is not received and not gone. A gateway that ends publishes of which
+/// calls that is not so.
 bool under_way(const fabric::ChannelStatus& status) {
   return status.call != fabric::CallId{};
 }
@@ -109,7 +110,7 @@ void Machines::review(const std::string& machine, Moment now) {
     return;
   }
   if (!one.removed && owned_by_others(one, now)) {
-    // A call whose answer is half written is brought to its end all the same.
+    // A call with a half-written response is completed in any case.
     if (listener_.channels_of(machine).empty()) {
       drop_link(one, one.refusal, now);
     } else if (one.connected() == nullptr) {

@@ -49,8 +49,7 @@ MessageQueues::One* MessageQueues::find(const fabric::ChannelKey& key) {
   return found == queues_.end() ? nullptr : &found->second;
 }
 
-/// Whose calls are there: those of queues that are ours, and those of messages that the journal
-/// has.
+/// Whether its calls exist: those of queues that are ours, and those of messages in the journal.
 void MessageQueues::review(const fabric::ChannelKey& key, One& one) {
   if (!one.removed && (one.ours || one.has_messages())) {
     open(key, one);
@@ -232,8 +231,7 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
         if (one->draining) {
           continue;
         }
-        // As with a controller's link: what was asked before it went down is answered before it is
-        // back.
+        // As with a controller's link: earlier requests are answered before it is restored.
         one->opens = one->asked > 0;
         if (one->opens) {
           continue;

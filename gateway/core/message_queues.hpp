@@ -88,7 +88,7 @@ class MessageQueues {
     std::string reason{};
     /// The values that were read.
     ServiceSnapshot shown{};
-    /// Of the queue that was meant: another one of this key may have taken its place.
+    /// The number of the queue: another one with this key may have replaced it.
     std::uint64_t number = 0;
   };
   /// The next one for the core; then on_event_delivered().
@@ -108,11 +108,11 @@ class MessageQueues {
 
     std::string machine;
     queues::MessageQueue queue;
-    /// Which one of this key.
+    /// Distinguishes queues of the same key.
     std::uint64_t number = 0;
-    /// It is asked over this link, if any.
+    /// Its link, if there is one.
     machines::Controller* link = nullptr;
-    /// A question is under way.
+    /// A request is pending.
     bool asking = false;
     /// Notifications were requested from the controller.
     bool subscribed = false;

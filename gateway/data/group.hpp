@@ -1,4 +1,4 @@
-// One group of values: what of it is known and published, and when its next cycle is. Pure.
+// One data group: its known and published values, and the time of its next cycle. Pure.
 //
 //   Group group(settings, "press");
 //   group.start(now);                         // the controller answers: due at once
@@ -39,7 +39,8 @@ class Group {
 
   /// The channel is served and its controller answers.
   void start(SteadyTime now);
-  /// It is not, or not any more: what was good is stale. A sample if another was published.
+  /// It is not, or not any more: good values become stale. Returns a sample if it differs from the
+  /// published one.
   std::optional<fabric::DataSample> stop(const std::string& reason, Moment now);
   [[nodiscard]] bool started() const { return started_; }
   /// Its readers may have dropped it: publish everything again.
@@ -47,16 +48,15 @@ class Group {
 
   [[nodiscard]] SteadyTime due() const { return due_; }
   [[nodiscard]] bool in_cycle() const { return in_cycle_; }
-  /// Everything that is known is to be read.
+  /// All known variables must be read.
   void begin_cycle();
-  /// Of this cycle, and not yet asked for.
+  /// Of this cycle, and not requested yet.
   [[nodiscard]] std::set<std::size_t>& pending() { return pending_; }
   void asked(std::size_t item);
   void answered() { --under_way_; }
   /// Nothing is missing any more.
   [[nodiscard]] bool complete() const { return in_cycle_ && pending_.empty() && under_way_ == 0; }
-  /// A sample if there is news, or each is wanted. The next cycle is the first whole period from
-  /// now.
+  /// A sample if it is new, or all are wanted. The next cycle is at the next whole period.
   std::optional<fabric::DataSample> end_cycle(Moment now);
 
   /// The recent length of a cycle; the configured period while that is kept.

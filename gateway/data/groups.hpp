@@ -10,13 +10,13 @@ namespace millrace::gateway::data {
 
 /// Values that are read together, and published together.
 struct GroupSettings {
-  /// Of its own in its channel; at most 63 characters.
+  /// A unique name in its channel; at most 63 characters.
   std::string name;
   std::uint16_t channel = 1;
   /// Variables as programs write them, objects as cnc/variables/objects.hpp has them.
   std::vector<std::string> names;
   std::chrono::milliseconds period{1000};
-  /// A number is another one when it differs by more than this from what was published last.
+  /// A number counts as changed when it differs by more than this from the last published one.
   double deadband = 0;
   /// Published on each cycle; otherwise when a value is another one.
   bool always = false;

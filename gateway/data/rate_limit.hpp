@@ -14,7 +14,7 @@ namespace millrace::gateway::data {
 
 class RateLimit {
  public:
-  /// Saved up is what a tenth of a second allows, and at least one request.
+  /// At most the requests of a tenth of a second can be saved, and at least one.
   explicit RateLimit(double per_second) : per_second_(per_second), left_(most()) {}
 
   [[nodiscard]] double per_second() const { return per_second_; }
@@ -31,7 +31,7 @@ class RateLimit {
 
   /// May lead into debt: what was sent was sent.
   void spend(double requests) { left_ -= requests; }
-  /// The controller has too much on its hands: nothing for a second.
+  /// The controller is overloaded: no request for a second.
   void empty() { left_ = std::min(left_, 0.0) - per_second_; }
 
   /// When one request may be sent.

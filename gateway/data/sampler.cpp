@@ -98,7 +98,7 @@ std::optional<Step> Sampler::read(Moment now) {
       group.begin_cycle();
     }
   }
-  // Of which nothing can be read.
+  // Groups without a readable variable.
   end_cycles(now);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];

@@ -1,5 +1,4 @@
-// Values between the bytes of a controller and the fabric, and when one is another than before.
-// Pure.
+// Conversion of a controller's bytes to values of the fabric, and detection of changes. Pure.
 #pragma once
 
 #include <string>

@@ -211,7 +211,7 @@ Decisions Dispatcher::add(const CallRecord& call) {
     calls_.queue(entered);
     assign_waiting(entered.uuid, decisions);
   } else {
-    // Nothing that has waited longer can be given now, or it would have been.
+    // No earlier call can be dispatched now, or it would have been.
     try_to_assign(entered, decisions);
   }
   return decisions;
@@ -219,7 +219,7 @@ Decisions Dispatcher::add(const CallRecord& call) {
 
 Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
   if (calls_.find(call.id) != nullptr) {
-    // An operator had it given out again before its channel was seen.
+    // An operator had it dispatched again before its channel was seen.
     return {};
   }
   const Attempt& last = call.attempts.back();

@@ -1,5 +1,5 @@
-// Gives each call to exactly one instance. Pure: takes what discovery and the channels say, returns
-// decisions.
+// Dispatches each call to exactly one instance. Pure: takes events of discovery and channels,
+// returns decisions.
 //
 //   Dispatcher dispatcher;
 //   dispatcher.on_instance_ready(identity);
@@ -7,8 +7,8 @@
 //   decisions = dispatcher.on_instance_gone(instance, now);
 //   decisions = dispatcher.on_time(now);                   → Unassign, Assign to another
 //
-// "Gone" is a hint: a gateway that was frozen loses everyone for a moment. So a lost instance keeps
-// its calls for a grace period and goes on with them if it comes back within it.
+// "Gone" is a hint: a gateway that was frozen loses all instances for a moment. So a lost instance
+// keeps its calls for a grace period and continues them if it comes back within it.
 #pragma once
 
 #include <chrono>
@@ -26,7 +26,7 @@
 
 namespace millrace::gateway::dispatch {
 
-/// Give the call to this instance; the same attempt again repeats it to an instance that came
+/// Dispatch the call to this instance; the same attempt again repeats it to an instance that came
 /// back.
 struct Assign {
   fabric::CallId call;
@@ -58,8 +58,8 @@ struct DispatcherOptions {
   std::chrono::milliseconds grace{50};
   /// The same for the instances in the journal when the gateway starts and has not discovered any.
   std::chrono::milliseconds rejoin{1500};
-  /// An instance sends heartbeats, and does not have a call that was sent to it so long ago: it
-  /// does not hear, or is not heard. After the second such heartbeat the call goes to another one.
+  /// An instance sends heartbeats without a call that was sent to it this long ago: it does not
+  /// receive, or is not received. After the second such heartbeat the call goes to another one.
   std::chrono::milliseconds unresponsive{700};
   /// An unresponsive instance is tried again after this time.
   std::chrono::milliseconds unresponsive_pause{5000};
@@ -81,9 +81,9 @@ class Dispatcher {
   Decisions on_load(const fabric::InstanceLoad& load, SteadyTime now);
   /// The call's request is on its way to the instance that has it.
   void on_published(const fabric::CallId& call, SteadyTime now);
-  /// The instance that has the call does not begin it.
+  /// The instance that has the call declines it.
   Decisions decline(const fabric::CallId& call, SteadyTime now);
-  /// Loses what has been gone for too long.
+  /// Removes instances that have been gone for too long.
   Decisions on_time(SteadyTime now);
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_alarm(); }
@@ -103,7 +103,7 @@ class Dispatcher {
   /// A call to dispatch: a new one, or one that an operator dispatches again, as a new attempt and
   /// wherever it is; an at-most-once call is then the operator's responsibility.
   Decisions add(const CallRecord& call);
-  /// A call of an earlier run, last given to the instance of its last attempt.
+  /// A call of an earlier run, last dispatched to the instance of its last attempt.
   Decisions resume(const CallRecord& call, SteadyTime now);
   /// The call is answered or over.
   Decisions remove(const fabric::CallId& call);

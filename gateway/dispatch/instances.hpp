@@ -1,5 +1,4 @@
-// The instances that a dispatcher knows, found by UUID, by channel and by load without looking
-// through them. Pure.
+// The instances of a dispatcher, indexed by UUID, channel and load. Pure.
 //
 //   Instance& one = instances.enter(identity.id);
 //   instances.change(one, [&] { one.identity = identity; });
@@ -32,15 +31,15 @@ struct Instance {
   fabric::InstanceIdentity identity;
   /// For people; see Assignment.
   std::shared_ptr<const std::string> name{};
-  /// Calls of ours that it has, and those that are held because it was lost with them.
+  /// Our calls that it has, and the blocked ones that were lost with it.
   std::vector<PendingCall*> calls;
-  /// Those of them that it has.
+  /// The number of those that it has.
   std::uint32_t running = 0;
-  /// Those of others, other gateways or earlier calls of ours, by its last heartbeat.
+  /// Its other calls, of other gateways or earlier runs, by its last heartbeat.
   std::uint32_t others = 0;
   /// One of ours waits there for its turn.
   bool has_waiter = false;
-  /// When it was last given a call, counted in calls; for the round robin.
+  /// When it was last used, counted in calls; for the round robin.
   std::uint64_t last_used = 0;
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
@@ -58,7 +57,7 @@ struct Instance {
   [[nodiscard]] std::uint32_t most() const {
     return identity.concurrency == 0 ? 1 : identity.concurrency;
   }
-  /// For another call of ours, were it not for those of others.
+  /// It would have room for another of our calls, without those of others.
   [[nodiscard]] bool has_place() const { return running < most(); }
   [[nodiscard]] bool has_room() const { return running + others < most() && !busy_until; }
   /// The first of its times.
@@ -72,7 +71,7 @@ struct ScopeGroup {
   /// Least load first, then the one that has waited longest; the id makes the order certain.
   using Rank = std::tuple<std::uint32_t, std::uint64_t, fabric::InstanceId>;
   std::map<Rank, Instance*> with_room;
-  /// Without room because of others, and none of our calls waits there.
+  /// Without room because of other gateways, and without a waiting call of ours.
   std::map<Rank, Instance*> shared;
   /// They take calls.
   std::size_t ready = 0;

@@ -19,7 +19,7 @@
 
 namespace millrace::gateway::dispatch {
 
-/// A call that the dispatcher has, waiting or given.
+/// A call of the dispatcher, waiting or dispatched.
 struct PendingCall {
   /// Counted from 1, in the order of their arrival.
   std::uint64_t number = 0;
@@ -31,14 +31,14 @@ struct PendingCall {
   Instance* at = nullptr;
   /// The instance of the last attempt.
   fabric::InstanceId instance;
-  /// PendingCalls has it among those that are held, or among those that wait for an instance.
+  /// Whether it is among the blocked calls, or among those that wait for an instance.
   bool held = false;
   bool queued = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   std::string reason;
-  /// When its request was last sent, and how many heartbeats since then should have named it and
-  /// did not.
+  /// When its request was last sent, and the number of heartbeats since then that should have named
+  /// it and did not.
   std::optional<SteadyTime> published_at;
   unsigned unknown = 0;
   /// It waits at its instance for its turn.
@@ -67,7 +67,7 @@ class PendingCalls {
 
   /// Those of a canonical UUID that wait for an instance; null if there is none.
   [[nodiscard]] const Queue* waiting(const std::string& uuid) const;
-  /// Those that an operator must decide about.
+  /// The calls that wait for an operator.
   [[nodiscard]] const Queue& held() const { return held_; }
 
   /// Must be called within Instances::change_load after a change of `waits` of a call of this

@@ -1,4 +1,4 @@
-// The file system as the journal uses it; every failure as std::system_error with the path.
+// The file operations of the journal; every failure is a std::system_error with the path.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace millrace::gateway::journal {
 
-/// Opens FOLDER/lock and takes it for this process. Fails if another process has it.
+/// Opens FOLDER/lock and locks it for this process. Fails if another process has the lock.
 base::posix::Fd lock_folder(const std::filesystem::path& folder);
 
 /// The whole file; empty if there is none.

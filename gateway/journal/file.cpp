@@ -32,7 +32,7 @@ std::string failure_of(const tl::expected<void, std::string>& done) {
   return done ? std::string() : done.error();
 }
 
-/// Appends on the executor; what waits for the disk is done on a thread of its own.
+/// Appends on the executor; slow disk operations run on a separate thread.
 class File final : public Journal, private JournalFile {
  public:
   File(asio::any_io_executor executor, FileOptions options, base::program::Log log)
@@ -130,7 +130,7 @@ class File final : public Journal, private JournalFile {
         [this, new_file = new_file_] { return attempt([&] { replace_file(*new_file, path_); }); },
         [this](const auto& done) {
           if (done) {
-            // To close the last descriptor of a file is to delete it, which may take its time.
+            // Closing the last descriptor of a file deletes it, which may take a while.
             asio::post(pool_, [old = std::exchange(file_, new_file_)] {});
           }
           writer_.on_replaced(failure_of(done));

@@ -26,10 +26,10 @@ class Journal {
   /// All that is remembered, with the entries just appended.
   [[nodiscard]] virtual const JournalState& state() const = 0;
   /// `ticket` comes back on the executor, never from within append(). While nothing can be written
-  /// it waits, and one that has to wait for the disk may come after those of later entries that
-  /// need not.
+  /// it waits, and a ticket that waits for the disk may come after those of later entries that do
+  /// not.
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
-  /// To be set before anything is appended with a ticket.
+  /// Set it before the first entry with a ticket.
   virtual void on_recorded(std::function<void(const Ticket&)> handler) = 0;
   /// Called when the journal cannot be written any more, with the reason, and with an empty text
   /// when it can again.
@@ -40,9 +40,9 @@ class Journal {
 /// new id, and an answer that was being written may be lost.
 std::unique_ptr<Journal> in_memory(boost::asio::any_io_executor executor);
 
-/// FOLDER/calls.journal, made if it is not there; a torn end is cut off and said. Throws
-/// std::runtime_error if the folder cannot be used, another gateway has it, or the file is none of
-/// ours.
+/// FOLDER/calls.journal, created if it does not exist; a torn end is cut off and logged. Throws
+/// std::runtime_error if the folder cannot be used, another gateway has it, or the file is not a
+/// millrace journal.
 std::unique_ptr<Journal> open_file(boost::asio::any_io_executor executor, FileOptions options,
                                    base::program::Log log);
 

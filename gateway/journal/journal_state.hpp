@@ -27,7 +27,7 @@ class JournalState {
   [[nodiscard]] std::vector<CallRecord> open_calls() const;
   /// The state of message queues, by their keys.
   [[nodiscard]] const std::map<fabric::ChannelKey, QueueLog>& queues() const { return queues_; }
-  /// The channels that stand.
+  /// The blocked channels.
   [[nodiscard]] const std::map<fabric::ChannelKey, BlockedEntry>& blocked() const {
     return blocked_;
   }

@@ -30,9 +30,9 @@
 
 namespace millrace::gateway::journal {
 
-/// The journal's file on a disk, and the new one that is to take its place. Errors are words that
-/// go after "the journal ". What waits for the disk is only started here, one thing at a time, and
-/// answered by the writer's function of that name, never from within.
+/// The journal's file on a disk, and the new one that will replace it. Errors are phrases that
+/// follow "the journal ". Slow operations are only started here, one at a time, and end with the
+/// writer's function of that name, never from within.
 class JournalFile {
  public:
   virtual ~JournalFile() = default;
@@ -50,7 +50,7 @@ class JournalFile {
   /// Forces the new file to the disk and replaces the file with it, atomically even if the power
   /// fails; from then on it is the file: JournalWriter::on_replaced.
   virtual void start_replace() = 0;
-  /// Hands these back a little later, in their order: their entries are as safe as promised.
+  /// Confirms these a little later, in order: their entries are as safe as promised.
   virtual void confirm(std::vector<Ticket> tickets) = 0;
   /// The journal cannot write any more, with the reason; or, with an empty text, can again.
   virtual void report_error(const std::string& error) = 0;
@@ -73,7 +73,7 @@ class JournalWriter {
   /// Once a period: forces, shortens, or tries again after a failure.
   void on_tick();
 
-  /// The answers to what was started; `failure` is empty if it worked.
+  /// The results of started operations; `failure` is empty if they worked.
   void on_forced(const std::string& failure);
   /// The length of the new file.
   void on_new_file(const tl::expected<std::size_t, std::string>& length);

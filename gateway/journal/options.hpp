@@ -11,11 +11,11 @@ namespace millrace::gateway::journal {
 /// When entries are forced to the disk. A crash of the gateway loses nothing under any of them;
 /// they differ in what a power cut may take.
 enum class Sync : std::uint8_t {
-  /// When the operating system likes: the entries of the last half minute.
+  /// At times that the operating system chooses: the entries of the last half minute may be lost.
   never,
-  /// Once a second: the entries of that second.
+  /// Once a second: the entries of that second may be lost.
   interval,
-  /// Before each step goes on: nothing, at the price of two waits for the disk in each call.
+  /// Before each next step: none are lost, for two waits for the disk in each call.
   always,
 };
 

@@ -43,12 +43,12 @@ Claims::Accepted Claims::set(const fabric::MachineStatus& status) {
     return Accepted::yes;
   }
   if (!fabric::is_plausible_claim(status.claimed)) {
-    // Nor does its older word count any more.
+    // Its older sample does not count any more either.
     remove(status.machine, status.gateway);
     return Accepted::implausible;
   }
   const auto known = machines_.find(status.machine);
-  // Ours have room whatever strangers make up.
+  // Our machines have room, whatever strangers invent.
   const bool ours = controllers_.contains(status.machine);
   if (known == machines_.end()
           ? !ours && machines_.size() >= most_machines

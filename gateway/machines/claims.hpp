@@ -38,7 +38,7 @@ class Claims {
     implausible,
     /// Another controller has the name of one of ours. Stored, without effect on ours.
     another_controller,
-    /// There are too many. Not listened to.
+    /// There are too many. Ignored.
     full
   };
   Accepted set(const fabric::MachineStatus& status);
@@ -58,7 +58,7 @@ class Claims {
   [[nodiscard]] const fabric::MachineStatus* owner_of_all_before(
       const std::string& machine, const std::vector<std::uint16_t>& wanted,
       fabric::Time ours) const;
-  /// Whether the calls of this epoch are of another controller that goes by the machine's name.
+  /// Whether the calls of this epoch belong to another controller with the machine's name.
   [[nodiscard]] bool is_elsewhere(const std::string& machine, std::uint64_t epoch) const;
   /// Whether any other gateway claims channels of this machine.
   [[nodiscard]] bool contested(const std::string& machine) const;
@@ -80,7 +80,7 @@ class Claims {
   std::map<std::string, std::string> controllers_;
 };
 
-/// The time of a claim of ours that is made now, whatever our clock says.
+/// The time of a new claim of ours, within the limits even if our clock is wrong.
 fabric::Time plausible(fabric::Time now);
 
 /// "gateway 5f3a9c0112d4 (pid 4711 on host7)": its epoch, which its call ids carry.

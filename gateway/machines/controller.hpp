@@ -1,5 +1,5 @@
-// The way to one controller, as the rest of the gateway sees it: carries reads and writes, and
-// comes back after each failure by itself. AdsController is the one with a socket.
+// The connection to one controller for the rest of the gateway: carries reads and writes, and
+// reconnects by itself after each failure. AdsController is the one with a socket.
 #pragma once
 
 #include <cstdint>
@@ -80,15 +80,13 @@ class Controller {
   virtual ~Controller() = default;
   virtual void read(std::uint16_t channel, ReadSet set) = 0;
   virtual void write(std::uint16_t channel, Variable variable, const Value& value) = 0;
-  /// Asks the controller for notifications of both states of these channels; answered by
-  /// on_subscribed(). unsubscribe() takes that back, whatever the answer was or will be, and is not
-  /// answered.
+  /// Requests notifications of both states of these channels; answered by on_subscribed().
+  /// unsubscribe() cancels that, whatever the answer was or will be, and has no answer.
   virtual void subscribe(const std::vector<std::uint16_t>& channels) = 0;
   virtual void unsubscribe(const std::vector<std::uint16_t>& channels) = 0;
   /// One question of each requester at a time.
   virtual void ask(const Question& question) = 0;
-  /// A message queue of this controller is to be read: what was asked for it before is not answered
-  /// any more.
+  /// Opens a message queue of this controller: earlier requests for it get no answer any more.
   virtual void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) = 0;
   /// Of a queue that is open, one question at a time.
   virtual void ask(const fabric::ChannelKey& queue, const queues::Step& step) = 0;

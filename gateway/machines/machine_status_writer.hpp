@@ -28,7 +28,7 @@ class MachineStatusWriter {
  public:
   explicit MachineStatusWriter(fabric::MachineStatus status) : status_(std::move(status)) {}
 
-  /// `note` is what is missing all the same: channels that others serve.
+  /// `note` is what is missing nevertheless: channels that others serve.
   void on_up(std::size_t channels, const std::string& note, Moment now);
   /// Also when the link does not come up, or is not wanted; `reason` may change.
   void on_down(const std::string& reason, Moment now);

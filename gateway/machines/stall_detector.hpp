@@ -1,5 +1,5 @@
-// Sends heartbeats as long as the loop turns, and notices that it stood still (a loop that hung,
-// SIGSTOP, a host that sleeps) for so long that others may have taken this process for gone. Pure.
+// Sends heartbeats as long as the loop runs, and detects that it stood still (a hanging loop,
+// SIGSTOP, a suspended host) for so long that others may have taken this process for gone. Pure.
 //
 //   timer.expires_at(stall.heartbeat(now));         // publish, then heartbeat() again
 //   if (const auto overdue = stall.take_overdue(now)) …  // before anything else is done
@@ -21,7 +21,7 @@ class StallDetector {
   explicit StallDetector(std::chrono::nanoseconds lease)
       : period_(lease / 8), forgiven_(lease / 2 - period_) {}
 
-  /// It lives; when the next heartbeat is due.
+  /// The process runs; returns when the next heartbeat is due.
   SteadyTime heartbeat(SteadyTime now) {
     due_ = now + period_;
     return *due_;

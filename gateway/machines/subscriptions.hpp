@@ -35,9 +35,9 @@ namespace millrace::gateway::machines {
 /// The result of a subscription to the changes in a channel.
 struct SubscribeOutcome {
   std::uint16_t channel = 0;
-  /// Empty: it will. Otherwise why not, in words with the code.
+  /// Empty: granted. Otherwise the reason in words, with the code.
   std::string refusal;
-  /// It did not answer the question; it may later.
+  /// The controller did not respond; it may later.
   bool undecided = false;
 };
 
@@ -74,8 +74,8 @@ class Subscriptions {
   void read_started(std::uint16_t channel);
   SubscriptionActions on_read(std::uint16_t channel, const ServiceSnapshot& snapshot,
                               SteadyTime now);
-  /// We have written REQUEST_STATE = 0: when a read first shows that, we have changed it and not
-  /// the program.
+  /// We have written REQUEST_STATE = 0: the first read that shows it shows our change and not the
+  /// NC program's.
   void on_cleared(std::uint16_t channel);
   SubscriptionActions on_time(SteadyTime now);
   /// When on_time() has something to do.
@@ -98,7 +98,7 @@ class Subscriptions {
   /// have been shorter than the controller's cycle.
   static constexpr std::size_t most_missed = 3;
   static constexpr std::chrono::minutes missed_within{10};
-  /// Between two attempts where one may help.
+  /// Between two attempts, where another attempt may help.
   static constexpr std::chrono::milliseconds shortest_pause{1000};
   static constexpr std::chrono::milliseconds longest_pause{60000};
 

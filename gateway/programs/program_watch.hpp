@@ -81,7 +81,7 @@ class ProgramWatch {
   ProgramSettings settings_;
   /// Nullopt until the first read.
   std::optional<Look> last_;
-  /// The controller did not answer since.
+  /// The controller has not responded since.
   bool blind_ = false;
   /// Of the run that is under way, or was aborted and not yet cleared.
   fabric::Time started_{};

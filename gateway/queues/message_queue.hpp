@@ -58,7 +58,7 @@ class MessageQueue {
   void change(QueueSettings settings);
 
   struct Output {
-    /// To be journalled in their order; on_journalled() when the last of them is safe, if `wait`.
+    /// Entries for the journal, in order; on_journalled() when the last of them is safe, if `wait`.
     std::vector<JournalEntry> entries{};
     bool wait = false;
     /// The service interface has another message.

@@ -48,7 +48,7 @@ using Step = std::variant<ReadControl, ReadQueue, WriteLastGet>;
 
 class QueueReader {
  public:
-  /// After what the controller refused, or what cannot be.
+  /// After an error of the controller, or impossible values.
   static constexpr std::chrono::milliseconds retry{500};
 
   explicit QueueReader(std::chrono::milliseconds period) : period_(period) {}
@@ -57,7 +57,7 @@ class QueueReader {
 
   /// The result of a response.
   struct ReadResult {
-    /// Messages that were not known: their elements and texts.
+    /// New messages: their elements and texts.
     struct Found {
       std::uint32_t element = 0;
       std::string text;
@@ -70,7 +70,7 @@ class QueueReader {
       bool operator==(const Covers&) const = default;
     };
     std::optional<Covers> covers{};
-    /// LastGet is another than this gateway had left; why in words.
+    /// LastGet differs from the gateway's last value; the reason in words.
     std::string resynchronised{};
     /// An impossible value, or the controller's error: nothing is written.
     std::string wrong{};
@@ -80,7 +80,7 @@ class QueueReader {
 
   /// The next responses come from a new link.
   void on_up(Moment now);
-  /// Nothing is asked any more, and what was asked is not answered.
+  /// No more requests, and pending ones get no response.
   void on_down();
   /// The controller notified a change; a late or needless notification does no harm.
   void on_event(Moment now);
@@ -94,7 +94,7 @@ class QueueReader {
   /// When next() has something, if nothing else happens.
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
-  /// `room`: how many messages may be taken.
+  /// `room`: the number of messages that may be taken.
   ReadResult on_control(const tl::expected<Control, std::string>& answer, const QueueLog& queue_log,
                         std::size_t room, Moment now);
   ReadResult on_array(tl::expected<std::vector<std::string>, std::string> answer,

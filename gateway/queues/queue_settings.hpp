@@ -10,9 +10,9 @@
 
 namespace millrace::gateway::queues {
 
-/// When LastGet says that a message was read.
+/// When LastGet shows that a message was read.
 enum class Acknowledge : std::uint8_t {
-  /// Once it is in the journal: a service that is gone never fills the queue.
+  /// Once it is in the journal: a missing service never fills the queue.
   when_journalled,
   /// Once it is answered: the queue itself keeps the messages, as far as it has room.
   when_answered,

@@ -1,6 +1,6 @@
-// The ring that a message queue is: elements 1 to n, of which those behind LastGet up to LastFilled
-// hold messages, in their order and over the end of the array (documented, DOK-MTX***-NC*F*EX*V13,
-// p. 655; that they count from 1 is inferred).
+// The ring of a message queue: elements 1 to n; those after LastGet up to LastFilled hold messages,
+// in order and across the end of the array (documented, DOK-MTX***-NC*F*EX*V13, p. 655; that they
+// count from 1 is inferred).
 //
 //   control = {.last_filled = 1, .last_get = 2, .elements = 3}
 //   elements_behind(control, control.last_get)               // 3, 1

@@ -65,7 +65,7 @@ struct MachineSettings {
 struct Settings {
   std::vector<MachineSettings> machines;
   Policies policies;
-  /// Not part of the file: fabric.textproto says it.
+  /// Not part of the file: from fabric.textproto.
   fabric::dds::ParticipantOptions join;
   /// Empty folder = no file.
   journal::FileOptions journal;

@@ -32,7 +32,7 @@ namespace asio = boost::asio;
 using cnc::ads::ErrorCode;
 using Channels = std::vector<std::uint16_t>;
 
-/// A controller that is asked again later would say the same.
+/// A later request would give the same error.
 bool is_final(ErrorCode code) {
   return cnc::ads::is_refusal(code) || code == ErrorCode::no_more_handles ||
          code == ErrorCode::transmission_not_supported || code == ErrorCode::access_denied ||
@@ -77,7 +77,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
   }
 
-  /// Until the link ends; then `down_reason` says why.
+  /// Waits until the link ends; then `down_reason` has the reason.
   asio::awaitable<void> wait_for_the_end() {
     while (!stopped && !down_reason) {
       timer.expires_at(asio::steady_timer::time_point::max());
@@ -86,7 +86,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// The channels to serve; nothing, and said why, if the controller has none or does not answer.
+  /// The channels to serve; nullopt, and logged, if the controller has none or does not respond.
   asio::awaitable<std::optional<Channels>> find_channels() {
     if (!settings.channels.empty()) {
       co_return settings.channels;
@@ -105,7 +105,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_return channels;
   }
 
-  /// In which index groups the variables are; nothing, and said why, if that cannot be asked.
+  /// The index groups of the variables; nullopt, and logged, if the request fails.
   asio::awaitable<std::optional<cnc::variables::Location>> find_groups() {
     const std::uint16_t channel = settings.channels.empty() ? 1 : settings.channels.front();
     cnc::variables::Location configured;
@@ -124,7 +124,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_return *found;
   }
 
-  /// For how long there was a link.
+  /// Returns how long there was a link.
   asio::awaitable<std::chrono::nanoseconds> serve_once() {
     down_reason.reset();
     const auto connected = co_await client.connect();
@@ -176,7 +176,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// Once for each reason, so that a controller that is off for a night fills no log.
+  /// Once for each reason, so that a controller that is off for a night does not fill the log.
   void warn_limited(const std::string& reason) {
     if (last_warning != reason) {
       last_warning = reason;
@@ -185,7 +185,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// To be watched, or not any more; one question after the other.
+  /// Subscribes or unsubscribes; one request after the other.
   struct WatchJob {
     Channels channels;
     bool wanted = false;
@@ -228,7 +228,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// Nothing was opened in its place since, and its connection is still there.
+  /// It was not replaced since, and its connection still exists.
   [[nodiscard]] bool is_open(const fabric::ChannelKey& key,
                              const std::shared_ptr<AdsMessageQueue>& queue) const {
     const auto open = queues.find(key);
@@ -327,7 +327,7 @@ void AdsController::unsubscribe(const std::vector<std::uint16_t>& channels) {
 }
 
 void AdsController::ask(const machines::Question& question) {
-  // A connection that is gone answers at once.
+  // A closed connection responds at once.
   asio::post(impl_->executor, [impl = impl_, question] {
     asio::co_spawn(impl->executor, Impl::ask(impl, question), base::program::rethrow_from_loop);
   });

@@ -1,5 +1,5 @@
-// The way to one controller: connects, finds its channels, carries reads and writes, and comes back
-// after each failure by itself.
+// The connection to one controller: connects, finds its channels, carries reads and writes, and
+// reconnects by itself after each failure.
 //
 //   AdsController link(executor, settings, events, log);
 //   link.start();                                 → events.on_link_up("cnc", {1, 2})

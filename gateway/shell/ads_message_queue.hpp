@@ -29,7 +29,7 @@ namespace millrace::gateway::shell {
 /// the name of the queue. One request at a time.
 class AdsMessageQueue {
  public:
-  /// `client` outlives what is asked.
+  /// `client` must outlive all requests.
   AdsMessageQueue(cnc::ads::Client& client, queues::QueueSettings settings)
       : client_(client), settings_(std::move(settings)) {}
 

@@ -59,7 +59,8 @@ ServiceSnapshot snapshot_of(std::uint32_t request_state) {
   return snapshot;
 }
 
-/// In one request: a controller does the items of a sum one after the other, and others wait.
+/// In one request: a controller processes the items of a sum one after the other, and other
+/// requests wait.
 constexpr std::size_t most_together = 64;
 
 }  // namespace
@@ -121,7 +122,7 @@ asio::awaitable<void> AdsServiceAccess::read_one([[maybe_unused]] Link link, std
   std::vector<Variable> variables(looked_at.begin(), looked_at.end());
   auto values = co_await of(channel).read(std::move(variables));
   if (!values) {
-    // A connection that is gone answers at once, from within read().
+    // A closed connection responds at once, from within read().
     co_await asio::post(executor_, asio::use_awaitable);
   }
   if (stopped_) {

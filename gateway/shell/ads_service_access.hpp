@@ -58,7 +58,7 @@ class AdsServiceAccess {
   cnc::variables::Location location_;
   std::map<std::uint16_t, cnc::variables::ServiceInterface> interfaces_;
   cnc::variables::RequestStates states_;
-  /// Whose REQUEST_STATE is read when this turn of the loop is over.
+  /// The channels whose REQUEST_STATE is read at the end of this turn of the loop.
   Channels due_;
   bool stopped_ = false;
 };

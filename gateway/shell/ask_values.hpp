@@ -1,4 +1,4 @@
-// Asks a controller for values, as the core wants them.
+// Sends the core's value requests to a controller.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ struct ValueSource {
   cnc::variables::Readings readings;
 };
 
-/// One question of a source at a time; its client outlives it.
+/// One request of a source at a time; its client must outlive it.
 boost::asio::awaitable<machines::Answer> ask_values(std::shared_ptr<ValueSource> source,
                                                     machines::Question question);
 

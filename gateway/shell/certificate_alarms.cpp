@@ -36,7 +36,7 @@ Uses uses_of(const std::vector<settings::MachineSettings>& machines) {
   return uses;
 }
 
-/// Few enough that the end of the certificate stands in the alarm, too.
+/// Few enough that the expiry also fits into the alarm.
 std::string names_of(const std::vector<std::string>& machines) {
   constexpr std::size_t most = 3;
   if (machines.size() <= most) {

@@ -80,7 +80,7 @@ void Gateway::publish_certificates() {
     if (is_new && alarm.level != fabric::AlarmLevel::fine) {
       log_->warn("{}: {}", alarm.text, alarm.advice);
     }
-    // One that cannot be written now is repeated with all others.
+    // An alarm that cannot be written now is repeated with all others.
     static_cast<void>(alarms_.raise(alarm));
     certificates_published_.insert_or_assign(alarm.key.subject, std::move(alarm));
   }
@@ -165,7 +165,7 @@ void Gateway::start() {
   publish_certificates();
 }
 
-/// Of message queues whose messages may be lost, or stay where they are.
+/// Warns of message queues whose messages may be lost, or stay in the journal.
 void Gateway::warn_of_queues() {
   std::set<fabric::ChannelKey> configured;
   for (const auto& machine : settings_.machines) {

@@ -1,5 +1,5 @@
-// The running gateway: carries out what the core decides, on one io_context. Hands the core what
-// comes from machines, fabric and operators, and is its ports.
+// The running gateway: executes the core's decisions on one io_context. It passes events of
+// machines, fabric and operators to the core, and implements its ports.
 //
 //   SpinAfterPublish spin;
 //   Gateway gateway(io.get_executor(), spin, settings, log);   // joins the fabric
@@ -36,9 +36,9 @@
 
 namespace millrace::gateway::shell {
 
-/// As the log has it.
+/// The corresponding level of the log.
 spdlog::level::level_enum level_of(Level level);
-/// The least of them that this log writes.
+/// The lowest level that this log writes.
 Level min_level_of(const base::program::Log& log);
 
 class Gateway final : fabric::endpoints::CallEndpointListener,
@@ -57,8 +57,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   /// Takes over machines and policies; running calls continue with the old ones. The journal and
   /// the fabric stay the same until the gateway is restarted.
   void change(const settings::Settings& settings);
-  /// Takes no new call and calls `finished` once every answer at hand is written: at once, or after
-  /// two seconds at the latest.
+  /// Accepts no new call and calls `finished` once every started response is written: at once, or
+  /// after two seconds at the latest.
   void finish(std::function<void()> finished);
 
  private:

@@ -119,7 +119,7 @@ void Gateway::on_command(const fabric::Command& command) {
     return;
   }
   if (const fabric::Outcome* done = command_history_.find(command.id)) {
-    // Said again, because the outcome was not heard.
+    // Published again, because the tool did not receive the outcome.
     publish(*done);
     return;
   }

@@ -1,4 +1,4 @@
-// Wakes the core when it wants to be woken (core::Host::wake_at).
+// Wakes the core at the time that it requested (core::Host::wake_at).
 //
 //   WakeTimer timer(executor, [&core] { core.on_time(); });
 //   timer.set(time);
@@ -20,7 +20,7 @@ class WakeTimer {
   WakeTimer(const boost::asio::any_io_executor& executor, std::function<void()> on_time)
       : timer_(executor), on_time_(std::move(on_time)) {}
 
-  /// Once set for a time it stays so: one that comes too early costs less than to move it.
+  /// An earlier time than requested is kept: an early wake-up costs less than to move the timer.
   void set(std::optional<SteadyTime> time) {
     if (!time || (set_for_ && *set_for_ <= *time)) {
       return;

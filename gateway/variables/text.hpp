@@ -1,4 +1,4 @@
-// Values for lines of a log and for recordings, and errors for answers.
+// Values as text for logs and recordings, and errors for replies.
 #pragma once
 
 #include <cstdint>

@@ -25,16 +25,16 @@ using Found = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
 using Answered = cnc::ads::Result<cnc::variables::Bytes>;
 
 struct VariableCacheEntry {
-  /// Nothing until it has been resolved.
+  /// Nullopt until it is resolved.
   std::optional<cnc::variables::Reading> reading{};
-  /// It was resolved and not read since: what the controller refuses now, it refuses.
+  /// It was resolved and not read since: a refusal now is final.
   bool is_new = false;
   fabric::VariableResult result{};
-  /// When that was answered.
+  /// The time of that response.
   SteadyTime at = SteadyTime::min();
   /// Number of requests that need it; it is kept while there are any.
   std::uint32_t users = 0;
-  /// The number of the step that takes it along.
+  /// The number of the step that includes it.
   std::uint64_t step = 0;
 };
 
@@ -43,7 +43,7 @@ class VariableCache {
   /// Further ones are kept only while a request waits for them.
   static constexpr std::size_t most = 4'096;
 
-  /// Stays where it is while it has users.
+  /// Its address stays the same while it has users.
   VariableCacheEntry& of(std::uint16_t channel, const std::string& name);
 
   static void on_resolved(VariableCacheEntry& one, const Found& found, Moment now);
@@ -51,9 +51,9 @@ class VariableCache {
   /// is resolved again.
   static void on_read(VariableCacheEntry& one, const Answered& answer, Moment now);
 
-  /// Values may be others now.
+  /// All values may have changed.
   void forget_values();
-  /// So may all else, on a new link.
+  /// Everything may have changed, on a new link.
   void forget();
   [[nodiscard]] std::size_t size() const { return all_.size(); }
 

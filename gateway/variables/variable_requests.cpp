@@ -166,7 +166,7 @@ void VariableRequests::add(const VariableRequest& request, Moment now) {
   OpenRequest& open = requests_[++last_number_];
   open.request = request;
   open.deadline = now.steady + patience_of(request);
-  // A write wants to know what was there when it was asked for.
+  // A write needs the values of the time of its request.
   open.since = now.steady;
   switch (request.action) {
     case VariableAction::list:

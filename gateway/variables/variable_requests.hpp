@@ -152,9 +152,9 @@ class VariableRequests {
   void add_to_batch(Batch& batch, const OpenRequest& open);
   std::optional<Step> start(Batch batch);
 
-  /// Everything that can be answered now is.
+  /// Completes all requests that can be answered now.
   void complete(Moment now);
-  /// True if the request is answered.
+  /// True if the request was answered.
   bool complete(OpenRequest& open, Moment now);
   [[nodiscard]] std::string prepare(OpenRequest& open) const;
   void finish_read(const OpenRequest& open, Moment now);
@@ -180,7 +180,7 @@ class VariableRequests {
   OpenRequests requests_;
   std::uint64_t last_number_ = 0;
   std::size_t names_ = 0;
-  /// A step is under way: of these variables, or of this request.
+  /// A step is pending: of these variables, or of this request.
   bool busy_ = false;
   std::vector<VariableCacheEntry*> under_way_;
   std::uint64_t request_under_way_ = 0;

@@ -53,7 +53,7 @@ void VariableRequests::add_to_batch(Batch& batch, const OpenRequest& open) {
   }
 }
 
-/// Of a request that is a step of its own.
+/// A request that is a step by itself.
 std::optional<Step> VariableRequests::turn_of(std::uint64_t number, const OpenRequest& open) {
   busy_ = true;
   request_under_way_ = number;

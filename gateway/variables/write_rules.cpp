@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view service_interface = "V.G.SERVICE";
 
-/// In upper case, without what some reader may skip.
+/// In upper case, without characters that some reader may skip.
 std::string canonical(std::string_view name) {
   std::string text;
   for (const char c : name) {

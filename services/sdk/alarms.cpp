@@ -82,7 +82,7 @@ void Alarms::join(const std::shared_ptr<SharedParticipant>& shared,
        teller = fabric::Alarm{
            .key = {.responder = who.id}, .program = who.name, .host = who.host, .pid = who.pid}] {
         state->log = log;
-        // It outlives what is posted to its loop: see leave().
+        // It outlives the work that is posted to its loop: see leave().
         state->end.emplace(there.participant(), there.loop().get_executor(), teller);
         const std::lock_guard reading(state->lock);
         for (const auto& [key, alarm] : state->raised) {

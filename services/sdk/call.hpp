@@ -1,4 +1,4 @@
-// A call as its handler sees it.
+// A call for its handler.
 #pragma once
 
 #include <atomic>
@@ -28,15 +28,15 @@ class Call {
   [[nodiscard]] fabric::CallId id() const { return request_.call; }
   /// 1, 2, …: higher than 1 if another instance may have run the call before.
   [[nodiscard]] std::uint32_t attempt() const { return request_.attempt; }
-  /// The machine and channel whose program calls.
+  /// The machine and channel of the calling NC program.
   [[nodiscard]] const fabric::ChannelKey& channel() const { return request_.key; }
-  /// V.G.SERVICE.UUID as the program wrote it.
+  /// V.G.SERVICE.UUID as the NC program wrote it.
   [[nodiscard]] const std::string& uuid() const { return request_.uuid; }
   /// V.G.SERVICE.REQUEST: at most 127 bytes in CP1252.
   [[nodiscard]] const std::string& text() const { return request_.text; }
   /// V.G.SERVICE.REQUEST_STATE.
   [[nodiscard]] std::uint32_t state() const { return request_.state; }
-  /// When the answer stops being of use; zero = never.
+  /// After this time the answer is of no use; zero = never.
   [[nodiscard]] fabric::Time deadline() const { return request_.deadline; }
   /// True if the call comes from a recording and no machine waits for it.
   [[nodiscard]] bool replayed() const { return request_.replayed; }
@@ -50,20 +50,21 @@ class Call {
   /// thread of the SDK, must neither wait nor throw, and may answer the call.
   [[nodiscard]] std::stop_token stop_token() const { return cancelled_; }
 
-  /// Shows the program an intermediate text and state (V.G.SERVICE.RESPONSE_STATE); the call goes
-  /// on. So does an NC program that waits with SysServiceWait, first with @P1=0, which returns with
-  /// this state, then with @P1=state as long as that is the state. A newer one replaces what was
-  /// not seen yet. Throws std::invalid_argument for a text that does not fit. Has no effect once
-  /// the call is answered or cancelled, and where programs wait for RESPONSE alone.
+  /// Writes an interim text and state (V.G.SERVICE.RESPONSE_STATE) for the NC program; the call
+  /// continues. An NC program that waits with SysServiceWait continues too: first with @P1=0, which
+  /// returns with this state, then with @P1=state as long as that is the state. A newer interim
+  /// response replaces one that was not seen yet. Throws std::invalid_argument for a text that does
+  /// not fit. Without effect once the call is answered or cancelled, and where NC programs wait for
+  /// RESPONSE.
   void interim(const Response& response) const;
 
   /// Ends the call; the first answer counts. For handlers that return before they are done.
   void answer(Response response) const;
   /// Ends the call with the error state and `reason`, as an exception does.
   void fail(const std::string& reason) const;
-  /// Gives the attempt back instead of answering it: nothing of it was begun. The gateway gives the
-  /// call to another instance and leaves this one alone for a second, longer if it declines again.
-  /// `reason` goes to logs. For what this instance cannot do now and another one may.
+  /// Declines the attempt: nothing of it was begun. The gateway dispatches the call to another
+  /// instance and skips this one for a second, longer if it declines again. `reason` goes to logs.
+  /// For calls that this instance cannot run now and another one may.
   void decline(const std::string& reason) const;
 
  private:

@@ -38,7 +38,7 @@ class CallMemory {
     }
   }
 
-  /// Null if nothing is known of it.
+  /// Null if it is not stored.
   [[nodiscard]] const Value* find(const Key& call) const {
     const auto known = known_.find(call);
     return known == known_.end() ? nullptr : &known->second;
@@ -47,7 +47,7 @@ class CallMemory {
  private:
   std::size_t most_;
   std::map<Key, Value> known_;
-  /// By requester, the oldest in front.
+  /// By requester, the oldest first.
   std::map<std::uint64_t, std::deque<Key>> order_;
 };
 

@@ -17,7 +17,7 @@ using fabric::ServiceCode;
 using fabric::SteadyTime;
 using fabric::Time;
 
-/// An error text fits whatever it says; what is left out shows as "...", the log has all of it.
+/// Error texts are shortened to fit; "..." marks the omission, and the log has the whole text.
 std::string error_text(const std::string& reason) {
   constexpr std::string_view more = "...";
   std::string text = "ERROR: " + reason.substr(0, reason.find('\0'));
@@ -221,7 +221,7 @@ Actions CallScheduler::on_declined(CallId call, const std::string& why, Moment n
     actions.emplace_back(Drop{call});
   } else {
     ++counters_.declined;
-    // A sample holds no longer text.
+    // A sample cannot have a longer text.
     actions.emplace_back(
         Send{declined_reply(running->second.request, why.substr(0, fabric::max_text))});
     forget_call(call_key_of(running->second.request));
@@ -271,9 +271,9 @@ fabric::InstanceLoad CallScheduler::load() const {
   return load;
 }
 
-/// A gateway has one call of a channel at a time: a new one says that the program has given up the
-/// old one. So does a new one of another gateway, if the old one's is gone or has lost the channel.
-/// That it has lost it is not for a stranger to say.
+/// A gateway has one call of a channel at a time: a new one shows that the NC program has withdrawn
+/// the old one. So does a new one of another gateway, if the old gateway is gone or has lost the
+/// channel. A stranger cannot decide that it has lost it.
 void CallScheduler::supersede(const Request& by, Actions& actions) {
   const CallKey name = call_key_of(by);
   std::vector<CallKey> over;
@@ -311,7 +311,7 @@ void CallScheduler::supersede(const Request& by, Actions& actions) {
 /// The reply to a gateway whose call is cancelled because another gateway owns the channel.
 Reply CallScheduler::reply_to_replaced(const CallKey& call) {
   constexpr const char* why = "another gateway has the channel now";
-  // An attempt that waits for the end of a cancelled run is the one that the gateway stands by.
+  // An attempt that waits for the end of a cancelled run is the one that the gateway still wants.
   if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
     return declined_reply(waiting->request, why);
   }
@@ -390,8 +390,8 @@ void CallScheduler::cancel(RunningCall& running) {
                 {cancelled_reply(running), true});
 }
 
-/// An answer from memory, if `request` is to get it: a new attempt of a call that was given up is
-/// an operator's decision to have it run again.
+/// The stored answer, if `request` may get it: a new attempt of a cancelled call is an operator's
+/// decision to run it again.
 const CallScheduler::AnsweredCall* CallScheduler::answer_for(const Request& request) const {
   const AnsweredCall* const known_answer = answered_.find(call_key_of(request));
   const bool again = known_answer != nullptr && known_answer->cancelled &&
@@ -415,7 +415,7 @@ void CallScheduler::start_waiting(SteadyTime now, Actions& actions) {
        next != waiting_.end() && running_.size() < options_.concurrency;) {
     const CallId call = next->request.call;
     if (running_.contains(call)) {
-      // Its cancelled run has not ended yet, nor has another call under the same id.
+      // Its cancelled run has not ended yet, or another call with the same id has not.
       ++next;
       continue;
     }

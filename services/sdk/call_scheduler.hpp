@@ -64,8 +64,8 @@ struct Drop {
 using Action = std::variant<Start, Send, Cancel, Drop>;
 using Actions = std::vector<Action>;
 
-/// A call is the same if all of this is. Of two with one id the second waits for the end of the
-/// first.
+/// Two requests are for the same call if all of this is equal. Of two calls with one id the second
+/// waits for the end of the first.
 struct CallKey {
   /// First, so that most comparisons end with it.
   fabric::CallId call{};
@@ -83,9 +83,9 @@ struct CallSchedulerOptions {
   std::size_t concurrency = 1;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
-  /// State of the answer that replaces one which failed or cannot be sent.
+  /// State of the answer that replaces a failed or invalid one.
   std::uint32_t error_state = 500;
-  /// Answered calls that are remembered. More than channels call at a time is enough.
+  /// Number of stored answered calls. More than channels call at a time is enough.
   std::size_t memory = 1024;
   /// Calls that may wait for their turn.
   std::size_t most_waiting = 64;
@@ -97,20 +97,21 @@ class CallScheduler {
  public:
   explicit CallScheduler(CallSchedulerOptions options) : options_(options) {}
 
-  /// Those of its instance's partition.
+  /// For requests in its instance's partition.
   Actions on_request(const fabric::Request& request, fabric::Moment now);
-  /// A request comes when the instance takes none any more. Not declined, which says that it was
-  /// not begun, is a call that has been answered here, whose answer is repeated, and one that runs.
+  /// A request comes when the instance accepts none any more. It is declined, which means that it
+  /// was not begun; except a call that was answered here, whose answer is repeated, and a running
+  /// one.
   Actions decline(const fabric::Request& request, const std::string& why);
   Actions on_withdrawn(const fabric::RequestKey& key);
-  /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
+  /// Continues the call, whose gateway comes back for the answer, unless another gateway has the
   /// channel now.
   Actions on_orphaned(const fabric::RequestKey& key);
-  /// The response must pass check_text. Nothing goes out to a program that waits for RESPONSE
-  /// alone: it would go on.
+  /// The response must pass check_text. It is not sent to an NC program that waits for RESPONSE,
+  /// which would continue.
   Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
   Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
-  /// Its handler gives the attempt back, of which it has begun nothing.
+  /// Its handler declines the attempt and has begun nothing of it.
   Actions on_declined(fabric::CallId call, const std::string& why, fabric::Moment now);
 
   /// No call is running or waiting.
@@ -171,7 +172,7 @@ class CallScheduler {
   std::deque<RunningCall> waiting_;
   std::map<fabric::RequestKey, LatestRequest> requests_;
   CallMemory<CallKey, AnsweredCall> answered_{options_.memory};
-  /// The newest attempt at which each was declined.
+  /// The newest declined attempt of each call.
   CallMemory<CallKey, std::uint32_t> declined_{options_.memory};
   fabric::InstanceStatus counters_;
   std::chrono::nanoseconds handler_time_{};

@@ -92,7 +92,7 @@ int ServiceProgram::run(int argc, char** argv, const std::function<AsyncHandler(
     take_fabric();
     log_ = program::make_log(options_.name, level_);
     std::unique_ptr<Service> service;
-    // Before the service can be seen, and gone before it.
+    // Created before the service is visible, and destroyed before it.
     StopSignals signals(log_);
     service = open(make());
     signals.on_stop([&] { service->stop(); });

@@ -23,8 +23,8 @@
 
 namespace millrace::services::sdk {
 
-/// A program that is one service: --uuid, --channel, --name, --concurrency, --delivery, the flags
-/// of fabric/profile/command_line.hpp and --log-level over the options it is made with.
+/// A process with one service: --uuid, --channel, --name, --concurrency, --delivery, the flags of
+/// fabric/profile/command_line.hpp and --log-level, with the given options as defaults.
 class ServiceProgram {
  public:
   explicit ServiceProgram(ServiceOptions defaults);
@@ -39,10 +39,9 @@ class ServiceProgram {
   /// The alarms of the service; for `make` and the handler. On the fabric while it serves.
   [[nodiscard]] Alarms& alarms() { return alarms_; }
 
-  /// Parses the command line, makes the handler (which may throw program::UsageError), serves,
-  /// prints one ready line, and leaves on SIGTERM or SIGINT when the calls under way are answered;
-  /// a second signal ends the program at once. Returns an exit code of
-  /// base/program/command_line.hpp.
+  /// Parses the command line, creates the handler (which may throw program::UsageError), serves,
+  /// prints one ready line, and leaves on SIGTERM or SIGINT when the running calls are answered; a
+  /// second signal ends the process at once. Returns an exit code of base/program/command_line.hpp.
   int run(int argc, char** argv, const std::function<Handler()>& make);
   int run(int argc, char** argv, const std::function<AsyncHandler()>& make);
 

@@ -61,8 +61,8 @@ CallSchedulerOptions scheduler_options(const ServiceOptions& options,
           .authenticated_requesters = authenticated_requesters};
 }
 
-/// Has the log say now and then what became of the calls. On the participant's loop, where it may
-/// outlive its instance for as long as a word is under way.
+/// Logs a summary of the calls now and then. On the participant's loop, where it may outlive its
+/// instance for as long as a line is being written.
 class Summaries : public std::enable_shared_from_this<Summaries> {
  public:
   Summaries(asio::io_context& loop, std::shared_ptr<const Runner> runner, Service::Log log,

@@ -16,19 +16,19 @@
 
 namespace millrace::services::sdk {
 
-/// How a service with these options joins the fabric.
+/// The participant options of a service with these options.
 fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
 
-/// For an instance whose calls are run elsewhere, in another process: next() has none of them.
-/// Called in any thread, in the order of what happened but for calls that are cancelled as they
-/// begin; must not wait, nor end the instance.
+/// For an instance whose calls run in another process: next() returns none of them. Called in any
+/// thread, in order, except for calls that are cancelled as they begin; must not block, nor end the
+/// instance.
 struct InstanceCallbacks {
   /// The receiver of a call must answer it, also a cancelled one: until then the call counts as
   /// running.
   AsyncHandler call;
   /// No requester waits for this call any more; it may not have begun.
   std::function<void(fabric::CallId)> cancelled;
-  /// The instance is asked to leave; see HostedInstance::on_drain.
+  /// An operator commands the instance to leave; see HostedInstance::on_drain.
   std::function<void(const std::string& issuer)> draining;
 };
 
@@ -51,14 +51,14 @@ class Instance {
   /// The same, but null too when `limit` is over.
   std::shared_ptr<const Call> next_for(std::chrono::milliseconds limit);
 
-  /// Asks gateways for no new call. What they gave out before they noticed is still run; when the
-  /// last call is answered, next() ends. From any thread, returns at once.
+  /// Accepts no new call from gateways. Calls that they dispatched before they noticed are still
+  /// run; when the last call is answered, next() ends. From any thread, returns at once.
   void drain();
 
   /// True once next() has ended.
   [[nodiscard]] bool drained() const;
 
-  /// Leaves the fabric; calls under way are not waited for and their answers lead nowhere. Not from
+  /// Leaves the fabric without waiting for running calls; their answers are dropped. Not from
   /// several threads at once.
   void leave();
 

@@ -44,12 +44,12 @@ std::vector<int> signals_left_alone() {
   return alone;
 }
 
-/// The name that users know the service's process by.
+/// The user's name for the service's process.
 std::string program_name() {
   return program_invocation_short_name;
 }
 
-/// Does what a function of the C interface does: no exception may leave it.
+/// The frame of each function of the C interface: no exception may leave it.
 template <typename Result, typename Work>
 Result guarded(const char* function, Result failed, const Work& work) noexcept {
   Result result = failed;

@@ -30,8 +30,7 @@
  *   MILLRACE_FABRIC         name of the fabric; default millrace
  *   MILLRACE_CHANNELS       channels to serve, as MACHINE/N, separated by blanks; default all
  *   MILLRACE_DELIVERY       at-least-once (default) or at-most-once
- *   MILLRACE_COMPLETION_SIGNAL        what its NC programs wait for: response-state (default), or
- * response:
+ *   MILLRACE_COMPLETION_SIGNAL        what its NC programs wait for: response-state (default), or response:
  *                           a text in RESPONSE alone; then a state of 0 is an answer, too
  *   MILLRACE_LOG_LEVEL      error, warn, info (default), debug or trace
  */
@@ -178,9 +177,9 @@ inline ISG_SERVICE_CODE isgServiceCreate(const char* uuid, const char* descripti
 }
 #else
 #define isgServiceCreate(uuid, description, function, connection, service) \
-  _Generic((function), ISG_SERVICE_FUNCTION                                \
-           : isgServiceCreateWithCode, default                             \
-           : isgServiceCreateVoid)(uuid, description, function, connection, service)
+  _Generic((function),                                                     \
+      ISG_SERVICE_FUNCTION: isgServiceCreateWithCode,                      \
+      default: isgServiceCreateVoid)(uuid, description, function, connection, service)
 #endif
 
 #endif /* MILLRACE_SERVICES_SDK_ISG_SERVICE_H */

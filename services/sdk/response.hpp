@@ -12,8 +12,8 @@ namespace millrace::services::sdk {
 struct Response {
   /// At most 127 bytes in the controller's code page, CP1252, without NUL.
   std::string text{};
-  /// Not 0, which would not release the NC program, unless its programs wait for RESPONSE alone
-  /// (ServiceOptions::completion_signal); what else it means is between program and service.
+  /// Not 0, which would not release the NC program, unless its NC programs wait for RESPONSE
+  /// (ServiceOptions::completion_signal); other meanings are between NC program and service.
   std::uint32_t state = 1;
   bool operator==(const Response&) const = default;
 };

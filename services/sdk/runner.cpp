@@ -22,7 +22,7 @@ struct OwnTime {
   /// The number of times it has waited.
   long waits = 0;
 
-  /// Whether it has computed for this long since, or waited for anything.
+  /// Whether it has used the CPU for this long since, or waited for anything.
   [[nodiscard]] bool is_to_blame(const OwnTime& before, std::chrono::nanoseconds limit) const {
     return processor - before.processor > limit || waits > before.waits;
   }
@@ -82,7 +82,7 @@ void Runner::on_request(const fabric::Request& request) {
     return;
   }
   const Actions actions = scheduler_.on_request(request, now());
-  // Before the end is known, an answer would lead nowhere.
+  // Without a known end an answer would be dropped.
   const bool here = fast_enough_ && endpoint_ != nullptr;
   perform(std::move(lock), actions, here ? Place::here : Place::workers);
 }
@@ -244,7 +244,7 @@ void Runner::run_here(const std::shared_ptr<const Call>& call) {
   const OwnTime before = own_time();
   inline_handler_.handler(call);
   const auto took = std::chrono::steady_clock::now() - start;
-  // A busy host takes the processor away from the fastest handler: that is not its doing.
+  // A busy host takes the processor from the fastest handler: that is not the handler's fault.
   if (took > inline_handler_.limit && own_time().is_to_blame(before, inline_handler_.limit)) {
     log_->warn(
         "the handler took {:.3f} ms for call {} in the receiving thread, where {:.3f} ms are "

@@ -1,5 +1,5 @@
-// Carries out what the call scheduler decides: calls to an inline handler or into a queue of work,
-// replies to the fabric, at debug a log line for each; what fails is a warning.
+// Executes the call scheduler's decisions: calls to an inline handler or into a work queue, replies
+// to the fabric, at debug a log line for each; failures are warnings.
 #pragma once
 
 #include <condition_variable>
@@ -24,8 +24,7 @@ struct InlineHandler {
   /// Null if all calls wait for Runner::next.
   AsyncHandler handler;
   std::chrono::steady_clock::duration limit = inline_limit;
-  /// It only passes calls on: it may be called in whichever thread lets a call begin, and keeps its
-  /// place.
+  /// It only passes calls on: it may be called in any thread that begins a call, and stays inline.
   bool forwards = false;
   /// Called for each call that is cancelled after it was passed on; may be empty. Like the handler,
   /// it must not block.
@@ -69,7 +68,7 @@ class Runner : public CallSink,
   using Lock = std::unique_lock<std::mutex>;
   enum class Place { workers, here };
 
-  /// Ends the lock: what is written to the log, and what handlers do, is done without it.
+  /// Ends the lock: log lines are written and handlers are called without it.
   void perform(Lock lock, const Actions& actions, Place place = Place::workers);
   void wake_workers(const Actions& actions, bool all);
   void run_here(const std::shared_ptr<const Call>& call);
@@ -78,7 +77,8 @@ class Runner : public CallSink,
   void perform(const Start& start);
   /// A failure to send an answer goes to `trouble`, for the log.
   void perform(const Send& send, std::vector<std::string>& trouble);
-  /// A copy of what is to be requested to stop without the lock: what is called then may answer.
+  /// A copy of the stop sources that are requested to stop without the lock: their callbacks may
+  /// answer.
   void perform(const Cancel& cancel, std::vector<std::stop_source>& cancelled);
   void log(const Action& action) const;
 
@@ -92,7 +92,7 @@ class Runner : public CallSink,
   /// themselves: to drop the last reference ends a call, and that takes the lock.
   std::map<fabric::CallId, std::stop_source> cancelled_;
   const InlineHandler inline_handler_;
-  /// Calls run where they arrive. Of the thread that brings requests alone.
+  /// Calls run in the receiving thread. Used only by that thread.
   bool fast_enough_ = inline_handler_.handler != nullptr;
   bool closing_ = false;
   bool closed_ = false;

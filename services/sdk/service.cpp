@@ -28,7 +28,7 @@ struct Service::Impl {
   Impl(const ServiceOptions& options, AsyncHandler own_handler, const Log& log)
       : handler(guarded(std::move(own_handler))),
         instance(options, log, options.run_inline ? handler : nullptr) {}
-  /// Ends the threads, also where one of them could not be started: no call comes any more.
+  /// Ends the threads, also if one of them could not be started: no more calls come.
   ~Impl() { instance.leave(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;

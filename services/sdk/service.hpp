@@ -25,7 +25,7 @@ namespace millrace::services::sdk {
 
 class SharedParticipant;
 
-/// The state of an answer that stands for a failure of the service itself, unless it names another.
+/// The state of an answer for a failure of the service itself, unless it names another.
 inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
 inline constexpr std::uint32_t max_concurrency = 256;
@@ -48,10 +48,10 @@ struct ServiceOptions {
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
-  /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that
-  /// is held for long. It is run in the thread that receives, which spares a hand-over, until it
-  /// computes or waits for longer than inline_limit once; that is logged. Time in which the host
-  /// gives the processor to others does not count.
+  /// The handler computes for microseconds and does not wait: no file, no socket, no lock that is
+  /// held for long. It runs in the receiving thread, which saves a hand-over, until it computes or
+  /// waits for longer than inline_limit once; that is logged. Time in which the host gives the
+  /// processor to others does not count.
   bool run_inline = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
@@ -79,8 +79,8 @@ class Service {
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
-  /// Begins to leave: asks for no new call, finishes those under way. From any thread, returns at
-  /// once. An operator's drain command does the same.
+  /// Begins to leave: accepts no new call and finishes the running ones. From any thread, returns
+  /// at once. An operator's drain command does the same.
   void stop();
   /// Returns when the service has left. Once.
   void wait();

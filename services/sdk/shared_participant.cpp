@@ -27,12 +27,11 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
+/// For `top -H`: the thread of a service that keeps it on the fabric.
 constexpr const char* loop_thread = "loop";
 constexpr const char* heartbeat_thread_name = "heartbeat";
 
-/// A loop that has sent no heartbeat for so long does no work any more: its process is to be
-/// missed.
+/// A loop without a heartbeat for this time does no work any more: its process must count as gone.
 constexpr std::chrono::seconds longest_busy{5};
 
 fabric::Time wall_time() {
@@ -53,11 +52,11 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
 
   ~Impl();
   void start();
-  /// Publishes heartbeats and takes commands, which only a process with instances may do on a
-  /// fabric with trust. On the loop, or before it runs.
+  /// Publishes heartbeats and receives commands, which on a fabric with trust only a process with
+  /// instances may do. On the loop, or before it runs.
   void host();
   void publish_heartbeat();
-  /// Heartbeats for the loop while it has other work.
+  /// Sends heartbeats for the loop while it has other work.
   void send_while_loop_is_busy();
   void send(const fabric::Heartbeat& heartbeat);
   [[nodiscard]] std::chrono::nanoseconds period() const {
@@ -141,7 +140,7 @@ void SharedParticipant::Impl::publish_heartbeat() {
     loop_heartbeat_at = std::chrono::steady_clock::now();
   }
   send(heartbeats.next(wall_time()));
-  // Late ones are not made up for.
+  // Late heartbeats are not repeated.
   heartbeat_timer.expires_at(
       std::max(heartbeat_timer.expiry() + period(), std::chrono::steady_clock::now()));
   heartbeat_timer.async_wait([this](const boost::system::error_code& error) {
@@ -152,7 +151,7 @@ void SharedParticipant::Impl::publish_heartbeat() {
 }
 
 void SharedParticipant::Impl::send(const fabric::Heartbeat& heartbeat) {
-  // A heartbeat that is lost is followed by the next one.
+  // A lost heartbeat is followed by the next one.
   static_cast<void>(heartbeat_endpoint->publish(heartbeat));
 }
 
@@ -207,7 +206,7 @@ SharedParticipant::~SharedParticipant() {
   impl_->context.stop();
   impl_->thread.join();
   impl_->identity_changes.reset();
-  // Without a thread that runs it, the end may go anywhere.
+  // Without a running loop, the endpoint may be destroyed in any thread.
   impl_->commands.reset();
 }
 

@@ -1,5 +1,5 @@
-// A process with services, as a participant of its fabric: one participant and one loop, however
-// many services it hosts.
+// A process with services, as a participant of its fabric: one participant and one loop, for any
+// number of services.
 //
 //   auto participant = std::make_shared<SharedParticipant>(join, log);
 //   Service first({.uuid = "560aacbf-…", .participant = participant}, root, log);
@@ -24,12 +24,12 @@ class logger;
 
 namespace millrace::services::sdk {
 
-/// An instance, for the process it is in. Called on the participant's loop.
+/// An instance of this process. Called on the participant's loop.
 class HostedInstance {
  public:
   virtual ~HostedInstance() = default;
   [[nodiscard]] virtual fabric::InstanceLoad load() const = 0;
-  /// It is to leave: asked for by `issuer`, or, if that is empty, by its own program.
+  /// The instance must leave: `issuer` has commanded it, or, if that is empty, its own process.
   virtual void on_drain(const std::string& issuer) = 0;
 };
 
@@ -38,12 +38,12 @@ class HostedInstance {
 class SharedParticipant {
  public:
   /// Throws std::runtime_error if the fabric cannot be joined. A process that also calls services
-  /// or observes its fabric `hears` the others: participants of one process share how they find
-  /// others.
+  /// or observes its fabric sets `hears`: participants of one process share their discovery
+  /// settings.
   SharedParticipant(const fabric::dds::ParticipantOptions& join,
                     std::shared_ptr<spdlog::logger> log,
                     fabric::dds::Finding finding = fabric::dds::Finding::announces);
-  /// When the instances have left.
+  /// After the instances have left.
   ~SharedParticipant();
   SharedParticipant(const SharedParticipant&) = delete;
   SharedParticipant& operator=(const SharedParticipant&) = delete;
@@ -52,11 +52,11 @@ class SharedParticipant {
 
   [[nodiscard]] fabric::dds::Participant& participant();
   [[nodiscard]] boost::asio::io_context& loop();
-  /// From now on heartbeats are sent for it, and it gets its commands.
+  /// From now on it has heartbeats, and gets its commands.
   void add_instance(const fabric::InstanceId& id, HostedInstance& hosted);
-  /// Has its on_drain() called. Nothing happens if it has left.
+  /// Calls its on_drain(). Without effect if it has left.
   void drain(const fabric::InstanceId& id);
-  /// Once this returns nothing is called any more; whatever `last` does is done on the loop before.
+  /// After this returns nothing is called any more; `last` runs on the loop before.
   void remove_instance(const fabric::InstanceId& id, const std::function<void()>& last);
 
  private:

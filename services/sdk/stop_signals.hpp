@@ -24,8 +24,8 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  /// Has `stop` called for the first signal, at once if that has come already. The second signal
-  /// ends the process with exit code 1, as a crash would: other instances get its calls.
+  /// Calls `stop` for the first signal, at once if that has come already. The second signal ends
+  /// the process with exit code 1, like a crash: other instances get its calls.
   void on_stop(std::function<void()> stop);
 
  private:

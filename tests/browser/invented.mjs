@@ -118,13 +118,57 @@ export const historyOf = (served = [], busy = {}) => ({
   }])),
 });
 
+/** The timeline of the call that is held in the first mishap, as /api/calls/CALL tells it. */
+export function heldTimeline() {
+  const step = (seconds, hop, more = {}) => ({ time: ago(seconds), hop, attempt: 0, by_service: false, ...more });
+  return {
+    call: '5f3a9c0112d4-17', machine: 'mill_2', channel: 3, uuid: uuids.marker, clock_difference_ms: 0, steps: [
+      step(433, 'seen by the gateway', { text: 'part 4711', state: 1 }),
+      step(432.998, 'dispatched', { attempt: 1, instance: 'f', detail: 'laser marker @ vm' }),
+      step(432.996, 'handler started', { attempt: 1, instance: 'f', by_service: true }),
+      step(432, 'instance lost', { attempt: 1, instance: 'f' }),
+      step(432, 'held for an operator', { attempt: 1 }),
+      step(3, 'dispatched', { attempt: 2, instance: 'f', detail: 'laser marker @ vm' }),
+      step(2.9, 'handler started', { attempt: 2, instance: 'f', by_service: true }),
+      step(2.2, 'answered by the instance', { attempt: 2, instance: 'f', by_service: true, text: 'ok', state: 1 }),
+      step(2.1, 'reply at the gateway', { attempt: 2, instance: 'f', text: 'ok', state: 1 }),
+      step(2, 'written back', { text: 'ok', state: 1 }),
+    ],
+  };
+}
+
+/** Ten minutes of values of lathe_1 and its NC programs, by path of the API. */
+export function dataOfLathe() {
+  const seconds = Array.from({ length: 600 }, (_, i) => 600 - i);
+  const runs = [[500, 420, 'ended'], [300, 180, 'ended'], [120, 40, 'aborted']];
+  const isRunning = (second) => runs.some(([from, to]) => second <= from && second > to);
+  const state = (second) => (isRunning(second) ? 4 : second <= 40 ? 6 : 2);
+  const variables = [['V.A.ACT_POS.X', 'REAL64', (second) => (isRunning(second) ? 6 + 3 * Math.sin(second / 7) + Math.sin(second / 2) : 6)],
+    ['state', 'UNS32', state], ['V.E.READY', 'BOOLEAN', (second) => Number(!isRunning(second))]];
+  const good = { quality: 'good', at: ago(0) };
+  const valueOf = (type, value) => (type === 'BOOLEAN' ? value === 1 : value);
+  return {
+    '/api/data/machines': ['lathe_1'],
+    '/api/data': [{ machine: 'lathe_1', channel: 1, group: 'fast', wanted_ms: 100, period_ms: 100,
+      values: variables.map(([name, type, of]) => ({ name, type, value: valueOf(type, of(1)), ...good })) }],
+    '/api/data/history': { series: variables.map(([name, type, of]) => ({
+      variable: `1/fast/${name}`, whole: true, type, value: valueOf(type, of(1)), ...good,
+      times: seconds.map((second) => Date.now() - second * 1000), values: seconds.map(of),
+    })) },
+    '/api/programs/runs': { runs: runs.map(([from, to, ended], i) => ({
+      channel: 1, program: `part_${17 + (i >> 1)}.nc`, state: ended, started: ago(from), ended: ago(to), duration_s: from - to, ...(ended === 'aborted' ? { error: 455 } : {}),
+    })) },
+  };
+}
+
 /** Serves the page with this snapshot to a user who is logged in. */
-export async function serve(snapshot, history = historyOf()) {
+export async function serve(snapshot, history = historyOf(), more = {}) {
   const open = new Set();
   const json = {
     '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain', 'acknowledge'] },
     '/api/history': history,
     '/api/calls': { calls: [], kept: 0 },
+    ...more,
   };
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, 'http://localhost');
@@ -137,7 +181,8 @@ export async function serve(snapshot, history = historyOf()) {
     } else if (pathname in json) {
       response.writeHead(200, { 'Content-Type': 'application/json' }).end(JSON.stringify(json[pathname]));
     } else {
-      const file = join(page, pathname === '/' ? 'index.html' : pathname);
+      // The library is Debian's, as in the program.
+      const file = pathname === '/lib/dygraph.min.js' ? '/usr/share/javascript/dygraphs/dygraph.min.js' : join(page, pathname === '/' ? 'index.html' : pathname);
       response.writeHead(200, { 'Content-Type': types[extname(file)], 'Content-Security-Policy': policy }).end(readFileSync(file));
     }
   });

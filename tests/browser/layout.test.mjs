@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
-import { historyOf, plantWith, serve, uuids } from './invented.mjs';
+import { dataOfLathe, heldTimeline, historyOf, plantWith, serve, uuids } from './invented.mjs';
 
 let browser;
 
@@ -24,10 +24,10 @@ const served = [['a', 'lathe_1', 2, 4.7], ['a', 'mill_2', 1, 0.6], ['a', 'mill_2
 const quiet = { a: 0.03, b: 0.03, c: 0 };
 
 /** Runs `look` with a page on an invented plant. */
-async function withPage({ history = historyOf(served, quiet), change = () => {}, ...plant }, options, look) {
+async function withPage({ history = historyOf(served, quiet), change = () => {}, more = {}, ...plant }, options, look) {
   const snapshot = plantWith(plant);
   change(snapshot);
-  const server = await serve(snapshot, history);
+  const server = await serve(snapshot, history, more);
   const page = await browser.open(server.url, options);
   try {
     await look(page);
@@ -136,6 +136,70 @@ test('a cause that somebody has taken says who, when and why, also on a wall', a
     assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
     assert.deepEqual(await violations(page), []);
     await picture(page, 'taken-wall');
+  });
+});
+
+test('a call that was held for minutes shows its other steps, with names and links, and its steps can be copied', async () => {
+  const more = { '/api/calls/5f3a9c0112d4-17': heldTimeline() };
+  const withMarker = (plant) => plant.services.push({ ...plant.services[0], instance: 'f', uuid: uuids.marker, name: 'laser marker', delivery: 'at-most-once' });
+  for (const language of ['en', 'de']) {
+    await withPage({ change: withMarker, more }, { view: '#/calls/5f3a9c0112d4-17', language, dark: language === 'de' }, async (page) => {
+      await page.waitForSelector('.lane[data-attempt="2"] .bar');
+      // The handler that ran for less than a second stands beside minutes of waiting.
+      assert.ok(await page.$eval('.lane[data-attempt="2"] .bar[data-part="work"]', (bar) => bar.offsetWidth > 100));
+      assert.equal((await page.$$('.bar[data-broken]')).length, 1);
+      assert.match(await textOf(page, '.bar[data-broken]'), /7 min 09 s/);
+      for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
+        await page.setViewport({ width, height });
+        assert.ok(!await isTooWide(page), `wider than ${width} px`);
+        assert.deepEqual(await violations(page), []);
+        await picture(page, `held-call-${language}-${width}`);
+      }
+      assert.equal(await textOf(page, `.call-facts a[href="#/services/${uuids.marker}"]`), 'laser marker');
+      assert.equal(await textOf(page, '.call-facts a[href="#/data?machine=mill_2"]'), 'mill_2');
+      await page.evaluate(() => { navigator.clipboard.writeText = async (text) => { globalThis.copied = text; }; });
+      await page.click('.copy');
+      await awaitText(page, '.copy', language === 'en' ? /^Copied$/ : /^Kopiert$/);
+      const copied = await page.evaluate(() => globalThis.copied);
+      assert.match(copied, new RegExp(`^5f3a9c0112d4-17 mill_2/3 ${uuids.marker}\n`));
+      assert.equal(copied.split('\n').length, 11);
+      assert.match(copied, language === 'en' ? /written back\t“ok” state 1$/ : /zurückgeschrieben\t„ok“ Zustand 1$/);
+    });
+  }
+});
+
+test('values are drawn with words for states, and what a reader draws over with the mouse is shown alone', async () => {
+  await withPage({ more: dataOfLathe() }, { view: '#/data?machine=lathe_1&span=600' }, async (page) => {
+    const state = '.line[data-variable="1/fast/state"]';
+    await page.waitForSelector(`${state} canvas`);
+    assert.equal(await textOf(page, `${state} strong`), 'error (6)');
+    assert.equal(await textOf(page, 'tr[data-variable="1/fast/state"] .cell-value'), 'error (6)');
+    const axisOf = (name) => page.$$eval(`.line[data-variable="1/fast/${name}"] .dygraph-axis-label-y`, (labels) => labels.map((label) => label.textContent.trim()).filter(Boolean));
+    assert.deepEqual(await axisOf('state'), ['–', 'deselected', 'selected', 'ready', 'active', 'hold', 'error']);
+    assert.deepEqual(await axisOf('V.E.READY'), ['FALSE', 'TRUE']);
+    for (const [width, height] of [[1024, 768], [390, 844], [1440, 900]]) {
+      await page.setViewport({ width, height });
+      assert.ok(!await isTooWide(page), `wider than ${width} px`);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `data-en-${width}`);
+    }
+    const area = await (await page.$(`${state} .plot-area`)).boundingBox();
+    const middle = area.y + area.height / 2;
+    await page.mouse.move(area.x + area.width / 2, middle);
+    await page.mouse.down();
+    await page.mouse.move(area.x + area.width * 0.75, middle, { steps: 4 });
+    await picture(page, 'data-zooming');
+    await page.mouse.up();
+    await page.waitForFunction(() => /zoom=\d+-\d+/.test(location.hash));
+    const [from, to] = (await page.evaluate(() => location.hash)).match(/zoom=(\d+)-(\d+)/).slice(1).map(Number);
+    assert.ok(to - from > 120_000 && to - from < 200_000, `${to - from} ms of 600 s`);
+    await picture(page, 'data-zoomed');
+    const address = await page.evaluate(() => location.hash);
+    await page.reload();
+    await page.waitForSelector(`${state} canvas`);
+    assert.equal(await page.evaluate(() => location.hash), address, 'the link shows the same');
+    await page.click('.filter button');
+    await page.waitForFunction(() => !location.hash.includes('zoom'));
   });
 });
 

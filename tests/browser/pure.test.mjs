@@ -11,7 +11,7 @@ import german from './page/texts/de.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
 import { age, duration, fineClock, milliseconds } from './page/time.js';
-import { layOut, ticks } from './page/waterfall.js';
+import { layOut, marksOf, scaleOf, ticks } from './page/waterfall.js';
 
 const noon = Date.UTC(2026, 2, 1, 12);
 const iso = (ms) => new Date(ms).toISOString();
@@ -446,6 +446,24 @@ test('a call under way reaches to now', () => {
 
 test('an empty timeline draws nothing', () => {
   assert.deepEqual(layOut({ steps: [] }).lanes, []);
+});
+
+test('a call that was held for minutes has a broken axis, and its steps stay as wide as they are long', () => {
+  const bar = { part: 'held', from: 100, to: 600_100 };
+  const layout = { start: 0, end: 600_200, lanes: [{ bars: [{ part: 'find', from: 0, to: 100 }, bar, { part: 'writeBack', from: 600_100, to: 600_200 }] }] };
+  const sut = scaleOf(layout);
+  assert.deepEqual([0, 50, 100, 300_100, 600_100, 600_200].map((time) => Number(sut.at(time).toFixed(6))), [0, 0.1875, 0.375, 0.5, 0.625, 1]);
+  assert.ok(sut.broken(bar));
+  const marks = marksOf(sut, 0);
+  assert.deepEqual([marks[0].after, marks[0].isMore], [0, false]);
+  assert.ok(marks.some((mark) => mark.after === 600_100 && !mark.isMore), 'where it goes on, since when the call began');
+  assert.ok(marks.at(-1).isMore, 'and from there on the time since then');
+  assert.ok(marks.every((mark, i) => i === 0 || mark.place - marks[i - 1].place > 0.07));
+});
+
+test('a call that was held for a moment has a whole axis', () => {
+  const sut = scaleOf({ start: 1000, end: 1100, lanes: [{ bars: [{ part: 'held', from: 1010, to: 1050 }] }] });
+  assert.deepEqual([sut.at(1000), sut.at(1050), sut.at(1100), sut.pieces.length], [0, 0.5, 1, 1]);
 });
 
 test('an axis has round steps', () => {

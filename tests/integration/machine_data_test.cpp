@@ -167,7 +167,7 @@ TEST(MachineData, IsAskedForBeforeAGatewayIs) {
       {binary("millrace-gateway"), "--config", sut.configuration().string(), "--check", "--ask"});
   EXPECT_EQ(ask.wait(), 2);
   EXPECT_THAT(ask.error_output(), HasSubstr("cnc/1: data axes: V.E.NONE: 0x710 symbol not found"));
-  EXPECT_THAT(ask.error_output(), HasSubstr("not asked: off (127.0.0.1:1, 1.1.1.1.1.1)"));
+  EXPECT_THAT(ask.error_output(), HasSubstr("not checked: off (127.0.0.1:1, 1.1.1.1.1.1)"));
   EXPECT_THAT(ask.error_output(), Not(HasSubstr("V.A.ACT_POS.X")));
 }
 

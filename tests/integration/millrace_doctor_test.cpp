@@ -130,8 +130,8 @@ TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
                         fabric::wire::reader_qos(first, fabric::wire::Keep::last).get(), nullptr));
   ASSERT_GT(reader.handle(), 0);
   EXPECT_THAT(examine(chain.domain()),
-              ContainsRegex("the reader of millrace/request of older on .* it speaks version 1 of "
-                            "the wire, this is version 3"));
+              ContainsRegex("the reader of millrace/request of older on .* it uses wire "
+                            "version 1, this is version 3"));
   EXPECT_EQ(exit_code, 1);
 }
 

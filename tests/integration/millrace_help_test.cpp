@@ -164,7 +164,7 @@ TEST(AMistake, IsACommandThatIsNotThere) {
 
 TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
   EXPECT_EQ(error_of({"millrace", "services", "--uid", "x"}),
-            "millrace: unexpected argument: --uid x\nTry 'millrace services --help'.\n");
+            "millrace: unexpected argument: --uid\nTry 'millrace services --help'.\n");
   EXPECT_EQ(error_of({"millrace-square-root", "--uid", "x"}),
             "millrace-square-root: unexpected argument: --uid x (did you mean '--uuid'?)\nTry "
             "'millrace-square-root --help'.\n");

@@ -48,7 +48,7 @@ TEST_F(TheLint, ReadsSubprogramsBesideTheProgramAndFromThePath) {
   EXPECT_THAT(run({data + std::string("subprograms.nc")}),
               HasSubstr("ask_and_wait.sub:3:1: warning"));
   EXPECT_THAT(run({data + std::string("subprograms.nc")}),
-              HasSubstr("somewhere_else.sub is not here"));
+              HasSubstr("somewhere_else.sub was not found"));
 }
 
 TEST_F(TheLint, TakesOneValueForEachFlag) {

@@ -112,7 +112,7 @@ TEST_F(TheVariables, OfEachChannelAreItsOwn) {
   EXPECT_THAT(run({"read", "V.E.LIMIT", "--channel", "2"}), HasSubstr(" 2\n"));
   run({"read", "V.E.LIMIT", "--channel", "3"});
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(errors, HasSubstr("has it a channel 3?"));
+  EXPECT_THAT(errors, HasSubstr("does the controller have a channel 3?"));
 }
 
 TEST_F(TheVariables, AreNotWrittenByAValueThatDoesNotFit) {

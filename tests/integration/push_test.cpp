@@ -223,7 +223,7 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"with_room_for_one_channel", "notifications { most: 2 }",
              "pushed, except for channel 2: .*0x716"},
         Kind{"that_tell_nothing", "notifications { tells: NOTHING }",
-             "polled: it grants notifications and tells nothing"},
+             "polled: it accepts subscriptions and sends no notification"},
         Kind{"that_tell_the_first_value", "notifications { tells: FIRST_VALUE }", "polled: it d"},
         Kind{"that_refuse_sums_handles_and_notifications_of_old_groups",
              "symbols: false variable_symbols: false sum_commands: false "

@@ -192,7 +192,7 @@ TEST_F(AMessageQueue, WithASlowServiceIsWarnedOfBeforeItIsFullAndLosesNothing) {
   Process sut = service({"--work", "700"});
   Process controller = cnc(9, "seven_messages.nc", {"--exit-when-idle"});
   Process reader = gateway("drain: WHEN_ANSWERED");
-  reader.await_error("[67] of 8 messages that SD.ALARMS has room for are not answered yet");
+  reader.await_error("[67] of 8 messages that fit into SD.ALARMS have no response yet");
   EXPECT_LT(executions().size(), 4U);
   EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
   EXPECT_EQ(texts(), messages(7));
@@ -204,7 +204,7 @@ TEST_F(AMessageQueue, OfASlowServiceWaitsInTheJournalAsFarAsItMay) {
   // It writes the next message when those before it were read: more than 8 do not wait.
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   Process reader = gateway("backlog: 8");
-  reader.await_error("[678] of 8 messages that may wait in the journal");
+  reader.await_error("[678] of 8 messages that the journal may hold");
   EXPECT_LT(executions().size(), 200U);
   EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
   ASSERT_TRUE(await_texts(200)) << reader.error_output();

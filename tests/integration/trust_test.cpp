@@ -121,7 +121,7 @@ TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
     flags.insert(flags.end(),
                  {"--machine", "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"});
     EXPECT_THAT(refusal("millrace-gateway", flags, 2),
-                AllOf(HasSubstr("may not speak for cnc"), HasSubstr("names no machine")))
+                AllOf(HasSubstr("does not name the machine cnc"), HasSubstr("names no machine")))
         << holder;
   }
 }
@@ -174,7 +174,7 @@ TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
     return grant.topic == fabric::identity_topic_name;
   });
   sut.sign_permissions(holder.name, grants);
-  const auto named = AllOf(HasSubstr("permissions.p7s: is of an earlier version of millrace"),
+  const auto named = AllOf(HasSubstr("permissions.p7s: was made by an earlier version of millrace"),
                            HasSubstr("`millrace trust renew`"));
   EXPECT_THAT(refusal("millrace-square-root", sut.as("square-root"), 2), named);
   EXPECT_THAT(sut.ask({"doctor"}, sut.as("square-root"), 2), named);
@@ -189,7 +189,7 @@ TEST_F(Trust, OfTwoMembersIsNotOfEither) {
   fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
            fs::copy_options::overwrite_existing);
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2),
-              AllOf(HasSubstr("permissions.p7s: is about CN=office"), HasSubstr("CN=screen")));
+              AllOf(HasSubstr("permissions.p7s: is made for CN=office"), HasSubstr("CN=screen")));
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.profile(sut.plant()), 2),
               HasSubstr("is a PKI folder with the private keys"));
 }
@@ -275,7 +275,7 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   }();
   EXPECT_THAT(report,
               AllOf(HasSubstr("this process has the certificate of screen until"),
-                    HasSubstr("believed here: square_root on"), HasSubstr("has no certificate")));
+                    HasSubstr("accepted here: square_root on"), HasSubstr("has no certificate")));
   // Only the identity tells it.
   const std::string programs = sut.ask({"doctor", "--json"}, sut.as("screen"), 1);
   EXPECT_THAT(programs, HasSubstr(fmt::format(R"("pid":"{}")", service.pid())));

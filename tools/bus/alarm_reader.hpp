@@ -16,7 +16,7 @@ namespace millrace::tools::bus {
 class AlarmListener {
  public:
   virtual ~AlarmListener() = default;
-  /// It is said for the first time, or again.
+  /// The alarm was raised, or repeated.
   virtual void on_alarm(const fabric::Alarm& alarm) = 0;
   /// The alarm is over, or its process is gone.
   virtual void on_alarm_gone(const fabric::AlarmKey& key) = 0;

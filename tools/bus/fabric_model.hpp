@@ -1,4 +1,4 @@
-// The fabric as it is now, put together from what an observer hears. Pure.
+// The present state of the fabric, from what an observer receives. Pure.
 //
 //   live.add(entry);
 //   for (const auto& [id, instance] : live.instances()) …
@@ -24,21 +24,21 @@ struct KnownInstance {
   std::optional<fabric::InstanceStatus> status{};
 };
 
-/// A machine whose gateway is not heard any more.
+/// A machine whose gateway is gone.
 struct LostMachine {
   /// The last sample of that gateway about it.
   fabric::MachineStatus last{};
   fabric::Time since{};
 };
 
-/// Why a channel's call does not go on, the cause before what follows from it.
+/// Why a channel's call does not continue, causes before effects.
 enum class Obstacle : std::uint8_t {
   none,
   /// An operator must answer or retry it.
   held,
   /// Its gateway accepts no new calls because it cannot write its journal.
   journal,
-  /// No instance takes calls of its UUID from this channel.
+  /// No instance accepts calls of its UUID from this channel.
   unserved,
   /// All instances are busy.
   busy,
@@ -63,20 +63,20 @@ class FabricModel {
   [[nodiscard]] const std::map<fabric::InstanceId, KnownInstance>& instances() const {
     return instances_;
   }
-  /// Instances that were there while this looked, and are not any more.
+  /// Instances that were there in this time, and are gone.
   [[nodiscard]] const std::map<fabric::InstanceId, GoneInstance>& gone() const { return gone_; }
-  /// Forgets those that are gone since before `time`.
+  /// Removes those that have been gone since before `time`.
   void forget_gone(fabric::Time time);
   [[nodiscard]] const std::map<fabric::ChannelKey, fabric::ChannelStatus>& channels() const {
     return channels_;
   }
-  /// By machine and gateway: two gateways may be set up for one machine.
+  /// By machine and gateway: two gateways may be configured for one machine.
   using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
   [[nodiscard]] const Machines& machines() const { return machines_; }
   /// The last sample about the machine from the gateway of `status` while it was heard; nullptr if
   /// there was none.
   [[nodiscard]] const fabric::MachineStatus* told(const fabric::MachineStatus& status) const;
-  /// Each machine of which no gateway is heard, with the one that was heard last.
+  /// Each machine without a present gateway, with the last one.
   [[nodiscard]] std::vector<LostMachine> lost() const;
   /// The last sample of each gateway about one of its machines; also of gateways that are taken for
   /// gone, of which machines() has only that.
@@ -84,18 +84,19 @@ class FabricModel {
     return gateways_;
   }
 
-  /// One that crashes at each start is a new one each time: more than these are not kept.
+  /// A service that crashes at each start is a new instance each time: no more than these are kept.
   static constexpr std::size_t most_gone = 1'000;
   /// A stranger can publish any number of alarms: further ones are only counted.
   static constexpr std::size_t most_alarms = 1'000;
   [[nodiscard]] const std::map<fabric::AlarmKey, fabric::Alarm>& alarms() const { return alarms_; }
   [[nodiscard]] bool too_many_alarms() const { return too_many_alarms_; }
 
-  /// How many instances take calls of this UUID from this channel: those that drain take none.
+  /// The number of instances that accept calls of this UUID from this channel: draining ones accept
+  /// none.
   [[nodiscard]] std::size_t instances_for(const std::string& uuid,
                                           const fabric::ChannelKey& key) const;
-  /// Why the gateways of this machine take no new call; nullptr if that is not for want of a
-  /// journal.
+  /// The journal alarm that keeps the gateways of this machine from accepting calls; nullptr if
+  /// there is none.
   [[nodiscard]] const fabric::Alarm* journal_alarm(std::string_view machine) const;
   /// How long a call may wait for a free instance.
   static constexpr std::chrono::minutes patience_of_a_call{1};

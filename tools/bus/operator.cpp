@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The command topic keeps nothing for those that are matched later, so it is said again.
+/// The command topic stores nothing for later readers, so a command is repeated.
 constexpr auto repeat_after = std::chrono::milliseconds(100);
 
 class CommandSender : public std::enable_shared_from_this<CommandSender>,
@@ -80,7 +80,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     discovery_->drain(registry_, Clock::now());
     for (auto batch = outcomes_->take(); !batch.empty(); batch = outcomes_->take()) {
       for (const fabric::wire::Taken<fabric::Outcome>& taken : batch) {
-        // Far more than those that may answer; a stranger can send any number.
+        // Far more than the receivers; a stranger can send any number.
         constexpr std::size_t most = 1024;
         if (taken.valid && sent_.contains(taken.value.command) && said_.size() < most) {
           said_.push_back({taken.value, outcomes_->participant_of(taken.writer),

@@ -1,4 +1,4 @@
-// Sends an operator's commands and waits for the word of those that act on them.
+// Sends an operator's commands and waits for their outcomes.
 //
 //   const auto heard = issue(participant, commands, std::chrono::seconds(2));
 #pragma once
@@ -12,11 +12,11 @@
 
 namespace millrace::tools::bus {
 
-/// The word on a command, and how long it took from the last sending.
+/// The outcome of a command, and the time since it was last sent.
 struct CommandResult {
   fabric::Outcome outcome{};
   std::chrono::nanoseconds after{};
-  /// When it was heard, by this host's clock.
+  /// When it arrived, by this host's clock.
   fabric::Time at{};
 };
 

@@ -17,9 +17,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A gateway may be met only now, or take the channel over from another one.
+/// A gateway may be discovered only now, or take the channel over from another one.
 constexpr auto ask_again_after = std::chrono::milliseconds(200);
-/// Until a gateway is met, so often is looked for one.
+/// How often a gateway is searched until one is discovered.
 constexpr auto look_after = std::chrono::milliseconds(5);
 
 }  // namespace

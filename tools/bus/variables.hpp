@@ -18,8 +18,8 @@ namespace millrace::tools::bus {
 
 class VariableClient {
  public:
-  /// `participant` outlives it. Each question is given up after `patience`. Throws
-  /// std::runtime_error if the fabric cannot be used.
+  /// `participant` must outlive it. Each request ends after `patience`. Throws std::runtime_error
+  /// if the fabric cannot be used.
   VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
                  std::chrono::milliseconds patience);
   ~VariableClient();

@@ -1,4 +1,4 @@
-// Calls services without a controller: the requesting end of a fabric for tools.
+// Calls services without a controller: the requesting endpoint of a fabric for tools.
 //
 //   Caller caller(participant, io.get_executor(), listener);
 //   const auto call = caller.call({.key = {unique_machine("call"), 1}, .uuid = uuid, .text = "3"});
@@ -24,7 +24,7 @@ class CallerListener {
   virtual ~CallerListener() = default;
   virtual void on_ended(const Ended& ended) = 0;
   virtual void on_interim(const fabric::Reply& reply) { static_cast<void>(reply); }
-  /// An instance came, changed or left: what why_unserved says may be different now.
+  /// An instance came, changed or left: why_unserved may have another result now.
   virtual void on_instances() {}
   /// An endpoint looks like an instance's but cannot be one.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
@@ -42,11 +42,11 @@ class Caller {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  /// Gives the call out as soon as an instance is free for it: one whose scope names the channel
+  /// Dispatches the call as soon as an instance is free for it: one whose scope names the channel
   /// before one that takes any, then the least busy, then round robin; to another one if the first
   /// is lost. Ends with on_ended, never from within this function. Errors: Calls::add.
   tl::expected<fabric::CallId, std::string> call(const Order& order);
-  /// Takes a call back; it ends with this reason.
+  /// Withdraws a call; it ends with this reason.
   void give_up(const fabric::CallId& call, const std::string& reason);
 
   /// Why no discovered instance serves this UUID for this channel; nullopt if one does.

@@ -26,7 +26,7 @@ namespace millrace::tools::caller {
 using gateway::Moment;
 using gateway::SteadyTime;
 
-/// Give the call out; answered by on_unpublished if that fails.
+/// Publish the call; answered by on_unpublished if that fails.
 struct Publish {
   fabric::Request request;
 };
@@ -55,7 +55,7 @@ class Calls {
   /// A new call; it waits while no instance is free for it. Fails for state 0, for a text that is
   /// too long, and while its channel has another pending call.
   tl::expected<fabric::CallId, std::string> add(const Order& order, Moment now);
-  /// Takes a call back and ends it; nothing happens if it has ended.
+  /// Withdraws a call and ends it; without effect if it has ended.
   void give_up(const fabric::CallId& call, const std::string& reason, Moment now);
 
   void on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
@@ -63,7 +63,7 @@ class Calls {
   void on_load(const fabric::InstanceLoad& load, Moment now);
   void on_reply(const fabric::Reply& reply, Moment now);
   void on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now);
-  /// Ends what has waited too long, and takes calls from instances that stay away.
+  /// Ends calls that have waited too long, and moves calls from instances that stay away.
   void on_time(Moment now);
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
@@ -93,7 +93,7 @@ class Calls {
     /// The instances in whose partitions the request is pending.
     std::vector<fabric::InstanceId> standing{};
     bool published = false;
-    /// When it was, the first time.
+    /// When it was first dispatched.
     std::optional<SteadyTime> given{};
     /// Why it waits.
     std::string reason{};

@@ -13,7 +13,7 @@ namespace millrace::tools::caller {
 /// "call.5f3a9c01": a unique machine name.
 std::string unique_machine(std::string_view prefix);
 
-/// Why a call in this channel would disturb a live one: a gateway serves its machine. Nothing if it
+/// Why a call in this channel would disturb a real one: a gateway serves its machine. Nullopt if it
 /// is free.
 std::optional<std::string> reason_taken(const bus::FabricModel& live,
                                         const fabric::ChannelKey& key);

@@ -36,7 +36,7 @@ struct Ended {
   std::optional<fabric::Reply> reply{};
   /// Why there is none, in words.
   std::string reason{};
-  /// Since the call was given to an instance for the first time; zero if it never was.
+  /// Since the call was first dispatched; zero if it never was.
   std::chrono::nanoseconds took{};
 };
 

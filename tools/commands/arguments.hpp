@@ -1,4 +1,4 @@
-// Values on the command line that several subcommands take.
+// Command-line values of several subcommands.
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,7 @@ CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t&
 // Each may be given several times.
 void add_machine_filter(CLI::App& command, recording::Filter& filter);
 void add_uuid_filter(CLI::App& command, recording::Filter& filter);
-/// --call, --from, --to, for what is recorded.
+/// --call, --from, --to, for recordings.
 void add_time_filter(CLI::App& command, recording::Filter& filter);
 
 /// --machine, --channel, --uuid; each may be given several times.

@@ -10,7 +10,7 @@ namespace millrace::tools::commands {
 
 namespace {
 
-/// A terminal shows nothing of what is typed as long as it lives.
+/// Switches the echo of a terminal off while it lives.
 class Unseen {
  public:
   explicit Unseen(const std::string& prompt) {

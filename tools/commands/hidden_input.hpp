@@ -5,7 +5,7 @@
 
 namespace millrace::tools::commands {
 
-/// A line of standard input. A terminal shows "PROMPT: " and nothing of what is typed.
+/// Reads a line of standard input. A terminal shows "PROMPT: " and no echo.
 std::string read_hidden(const std::string& prompt);
 
 }  // namespace millrace::tools::commands

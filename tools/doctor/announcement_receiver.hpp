@@ -1,6 +1,5 @@
-// Hears what participants announce by multicast, on every DDS domain, without taking part: that is
-// how a program of another domain is found, or one whose multicast comes through and whose other
-// packets do not.
+// Receives multicast announcements of participants on every DDS domain without taking part: that
+// finds a process of another domain, or one whose multicast arrives and whose other packets do not.
 //
 //   AnnouncementReceiver receiver("eth0");
 //   … receiver.take();  receiver.heard()
@@ -30,7 +29,7 @@ class AnnouncementReceiver {
   AnnouncementReceiver(const AnnouncementReceiver&) = delete;
   AnnouncementReceiver& operator=(const AnnouncementReceiver&) = delete;
 
-  /// Takes in what has arrived, without waiting.
+  /// Takes the packets that have arrived, without waiting.
   void take();
 
   /// Each participant once.
@@ -38,7 +37,7 @@ class AnnouncementReceiver {
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
 
  private:
-  /// The n-th listens to domain n.
+  /// The n-th receives domain n.
   std::vector<int> sockets_;
   std::map<GuidPrefix, ReceivedAnnouncement> heard_;
   std::string trouble_;

@@ -10,9 +10,9 @@ namespace millrace::tools::doctor {
 
 enum class Severity : std::uint8_t {
   fine,
-  /// Calls go on, but something is not as it should be.
+  /// Calls continue, but something needs attention.
   warning,
-  /// Some call will not be answered, or some program not be seen.
+  /// Some call will not be answered, or some process is not visible.
   problem
 };
 

@@ -24,7 +24,7 @@ using Handle = dds_instance_handle_t;
 struct SeenParticipant {
   /// Host and process only from Cyclone; with trust those of its identity.
   Announcement who{};
-  /// "10.77.0.3", …: where it listens, in Cyclone's form.
+  /// "10.77.0.3", …: its addresses, in Cyclone's form.
   std::string addresses{};
   bool self = false;
 };
@@ -44,7 +44,7 @@ class Directory {
   /// Throws std::runtime_error with Cyclone's reason.
   explicit Directory(const fabric::dds::Participant& participant);
 
-  /// Takes in what is new.
+  /// Takes the news of discovery.
   void drain();
 
   [[nodiscard]] const std::map<Handle, SeenParticipant>& participants() const {

@@ -54,7 +54,7 @@ bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
   return found != directory.participants().end() && found->second.self;
 }
 
-/// Against what a millrace program at the other end would have.
+/// Compared with the endpoint of a millrace process at the other end.
 std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::wire::Topic& topic,
                                     bool matched) {
   const EndpointQos ours = endpoint.writer

@@ -1,4 +1,4 @@
-// Readers of every topic of a fabric, for nothing but to see which writers DDS matches with them.
+// Readers of every topic of a fabric, only to see which writers DDS matches with them.
 #pragma once
 
 #include <set>
@@ -36,7 +36,7 @@ class TopicReaders {
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric);
 
-/// The others on the domain, and what each does. `authenticator` is null without trust.
+/// The other processes on the domain. `authenticator` is null without trust.
 std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
                                  const fabric::dds::Authenticator* authenticator);
 

@@ -79,7 +79,7 @@ std::vector<ClockSource> clock_sources_in(const bus::FabricModel& live) {
   return sources;
 }
 
-/// Asks all of them, several times.
+/// Exchanges stamps with all of them, several times.
 std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
                                       const bus::FabricModel& live) {
   const std::vector<ClockSource> sources = clock_sources_in(live);
@@ -173,7 +173,7 @@ Findings examine(const Examination& examination) {
   Findings found{
       .joining = examination.joining, .interfaces = interfaces_here(), .lost = examination.lost};
   const std::string interface = interface_name(found.interfaces, examination.joining.interface);
-  // Looked at before this program itself is among them.
+  // Read before this process itself is among them.
   found.domains_here = domains_in(read_text("/proc/net/udp"));
   found.listening_interfaces = listening_interfaces_in(read_text("/proc/net/igmp"));
   try {

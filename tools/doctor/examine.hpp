@@ -20,7 +20,7 @@ struct Examination {
   std::vector<bus::LostMachine> lost{};
 };
 
-/// Throws nothing that a network or a configuration can cause: that is a finding.
+/// A fault of the network or configuration is a finding, not an exception.
 Findings examine(const Examination& examination);
 
 }  // namespace millrace::tools::doctor

@@ -25,21 +25,21 @@ struct Joining {
   std::string interface = "lo";
   bool multicast = true;
   std::vector<std::string> peers{};
-  /// Cyclone is configured by CYCLONEDDS_URI, too, which may say otherwise.
+  /// Cyclone is also configured by CYCLONEDDS_URI, which may override this.
   bool cyclone_uri = false;
   /// Of millrace.
   std::string version{};
-  /// The name in the certificate that it shows, and how long that is valid; empty without trust.
+  /// The name in its certificate, and the certificate's expiry; empty without trust.
   std::string trusted_as{};
   std::chrono::sys_seconds trusted_until{};
   /// The participants on the CRL, and the time of the CRL.
   std::set<std::string> revoked{};
   std::chrono::sys_seconds revoked_as_of{};
-  /// When this was looked at.
+  /// The time of the examination.
   std::chrono::sys_seconds now{};
 };
 
-/// A program that takes part in the domain, of whatever fabric.
+/// A process on the domain, of any fabric.
 struct Program {
   GuidPrefix prefix{};
   std::string name{};
@@ -47,17 +47,17 @@ struct Program {
   std::string pid{};
   std::string addresses{};
   bool self = false;
-  /// The fabrics it has endpoints in.
+  /// The fabrics in which it has endpoints.
   std::set<std::string> fabrics{};
   /// It has the writers of a gateway; is_heard() shows whether samples arrive.
   bool is_gateway = false;
   /// With trust: it announces an identity.
   bool announces_identity = true;
-  /// It takes the requests of these UUIDs.
+  /// It reads the requests of these UUIDs.
   std::set<std::string> serves{};
 };
 
-/// An endpoint on a topic of this fabric that fits no endpoint of a millrace program.
+/// An endpoint on a topic of this fabric that matches no endpoint of a millrace process.
 struct Misfit {
   std::string topic{};
   bool writer = false;
@@ -75,7 +75,7 @@ struct HostClock {
 
 struct Findings {
   Joining joining{};
-  /// Why the domain cannot be joined; nothing below is known then.
+  /// Why the domain cannot be joined; then nothing below is known.
   std::string obstacle{};
   std::vector<Interface> interfaces{};
   /// Of this host.
@@ -85,7 +85,7 @@ struct Findings {
   std::string deaf{};
   std::vector<Program> programs{};
   std::vector<Misfit> misfits{};
-  /// Instances that discovery shows but whose words about themselves make no sense.
+  /// Discovered instances with invalid user_data.
   std::vector<std::string> ignored{};
   /// The proved identities of the others; only with trust.
   std::vector<fabric::ParticipantIdentity> identities{};

@@ -14,7 +14,7 @@ namespace millrace::tools::doctor {
 inline constexpr const char* discovery_group = "239.255.0.1";
 inline constexpr std::uint32_t first_port = 7400;
 inline constexpr std::uint32_t ports_per_domain = 250;
-/// Of the first program of a host that has a port of its own; the next ones follow by twos.
+/// Of the first process of a host with its own port; the next ones follow by twos.
 inline constexpr std::uint32_t unicast_offset = 10;
 
 /// The UDP port to which participants of a domain announce themselves by multicast.
@@ -42,7 +42,7 @@ std::set<std::uint32_t> domains_in(std::string_view proc_net_udp);
 /// /proc/net/igmp.
 std::set<std::string> listening_interfaces_in(std::string_view proc_net_igmp);
 
-/// The whole of a file, or nothing.
+/// The whole file, or empty.
 std::string read_text(const std::string& file);
 
 }  // namespace millrace::tools::doctor

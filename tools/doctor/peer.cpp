@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 /// Few enough that no host limits the rate of its refusals (Linux: a burst of six per second).
 constexpr std::uint32_t ports_to_try = 4;
 
-/// Connected UDP sockets: each hears of what is refused on its own port.
+/// Connected UDP sockets: each gets the refusals of its own port.
 class Probe {
  public:
   explicit Probe(Peer& peer) : peer_(peer) {}
@@ -50,7 +50,7 @@ class Probe {
     }
   }
 
-  /// Until every port has said no, or for that long.
+  /// Until every port has refused, or for this time.
   void listen(std::chrono::milliseconds patience) {
     const auto end = Clock::now() + patience;
     while (refusals_ < sockets_.size() && !done_ && Clock::now() < end) {

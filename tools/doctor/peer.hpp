@@ -12,7 +12,7 @@ enum class Reach : std::uint8_t {
   unknown_name,
   /// This host has no route to the address, or no host has it.
   unreachable,
-  /// The host says that no program listens to the domain's ports.
+  /// The host reports that no process listens on the domain's ports.
   refused,
   /// No response: a process listens, or a packet filter drops packets.
   silent
@@ -26,8 +26,8 @@ struct Peer {
   std::string detail{};
 };
 
-/// Sends an empty packet to the ports at which the first programs of a peer listen, and waits at
-/// most a second for what the network says to it.
+/// Sends an empty packet to the ports of a peer's first processes, and waits at most a second for
+/// the network's response.
 std::vector<Peer> probe_peers(const std::vector<std::string>& names, std::uint32_t domain);
 
 }  // namespace millrace::tools::doctor

@@ -22,7 +22,7 @@ std::optional<bool> logical(const Known& value) {
   return number == nullptr ? std::nullopt : std::optional(std::abs(*number) >= 0.5);
 }
 
-/// Works out what can be known without running the program.
+/// Evaluates what can be known without running the program.
 class Evaluator {
  public:
   explicit Evaluator(double state) : state_(state) {}
@@ -119,7 +119,7 @@ std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth 
 
 bool can_be_true(const syntax::Expression& condition, syntax::Truth rule) {
   constexpr double greatest_state = 4294967295.0;
-  // Comparisons change their result beside the numbers that stand in them, and nowhere else.
+  // Comparisons change their result only next to the numbers in them.
   std::vector<double> states{1, 2, 99, 1e6, greatest_state};
   std::vector<double> numbers;
   collect_numbers(condition, numbers);

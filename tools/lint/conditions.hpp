@@ -13,10 +13,10 @@ namespace millrace::tools::lint {
 
 namespace syntax = cnc::nc::syntax;
 
-/// Is the condition true while RESPONSE_STATE is `state`? Nothing if that depends on anything else.
+/// Is the condition true while RESPONSE_STATE is `state`? Nullopt if that depends on anything else.
 std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth rule, double state);
 
-/// False if it is certain that no answer makes it true.
+/// False if it is certain that no response makes it true.
 bool can_be_true(const syntax::Expression& condition, syntax::Truth rule);
 
 /// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.

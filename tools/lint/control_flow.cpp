@@ -14,7 +14,7 @@ namespace {
 namespace syntax = cnc::nc::syntax;
 using fabric::Cases;
 
-/// Every target there is, for a jump that is worked out while the program runs.
+/// All possible targets, for a jump whose target is computed at run time.
 std::vector<std::size_t> all_targets(const syntax::Routine& routine) {
   std::vector<std::size_t> all;
   all.reserve(routine.numbers.size() + routine.labels.size());
@@ -89,7 +89,7 @@ ControlFlow::ControlFlow(const syntax::Routine& routine) {
 }
 
 bool ControlFlow::leaves(const Loop& loop, std::size_t operation) const {
-  // A jump backwards begins another turn, so this ends.
+  // A jump backwards begins the next iteration, so this ends.
   while (loop.has(operation) && jumps_[operation] && behind_[operation].front() > operation) {
     operation = behind_[operation].front();
   }

@@ -29,14 +29,14 @@ class ControlFlow {
   [[nodiscard]] const std::vector<std::size_t>& behind(std::size_t operation) const {
     return behind_[operation];
   }
-  /// Does it do nothing but go on at one other place?
+  /// Does it only continue at one other place?
   [[nodiscard]] bool jumps(std::size_t operation) const {
     return operation < jumps_.size() && jumps_[operation];
   }
   /// The smallest loop that has the operation; null if none has.
   [[nodiscard]] const Loop* innermost(std::size_t operation) const;
   [[nodiscard]] const std::vector<Loop>& loops() const { return loops_; }
-  /// Does the way to this operation lead out of the loop, perhaps by a jump ($BREAK)?
+  /// Does the path to this operation leave the loop, perhaps by a jump ($BREAK)?
   [[nodiscard]] bool leaves(const Loop& loop, std::size_t operation) const;
 
  private:

@@ -25,7 +25,7 @@ struct Effect {
     response_read,
     /// The program writes RESPONSE_STATE or RESPONSE itself.
     response_written,
-    /// The program waits until RESPONSE_STATE says that there is an answer.
+    /// The program waits until RESPONSE_STATE shows a response.
     wait,
     /// The motion of an axis.
     motion,
@@ -41,9 +41,9 @@ struct Effect {
     none,
     /// Neither RESPONSE_STATE nor RESPONSE is read.
     other_variable,
-    /// Its condition is true before there is an answer.
+    /// Its condition is true before the response.
     over_at_once,
-    /// No answer makes it true.
+    /// No response makes it true.
     never_over,
   };
 
@@ -54,19 +54,19 @@ struct Effect {
   std::optional<double> number{};
   /// wait: it waits for one state, so there is nothing left to check.
   bool judged = false;
-  /// wait: not for ever.
+  /// wait: with a time limit.
   bool limited = false;
   Flaw flaw = Flaw::none;
-  /// response_state_read, response_read: people are shown it, the program does nothing with it.
+  /// response_state_read, response_read: it is only shown to people.
   bool shown = false;
 };
 
 std::vector<Effect> effects_of(const syntax::Statement& statement);
 
-/// The effects of working out `expression`.
+/// The effects of evaluating `expression`.
 std::vector<Effect> effects_of(const syntax::Expression& expression);
 
-/// A condition that asks RESPONSE_STATE for one value: then that value is known behind it.
+/// A condition that compares RESPONSE_STATE with one value: after it the value is known.
 bool asks_for_one_state(const syntax::Expression& condition);
 
 /// The value that is certain without running the program; nullopt otherwise.

@@ -111,7 +111,7 @@ class Linter {
     std::optional<Suppressions> off;
   };
 
-  /// Null if it cannot be read; that is a finding.
+  /// Null if it cannot be read, which is a finding.
   const Program* read(const Source& source) {
     const auto [place, is_new] = read_.try_emplace(source.name);
     File& file = place->second;

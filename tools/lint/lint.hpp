@@ -1,5 +1,5 @@
-// Checks NC programs before they run: what the parser finds, and the rules about service calls
-// (finding.hpp, docs/reference/lint-rules.md). Pure.
+// Checks NC programs before they run: mistakes that the parser finds, and the rules about service
+// calls (finding.hpp, docs/reference/lint-rules.md). Pure.
 //
 //   const auto findings = lint({{"part.nc", text}}, {.uuids = known, .load = from_folder});
 #pragma once
@@ -15,7 +15,7 @@
 namespace millrace::tools::lint {
 
 struct Source {
-  /// As it is to be named in findings.
+  /// Its name in findings.
   std::string name;
   /// In the controller's code page.
   std::string text;
@@ -24,10 +24,10 @@ struct Source {
 struct LintOptions {
   /// The canonical UUIDs that are served; without them no UUID is unknown.
   std::optional<std::vector<std::string>> uuids{};
-  /// The subprogram or cycle that a program calls by this name; nothing if it is not there. Those
-  /// that come with millrace need not be.
+  /// The subprogram or cycle that a program calls by this name; nullopt if it does not exist. Those
+  /// that come with millrace need not.
   std::function<std::optional<Source>(const std::string& name)> load{};
-  /// Each program runs in a channel of its own, at the same time as the others.
+  /// Each program runs in its own channel, at the same time as the others.
   bool channels = false;
   std::set<Rule> off{};
 };

@@ -1,4 +1,4 @@
-// Findings for people, for programs, and for editors and CI (SARIF 2.1.0). Pure.
+// Findings as text, as JSON, and for editors and CI (SARIF 2.1.0). Pure.
 #pragma once
 
 #include <string>

@@ -16,7 +16,7 @@ namespace millrace::tools::lint {
 
 class Suppressions {
  public:
-  /// Reads the comments of `text`; what names no rule becomes a finding.
+  /// Reads the comments of `text`; an unknown rule becomes a finding.
   Suppressions(const std::string& file, std::string_view text);
 
   [[nodiscard]] bool has(Rule rule, int line) const;

@@ -18,10 +18,10 @@ namespace syntax = cnc::nc::syntax;
 
 class Types {
  public:
-  /// A text that is the name of a macro of the program may stand for anything.
+  /// A text that names a macro of the program may mean anything.
   explicit Types(const syntax::Program& program);
 
-  /// Only those that have to do with V.G.SERVICE, and only what is certain: the program is aborted
+  /// Only those about V.G.SERVICE, and only certain ones: the controller would abort the program
   /// there.
   [[nodiscard]] std::vector<std::string> mistakes(const syntax::Statement& statement) const;
 

@@ -26,7 +26,7 @@ States only(State state) {
   return States().set(index_of(state));
 }
 
-/// It ends by M17 and never by M30: others call it.
+/// It ends with M17 and never with M30: others call it.
 bool is_subprogram(const Routine& routine) {
   bool returns = false;
   for (const Operation& operation : routine.operations) {
@@ -185,7 +185,7 @@ std::vector<Walk::Way> Walk::ways_behind(const Where& where, std::size_t at, Sta
   if (const Loop* const loop = polling_loop(where, at)) {
     return ways_behind_poll(where, at, *loop, state);
   }
-  // A single look: only one way of it is taken while there is no answer.
+  // A single check: only one of its branches is taken before the response.
   const auto truth = truth_at(branch.condition, branch.rule, 0);
   if (!truth) {
     return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};
@@ -210,7 +210,7 @@ std::vector<Walk::Way> Walk::ways_behind_poll(const Where& where, std::size_t at
   };
   const auto truth = truth_at(branch.condition, branch.rule, 0);
   if (!truth) {
-    // Its time may be limited in the same condition.
+    // The same condition may limit its time.
     const bool next_leaves = flow.leaves(loop, next);
     if (next_leaves == flow.leaves(loop, branch.target)) {
       return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};

@@ -26,20 +26,19 @@ namespace millrace::tools::lint {
 
 /// How far the call of a channel is.
 enum class Stage : std::uint8_t {
-  /// Of a subprogram that is looked at by itself, or behind one that is not there: nothing is
-  /// wrong.
+  /// Of a subprogram that is checked alone, or after a missing one: no rule is broken.
   unknown,
   /// Nothing was asked.
   idle,
   /// REQUEST_STATE is written.
   out,
-  /// The same, and a loop has looked for the answer: it was not there.
+  /// The same, and a loop has checked for the response: it was not there.
   polled,
   /// The program has waited; the state is not checked yet.
   answered,
   /// The state is checked.
   checked,
-  /// A condition has, and this is one of its two ways …
+  /// The state was compared, and this is one of the two branches …
   matched,
   /// … and this the other.
   unmatched,
@@ -47,7 +46,7 @@ enum class Stage : std::uint8_t {
 
 struct State {
   Stage stage = Stage::idle;
-  /// An axis may still move, and with it the last block may be withheld.
+  /// An axis may still move, so the last block may be withheld.
   bool moves = false;
   /// UUID was written.
   bool named = false;
@@ -72,7 +71,7 @@ class Walk {
   Walk(Library library, Note note, int skipped_level = 0)
       : library_(std::move(library)), note_(std::move(note)), skipped_level_(skipped_level) {}
 
-  /// A main program, or a subprogram by itself.
+  /// A main program, or a subprogram alone.
   void follow(const cnc::nc::syntax::Program& program);
 
   /// In the order of the text, each timer once.
@@ -99,20 +98,20 @@ class Walk {
                       const std::string& name, bool local, State state, int depth);
   State wait_cycle(const Where& where, const cnc::nc::syntax::Operation& operation,
                    const cnc::nc::syntax::CycleCall& cycle, State state);
-  /// Behind a condition that has looked at RESPONSE_STATE.
+  /// After a condition that checks RESPONSE_STATE.
   std::vector<Way> ways_behind(const Where& where, std::size_t at, State state);
   std::vector<Way> ways_behind_poll(const Where& where, std::size_t at, const Loop& loop,
                                     State state);
-  /// The loop around an operation, if it can be one that waits: it makes no request itself.
+  /// The loop around an operation, if it may be a wait: it makes no request itself.
   const Loop* polling_loop(const Where& where, std::size_t at);
-  /// Does it end without an answer, too?
+  /// Does it also end without a response?
   bool is_limited(const Where& where, const Loop& loop);
   [[nodiscard]] bool is_skipped(const cnc::nc::syntax::Operation& operation) const {
     return skipped_level_ > 0 && operation.skip_level == skipped_level_;
   }
 
   // The rules (walk_rules.cpp).
-  /// The state behind the effect.
+  /// The state after the effect.
   State apply(const Where& where, const cnc::nc::syntax::Operation& operation, std::size_t at,
               const Effect& effect, State state);
   State wait(const Where& where, const cnc::nc::syntax::Operation& operation, const Effect& effect,
@@ -136,7 +135,7 @@ class Walk {
   Note note_;
   int skipped_level_;
   std::vector<TimerUse> timers_;
-  /// Those that #TIMER START starts, and those that limit waits.
+  /// Timers that #TIMER START starts, and those that limit waits.
   std::vector<TimerUse> started_;
   std::vector<TimerUse> limits_;
   std::map<const cnc::nc::syntax::Routine*, ControlFlow> flows_;

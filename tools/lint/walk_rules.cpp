@@ -1,5 +1,5 @@
-// The rules that the walk goes by: what an operation does to the state of a call, and what is wrong
-// with it there.
+// The rules of the walk: how an operation changes the state of a call, and which mistakes it can
+// be.
 #include <algorithm>
 #include <cmath>
 
@@ -34,7 +34,7 @@ bool has_stage(States states, Stage stage) {
   return false;
 }
 
-/// On every path that has made a request nothing has waited for its answer.
+/// On every path with a request the program has not waited for the response.
 bool is_unawaited(States states) {
   for (std::size_t index = 0; index < states.size(); ++index) {
     const Stage stage = state_of(index).stage;
@@ -118,7 +118,7 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
       state.named = true;  // One finding says it for the whole program.
       break;
     case Kind::response_state_read:
-      // In a loop it is a wait of the program's own; elsewhere that was said.
+      // In a loop it is a wait of the program's own; elsewhere it was reported.
       if (state.stage == Stage::answered || (waits && !effect.shown)) {
         state.stage = Stage::checked;
       }

@@ -10,9 +10,9 @@
 
 namespace millrace::tools::mcap {
 
-/// Everything of a chunk but its records.
+/// Everything of a chunk except its records.
 struct ChunkFrame {
-  /// Of the record's prefix in the file.
+  /// Position of the record's prefix in the file.
   std::uint64_t offset = 0;
   /// Prefix included.
   std::uint64_t length = 0;
@@ -31,12 +31,12 @@ struct ChunkFrame {
 /// choice).
 Expected<ChunkFrame> read_chunk_frame(Source& source, std::uint64_t offset);
 
-/// Puts the chunk's records into `records`, decompressed. A compression that is not ours, what does
-/// not decompress to the size that the frame gives, and a wrong CRC are problems.
+/// Decompresses the chunk's records into `records`. An unknown compression, a size that differs
+/// from the frame's, and a wrong CRC are problems.
 Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::string& records);
 
-/// The first place in [from, to) where a chunk with contents that fit its CRC begins; for files
-/// whose chain of records is broken.
+/// The first position in [from, to) of a chunk whose contents match its CRC; for files with a
+/// broken chain of records.
 std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std::uint64_t to);
 
 }  // namespace millrace::tools::mcap

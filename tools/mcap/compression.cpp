@@ -30,7 +30,7 @@ Done wrong(std::string why) {
 
 /// One more piece of a compressed frame.
 struct Piece {
-  /// Bytes that were taken from the input and put into the output.
+  /// Bytes taken from the input and written to the output.
   std::size_t read = 0;
   std::size_t written = 0;
   bool ended = false;
@@ -91,7 +91,7 @@ Done unpack_zstd(Bytes packed, std::uint64_t size, std::string& records) {
   if (!context) {
     throw std::bad_alloc();
   }
-  // A frame may ask for as much memory as it likes; more than its content is of no use to it.
+  // A frame may request any amount of memory; more than its content is of no use.
   const auto window = static_cast<int>(std::bit_width(std::max(size, ordinary_window) - 1));
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, window);
   return unpack(packed, size, records, [&](Bytes input, char* output, std::size_t room) {

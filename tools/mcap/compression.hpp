@@ -19,11 +19,11 @@ enum class Compression : std::uint8_t { none, lz4, zstd };
 
 /// As a Chunk record names it: "", "lz4", "zstd".
 std::string_view name_of(Compression compression);
-/// Nothing for a name that is none of these.
+/// Nullopt for any other name.
 std::optional<Compression> compression_of(std::string_view name);
 
-/// Chunks are some MB at most; one that would be larger than this when it is decompressed has a
-/// damaged size, or was made to use up a reader's memory.
+/// Chunks have some MB at most; a larger decompressed size is damaged, or an attempt to use up a
+/// reader's memory.
 inline constexpr std::uint64_t largest_uncompressed = std::uint64_t{256} << 20U;
 
 std::string compress(Compression compression, Bytes records);

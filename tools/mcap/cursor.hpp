@@ -1,4 +1,4 @@
-// Reads MCAP's serialised values from the front of a buffer, and remembers where it ran out.
+// Reads MCAP's serialised values from the front of a buffer, and remembers a premature end.
 //
 //   Cursor in(body, offset_of_body_in_file);
 //   schema.id = in.u16();
@@ -46,7 +46,7 @@ class Cursor {
   /// Place in the file of the next byte, or of the value that was cut.
   [[nodiscard]] std::uint64_t offset() const { return offset_; }
 
-  /// An array or map, whose length in bytes stands before it: its elements alone.
+  /// An array or map after its length in bytes: only its elements.
   Cursor nested() {
     const Bytes inner = sized();
     Cursor result(inner, offset_ - inner.size());

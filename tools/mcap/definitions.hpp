@@ -11,9 +11,9 @@ namespace millrace::tools::mcap {
 class Definitions {
  public:
   /// False if it is known already. Another definition of the same id is a problem, and the first
-  /// stays.
+  /// one stays.
   Expected<bool> add(const Schema& schema, std::uint64_t offset);
-  /// The same; so is a channel whose schema is not known.
+  /// The same; a channel with an unknown schema is also a problem.
   Expected<bool> add(const Channel& channel, std::uint64_t offset);
 
   /// Null if there is none.

@@ -18,7 +18,7 @@ tl::unexpected<std::string> failure(const std::string& what, const std::filesyst
   return tl::unexpected("cannot " + what + " " + path.string() + ": " + std::strerror(errno));
 }
 
-/// Has the folder remember the names of its files.
+/// Forces the names of the folder's files to the disk.
 void sync_folder_of(const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -116,7 +116,7 @@ tl::expected<void, std::string> FileSink::write(Bytes bytes) {
     }
     if (written < 0) {
       auto why = failure("write", part_of(path_));
-      // Half of it is nothing that a reader could use, and takes room.
+      // A half-written record is of no use to a reader, and takes space.
       static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_)));
       ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);
       return why;

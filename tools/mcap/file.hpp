@@ -14,7 +14,7 @@ namespace millrace::tools::mcap {
 /// A file to read. Its size is taken when it is opened; what is cut off later reads as missing.
 class FileSource : public Source {
  public:
-  /// The error says which file and why not.
+  /// The error names the file and the reason.
   static tl::expected<FileSource, std::string> open(const std::filesystem::path& path);
   /// The same for a file that is open already; `descriptor` is the source's from now on, also if it
   /// fails. `name` is for messages.
@@ -47,7 +47,7 @@ class FileSink : public Sink {
   FileSink& operator=(FileSink&&) = delete;
 
   tl::expected<void, std::string> write(Bytes bytes) override;
-  /// Has the disk hold what was written.
+  /// Forces the written bytes to the disk.
   tl::expected<void, std::string> sync();
   /// Syncs, closes and renames.
   tl::expected<void, std::string> finish();

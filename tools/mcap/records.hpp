@@ -13,7 +13,7 @@
 
 namespace millrace::tools::mcap {
 
-/// Raw bytes owned by someone else.
+/// Raw bytes with another owner.
 using Bytes = std::string_view;
 using Nanoseconds = std::uint64_t;
 using ChannelId = std::uint16_t;

@@ -50,7 +50,7 @@ class Copier : public Visitor {
   std::vector<Metadata> metadata_;
 };
 
-/// As far as it goes: one may have been cut off anywhere.
+/// As far as it goes: the file may have been cut anywhere.
 bool begins_as_one(Source& source) {
   std::string bytes;
   source.read(0, magic.size(), bytes);

@@ -1,4 +1,4 @@
-// Makes a file that every reader opens out of one that was cut or damaged.
+// Makes a file that every reader opens from one that was cut or damaged.
 #pragma once
 
 #include <functional>

@@ -7,15 +7,14 @@
 
 namespace millrace::tools::mcap {
 
-/// Where the repaired form of a file goes by default: "run.mcap" and "run.mcap.part" become
-/// "run.repaired.mcap".
+/// The default name of a repaired file: "run.mcap" and "run.mcap.part" become "run.repaired.mcap".
 std::filesystem::path repaired_name(const std::filesystem::path& damaged);
 
-/// The same where that is taken, also by a repair that ended half way: "run.repaired-2.mcap", …
+/// The same if that name exists, also from an interrupted repair: "run.repaired-2.mcap", …
 std::filesystem::path free_repaired_name(const std::filesystem::path& damaged);
 
 /// Repairs `damaged` into the new file `repaired`. The error names the file that cannot be read or
-/// written; then nothing is left of `repaired`.
+/// written; then `repaired` is removed.
 tl::expected<RepairReport, std::string> repair_file(
     const std::filesystem::path& damaged, const std::filesystem::path& repaired,
     const std::string& library, const Revise& revise = [](std::vector<Metadata>&) {});

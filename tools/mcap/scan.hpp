@@ -1,7 +1,7 @@
 // Reads a file from front to back: whole, cut, damaged or foreign.
 //
-// What is whole is handed out; what is not is named with its offset. After a broken record the scan
-// goes on at the next chunk whose CRC fits, so one bad place costs one chunk.
+// Correct records are passed on; problems are reported with their offset. After a broken record the
+// scan continues at the next chunk whose CRC matches, so one damaged place costs one chunk.
 #pragma once
 
 #include "tools/mcap/chunk_frame.hpp"
@@ -22,7 +22,7 @@ class Visitor {
   virtual void on_channel(const Channel&) {}
   /// Whether to read the records of this chunk.
   virtual bool wants(const ChunkFrame&) { return true; }
-  /// A chunk that is whole, before its messages.
+  /// A correct chunk, before its messages.
   virtual void on_chunk(const ChunkFrame&) {}
   /// `offset` is the place of the message's record in the file. Views are valid during the call.
   virtual void on_message(const Channel& /*channel*/, const Message& /*message*/,

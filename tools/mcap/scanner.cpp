@@ -170,7 +170,7 @@ void Scanner::look_inside(std::uint64_t begin) {
 void Scanner::resynchronise(const Problem& problem) {
   report(problem);
   index_expected_ = false;
-  // The record before may be the one whose length is wrong, and may have swallowed a chunk.
+  // The length of the previous record may be wrong, so that it covers a chunk.
   const auto next = find_chunk(source_, certain_, source_.size());
   done_ = !next;
   offset_ = next.value_or(offset_);

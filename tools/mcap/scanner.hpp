@@ -46,7 +46,7 @@ class Scanner {
   void report_lost_messages();
 
   void report(const Problem& problem);
-  /// Reports, and goes on at the next chunk that can be read.
+  /// Reports, and continues at the next readable chunk.
   void resynchronise(const Problem& problem);
   /// After a record from `begin` to offset_ whose fields do not fill it exactly: goes back to a
   /// chunk inside of it.
@@ -58,11 +58,11 @@ class Scanner {
   Definitions definitions_;
   Visitor& visitor_;
   std::uint64_t offset_ = 0;
-  /// End of the last chunk. The lengths of records behind it may lie.
+  /// End of the last chunk. The lengths of later records may be wrong.
   std::uint64_t certain_ = 0;
   bool done_ = false;
   bool closed_ = false;
-  /// A chunk or one of its indexes came last: indexes belong directly behind a chunk.
+  /// The last record was a chunk or one of its indexes: indexes belong directly after a chunk.
   bool index_expected_ = false;
   /// Of everything before offset_; none once something was skipped or found damaged.
   std::optional<std::uint32_t> data_crc_ = 0;

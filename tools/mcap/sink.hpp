@@ -1,4 +1,4 @@
-// Where a writer's bytes go, and where a reader's come from.
+// The target of a writer's bytes, and the source of a reader's.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace millrace::tools::mcap {
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// All of `bytes`, or none and an error that says why not. The same may be tried again.
+  /// All of `bytes`, or none and an error with the reason. The same bytes may be tried again.
   virtual tl::expected<void, std::string> write(Bytes bytes) = 0;
 };
 
@@ -23,7 +23,7 @@ class Source {
  public:
   virtual ~Source() = default;
   [[nodiscard]] virtual std::uint64_t size() const = 0;
-  /// Puts `length` bytes from `offset` into `out`, fewer where the file ends or cannot be read.
+  /// Reads `length` bytes from `offset` into `out`, fewer where the file ends or cannot be read.
   virtual void read(std::uint64_t offset, std::uint64_t length, std::string& out) = 0;
 };
 

@@ -44,7 +44,7 @@ struct Survey {
   std::vector<Metadata> metadata;
   /// By compression, as chunks name it.
   std::map<std::string, ChunkSizes> chunk_sizes;
-  /// The summary was there and whole, so the rest of the file has not been read.
+  /// The summary was there and correct, so the rest of the file was not read.
   bool from_summary = false;
   Problems problems;
 };

@@ -56,7 +56,8 @@ class Counter : public Visitor {
 Survey survey_by_scan(Source& source, Problem why) {
   Counter counter;
   if (scan(source, {}, counter)) {
-    // The data have an end, so a missing summary is news; otherwise the scan has said it all.
+    // The data have an end, so a missing summary is a new problem; otherwise the scan has reported
+    // it.
     counter.survey().problems.push_back(std::move(why));
   }
   return std::move(counter.survey());

@@ -53,13 +53,14 @@ class Writer {
   /// Of the chunk that is open and those after it.
   void compress_with(Compression compression) { options_.compression = compression; }
 
-  /// Ends the chunk if there is one, and hands everything to the sink.
+  /// Ends the chunk if there is one, and writes everything to the sink.
   Result close_chunk();
-  /// The rest of the file. Nothing may be written afterwards; what the sink refuses is tried again.
+  /// Writes the rest of the file. Nothing may be written afterwards; a refused write may be tried
+  /// again.
   Result close();
 
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
-  /// The messages that the sink has.
+  /// The number of messages that the sink has.
   [[nodiscard]] std::uint64_t messages_taken() const { return messages_taken_; }
   /// Bytes of the file so far, those of the open chunk included as they will be without
   /// compression.

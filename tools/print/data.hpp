@@ -25,7 +25,7 @@ void put_program(boost::json::object& out, const fabric::ProgramEvent& event);
 std::string mode_text(std::uint32_t mode);
 /// One line of an event without time and channel: "aborted  "demo.nc"  error 21462, after 12.3 s".
 std::string line_of(const fabric::ProgramEvent& event);
-/// Every value of a sample with its name, and why it is not good.
+/// Every value of a sample with its name, and its reason if it is not good.
 std::string line_of(const fabric::DataSample& sample);
 
 }  // namespace millrace::tools::print

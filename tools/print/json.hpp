@@ -16,7 +16,7 @@ namespace millrace::tools::print {
 /// ISO 8601 in UTC; nothing if the time is not known.
 void put_time(boost::json::object& out, std::string_view name, fabric::Time time);
 
-/// The fields of a value by the names of its list. A text that is withheld is its size.
+/// The fields of a value by the names of its list. A withheld text is its size.
 void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
                const std::optional<std::uint32_t>& withheld = {});
 template <fabric::HasFields Value>
@@ -32,9 +32,9 @@ std::vector<std::string> names_of(fabric::Shape shape);
 bool is_pushed(const fabric::MachineStatus& status);
 /// The link to a controller, and whether it is pushed.
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
-/// As `millrace channels --json` has it.
+/// As in `millrace channels --json`.
 boost::json::object json_of(const fabric::ChannelStatus& status);
-/// As `millrace services --json` has it.
+/// As in `millrace services --json`.
 boost::json::object json_of(const fabric::InstanceIdentity& identity,
                             const std::optional<fabric::InstanceStatus>& status);
 /// A text of the controller: CP1252 as UTF-8.
@@ -42,8 +42,8 @@ std::string text_json(std::string_view cp1252);
 /// A text of the fabric; bytes that are not UTF-8 are taken as CP1252, so that the output is JSON.
 std::string utf8(std::string_view text);
 
-/// The text of a value, numbers as people write them: 10 and 0.1, where Boost.JSON's own text says
-/// 1E1 and 1E-1. One that is none is null.
+/// The text of a value, with numbers as people write them: 10 and 0.1, where Boost.JSON's own text
+/// has 1E1 and 1E-1. An invalid one is null.
 std::string json_text(const boost::json::value& value);
 
 /// One line to standard output.

@@ -26,6 +26,8 @@ On(Cases...) -> On<Cases...>;
 
 /// The narrowest text that is cut, so that what is left still says something.
 constexpr std::size_t least_cut = 12;
+/// Columns leave before a text that always stays is cut to less than this.
+constexpr std::size_t roomy = 32;
 constexpr std::size_t gap = 2;
 
 /// A text without its quotes.
@@ -82,9 +84,11 @@ class Fitted {
          std::vector<std::size_t> kept)
       : headings_(headings), rows_(std::move(rows)), kept_(std::move(kept)) {}
 
+  /// The first one names the row.
   void leave_out_empty() {
+    const std::size_t first = kept_.empty() ? 0 : kept_.front();
     std::erase_if(kept_, [&](std::size_t column) {
-      return headings_[column].rank != always && !rows_.empty() &&
+      return column != first && !rows_.empty() &&
              std::ranges::all_of(rows_, [&](const auto& row) { return row[column] == "-"; });
     });
   }
@@ -95,7 +99,7 @@ class Fitted {
 
   /// Columns leave by rank; then the widest text is cut.
   void fit(std::size_t width) {
-    while (total() > width) {
+    while (total(roomy) > width) {
       // Of equals the one farther right.
       const auto worst = std::max_element(kept_.begin(), kept_.end(), [&](auto a, auto b) {
         return std::pair(headings_[a].rank, a) < std::pair(headings_[b].rank, b);
@@ -137,10 +141,14 @@ class Fitted {
                              return std::max(most, print::width(row[column]));
                            });
   }
-  [[nodiscard]] std::size_t total() const {
-    return std::accumulate(
-        kept_.begin(), kept_.end(), kept_.empty() ? 0 : (kept_.size() - 1) * gap,
-        [&](std::size_t sum, std::size_t column) { return sum + width_of(column); });
+  /// With texts that always stay cut to `most`.
+  [[nodiscard]] std::size_t total(std::size_t most = std::string::npos) const {
+    return std::accumulate(kept_.begin(), kept_.end(), kept_.empty() ? 0 : (kept_.size() - 1) * gap,
+                           [&](std::size_t sum, std::size_t column) {
+                             const std::size_t all = width_of(column);
+                             return sum +
+                                    (headings_[column].rank == always ? std::min(all, most) : all);
+                           });
   }
   void cut(std::size_t column, std::size_t most) {
     for (auto& row : rows_) {

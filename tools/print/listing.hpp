@@ -34,7 +34,8 @@ namespace millrace::tools::print {
 using Cell = std::variant<std::monostate, std::string, bool, std::int64_t, double, fabric::Time,
                           std::chrono::nanoseconds, boost::json::value>;
 
-/// Columns with a higher one leave first where the terminal is too narrow.
+/// Columns with a higher one leave first where the terminal is too narrow. Those that always stay
+/// are cut then, the widest first. One that is unknown in each row leaves, too.
 using Rank = std::uint8_t;
 inline constexpr Rank always = 0;
 /// Only with Format::wide or if chosen.

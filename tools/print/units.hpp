@@ -1,4 +1,4 @@
-// Times, durations and sizes as people write and read them.
+// Times, durations and sizes as text for people.
 #pragma once
 
 #include <chrono>

@@ -11,7 +11,7 @@ namespace {
 
 using fabric::AlarmLevel;
 
-/// So much more than must be left is worth a word in time.
+/// The multiple of the reserved space below which a warning is due.
 constexpr std::uint64_t early = 2;
 
 fabric::Alarm recording_alarm(const Condition& now) {

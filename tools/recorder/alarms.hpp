@@ -16,11 +16,11 @@ namespace millrace::tools::recorder {
 struct Condition {
   /// As configured (options.hpp).
   std::filesystem::path file{};
-  /// The one that is written; nothing while it waits, for a failure or for room.
+  /// The file being written; nullopt while the recorder waits, for a failure or for space.
   std::optional<std::filesystem::path> writes{};
   bool waits_for_room = false;
-  /// On the disk, if it was looked at; what must be left; and whether older files are removed for
-  /// it.
+  /// The free space on the disk, if it was read; the reserved space; and whether older files are
+  /// removed for it.
   std::optional<std::uint64_t> free{};
   std::uint64_t minimum_free = 0;
   bool makes_room = false;
@@ -29,8 +29,7 @@ struct Condition {
   recording::Missing missing{};
 };
 
-/// All that holds now; what is not among them any more does not hold any more. Their kinds:
-/// "recording" (always), "disk", "missing".
+/// All present alarms; others are over. Their kinds: "recording" (always), "disk", "missing".
 std::vector<fabric::Alarm> alarms_of(const Condition& condition);
 
 }  // namespace millrace::tools::recorder

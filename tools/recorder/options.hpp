@@ -15,9 +15,9 @@
 
 namespace millrace::tools::recorder {
 
-/// When the disk must hold what was written.
+/// When written data is forced to the disk.
 enum class Sync : std::uint8_t {
-  /// When the operating system likes.
+  /// At times that the operating system chooses.
   none,
   /// With each chunk that is closed by time, and when a call failed.
   interval,
@@ -25,7 +25,7 @@ enum class Sync : std::uint8_t {
   call
 };
 
-/// Keep the newest in memory and write it when something goes wrong.
+/// Keep the newest entries in memory and write them after a failure.
 struct Window {
   std::chrono::nanoseconds length = std::chrono::seconds(30);
   /// Everything is written for this long after a failure.
@@ -34,7 +34,7 @@ struct Window {
   std::uint64_t size = std::uint64_t{256} * 1024 * 1024;
 };
 
-/// A file that belongs to what is recorded.
+/// A file that belongs to the recording.
 struct AttachedFile {
   std::string name{};
   std::string media_type{};
@@ -46,7 +46,7 @@ struct AttachedFile {
 struct Options {
   std::filesystem::path file{};
   recording::Filter filter{};
-  /// Services whose texts are left out, canonical.
+  /// Services whose texts are not recorded, canonical.
   std::set<std::string> without_text{};
   /// A chunk is closed, and safe from a cut, after this long.
   std::chrono::nanoseconds chunk_period = std::chrono::milliseconds(250);
@@ -60,7 +60,7 @@ struct Options {
   std::uint64_t keep_size = 0;
   /// Recordings named by their time are one series: what their names begin with.
   std::string prefix{};
-  /// Recording ends, in order, when the disk has less than this left.
+  /// The recording ends, in order, when the disk has less space than this left.
   std::uint64_t minimum_free = std::uint64_t{100} * 1024 * 1024;
   std::optional<Window> window{};
   /// The writing program: name and version.

@@ -6,7 +6,7 @@ namespace millrace::tools::recorder {
 
 namespace {
 
-/// The end of a call, after which `Sync::call` has the disk hold it.
+/// The end of a call, after which `Sync::call` forces data to the disk.
 bool ends_a_call(const recording::Entry& entry) {
   const auto* event = std::get_if<fabric::Event>(&entry.sample);
   return event != nullptr && event->kind == fabric::EventKind::written;

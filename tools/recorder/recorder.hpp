@@ -1,4 +1,4 @@
-// Decides what of a fabric's traffic is written when, and to which file.
+// Decides which samples of a fabric are written when, and to which file.
 //
 //   Recorder recorder(options);
 //   recorder.start(now);
@@ -6,9 +6,8 @@
 //   recorder.tick(now);                      // some times a second
 //   recorder.finish(delivered, lost, now);
 //
-// After an error nothing more can be written; what is in the file's closed chunks can be repaired.
-// A disk that is full is none: what was not taken is kept in memory until there is room, or the
-// end.
+// After an error nothing more can be written; the closed chunks of the file can be repaired. A full
+// disk is not an error: refused chunks stay in memory until there is space, or the end.
 #pragma once
 
 #include <chrono>
@@ -52,26 +51,27 @@ class Recorder {
   /// Begins the first file, unless a window waits for a failure first.
   Result start(Moment now);
   Result on_entry(recording::Entry entry, Moment now);
-  /// Closes chunks and files whose time has come.
+  /// Closes chunks and files that are due.
   Result tick(Moment now);
   /// Ends the recording in order, at `now` of the clock of the entries. `delivered` and `lost` are
-  /// what the bus counted.
+  /// the observer's counts.
   Result finish(std::uint64_t delivered, std::uint64_t lost, fabric::Time now);
 
   [[nodiscard]] Tally tally() const;
   /// The missing samples of calls that are over, as far as other samples show.
   [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
   /// True when the disk has too little space left. A recording of one file should be finished then;
-  /// one of many closes its file if it can, lets go what comes, and goes on when there is room.
+  /// one of many closes its file if it can, drops further entries, and continues when there is
+  /// space.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
   [[nodiscard]] bool waits_for_room() const { return waits_for_room_; }
   /// The free space on the disk at the last check; nullopt before the first.
   [[nodiscard]] std::optional<std::uint64_t> free_space() const { return free_; }
-  /// The file that is written; nothing while there is none.
+  /// The file being written; nullopt while there is none.
   [[nodiscard]] std::optional<std::filesystem::path> writes() const {
     return file_ && !waits_for_room_ ? std::optional(file_->path()) : std::nullopt;
   }
-  /// Files that were removed to have room for newer ones, since the last time this was asked.
+  /// Files that were removed to make room for newer ones, since the last call.
   [[nodiscard]] std::vector<std::filesystem::path> take_removed() {
     return std::exchange(removed_, {});
   }
@@ -86,7 +86,7 @@ class Recorder {
   Result do_what_is_due(Moment now);
   /// A full disk is not a failure: the recorder waits, or continues with the memory that it has.
   Result unless_full(Result result, Moment now);
-  /// With the file that there is, or else the next.
+  /// Continues with the present file, or else the next one.
   Result go_on(Moment now);
   Result begin_file(Moment now);
   Result end_file(const std::map<std::string, std::string>& more);
@@ -101,7 +101,7 @@ class Recorder {
   [[nodiscard]] bool has_many_files() const {
     return options_.rotate_size > 0 || options_.rotate_time.count() > 0;
   }
-  /// Ends the file for want of room, or begins one when there is some again.
+  /// Ends the file because the disk is full, or begins one when there is space again.
   Result wait_for_room(Moment now);
 
   Options options_;

@@ -32,7 +32,7 @@ class RecordingFile {
 
   Result write(const recording::Entry& entry);
   Result attach(const AttachedFile& file);
-  /// Closes the chunk if there is one; `sync` has the disk hold it.
+  /// Closes the chunk if there is one; `sync` forces it to the disk.
   Result close_chunk(bool sync);
   /// Adds `metadata` and the times of hops, closes and renames the file. May be tried again, with
   /// what was added the first time.
@@ -43,7 +43,7 @@ class RecordingFile {
   [[nodiscard]] const std::filesystem::path& path() const { return sink_.path(); }
   [[nodiscard]] std::uint64_t size() const { return file_.size(); }
   [[nodiscard]] std::uint64_t messages() const { return file_.statistics().messages; }
-  /// Those of them that are in the file, and not still in memory.
+  /// The number of those that are in the file, not only in memory.
   [[nodiscard]] std::uint64_t messages_taken() const { return file_.messages_taken(); }
 
  private:

@@ -1,4 +1,4 @@
-// A whole recording out of one that was cut or damaged.
+// A complete recording from one that was cut or damaged.
 #pragma once
 
 #include <filesystem>

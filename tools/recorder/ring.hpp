@@ -14,13 +14,13 @@ class Ring {
  public:
   Ring(std::chrono::nanoseconds length, std::uint64_t size) : length_(length), size_(size) {}
 
-  /// Takes an entry and drops what is too old or too much. Age is counted from the newest entry.
+  /// Adds an entry and drops what is too old or too much. Age is counted from the newest entry.
   void add(recording::Entry entry);
-  /// Gives everything to `use`, oldest first, and is empty afterwards.
+  /// Passes everything to `use`, oldest first, and is empty afterwards.
   void take(const std::function<void(const recording::Entry&)>& use);
 
   [[nodiscard]] std::size_t count() const { return entries_.size(); }
-  /// Entries that had to go before their time because the memory was full.
+  /// Entries that were dropped before their time because the memory was full.
   [[nodiscard]] std::uint64_t crowded_out() const { return crowded_out_; }
 
  private:

@@ -1,4 +1,4 @@
-// The files of one recording, and of those before it that have its name.
+// The files of one recording, and earlier ones with its name.
 //
 //   Series series("run.mcap", Series::Files::many);
 //   series.numbered(1)                        // "run-0001.mcap"
@@ -23,8 +23,7 @@ class Series {
 
   /// The n-th file, from 1: "run.mcap" itself if there is only one, else "run-0001.mcap", …
   [[nodiscard]] std::filesystem::path numbered(unsigned number) const;
-  /// The highest number that is taken, by a closed file, a repaired one or a leftover; 0 if none
-  /// is.
+  /// The highest used number, of a closed file, a repaired one or a leftover; 0 if there is none.
   [[nodiscard]] unsigned last_number() const;
   /// Finished and repaired files, the oldest first.
   [[nodiscard]] std::vector<std::filesystem::path> closed() const;

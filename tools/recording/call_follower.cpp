@@ -24,7 +24,7 @@ std::optional<FollowedCall> CallFollower::add(const Entry& entry) {
     return add(*event);
   }
   if (const auto* news = std::get_if<InstanceNews>(&entry.sample)) {
-    // Those that are gone are kept: their last calls may end later.
+    // Instances that are gone are kept: their last calls may end later.
     if (news->change != Change::gone) {
       instances_.insert_or_assign(news->identity.id,
                                   Instance{news->identity.name, news->identity.host});

@@ -1,4 +1,4 @@
-// Which MCAP channel an entry goes to. They are named by what happened, not by DDS topic:
+// The MCAP channel of an entry, named by what happened, not by DDS topic:
 //
 //   machine/cnc/1/request    machine/cnc/1/reply    machine/cnc/1/event
 //   service/560aacbf-…/instance    operator/command    program/millrace-archiver/alarm

@@ -64,7 +64,7 @@ Pointer value_of(Its& sample) {
   return std::visit([](auto& value) -> Pointer { return &value; }, sample);
 }
 
-/// Its type says which of the three lists a value has, also where that is empty.
+/// The type decides which of the three lists a value has, also if that is empty.
 void settle(fabric::DataSample& sample) {
   for (fabric::Value& value : sample.values) {
     const std::size_t wanted = value.type == fabric::ValueType::real64   ? 1

@@ -8,8 +8,8 @@ namespace {
 
 using fabric::EventKind;
 
-/// Topics have no common order, and what is lost on the way is sent again within milliseconds:
-/// after this time what is not there does not come any more.
+/// Topics have no common order, and lost samples are sent again within milliseconds: after this
+/// time a missing sample does not come any more.
 constexpr auto settle_time = std::chrono::seconds(2);
 /// At the end, samples that are still on their way are not missing.
 constexpr auto last_moment = std::chrono::milliseconds(100);
@@ -156,7 +156,7 @@ void Completeness::on_channel(const fabric::ChannelKey& key, const fabric::CallI
     if (current.epoch == call.epoch) {
       set_over(current, before->second, at);
     } else if (!before->second.over) {
-      // Another gateway has the channel now; how the call ended the first one does not say.
+      // Another gateway has the channel now; the first one does not publish how the call ended.
       traces_.erase(before);
     }
   }
@@ -177,7 +177,7 @@ void Completeness::on_status(const fabric::ChannelStatus& status, fabric::Time a
   } else if (status.call != fabric::CallId{} || status.state != fabric::ChannelState::link_down) {
     set_over(trace->first, trace->second, at);
   } else {
-    // The gateway is gone, or gave the channel away: how the call ended it does not say.
+    // The gateway is gone, or gave the channel away: it does not publish how the call ended.
     traces_.erase(trace);
   }
 }
@@ -271,7 +271,7 @@ std::uint64_t Completeness::unseen_in(std::uint64_t epoch, const Gap& gap) {
              trace.first.number <= gap.to;
     }));
   }
-  // Another process of the gateway goes on behind what the one before it may have used.
+  // Another process of the gateway continues after the numbers that the previous one may have used.
   const bool began_anew = std::ranges::any_of(gateway.processes, [&](const auto& process) {
     return gap.before < process.second && process.second <= gap.after;
   });

@@ -26,7 +26,7 @@
 namespace millrace::tools::recording {
 
 struct Missing {
-  /// Calls that are over and of which every sample is there.
+  /// Calls that are over and have all their samples.
   std::uint64_t complete = 0;
   /// Calls that are over and incomplete: at least the samples below are missing.
   std::uint64_t incomplete = 0;
@@ -41,10 +41,10 @@ struct Missing {
 /// Pure. The clock is the time of recording of the entries.
 class Completeness {
  public:
-  /// `wanted`: the recording takes it. A call counts if any of its samples is wanted.
+  /// `wanted`: the recording includes it. A call counts if any of its samples is wanted.
   void add(const Entry& entry, bool wanted = true);
-  /// Judges what is left. How a call ended that another one followed a moment ago may be on its
-  /// way.
+  /// Judges the remaining calls. The end of a call that was followed by another one a moment ago
+  /// may still be on its way.
   void finish(fabric::Time now);
 
   [[nodiscard]] const Missing& missing() const { return missing_; }
@@ -84,14 +84,14 @@ class Completeness {
   struct Gateway {
     /// Each process of it, and since when it is there, by its own clock.
     std::map<fabric::InstanceId, fabric::Time> processes{};
-    /// The first and the last call that was heard to be seen; 0 = none.
+    /// The first and the last call that was seen; 0 = none.
     std::uint64_t first = 0;
     std::uint64_t last = 0;
     fabric::Time last_at{};
     /// Calls above the last one, or in a gap, that are judged already.
     std::set<std::uint64_t> judged{};
   };
-  /// Numbers between two calls that were heard to be seen.
+  /// Numbers between two calls that were seen.
   struct Gap {
     std::uint64_t from = 0;
     std::uint64_t to = 0;
@@ -118,7 +118,8 @@ class Completeness {
 
   Missing missing_;
   std::map<std::uint64_t, Gateway> gateways_;
-  /// Epochs of calls, and when they were first heard of: a gateway shows itself, a tool does not.
+  /// Epochs of calls, and when they were first received: a gateway publishes itself, a tool does
+  /// not.
   std::deque<std::pair<fabric::Time, std::uint64_t>> strangers_;
   Traces traces_;
   /// The newest call of each channel.

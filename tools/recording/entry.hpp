@@ -1,4 +1,4 @@
-// The tools' word for fabric/observer/entry.hpp: a recording keeps what an observer sees.
+// fabric/observer/entry.hpp for tools: a recording has the entries of an observer.
 #pragma once
 
 #include "fabric/observer/entry.hpp"

@@ -10,7 +10,7 @@
 
 namespace millrace::tools::recording {
 
-/// An empty set takes everything; an entry that has no machine (channel, service) passes a filter
+/// An empty set accepts everything; an entry without a machine (channel, service) passes a filter
 /// for machines (channels, services) only if the set is empty.
 struct Filter {
   std::set<std::string> machines{};

@@ -84,7 +84,7 @@ void HopStatistics::finish_if_whole(fabric::CallId id) {
 }
 
 void HopStatistics::forget_oldest() {
-  // More than any number of channels has under way; what is older waits for samples that were lost.
+  // More than all channels have running; older ones wait for samples that were lost.
   constexpr std::size_t most = 4096;
   if (open_.size() > most) {
     const auto oldest = open_.find(turns_.begin()->second);

@@ -53,7 +53,7 @@ class HopStatistics {
   explicit HopStatistics(Use use) : use_(std::move(use)) {}
 
   void add(const Entry& entry);
-  /// Counts the calls that are answered but whose reply was not recorded, too. Call it at the end.
+  /// Also counts calls that are answered but whose reply was not recorded. Call it at the end.
   void close();
 
   /// By canonical UUID. A call counts when its answer is written.
@@ -62,7 +62,7 @@ class HopStatistics {
  private:
   /// The known times of a call so far.
   struct Open {
-    /// In the order in which calls were heard of first.
+    /// In the order in which calls were first received.
     std::uint64_t turn = 0;
     std::string uuid;
     fabric::Time seen{};

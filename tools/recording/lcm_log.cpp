@@ -90,7 +90,7 @@ ReadReport read_lcm_log(mcap::Source& source, const Filter& filter,
         header.size() < header_size ? 0 : number_at(header, message_length_at);
     const std::uint64_t end = offset + header_size + channel_length + message_length;
     if (end > file.size()) {
-      // Of a logger that was killed, or of lengths that are damaged.
+      // Of a killed logger, or with damaged lengths.
       const std::uint64_t next = next_sync(file, offset + 1);
       report.problems.push_back({offset, "an LCM event ends after the end of the file"});
       offset = next;

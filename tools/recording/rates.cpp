@@ -6,7 +6,7 @@ namespace millrace::tools::recording {
 
 namespace {
 
-/// A burst that is younger says nothing of a second yet.
+/// A shorter burst gives no rate per second yet.
 constexpr std::chrono::nanoseconds shortest = std::chrono::seconds(1);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Reads the entries of a recording, whole or damaged: of an MCAP file, or of a log of LCM in which
+// Reads the entries of a recording, correct or damaged: of an MCAP file, or of an LCM log in which
 // millrace-lcm has mirrored a fabric.
 //
 //   const ReadReport report = read_entries(source, filter, [&](const Entry& entry) { … });
@@ -17,11 +17,11 @@ namespace millrace::tools::recording {
 struct ReadReport {
   /// The unreadable parts, with their places in the file.
   mcap::Problems problems{};
-  /// Messages of schemas that are not ours.
+  /// Messages of foreign schemas.
   std::uint64_t foreign = 0;
 };
 
-/// Gives the entries that pass `filter` to `use`, in the order of the file. Chunks outside of the
+/// Passes the entries that pass `filter` to `use`, in the order of the file. Chunks outside of the
 /// filter's time are not read.
 ReadReport read_entries(mcap::Source& source, const Filter& filter,
                         const std::function<void(const Entry&)>& use);

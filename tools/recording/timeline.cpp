@@ -44,7 +44,7 @@ struct Bounds {
 Bounds bounds_of(const Timeline& timeline, const TimelineStep& service) {
   Bounds bounds;
   for (const TimelineStep& step : timeline.steps) {
-    // An operator's answer to the attempt bounds nothing: the service may answer after it.
+    // An operator's answer to the attempt sets no limit: the service may answer after it.
     if (step.by_service || step.attempt != service.attempt || step.instance != service.instance) {
       continue;
     }
@@ -151,7 +151,7 @@ void TimelineBuilder::add(TimelineStep step) {
   }
   const auto same =
       std::find_if(found_.steps.begin(), found_.steps.end(), [&](const TimelineStep& known) {
-        // Request and event take their times one after the other.
+        // Request and event get their times one after the other.
         return known.stage == step.stage && known.attempt == step.attempt &&
                (step.stage == Stage::seen || step.stage == Stage::dispatched ||
                 known.at == step.at);
@@ -170,7 +170,7 @@ Timeline TimelineBuilder::build() const {
 }
 
 void TimelineBuilder::order_service_steps(Timeline& timeline) const {
-  // A service's step is sorted in where it must have been, and keeps its own time.
+  // A service's step is placed where it must have been, and keeps its own time.
   const auto place = [&](const TimelineStep& step) {
     if (!step.by_service) {
       return step.at;

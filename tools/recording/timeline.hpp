@@ -1,4 +1,4 @@
-// One call over every hop, put together from what gateway and service say of it.
+// One call over every hop, from the samples of gateway and service.
 //
 //   TimelineBuilder builder(call);
 //   builder.add(entry);                      // any entry, in any order
@@ -58,8 +58,8 @@ struct Timeline {
   bool replayed = false;
   /// In the order in which they must have happened; where clocks differ, times are not.
   std::vector<TimelineStep> steps{};
-  /// By how much the service's clock must differ from the gateway's for the order to hold; zero if
-  /// the times agree with it.
+  /// The smallest difference between the service's clock and the gateway's with which the order
+  /// holds; zero if the times agree with it.
   std::chrono::nanoseconds clock_difference{};
 };
 
@@ -69,7 +69,7 @@ class TimelineBuilder {
 
   /// Entries of other calls are ignored.
   void add(const Entry& entry);
-  /// Without steps if nothing of the call was seen.
+  /// Without steps if no sample of the call was recorded.
   [[nodiscard]] Timeline build() const;
 
  private:

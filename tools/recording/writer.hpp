@@ -1,4 +1,4 @@
-// Puts entries into an MCAP file.
+// Writes entries into an MCAP file.
 //
 //   RecordingWriter recording(mcap_writer);
 //   recording.write(entry);

@@ -46,7 +46,7 @@ tl::expected<std::string, std::string> content_of(const fs::path& file) {
       });
 }
 
-/// A key that is not encrypted is its owner's alone.
+/// Only its owner may read an unencrypted key.
 tl::expected<void, std::string> check_mode(const fs::path& file, std::string_view passphrase) {
   struct stat status {};
   if (passphrase.empty() && ::stat(file.c_str(), &status) == 0 &&

@@ -43,7 +43,7 @@ class CertificateAuthorities {
  public:
   /// Creates both keys. Throws std::invalid_argument for a name that a certificate cannot hold.
   static CertificateAuthorities create(std::string_view plant, Time from, Time until);
-  /// From the folder that write() has filled. The error names the file and what to do.
+  /// From the folder that write() has filled. The error names the file and the remedy.
   static tl::expected<CertificateAuthorities, std::string> read(const std::filesystem::path& folder,
                                                                 std::string_view passphrase);
   /// Creates the folder, for its owner alone; the keys are encrypted if there is a passphrase.
@@ -53,7 +53,7 @@ class CertificateAuthorities {
   /// The same two keys and names, valid for longer: earlier signatures stay valid with the new
   /// certificates, and later ones are valid with the old ones.
   void renew(Time until);
-  /// Puts new certificates in the place of the old ones; keys stay as they are.
+  /// Replaces the old certificates with new ones; keys stay the same.
   [[nodiscard]] tl::expected<void, std::string> write_certificates(
       const std::filesystem::path& folder) const;
   /// The validity of the CAs in the folder; needs no passphrase.
@@ -65,11 +65,11 @@ class CertificateAuthorities {
   [[nodiscard]] CredentialFiles issue(const fabric::trust::Participant& participant, bool foreign,
                                       std::string_view fabric, Time from, Time until,
                                       const std::vector<base::openssl::Revoked>& revoked) const;
-  /// The list of taken-back certificates, as each participant has it.
+  /// The CRL, as each participant has it.
   [[nodiscard]] std::string revocations(const std::vector<base::openssl::Revoked>& revoked,
                                         Time now) const;
 
-  /// Nothing that they sign can be valid for longer.
+  /// No certificate from them can be valid for longer.
   [[nodiscard]] Time until() const { return identity_.certificate.until(); }
 
  private:

@@ -28,7 +28,7 @@ using Result = tl::expected<T, std::string>;
 /// The suffix of a folder that is being written.
 constexpr std::string_view unfinished = ".part";
 
-/// Of tar: everything comes in blocks of this size, and two empty ones end it.
+/// Of tar: everything is in blocks of this size, and two empty ones end it.
 constexpr std::size_t block_size = 512;
 
 /// One field of a header: where, how long, what.
@@ -78,7 +78,7 @@ Result<void> write_participant_folder(const fs::path& folder,
       return written;
     }
   }
-  // Exchanged in one step where there is an old one, which then has the other name.
+  // Exchanged atomically if there is an old one, which then has the other name.
   const bool renewed = fs::exists(folder, failed);
   if (::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(),
                   renewed ? RENAME_EXCHANGE : RENAME_NOREPLACE) != 0) {

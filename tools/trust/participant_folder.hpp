@@ -1,4 +1,4 @@
-// A participant's folder: written whole or not at all, and packed for its host.
+// A participant's folder: written completely or not at all, and packed for its host.
 #pragma once
 
 #include <filesystem>

@@ -61,7 +61,7 @@ Result<CertificateAuthorities> create_authorities(std::string_view name, Time fr
   }
 }
 
-/// A folder that is not there yet, or is empty; returns whether it was made.
+/// A folder that does not exist yet, or is empty; returns whether it was created.
 Result<bool> make_empty_folder(const fs::path& folder) {
   std::error_code failed;
   if (fs::exists(folder, failed)) {

@@ -29,18 +29,18 @@ class TrustRegister;
 
 namespace millrace::tools::trust {
 
-/// A participant as the register has it.
+/// A participant in the register.
 struct Entry {
   fabric::trust::Participant participant;
   /// A note about its host, for people.
   std::string host;
-  /// Of what is in its folder now.
+  /// Of the certificate in its folder.
   std::string serial;
   Time from;
   Time until;
   /// All its certificates were revoked.
   bool revoked = false;
-  /// A program on another DDS.
+  /// A process with another DDS.
   bool foreign = false;
 };
 
@@ -48,11 +48,11 @@ struct IssueOptions {
   std::string host{};
   /// Validity of the certificate, in days; never longer than the CAs'.
   int days = 825;
-  /// For a program on another DDS.
+  /// For a process with another DDS.
   bool foreign = false;
 };
 
-/// Holds the folder's lock while it may write; two commands do not write it at once. Errors are for
+/// Holds the folder's lock while it may write; two commands do not write at once. Errors are for
 /// people and name the file.
 class PkiFolder {
  public:
@@ -76,7 +76,7 @@ class PkiFolder {
   /// The folder of a participant: plant/NAME.
   [[nodiscard]] std::filesystem::path folder_of(std::string_view name) const;
 
-  /// A new participant; refused if there is one of that name.
+  /// A new participant; refused if the name exists.
   tl::expected<Entry, std::string> issue(const fabric::trust::Participant& participant,
                                          const IssueOptions& options, std::string_view passphrase,
                                          Time now);
@@ -85,8 +85,7 @@ class PkiFolder {
   tl::expected<Entry, std::string> reissue(const fabric::trust::Participant& participant,
                                            const IssueOptions& options, std::string_view passphrase,
                                            Time now);
-  /// A new key, certificate and permissions; what the host has goes on being valid until its time
-  /// is over.
+  /// A new key, certificate and permissions; the host's present ones stay valid until they expire.
   tl::expected<Entry, std::string> renew(std::string_view name, int days,
                                          std::string_view passphrase, Time now);
   /// Renews the CAs for this number of days from now with their keys, then every participant that
@@ -112,7 +111,7 @@ class PkiFolder {
   tl::expected<Entry, std::string> make(config::TrustParticipant& record, int days,
                                         const CertificateAuthorities& authorities, Time now);
   [[nodiscard]] tl::expected<void, std::string> save() const;
-  /// The list of revoked participants, newly signed, for all folders.
+  /// The CRL, newly signed, for all folders.
   [[nodiscard]] tl::expected<void, std::string> spread_list(
       const CertificateAuthorities& authorities, Time now) const;
   [[nodiscard]] tl::expected<CertificateAuthorities, std::string> authorities(

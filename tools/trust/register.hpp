@@ -16,16 +16,16 @@
 
 namespace millrace::tools::trust {
 
-/// Its name in the folder.
+/// Its file name in the folder.
 inline constexpr const char* register_name = "register.textproto";
 
-/// The error says what the folder is not, or has the mistakes of the file.
+/// The error says why it is not a PKI folder, or lists the mistakes of the file.
 tl::expected<std::unique_ptr<config::TrustRegister>, std::string> read_register(
     const std::filesystem::path& folder);
 tl::expected<void, std::string> write_register(const std::filesystem::path& folder,
                                                const config::TrustRegister& participants);
 
-/// Has the record say what the participant may, and where it is meant to be.
+/// Writes the participant's permissions and note into the record.
 void describe(config::TrustParticipant& record, const fabric::trust::Participant& participant,
               const IssueOptions& options);
 Entry entry_of(const config::TrustParticipant& record);

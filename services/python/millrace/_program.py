@@ -64,7 +64,7 @@ def argument_parser(services: Sequence[_service.Service] | None = None) -> argpa
         allow_abbrev=False,
     )
     parser.add_argument("--fabric-config", metavar="FILE", help=(
-        "Interface, peers and domain of the fabric (fabric.textproto); the file that "
+        "Interface, peers and domain of the fabric (fabric.textproto); default: the file that "
         "MILLRACE_FABRIC_CONFIG names, else /etc/millrace/fabric.textproto, if it is there. Without any of them "
         "nothing leaves this host"))
     parser.add_argument("--domain", type=_number(0, 232), metavar="N",  # type: ignore[arg-type]

@@ -33,7 +33,7 @@ from typing import Any
 
 from millrace import _call, _errors, _service, _text
 
-# : Seconds that `Pending.wait()` waits by default.
+#: Seconds that `Pending.wait()` waits by default.
 PATIENCE = 10.0
 
 

@@ -36,7 +36,7 @@ inline std::string failure_of(const std::string& answer) {
 }
 
 /// What the SDK answers for a handler that was told to stop and must not run twice.
-inline constexpr const char* given_up = "ERROR: the call was given up while it ran";
+inline constexpr const char* given_up = "ERROR: the call was cancelled while it ran";
 
 /// What a handler returns begins with it if it was told before that nobody waits.
 inline constexpr const char* unwanted = "nobody waits: ";

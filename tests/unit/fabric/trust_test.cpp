@@ -197,7 +197,7 @@ TEST(Permissions, AreOfOneCertificateAndOfItsTime) {
   const std::string sut = permissions_document({}, "CN=\"x\" & y,O=plant", from, until);
   EXPECT_EQ(mismatch_in(sut, "CN=\"x\" & y,O=plant", from, until), std::nullopt);
   EXPECT_THAT(mismatch_in(sut, "CN=z,O=plant", from, until).value_or(""),
-              AllOf(HasSubstr("is about CN=\"x\" & y,O=plant"), HasSubstr("CN=z")));
+              AllOf(HasSubstr("is made for CN=\"x\" & y,O=plant"), HasSubstr("CN=z")));
   EXPECT_THAT(mismatch_in(sut, "CN=\"x\" & y,O=plant", from, until + 1s).value_or(""),
               AllOf(HasSubstr("to 1970-01-02T00:00:00Z"), HasSubstr("to 1970-01-02T00:00:01Z")));
   for (const char* nonsense : {"", "<subject_name>CN=z,O=plant", "</subject_name><subject_name>"}) {

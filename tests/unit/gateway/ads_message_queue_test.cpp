@@ -178,7 +178,7 @@ TEST_F(AdsMessageQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
          structure("CONTROL", ElementType::number(Type::real64))});
   const auto control = read_control();
   ASSERT_FALSE(control);
-  EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
+  EXPECT_THAT(control.error(), HasSubstr("not whole numbers within SD.CONTROL"));
 }
 
 TEST_F(AdsMessageQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
@@ -203,7 +203,7 @@ TEST_F(AdsMessageQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
                 {"SD.CONTROL.LastGet", {.number = 2, .value = 0xFFFFFFFC}}};
   const auto control = read_control();
   ASSERT_FALSE(control);
-  EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
+  EXPECT_THAT(control.error(), HasSubstr("not whole numbers within SD.CONTROL"));
 }
 
 TEST_F(AdsMessageQueueTest, IsToldOfChanges) {

@@ -161,9 +161,8 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
-  EXPECT_THAT(
-      all<Show>(actions).back().status.reason,
-      HasSubstr("gateway 5f (pid 1 on host7), which is gone, may have given this call out"));
+  EXPECT_THAT(all<Show>(actions).back().status.reason,
+              HasSubstr("gateway 5f (pid 1 on host7) is gone and may have dispatched this call"));
   core::CommandResult result;
   EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now))),
               SizeIs(1));

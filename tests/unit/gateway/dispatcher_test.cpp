@@ -240,7 +240,7 @@ TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
   const dispatch::Decisions decisions = sut.on_time(start + 100ms);
   EXPECT_THAT(words(decisions), ElementsAre("1 held"));
   EXPECT_THAT(std::get<dispatch::Unassign>(decisions.front()).reason,
-              testing::StartsWith("service1 (pid 1 on host) is lost with this call"));
+              testing::StartsWith("service1 (pid 1 on host) is lost during this call"));
   EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
 }
 
@@ -311,7 +311,8 @@ TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
 
 TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
   const fabric::ChannelKey channel{"cnc", 1};
-  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(HasSubstr("no service has the UUID")));
+  EXPECT_THAT(sut.why_unserved(uuid, channel),
+              testing::Optional(HasSubstr("no service has the UUID")));
   auto elsewhere = instance(1);
   elsewhere.channels = {{"cnc", 2}, {"", 3}};
   sut.on_instance_ready(elsewhere);

@@ -160,7 +160,7 @@ TEST_P(JournalFile, RefusesAFileThatIsNoJournal) {
     open();
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("calls.journal: it does not begin as a journal"));
+    EXPECT_THAT(error.what(), HasSubstr("calls.journal: it does not begin like a journal"));
   }
 }
 

@@ -22,7 +22,7 @@ TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
   ASSERT_TRUE(sut.settle());
   sut.ring.initialise();
   ASSERT_TRUE(sut.settle());
-  EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway has left it")));
+  EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway wrote it")));
 }
 
 TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
@@ -143,7 +143,7 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
     ++written;
     ASSERT_TRUE(sut.settle());
     if (written == 6) {
-      EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("6 of 8 messages that may wait")));
+      EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("6 of 8 messages that the journal may hold")));
     }
   }
   EXPECT_EQ(written, 8 + 4);
@@ -172,7 +172,7 @@ TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAn
     ASSERT_TRUE(sut.ring.write(std::to_string(number)));
   }
   ASSERT_TRUE(sut.settle());
-  ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that may wait")));
+  ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that the journal may hold")));
   sut.switch_controller_off();
   sut.serve();
   ASSERT_TRUE(sut.settle());

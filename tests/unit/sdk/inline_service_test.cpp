@@ -85,7 +85,7 @@ TEST_F(InlineServiceTest, RunsAHandlerThatIsNotPromptAfterAllOnAThreadOfItsOwnAn
     EXPECT_EQ(answer(sut, 1), this_thread());
     EXPECT_NE(answer(sut, 2), this_thread());
   }
-  EXPECT_THAT(text.str(), AllOf(HasSubstr("ms for call 1-1 in the thread that receives"),
+  EXPECT_THAT(text.str(), AllOf(HasSubstr("ms for call 1-1 in the receiving thread"),
                                 HasSubstr("10.000 ms are allowed")));
 }
 
@@ -105,7 +105,7 @@ TEST_F(InlineServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
   EXPECT_EQ(answer(sut, 2), "4");
 }
 
-// Its lines are written in the thread that receives: a terminal that was stopped stopped reception.
+// Its lines are written in the receiving thread: a terminal that was stopped stopped reception.
 TEST_F(InlineServiceTest, AnswersThoughNobodyReadsItsLog) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);

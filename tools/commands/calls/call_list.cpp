@@ -158,7 +158,7 @@ const print::Listing<CallRow>& listing() {
        }},
       {"ATTEMPT", "attempt", [](const auto& row) -> Cell { return std::int64_t{row.call.attempt}; },
        Align::right, print::only_wide},
-      {"WHY", "detail", [](const auto& row) -> Cell { return row.call.detail; }, Align::left, 5}};
+      {"WHY", "detail", [](const auto& row) -> Cell { return row.call.detail; }}};
   return calls;
 }
 

@@ -35,7 +35,7 @@ class Follower : public fabric::observer::ObserverListener {
     }
   }
 
-  /// Until a signal, or until as many calls as were asked for have ended.
+  /// Until a signal, or until the wanted number of calls has ended.
   void run() {
     signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
     draw();
@@ -78,7 +78,7 @@ class Follower : public fabric::observer::ObserverListener {
     }
     const auto now = std::chrono::system_clock::now();
     const Screen::Size size = Screen::size();
-    // The line behind the last one would scroll.
+    // A line after the last one would scroll.
     Screen::draw(board_.text(live_, follower_, now, size.rows - 1, size.columns));
     timer_.expires_after(refresh);
     timer_.async_wait([this](const boost::system::error_code& error) {

@@ -9,8 +9,8 @@ namespace millrace::tools::commands::calls {
 /// True if standard output is a terminal.
 bool output_is_terminal();
 
-/// Takes the terminal's other screen while it lives, without its cursor, and gives the first one
-/// back as it was.
+/// Uses the terminal's alternate screen without a cursor while it lives, and restores the first
+/// one.
 class Screen {
  public:
   Screen();

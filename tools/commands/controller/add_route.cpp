@@ -1,4 +1,4 @@
-// millrace controller add-route: has a controller keep a route to this host.
+// millrace controller add-route: adds a route to this host in a controller.
 #include <algorithm>
 #include <exception>
 #include <fstream>
@@ -44,7 +44,7 @@ struct RouteOptions {
   std::uint16_t port = 0;
 };
 
-/// What the command works with; texts are in CP1252.
+/// The values of the command; texts are in CP1252.
 struct Job {
   const RouteOptions& options;
   cnc::ads::NetId net_id;
@@ -102,7 +102,7 @@ void write(const fs::path& file, const std::string& text, mode_t mode) {
   }
 }
 
-/// Those in the folder, made if there are none.
+/// The files in the folder; created if they are missing.
 cnc::ads::SelfSigned own_certificate(const fs::path& folder) {
   const fs::path certificate = certificate_in(folder);
   const fs::path key = key_in(folder);

@@ -1,4 +1,4 @@
-// Questions to AMS routers over UDP, and their answers.
+// Requests to AMS routers over UDP, and their responses.
 #pragma once
 
 #include <chrono>
@@ -24,9 +24,9 @@ struct Question {
   std::chrono::milliseconds patience{1000};
 };
 
-/// Each with the address that it came from. Returns when all that were asked have answered, or
+/// Each response with the address that it came from. Returns when all addresses have responded, or
 /// `patience` is over; with a broadcast always after that. Throws std::runtime_error if the network
-/// does not take the question.
+/// refuses the request.
 boost::asio::awaitable<std::vector<std::pair<std::string, cnc::ads::Datagram>>> ask(
     Question question);
 

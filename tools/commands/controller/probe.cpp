@@ -1,4 +1,4 @@
-// millrace controller probe: what a controller offers to a gateway, and how that is configured.
+// millrace controller probe: what a controller offers to a gateway, and its configuration.
 #include "cnc/variables/probe.hpp"
 
 #include <algorithm>
@@ -130,7 +130,7 @@ asio::awaitable<Answer> ask_port(std::string host, std::uint16_t port, std::stri
                    socket ? Verdict::there : Verdict::optional};
 }
 
-/// The name of the controller as that of a machine may be.
+/// The name of the controller, made valid as a machine name.
 std::string machine_name(const std::optional<cnc::ads::Identity>& identity) {
   std::string name = identity ? identity->name : "";
   std::ranges::transform(name, name.begin(), [](unsigned char c) {
@@ -139,7 +139,7 @@ std::string machine_name(const std::optional<cnc::ads::Identity>& identity) {
   return gateway::settings::wrong_name(name).empty() ? name : "cnc";
 }
 
-/// A NetId as it is by habit: the address and .1.1.
+/// The usual NetId: the address and .1.1.
 std::string usual_net_id(const asio::ip::address& address) {
   return address.to_string() + ".1.1";
 }
@@ -161,7 +161,7 @@ asio::awaitable<config::Machine> machine_of(const ProbeOptions& options,
   udp::socket socket(executor);
   socket.connect(controller);
   const std::string ours = usual_net_id(socket.local_endpoint().address());
-  // A virtual CNC on this host has that one; then the default of the configuration.
+  // A virtual CNC on this host has this one; then the default of the configuration.
   const std::string usual = ours == machine.net_id() ? machine.source_net_id() : ours;
   machine.set_source_net_id(options.net_id.empty() ? usual : options.net_id);
   if (!options.psk.empty()) {
@@ -197,7 +197,7 @@ asio::awaitable<void> ask_controller(MachineSettings machine, Report& report) {
   auto client = std::make_unique<cnc::ads::Client>(executor, options);
   auto connected = co_await client->connect();
   if (!connected && connected.error().code == cnc::ads::ErrorCode::target_port_not_found) {
-    // So there is a route, and no CNC. What else is there?
+    // So the route exists, but no CNC. Which other services are there?
     options.probe_port = system_service;
     client = std::make_unique<cnc::ads::Client>(executor, options);
     const auto without_cnc = co_await client->connect();

@@ -92,7 +92,8 @@ void listen(const DataOptions& options, const OnEntry& on_entry) {
 
 int say_unknown_machine(const DataOptions& options) {
   Names known;
-  for (const auto& [key, status] : bus::take_snapshot(options.fabric.options()).machines()) {
+  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  for (const auto& [key, status] : live.machines()) {
     known.push_back(key.first);
   }
   return std::ranges::find(known, options.machine) != known.end()

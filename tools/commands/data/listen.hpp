@@ -21,7 +21,7 @@ struct DataOptions {
   /// Adds MACHINE, --channel, --watch, --count, --wait, --json and the fabric's flags.
   DataOptions(CLI::App& command, const std::string& what);
 
-  /// Of the machine and channel that are wanted.
+  /// Whether the sample is of a wanted machine and channel.
   [[nodiscard]] bool takes(const fabric::ChannelKey& key) const;
 
   fabric::profile::FabricFlags fabric;

@@ -1,4 +1,4 @@
-// millrace programs: what became of the NC programs of machines.
+// millrace programs: starts, ends and aborts of the NC programs of machines.
 #include <map>
 
 #include <boost/json/array.hpp>

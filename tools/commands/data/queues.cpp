@@ -1,4 +1,4 @@
-// millrace queues: the message queues of controllers, and how far each is read.
+// millrace queues: the message queues of controllers, and their read positions.
 #include <map>
 
 #include <boost/json/array.hpp>
@@ -47,7 +47,7 @@ struct Numbers {
   [[nodiscard]] std::int64_t number(std::string_view name) const {
     return fabric::number_of(sample, name).value_or(0);
   }
-  /// "3 of 99": messages that stand in the controller.
+  /// "3 of 99": messages in the controller.
   [[nodiscard]] std::string filled() const {
     const auto filled = fabric::filled_of(sample);
     return filled ? fmt::format("{} of {}", filled->messages, filled->room) : "-";

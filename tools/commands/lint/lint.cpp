@@ -17,7 +17,7 @@ namespace {
 using base::program::UsageError;
 namespace checks = tools::lint;
 
-/// Something was found that stops a build.
+/// There is a finding that fails a build.
 constexpr int exit_found = 1;
 
 struct Options : look::SnapshotOptions {
@@ -82,7 +82,7 @@ checks::LintOptions checks_of(const Options& options) {
   }
   std::vector<std::filesystem::path> folders(options.folders.begin(), options.folders.end());
   for (const std::string& program : options.programs) {
-    // As the controller does: beside the program that calls, if nothing else is said.
+    // Like the controller: beside the calling program, unless folders are given.
     folders.push_back(std::filesystem::path(program).parent_path());
   }
   wanted.load = [folders = std::move(folders)](const std::string& name) {
@@ -125,7 +125,7 @@ void add_lint(CLI::App& app, Chosen& chosen) {
                                      "millrace lint --live part.nc");
   auto options = std::make_shared<Options>(command);
   command.add_option("programs", options->programs, "NC programs; - is standard input");
-  // Each may be given several times, and takes no program for its next value.
+  // Each may be repeated, and does not take a program for its next value.
   command
       .add_option("--path", options->folders,
                   "Folder of subprograms and cycles, before the one of the program")

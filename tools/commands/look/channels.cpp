@@ -59,8 +59,9 @@ const print::Listing<ChannelRow>& channels_listing() {
       {"FAILED", "",
        [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.failed); },
        Align::right, 5},
-      {"WHY", "", [](const ChannelRow& row) -> Cell { return row.status.reason; }, Align::left,
-       1}}.with_fields<fabric::ChannelStatus>([](const ChannelRow& row) { return &row.status; });
+      {"WHY", "", [](const ChannelRow& row) -> Cell {
+         return row.status.reason;
+       }}}.with_fields<fabric::ChannelStatus>([](const ChannelRow& row) { return &row.status; });
   return channels;
 }
 

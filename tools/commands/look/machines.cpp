@@ -56,7 +56,7 @@ const print::Listing<MachineStatus>& machines_listing() {
        8},
       {"ROUND TRIP", "", [](const auto& it) { return if_known(it.round_trip); }, Align::right, 3},
       {"GATEWAY", "", &gateway_of, Align::left, 7},
-      {"WHY", "", [](const auto& it) -> Cell { return why(it); }, Align::left, 1},
+      {"WHY", "", [](const auto& it) -> Cell { return why(it); }},
       {"", "pushed", [](const auto& it) -> Cell {
          return print::is_pushed(it);
        }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });

@@ -49,7 +49,9 @@ Cell number(Number value) {
 
 const print::Listing<ServiceRow>& services_listing() {
   static const print::Listing<ServiceRow> services{
-      {"SERVICE", "name", [](const auto& row) -> Cell { return row.name; }},
+      {"SERVICE", "",
+       [](const auto& row) -> Cell { return row.name.empty() ? row.uuid : row.name; }},
+      {"", "name", [](const auto& row) -> Cell { return row.name; }},
       {"UUID", "uuid", [](const auto& row) -> Cell { return row.uuid; }, Align::left, 5},
       {"INSTANCES", "instances", [](const auto& row) { return number(row.instances.size()); },
        Align::right, 1},
@@ -67,7 +69,7 @@ const print::Listing<ServiceRow>& services_listing() {
       {"MEAN", "mean_ms",
        [](const auto& row) -> Cell { return row.mean ? Cell(*row.mean) : Cell(); }, Align::right,
        4},
-      {"PROBLEM", "problem", [](const auto& row) -> Cell { return row.problem; }, Align::left, 1}};
+      {"PROBLEM", "problem", [](const auto& row) -> Cell { return row.problem; }}};
   return services;
 }
 
@@ -176,7 +178,7 @@ const print::Listing<InstanceRow>& instances_listing() {
           {"REPEATED", "", &count<&Status::repeated>, Align::right, only_wide},
           {"CANCELLED", "", &count<&Status::cancelled>, Align::right, only_wide},
           {"DECLINED", "", &count<&Status::declined>, Align::right, only_wide},
-          {"PROBLEM", "", &problem_of, Align::left, 1},
+          {"PROBLEM", "", &problem_of},
           {"", "answered",
            [](const Row& row) -> Cell {
              return row.was_asked ? Cell(row.answer.has_value()) : Cell();

@@ -1,4 +1,4 @@
-// millrace answer: answers a pending call in the service's place.
+// millrace answer: answers a pending call instead of the service.
 #include "base/program/number_range.hpp"
 #include "base/text/cp1252.hpp"
 #include "tools/commands/operate/operate.hpp"

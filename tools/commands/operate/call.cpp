@@ -73,7 +73,7 @@ caller::Order order_of(const CallOptions& options, const std::string& uuid, std:
   if (!options.machine.empty()) {
     const fabric::ChannelKey named{options.machine, options.channel};
     order.as = named;
-    // In a live machine's place a call would disturb that machine's own.
+    // In the name of a present machine, a call would disturb that machine's own calls.
     if (!caller::reason_taken(bus::take_snapshot(options.fabric.options()), named)) {
       order.key = named;
     }
@@ -130,7 +130,7 @@ class Errand : public caller::CallerListener {
         wait_for_a_service(call);
         return;
       }
-      // An instance that drains takes no new call, and ends those that it has.
+      // A draining instance accepts no new call, and finishes its own.
       const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
       if (why && !caller_.is_given_out(call)) {
         caller_.give_up(call, *why);

@@ -1,4 +1,4 @@
-// millrace drain: has instances finish their calls and leave.
+// millrace drain: makes instances finish their calls and leave.
 #include <algorithm>
 #include <map>
 #include <set>

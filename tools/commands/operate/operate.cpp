@@ -108,7 +108,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   };
   bus::FabricModel live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
   if (!live.channels().contains(key)) {
-    // On a busy host its gateway may be heard later than what is announced first.
+    // On a busy host its gateway may be discovered later than the first processes.
     live = bus::take_snapshot(options.fabric.options(), {.at_least = std::chrono::seconds(3)},
                               is_pending);
   }

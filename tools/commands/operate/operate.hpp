@@ -49,8 +49,8 @@ boost::json::array json_of(const Instances& instances, const Answers& answers);
 /// Adds the argument CHANNEL, as in "cnc/1".
 void add_channel_key(CLI::App& command, fabric::ChannelKey& key);
 
-/// Sends a command about the pending call of `key` and prints the gateway's word. Fails if nothing
-/// is pending there, or the gateway does not answer or refuses.
+/// Sends a command about the pending call of `key` and prints the gateway's outcome. Fails if
+/// nothing is pending there, or the gateway does not respond or refuses.
 int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                  fabric::Command command);
 

@@ -1,4 +1,4 @@
-// millrace retry: gives a pending call out again.
+// millrace retry: dispatches a pending call again.
 #include "tools/commands/operate/operate.hpp"
 
 namespace millrace::tools::commands::operate {

@@ -74,7 +74,7 @@ recorder::Options recorder_options(const Options& options,
   return result;
 }
 
-/// The fabric's configuration belongs to what was recorded with it.
+/// Attaches the configuration of the recorded fabric.
 void attach_configuration(const Options& options, recorder::Options& settings) {
   const std::filesystem::path file = options.fabric.file();
   if (file.empty()) {
@@ -114,7 +114,7 @@ void repair_leftovers(const recorder::Options& settings) {
   }
 }
 
-/// Before it says that it is ready.
+/// Before the ready line.
 void expect_place(const recorder::Options& settings) {
   const auto folder =
       settings.file.has_parent_path() ? settings.file.parent_path() : std::filesystem::path(".");
@@ -128,7 +128,7 @@ void expect_place(const recorder::Options& settings) {
   }
 }
 
-/// The files, and with JSON the numbers too.
+/// Prints the files, and with JSON also the numbers.
 void show(const Options& options, const std::vector<std::filesystem::path>& files,
           const fabric::observer::Counts& counts, const recorder::Recorder& recorder) {
   if (!options.json) {

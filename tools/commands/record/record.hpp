@@ -1,4 +1,4 @@
-// `millrace record`: everything on a fabric into a file.
+// `millrace record`: records a whole fabric into a file.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"

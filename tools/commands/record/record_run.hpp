@@ -1,4 +1,4 @@
-// A recording while it is made: the fabric on one side, the file on the other, until a signal.
+// A running recording: from the fabric into the file, until a signal.
 //
 //   RecordRun run(participant, options);
 //   run.start();
@@ -27,7 +27,7 @@ class RecordRun : public fabric::observer::ObserverListener {
  public:
   RecordRun(fabric::dds::Participant& participant, recorder::Options options);
 
-  /// Begins the file; the error is why that is not possible.
+  /// Begins the file; the error is the reason of a failure.
   recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
 
   /// Records until a signal, a full disk or an error; the latter is the result.
@@ -37,7 +37,7 @@ class RecordRun : public fabric::observer::ObserverListener {
   void on_ignored(const std::string& reason) override;
 
   [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
-  /// Of what others said.
+  /// The samples of other processes.
   [[nodiscard]] fabric::observer::Counts counts() const;
 
  private:

@@ -56,9 +56,10 @@ int repair(const RepairOptions& options) {
 
 void add_repair(CLI::App& recording, Chosen& chosen) {
   auto options = std::make_shared<RepairOptions>();
-  CLI::App& command = add_subcommand(
-      log, "repair", "Write what can be read of a cut or damaged recording to a new, whole file",
-      "millrace recording repair run.mcap.part -o run.mcap");
+  CLI::App& command =
+      add_subcommand(recording, "repair",
+                     "Write what can be read of a cut or damaged recording to a new, whole file",
+                     "millrace recording repair run.mcap.part -o run.mcap");
   add_file(command, options->file);
   command.add_option("-o,--output", options->output,
                      "The new file; by default FILE with .repaired before .mcap");

@@ -62,7 +62,7 @@ tools::replay::AsCncOptions settings_of(const Options& options) {
   return settings;
 }
 
-/// Sees which services are there, and calls none.
+/// Follows which services are there, and calls none.
 struct Onlooker : caller::CallerListener {
   void on_ended(const caller::Ended&) override {}
 };

@@ -42,7 +42,7 @@ std::map<fabric::ChannelKey, fabric::ChannelKey> channels_answered(const Options
   return channels;
 }
 
-/// A stand-in beside the service itself would take its calls.
+/// A replay beside the service itself would take its calls.
 void check_unserved(const Options& options, const Plan& plan) {
   const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
   for (const tools::replay::PlannedCall& call : plan.calls) {

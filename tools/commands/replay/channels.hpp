@@ -1,4 +1,4 @@
-// In which channels a recording is replayed.
+// The channels of a replay.
 #pragma once
 
 #include <map>
@@ -8,8 +8,8 @@
 
 namespace millrace::tools::commands::replay {
 
-/// The channel for each recorded one: what --channel names, otherwise one of a machine whose name
-/// is drawn. Throws UsageError if two of them would be one, or a name is too long.
+/// The channel for each recorded one: from --channel, otherwise one of a machine with a random
+/// name. Throws UsageError if two of them are the same, or a name is too long.
 std::map<fabric::ChannelKey, fabric::ChannelKey> channels_asked(
     const Options& options, const std::set<fabric::ChannelKey>& recorded);
 

@@ -1,4 +1,4 @@
-// millrace replay --data: recorded machine data and events of programs once more.
+// millrace replay --data: recorded machine data and events of NC programs again.
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -131,7 +131,7 @@ class DataReplay {
     check(end_.publish(event));
   }
 
-  /// A file may hold anything: what is too long for the fabric costs that sample.
+  /// A file may contain anything: a value that is too long for the fabric loses its sample.
   void check(const tl::expected<void, std::string>& published) {
     if (!published && refused_++ == 0) {
       progress_.clear();

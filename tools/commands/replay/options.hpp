@@ -42,9 +42,9 @@ struct Options {
   tools::replay::Tolerances tolerances;
   bool json = false;
 
-  /// For services, or for a gateway, before the first call.
+  /// The waiting time for services, or for a gateway, before the first call.
   std::chrono::nanoseconds wait = std::chrono::seconds(10);
-  /// For the answer to a call.
+  /// The waiting time for the response to a call.
   std::chrono::nanoseconds timeout = std::chrono::seconds(30);
 
   /// --as-service.

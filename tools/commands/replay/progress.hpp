@@ -1,4 +1,4 @@
-// A line on the terminal that says how far something long is.
+// A progress line on the terminal.
 #pragma once
 
 #include <chrono>
@@ -9,7 +9,7 @@ namespace millrace::tools::commands::replay {
 /// Shows nothing if standard error is not a terminal.
 class Progress {
  public:
-  /// `total` 0 = no end is known; `what` they are.
+  /// `total` 0 = unknown; `what` is the plural noun of the counted things.
   explicit Progress(std::size_t total, const char* what = "calls");
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;

@@ -1,4 +1,4 @@
-// `millrace replay`: a recording in the place of machines, of services or of a controller.
+// `millrace replay`: a recording instead of machines, services or a controller.
 #pragma once
 
 #include "tools/commands/replay/options.hpp"
@@ -10,7 +10,7 @@ namespace millrace::tools::commands::replay {
 
 void add_replay(CLI::App& app, Chosen& chosen);
 
-// One source file per way. Each returns the exit code.
+// One source file for each kind. Each returns the exit code.
 int to_services(const Options& options, const tools::replay::Plan& plan);
 int as_service(const Options& options, const tools::replay::Plan& plan);
 int as_cnc(const Options& options, const tools::replay::Plan& plan);

@@ -53,7 +53,7 @@ bool ReplayRun::wait_until_there(const std::function<std::vector<std::string>()>
     names = missing();
   }
   if (names.empty() && !interrupted_) {
-    // Recorders and other onlookers find the new endpoints, too.
+    // Recorders and other observers discover the new endpoints, too.
     io_.restart();
     io_.run_for(settle_time);
   }

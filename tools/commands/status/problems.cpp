@@ -77,9 +77,7 @@ void add_channels(Problems& problems, const bus::FabricModel& live, fabric::Time
         break;
       case bus::Obstacle::unserved:
         problems.push_back(
-            {exit_unserved, "NO SERVICE", name, status.since,
-             fmt::format("{} has no running service: {}", status.uuid, status.reason),
-             "start the service"});
+            {exit_unserved, "NO SERVICE", name, status.since, status.reason, "start the service"});
         break;
       case bus::Obstacle::long_busy:
         problems.push_back(

@@ -326,7 +326,7 @@ void print_as_text(const StatusOptions& options, const bus::FabricModel& live,
   if (!machines.empty()) {
     fmt::print("\n{}", machines_listing().text(machines, {.width = width_of_output()}, now));
   }
-  if (asked) {
+  if (asked && !(asked->gateways.empty() && asked->instances.empty())) {
     fmt::print("\n");
     operate::print_answers(asked->gateways, asked->of_gateways);
     operate::print_answers(asked->instances, asked->of_instances);

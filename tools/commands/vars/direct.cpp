@@ -86,7 +86,7 @@ asio::awaitable<tl::expected<TypedReading, Failure>> read_one(Channel& channel, 
   co_return read;
 }
 
-/// Why it should not be written; empty if nothing speaks against it.
+/// Why it should not be written; empty if there is no objection.
 std::string objection(const NewValue& value, const Reading& before) {
   if (value.force) {
     return {};

@@ -1,4 +1,4 @@
-// millrace vars MACHINE list: which variables a channel has.
+// millrace vars MACHINE list: the variables of a channel.
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 

@@ -53,7 +53,7 @@ Failure failure_of(const VariableResult& result) {
           static_cast<cnc::ads::ErrorCode>(result.error)};
 }
 
-/// The first of the controller's errors, for what to do.
+/// The first of the controller's errors, for the advice.
 cnc::ads::ErrorCode error_in(const fabric::VariableReply& reply) {
   for (const VariableResult& one : reply.results) {
     if (one.error != 0) {

@@ -1,5 +1,5 @@
 // `millrace vars`: the variables of a controller, through its gateway or over ADS itself. One
-// source file for each of `list`, `read`, `write`, and for each way.
+// source file for each of `list`, `read`, `write`, and for each kind of access.
 #pragma once
 
 #include <chrono>
@@ -54,12 +54,12 @@ struct Failure {
 struct Reading {
   cnc::variables::Description description;
   std::vector<cnc::variables::Element> elements;
-  /// The whole of an array was meant.
+  /// The whole array was requested.
   bool is_array = false;
 };
 
-/// A value that is to be written, as people write it, in UTF-8; `force`: also what is READ_ONLY,
-/// and V.G.SERVICE.*.
+/// A value to write, as people write it, in UTF-8; `force`: also READ_ONLY variables, and
+/// V.G.SERVICE.*.
 struct NewValue {
   std::string name;
   std::vector<std::string> values;
@@ -70,7 +70,7 @@ struct Change {
   Reading after;
 };
 
-/// One way to one channel of a controller.
+/// One kind of access to one channel of a controller.
 class Source {
  public:
   virtual ~Source() = default;
@@ -82,20 +82,22 @@ class Source {
   virtual tl::expected<Change, Failure> write(const NewValue& value) = 0;
 };
 
-/// The controller itself. Says beforehand that a router of TwinCAT keeps one connection per host. A
-/// failure says why it cannot be reached. Throws base::program::UsageError if MACHINE names none.
+/// The controller itself. Warns first that a router of TwinCAT keeps one connection per host. A
+/// failure has the reason why it cannot be reached. Throws base::program::UsageError if MACHINE
+/// names none.
 tl::expected<std::unique_ptr<Source>, Failure> controller(const VarsOptions& options);
 /// Its gateway. Throws std::runtime_error if the fabric cannot be joined, and UsageError for flags
-/// that go with --direct.
+/// that need --direct.
 std::unique_ptr<Source> gateway(const VarsOptions& options);
 
-/// Does `work`, which returns the exit code, the way that the options say; or says why not.
+/// Runs `work`, which returns the exit code, with the access that the options choose; or prints why
+/// not.
 int with_source(const VarsOptions& options, const std::function<int(Source&)>& work);
 
 /// "millrace: cnc, channel 1: WHAT: 0x710 symbol not found" to standard error, with what to do.
 void print_failure(const VarsOptions& options, const Failure& failure);
 
-/// The values in CP1252; the failure names the one that a controller has no letters for.
+/// The values in CP1252; the failure names the one with characters that a controller lacks.
 tl::expected<std::vector<std::string>, Failure> controller_texts(const NewValue& value);
 
 /// "3.5", "TRUE", "\"text\"", "[1, 2, 3]".

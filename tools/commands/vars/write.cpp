@@ -1,4 +1,4 @@
-// millrace vars MACHINE write: gives a variable another value.
+// millrace vars MACHINE write: writes a variable.
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"

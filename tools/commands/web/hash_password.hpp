@@ -3,7 +3,8 @@
 
 namespace millrace::tools::commands::web {
 
-/// Reads a line from standard input, unseen on a terminal, and prints its hash; the exit code.
+/// Reads a line from standard input, without echo on a terminal, and prints its hash; returns the
+/// exit code.
 int print_hash();
 
 }  // namespace millrace::tools::commands::web

@@ -103,7 +103,7 @@ bool blame_trust(const Findings& found, const ReceivedAnnouncement& each, Report
 
 }  // namespace
 
-/// Multicast comes through, but what is sent to one of us alone does not.
+/// Multicast arrives, but packets to one host alone do not.
 void for_half_deaf(const Findings& found, Report& report) {
   const bool trusted = !found.joining.trusted_as.empty();
   const auto needs_trust = [&](const ReceivedAnnouncement& each) {

@@ -1,4 +1,4 @@
-// Programs that should be here and are not: where are they?
+// Processes that should be on the fabric and are not: where are they?
 #pragma once
 
 #include <set>
@@ -9,7 +9,7 @@
 
 namespace millrace::tools::doctor::checks {
 
-/// Multicast comes through, but what is sent to one of us alone does not.
+/// Multicast arrives, but packets to one host alone do not.
 void for_half_deaf(const Findings& found, Report& report);
 /// This fabric has no other process; the domain has the fabrics `others`.
 void for_the_others(const Findings& found, const std::set<std::string>& others, Report& report);

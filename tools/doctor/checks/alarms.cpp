@@ -18,7 +18,7 @@ void at_alarms(const Findings& found, Report& report) {
         report.warning(what, advice);
         break;
       default:
-        // Whatever a newer program means by it.
+        // An unknown level of a newer version counts as a problem.
         report.problem(what, advice);
         break;
     }

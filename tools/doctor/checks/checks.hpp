@@ -6,11 +6,11 @@
 
 namespace millrace::tools::doctor::checks {
 
-/// Is the interface there, up and fit for what the fabric wants of it?
+/// Does the interface exist, is it up, and does it support what the fabric needs?
 void at_the_interface(const Findings& found, Report& report);
 /// Are gateways and services on this fabric, and if not: why?
 void who_is_there(const Findings& found, Report& report);
-/// Is each peer that is named there, and if not: why?
+/// Is each configured peer there, and if not: why?
 void at_peers(const Findings& found, Report& report);
 /// The certificate of this process, its validity, and which other participants it accepts.
 void at_trust(const Findings& found, Report& report);
@@ -18,7 +18,7 @@ void at_trust(const Findings& found, Report& report);
 void at_endpoints(const Findings& found, Report& report);
 /// Is each machine connected to a gateway?
 void at_machines(const Findings& found, Report& report);
-/// Channels that wait, and for what.
+/// Waiting channels, and their reasons.
 void at_channels(const Findings& found, Report& report);
 /// The alarms of processes.
 void at_alarms(const Findings& found, Report& report);

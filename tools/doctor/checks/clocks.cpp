@@ -12,9 +12,9 @@ namespace {
 
 using base::text::safe;
 
-/// Clocks that differ less than this are as good as set: recordings stay readable.
+/// A smaller difference is acceptable: recordings stay readable.
 constexpr std::chrono::nanoseconds small_difference = std::chrono::milliseconds(100);
-/// From here on times of two hosts mean nothing together.
+/// From here on, times of two hosts cannot be compared.
 constexpr std::chrono::nanoseconds large_difference = std::chrono::seconds(10);
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 using base::text::safe;
 
-/// The programs of the domain but this one.
+/// The other processes of the domain.
 struct Company {
   /// On this fabric.
   std::vector<const Program*> ours;
@@ -51,7 +51,7 @@ std::string ip_of(const std::string& addresses) {
              : addresses.substr(begin + 1, end - begin - 1);
 }
 
-/// By name, or by address where a program of another vendor names none.
+/// By name, or by address where another vendor's process has no name.
 std::set<std::string> hosts_of(const Company& company) {
   std::set<std::string> hosts;
   std::set<std::string> known;

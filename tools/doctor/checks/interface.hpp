@@ -1,4 +1,4 @@
-// The interface by which this program joins the fabric.
+// The interface by which this process joins the fabric.
 #pragma once
 
 #include "tools/doctor/findings.hpp"
@@ -7,7 +7,7 @@ namespace millrace::tools::doctor::checks {
 
 /// nullptr if this host has none of that name or address.
 const Interface* own_interface(const Findings& found);
-/// Programs of this host only can be seen then.
+/// Only processes of this host are visible then.
 bool on_loopback(const Findings& found);
 
 }  // namespace millrace::tools::doctor::checks

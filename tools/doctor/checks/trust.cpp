@@ -51,7 +51,7 @@ void at_trust(const Findings& found, Report& report) {
     return;
   }
   at_our_own(found.joining, report);
-  // Hosts that name different times have different lists.
+  // Hosts with different times have different CRLs.
   report.fine(fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
                           found.joining.revoked.empty() ? "none" : list_of(found.joining.revoked)));
   // A participant whose endpoints discovery shows here has proved its certificate.
@@ -65,7 +65,7 @@ void at_trust(const Findings& found, Report& report) {
     }
   }
   if (!believed.empty()) {
-    report.fine("believed here: " + list_of(believed));
+    report.fine("accepted here: " + list_of(believed));
   }
   std::set<std::string> proved;
   for (const fabric::ParticipantIdentity& identity : found.identities) {

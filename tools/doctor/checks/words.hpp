@@ -10,7 +10,7 @@ namespace millrace::tools::doctor::checks {
 
 /// "a, b, c", fit for a terminal.
 std::string list_of(const std::set<std::string>& names);
-/// "name on host, pid 17", as much of it as is known.
+/// "name on host, pid 17", as far as it is known.
 std::string program_text(const Announcement& who);
 
 }  // namespace millrace::tools::doctor::checks

@@ -109,6 +109,46 @@ export function layOut(timeline, now = NaN) {
   return { start, end, steps, lanes, ended };
 }
 
+/** A wait for a person or a service that is longer than this share of the call is broken, and takes that share instead. */
+const longShare = 0.6;
+const brokenShare = 0.25;
+
+/**
+ * Where a time stands, from 0 to 1: { at(time), broken(bar), pieces } where `pieces` are the parts of the axis between
+ * breaks, { from, to }. Where a call has been held for minutes its other steps would be no wider than a hair.
+ */
+export function scaleOf({ start, end, lanes }) {
+  const total = Math.max(end - start, 1e-3);
+  const bar = lanes[0]?.bars.find((each) => (each.part === 'held' || each.part === 'unserved') && each.to - each.from > longShare * total);
+  if (!bar) {
+    return { at: (time) => (time - start) / total, broken: () => false, pieces: [{ from: start, to: end }] };
+  }
+  const rest = Math.max(total - (bar.to - bar.from), 1e-3);
+  const perMs = (1 - brokenShare) / rest;
+  const begin = (bar.from - start) * perMs;
+  return {
+    at: (time) => (time <= bar.from ? (time - start) * perMs : time >= bar.to ? begin + brokenShare + (time - bar.to) * perMs
+      : begin + (brokenShare * (time - bar.from)) / (bar.to - bar.from)),
+    broken: (each) => each === bar,
+    pieces: [{ from: start, to: bar.from }, { from: bar.to, to: end }],
+  };
+}
+
+/** The marks of an axis, as { at, after }: those of a piece count from its begin. */
+export function marksOf({ at, pieces }, start, count = 5) {
+  const marks = [];
+  for (const { from, to } of pieces) {
+    for (const tick of ticks(to - from, Math.max(1, Math.round(count * (at(to) - at(from)))))) {
+      const place = at(from + tick);
+      // What stands too close to another one or to the end cannot be read.
+      if (marks.length === 0 || (place - marks.at(-1).place > 0.07 && place < 0.93)) {
+        marks.push({ place, after: tick === 0 || from === start ? from + tick - start : tick, isMore: tick > 0 && from !== start });
+      }
+    }
+  }
+  return marks;
+}
+
 /** Round steps of an axis from 0 to `total` milliseconds, at most `count` of them. */
 export function ticks(total, count = 5) {
   if (!(total > 0)) {

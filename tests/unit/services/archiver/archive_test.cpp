@@ -187,7 +187,7 @@ TEST_F(ArchiveTest, WritesOnWhereTheNextFileCannotBeBegun) {
   EXPECT_THAT(append(sut, {put(2)}, morning + 2h), ElementsAre(2));
   EXPECT_THAT(append(sut, {put(3)}, morning + 2h), ElementsAre(3));
   EXPECT_EQ(sut.file(), numbered(1));
-  EXPECT_THAT(reported, HasSubstr("archive-000002.db cannot be begun"));
+  EXPECT_THAT(reported, HasSubstr("archive-000002.db cannot be created"));
   EXPECT_EQ(std::count(reported.begin(), reported.end(), '\n'), 1);
   std::filesystem::remove(numbered(2));
   EXPECT_THAT(append(sut, {put(4)}, morning + 2h), ElementsAre(4));

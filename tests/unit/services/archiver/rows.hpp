@@ -39,7 +39,7 @@ inline fabric::ChannelStatus channel(fabric::ChannelState state, fabric::Time si
   status.key = {.machine = "cnc", .channel = 2};
   status.state = state;
   status.since = since;
-  status.reason = "nobody serves it";
+  status.reason = "no service has this UUID";
   return status;
 }
 

@@ -136,7 +136,7 @@ TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
     ASSERT_TRUE(put_one(21));
   }
   EXPECT_EQ(lines.with("cannot be written"), 1U);
-  EXPECT_EQ(lines.with("is writable again; 20 attempts have failed"), 1U);
+  EXPECT_EQ(lines.with("is writable again; 20 attempts failed"), 1U);
 }
 
 TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {

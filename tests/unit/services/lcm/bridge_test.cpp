@@ -69,7 +69,7 @@ TEST_F(BridgeWithProgram, LosesNobodyBecauseItStoodStillItself) {
 TEST_F(BridgeWithProgram, BelievesNobodyElseWhoHasItsNumber) {
   const Actions actions = present(tests::presence(microseconds()), elsewhere);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
-  EXPECT_THAT(said(actions), HasSubstr("is at 127.0.0.1:4000 and, so it says, at 127.0.0.1:4001"));
+  EXPECT_THAT(said(actions), HasSubstr("is at 127.0.0.1:4000 and also at 127.0.0.1:4001"));
   // It does not keep the first one alive either.
   pass_in_ticks(rules.silence);
   present(tests::presence(microseconds()), elsewhere);
@@ -80,7 +80,7 @@ TEST_F(BridgeTest, BelievesNoPresenceOutOfALog) {
   const Actions actions = present(tests::presence(microseconds() - 3'600'000'000), there);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
   EXPECT_THAT(said(actions),
-              HasSubstr("3600000 ms before now: the clocks differ, or a log is played"));
+              HasSubstr("3600000 ms before this host's: the clocks differ, or a log is played"));
   EXPECT_THAT(said(present(tests::presence(microseconds() + 1'001'000), elsewhere)), IsEmpty());
 }
 
@@ -114,7 +114,7 @@ TEST_F(BridgeTest, LetsNoMoreProgramsInThanThereIsRoomFor) {
     message.program = number;
     const Actions actions = present(message, there);
     if (number == 65) {
-      EXPECT_THAT(said(actions), HasSubstr("64 programs are there, and no more are let in"));
+      EXPECT_THAT(said(actions), HasSubstr("64 programs are served, the limit"));
     } else if (number > 65) {
       ASSERT_THAT(actions, IsEmpty());
     }

@@ -82,7 +82,7 @@ TEST(Presence, MakesNoRoomForCallsThatAreNotThere) {
   bytes[8] = 0x7F;
   const auto huge = parse_presence(bytes);
   ASSERT_FALSE(huge);
-  EXPECT_THAT(huge.error(), HasSubstr("says that it has 2130706432 calls"));
+  EXPECT_THAT(huge.error(), HasSubstr("it announces 2130706432 calls"));
   bytes[8] = static_cast<char>(0xFF);
   EXPECT_FALSE(parse_presence(bytes));
 }

@@ -114,7 +114,7 @@ TEST_F(TheDoctor, FindsTheFabricInWhichTheOthersAre) {
 
 TEST_F(TheDoctor, FindsTheInterfaceOnWhichTheOthersAre) {
   found.listening_interfaces = {"lo"};
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "on interface lo, this one looks at eth0",
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "interface lo, this one uses eth0",
                                  "--fabric-config")));
 }
 
@@ -130,7 +130,8 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   found.joining.now = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
   found.joining.trusted_as = "office";
   found.joining.trusted_until = found.joining.now + std::chrono::days(31);
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "is trusted as office until 2026-04-01")));
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::fine, "has the certificate of office until 2026-04-01")));
   found.joining.trusted_until = found.joining.now + std::chrono::days(30);
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 30 days", "trust renew")));
   found.joining.trusted_until = found.joining.now + std::chrono::hours(24);
@@ -141,8 +142,9 @@ TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
   be_healthy();
   add_program(9, "old").announces_identity = false;
   found.joining.trusted_as = "office";
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "old on host-old, pid 17 is of this plant",
-                                 "millrace trust renew")));
+  EXPECT_THAT(
+      sut(), Contains(is(Severity::problem, "old on host-old, pid 17 has a certificate of this PKI",
+                         "millrace trust renew")));
   found.programs.back().fabrics = {"another"};
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "announces no identity"))));
 }
@@ -161,11 +163,11 @@ TEST_F(TheDoctor, NamesWhomItBelieves) {
   hear(2, 0);
   found.heard.back().who.shows_certificate = true;
   found.joining.trusted_as = "office";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on host-sq1, pid 17")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "accepted here: sq1 on host-sq1, pid 17")));
   // As another vendor's DDS says.
   found.heard.back().who.certificate = "CN=gateway-1";
   EXPECT_THAT(sut(), Contains(is(Severity::fine,
-                                 "believed here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
+                                 "accepted here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
 
 TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
@@ -174,12 +176,13 @@ TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "has no certificate", "trust issue")));
   found.heard.back().who.shows_certificate = true;
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "shows a certificate and is not believed")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem,
+                                 "has a certificate, and this process does not accept it")));
   found.heard.back().who.certificate = "CN=square-root";
   found.heard.back().who.authority = "CN=elsewhere identity";
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
-                                 "shows the certificate CN=square-root of CN=elsewhere identity "
-                                 "and is not believed",
+                                 "has the certificate CN=square-root of CN=elsewhere identity, "
+                                 "and this process does not accept it",
                                  "revoked")));
   found.joining.trusted_as.clear();
   EXPECT_THAT(
@@ -218,7 +221,7 @@ TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
                  {"hall-5", "10.77.0.5", Reach::silent, ""},
                  {"hall-6", "", Reach::unknown_name, "Name or service not known"}};
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "hall-1 (10.77.0.2) responds")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-3 (10.77.0.3) is up, but no program")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-3 (10.77.0.3) is up, but no process")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
                                  "hall-4 (10.77.0.4) cannot be reached: No "
                                  "route to host")));
@@ -280,7 +283,7 @@ TEST_F(TheDoctor, WarnsOfPlainAdsToAnotherHost) {
                               .address = "10.0.0.5:48898, 10.0.0.5.1.1",
                               .host = "host-gateway"};
   add(press);
-  EXPECT_THAT(sut(), Contains(is(Severity::warning, "press is reached by plain ADS",
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "press is connected over plain ADS",
                                  "configure `secure` for press")));
   EXPECT_TRUE(is_healthy(sut()));
   press.address = "127.0.0.1:48898, 127.0.0.1.1.1";
@@ -358,7 +361,7 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
               Contains(is(Severity::problem, "cnc/3 waits for y, and no service has this UUID")));
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/4 waits for a free instance")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "start it before you retry")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no link")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no connection")));
 }
 
 TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
@@ -385,7 +388,7 @@ TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOn
                                  "cnc.ALARMS/1 waits for x, and no service has this UUID",
                                  "in the gateway's configuration (queue { uuid })")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: its gateway has not reported")));
-  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "lathe.ALARMS/1 has no link"))));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "lathe.ALARMS/1 has no connection"))));
 }
 
 TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {

@@ -47,7 +47,7 @@ TEST(AListing, ShowsATimeAsTheTimeSinceThenAndWhatIsUnknownAsADash) {
 }
 
 TEST(AListing, LeavesOutTheLeastImportantColumnsWhereTheTerminalIsNarrow) {
-  EXPECT_EQ(sut().text(rows, {.width = 60}, now),
+  EXPECT_EQ(sut().text(rows, {.width = 56}, now),
             "CHANNEL  SINCE  WHY\n"
             "mill/1   1m57s  the service, which is busy, has ended\n"
             "lathe/2      -  -\n");

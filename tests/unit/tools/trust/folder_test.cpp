@@ -69,7 +69,8 @@ TEST_F(FolderTest, RefusesPermissionsOfAnotherMemberOrAnotherTime) {
   fs::copy(folder / "root", folder / "kept", fs::copy_options::recursive);
   fs::copy(folder / "another/permissions.p7s", folder / "root/permissions.p7s",
            fs::copy_options::overwrite_existing);
-  EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"), HasSubstr("is about CN=another")));
+  EXPECT_THAT(why_refused(),
+              AllOf(HasSubstr("permissions.p7s"), HasSubstr("is made for CN=another")));
   pki.renew("root", 10, {}, now + 1s).value();
   fs::copy(folder / "kept/permissions.p7s", folder / "root/permissions.p7s",
            fs::copy_options::overwrite_existing);

@@ -43,7 +43,7 @@ export function visible(text) {
 
 /** A description list: pairs of a term and what stands for it; pairs without a value are left out. */
 export function facts(className, pairs) {
-  return element('dl', { class: `facts ${className}` }, pairs.filter(([, value]) => value !== null && value !== undefined && value !== '')
+  return element('dl', { class: `facts ${className}` }, pairs.filter(([, value]) => value !== false && value !== null && value !== undefined && value !== '')
     .map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value))));
 }
 
@@ -55,6 +55,23 @@ export function tableHead(columns, texts) {
 /** A part of the page that scrolls by itself, also by keyboard. */
 export function scrolling(label, ...content) {
   return element('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': label }, content);
+}
+
+/** Puts a text into the clipboard; a page without TLS from another host may only do so by a selection. */
+export function copyButton(textNow) {
+  const button = element('button', { type: 'button', class: 'copy', onclick: async () => {
+    try {
+      await navigator.clipboard.writeText(textNow());
+    } catch {
+      const area = element('textarea', {}, textNow());
+      button.after(area);
+      area.select();
+      document.execCommand('copy');
+      area.remove();
+    }
+    setText(button, words.copied);
+  } }, words.copy);
+  return button;
 }
 
 /** What stands in the place of something that is not there. */

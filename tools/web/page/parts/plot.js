@@ -21,6 +21,8 @@ function withoutLegend(Dygraph) {
 }
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+/** A shorter way of the mouse, in pixels, is a click. */
+const leastZoom = 8;
 const lineColours = ['--line-1', '--line-2'];
 /** The second line is dashed, so that the two are told apart without colours. */
 const patterns = [null, [6, 4]];
@@ -40,9 +42,10 @@ function inWords(title, values) {
 /**
  * A plot of one or two lines; { node, area, update(times, lines, between), redraw }: times in milliseconds, lines an array
  * of values for each label, null where there is none; `between` the first and the last time shown. With `step` a value holds
- * until the next; `side` stands in the place of the legend.
+ * until the next; `side` stands in the place of the legend; `names` are what the values 0, 1, 2 … are called; `zoomed(from, to)`
+ * is told what a reader has drawn over with the mouse.
  */
-export function plot(title, labels, { step = false, side = null } = {}) {
+export function plot(title, labels, { step = false, side = null, names = null, zoomed = null } = {}) {
   const area = element('div', { class: 'plot-area', 'aria-hidden': 'true' });
   const says = element('p', { class: 'for-readers' });
   const legend = side ?? element('span', { class: 'plot-legend', 'aria-hidden': 'true' }, labels.map((label, i) => element('span', { 'data-line': i + 1 },
@@ -58,6 +61,37 @@ export function plot(title, labels, { step = false, side = null } = {}) {
     gridLineColor: colour('--grid'),
     axisLineColor: colour('--grid'),
   });
+  if (zoomed) {
+    const veil = element('div', { class: 'plot-veil', hidden: true });
+    let from = null;
+    const range = (event) => [from, event.clientX].sort((a, b) => a - b).map((x) => x - area.getBoundingClientRect().left);
+    area.addEventListener('pointerdown', (event) => {
+      if (graph !== null && event.button === 0 && event.pointerType === 'mouse') {
+        from = event.clientX;
+        area.append(veil);
+        area.setPointerCapture(event.pointerId);
+      }
+    });
+    area.addEventListener('pointermove', (event) => {
+      if (from !== null) {
+        const [left, right] = range(event);
+        veil.hidden = false;
+        veil.style.left = `${left}px`;
+        veil.style.width = `${right - left}px`;
+      }
+    });
+    area.addEventListener('pointerup', (event) => {
+      if (from === null) {
+        return;
+      }
+      const [left, right] = range(event);
+      from = null;
+      veil.hidden = true;
+      if (right - left >= leastZoom) {
+        zoomed(graph.toDataXCoord(left), graph.toDataXCoord(right));
+      }
+    });
+  }
   const draw = async () => {
     const Dygraph = await load();
     if (!node.isConnected || wanted === null || wanted.length === 0) {
@@ -71,7 +105,8 @@ export function plot(title, labels, { step = false, side = null } = {}) {
       labels: [words.services.plotLabels.time, ...labels],
       series: Object.fromEntries(labels.map((label, i) => [label, { strokePattern: patterns[i] }])),
       strokeWidth: 1.8,
-      includeZero: !step,
+      includeZero: !step && !names,
+      valueRange: names && [-0.3, names.length - 0.7],
       stepPlot: step,
       drawPoints: !step,
       drawPointCallback: alonePoint,
@@ -82,7 +117,7 @@ export function plot(title, labels, { step = false, side = null } = {}) {
       rightGap: 8,
       axes: {
         x: { axisLabelFormatter: (time) => clock(Number(time)).replace(/:00$/, ''), ...timeAxis() },
-        y: { axisLabelFormatter: (value) => number(value, 2), axisLabelWidth: step ? 64 : 40, pixelsPerLabel: 26 },
+        y: { ...(names ? { ticker: () => names.map((label, v) => ({ v, label })) } : { axisLabelFormatter: (value) => number(value, 2) }), axisLabelWidth: step ? 64 : 40, pixelsPerLabel: 26 },
       },
       ...options(),
     });

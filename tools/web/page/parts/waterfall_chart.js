@@ -2,44 +2,44 @@
 // table, the same as `millrace calls` prints.
 import { element } from '../dom.js';
 import { duration, fineClock, milliseconds } from '../time.js';
-import { layOut, ticks } from '../waterfall.js';
+import { layOut, marksOf, scaleOf } from '../waterfall.js';
 import { words } from '../words.js';
-import { scrolling, tableHead, visible } from './marks.js';
+import { copyButton, scrolling, tableHead, visible } from './marks.js';
 
 const text = words.call;
 /** A bar below this share of the width has no room for its words; the legend has them. */
 const roomForWords = 0.14;
 
-function place(node, from, to, start, total) {
-  node.style.left = `${(100 * (from - start)) / total}%`;
-  if (to !== undefined) {
-    node.style.width = `${(100 * (to - from)) / total}%`;
+function place(node, left, right) {
+  node.style.left = `${100 * left}%`;
+  if (right !== undefined) {
+    node.style.width = `${100 * (right - left)}%`;
   }
   return node;
 }
 
-function barNode(bar, start, total) {
+function barNode(bar, scale) {
   const took = duration(bar.to - bar.from);
   const name = text.parts[bar.part];
-  const share = (bar.to - bar.from) / total;
-  const node = element('div', { class: 'bar', 'data-part': bar.part, title: `${name}: ${took}` },
-    share > roomForWords && element('span', {}, `${name} ${took}`));
-  return place(node, bar.from, bar.to, start, total);
+  const [left, right] = [scale.at(bar.from), scale.at(bar.to)];
+  const node = element('div', { class: 'bar', 'data-part': bar.part, 'data-broken': scale.broken(bar), title: `${name}: ${took}` },
+    right - left > roomForWords && element('span', {}, scale.broken(bar) ? took : `${name} ${took}`));
+  return place(node, left, right);
 }
 
-function laneNode(lane, start, total, nameOf) {
+function laneNode(lane, scale, nameOf) {
   const title = lane.number === 0 ? text.gatewayLane : text.attemptLane(lane.number);
   const who = lane.instance ? nameOf(lane.instance) : '';
   return element('div', { class: 'lane', 'data-attempt': lane.number },
     element('div', { class: 'lane-title' }, element('strong', {}, title), who && element('span', {}, visible(who))),
     element('div', { class: 'lane-bars' },
-      lane.bars.map((bar) => barNode(bar, start, total)),
-      lane.marks.map((mark) => place(element('i', { class: 'lane-mark', 'data-hop': mark.hop, title: text.hops[mark.hop] }), mark.at, undefined, start, total))));
+      lane.bars.map((bar) => barNode(bar, scale)),
+      lane.marks.map((mark) => place(element('i', { class: 'lane-mark', 'data-hop': mark.hop, title: text.hops[mark.hop] }), scale.at(mark.at)))));
 }
 
-function axis(start, total) {
+function axis(scale, start) {
   return element('div', { class: 'axis' }, element('div', { class: 'lane-title' }), element('div', { class: 'lane-bars' },
-    ticks(total).map((tick) => place(element('span', { class: 'axis-tick' }, tick === 0 ? '0' : duration(tick)), start + tick, undefined, start, total))));
+    marksOf(scale, start).map(({ place: left, after, isMore }) => place(element('span', { class: 'axis-tick', 'data-more': isMore }, after === 0 ? '0' : `${isMore ? '+' : ''}${duration(after)}`), left))));
 }
 
 /** What each sort of bar that occurs stands for, and how long all of them took. */
@@ -89,17 +89,26 @@ function table(timeline, nameOf) {
     element('tbody', {}, rows));
 }
 
+/** The steps as text, to be sent to somebody. */
+function textOf(timeline, nameOf) {
+  const first = milliseconds(timeline.steps[0].time);
+  return [`${timeline.call ?? ''} ${timeline.machine}/${timeline.channel} ${timeline.uuid}`, ...timeline.steps.map((step) => [fineClock(milliseconds(step.time)),
+    duration(milliseconds(step.time) - first), step.attempt || '', text.hops[step.hop] ?? step.hop, step.instance && nameOf(step.instance),
+    step.text !== undefined && `${words.quoted(visible(step.text))} ${text.stateOf(step.state)}`, step.detail && visible(step.detail)].filter((part) => part !== undefined && part !== false).join('\t'))].join('\n');
+}
+
 /** `nameOf(instance)` is what people call an instance; `now` the end of a call that has none yet. */
 export function waterfallChart(timeline, nameOf, now) {
-  const { start, end, lanes, ended } = layOut(timeline, now);
-  const total = Math.max(end - start, 1e-3);
+  const layout = layOut(timeline, now);
+  const { start, end, lanes, ended } = layout;
+  const scale = scaleOf(layout);
   const attempts = lanes.length - 1;
   return element('div', { class: 'timeline' },
     element('div', { class: 'timeline-sum' }, element('span', { class: 'timeline-total' }, text.total(duration(end - start))),
       !ended && element('span', { class: 'timeline-open' }, text.underWay),
-      timeline.replayed && element('span', {}, text.replayed)),
+      timeline.replayed && element('span', {}, text.replayed), copyButton(() => textOf(timeline, nameOf))),
     element('div', { class: 'waterfall', role: 'img', 'aria-label': text.chartSays(attempts, duration(end - start)) },
-      axis(start, total), lanes.map((lane) => laneNode(lane, start, total, nameOf)), legend(lanes)),
+      axis(scale, start), lanes.map((lane) => laneNode(lane, scale, nameOf)), legend(lanes)),
     timeline.clock_difference_ms !== 0 && element('p', { class: 'clocks' }, text.clocks(duration(Math.abs(timeline.clock_difference_ms)))),
     scrolling(text.table, table(timeline, nameOf)));
 }

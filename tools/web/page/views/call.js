@@ -40,12 +40,14 @@ export function callView(app, id, path, back) {
     shownNames = namesIn(timeline);
     const first = timeline.steps.find((step) => step.text !== undefined && step.hop === 'seen by the gateway')
       ?? timeline.steps.find((step) => step.text !== undefined);
-    const service = [...app.model.services.values()].find((each) => each.uuid === timeline.uuid.toLowerCase());
+    const service = app.model.serviceName(timeline.uuid);
+    const machine = encodeURIComponent(timeline.machine);
     replace(content,
       facts('call-facts', [
-        [words.calls.channel, element('a', { href: `#/calls?machine=${encodeURIComponent(timeline.machine)}&channel=${timeline.channel}` },
+        [words.calls.channel, element('a', { href: `#/calls?machine=${machine}&channel=${timeline.channel}` },
           visible(`${timeline.machine}/${timeline.channel}`))],
-        [words.plant.service, service?.name ? `${visible(service.name)} (${visible(timeline.uuid)})` : visible(timeline.uuid)],
+        [words.plant.service, element('a', { href: `#/services/${encodeURIComponent(timeline.uuid.toLowerCase())}`, title: visible(timeline.uuid) }, visible(service))],
+        [words.data.programs, app.model.totals?.program_channels > 0 && element('a', { href: `#/data?machine=${machine}` }, visible(timeline.machine))],
         [words.plant.request, first && said(first.text)],
       ]),
       waterfallChart(timeline, nameOf, app.now()));

@@ -32,8 +32,15 @@ const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.
   : reason && element('span', { class: 'detail', lang: 'en' }, visible(reason)));
 const beginOf = (run) => milliseconds(run.started ?? run.told);
 
+/** What the values of a variable are called, from 0 on; null where they are numbers. */
+const namesOf = (name, type) => (type === 'BOOLEAN' ? ['FALSE', 'TRUE'] : text.names[name] ?? null);
+
 /** A value as people read it. */
-function shown(value) {
+function shown(value, name) {
+  const word = Number.isInteger(value) ? text.names[name]?.[value] : undefined;
+  if (word) {
+    return `${word} (${value})`;
+  }
   if (value === null || value === undefined) {
     return words.services.noValue;
   }
@@ -44,16 +51,16 @@ function shown(value) {
 }
 
 /** One chosen variable: its line, or the last values of what is no number. */
-function lineCard(app, id) {
+function lineCard(app, id, type, zoomed) {
   const name = visible(id.slice(id.indexOf('/', id.indexOf('/') + 1) + 1));
   const state = element('span', { class: 'line-state' });
-  const drawn = plot(name, [name], { step: true, side: state });
+  const drawn = plot(name, [name], { step: true, side: state, names: namesOf(name, type), zoomed });
   const list = element('ol', { class: 'changes', hidden: true });
   const node = element('div', { class: 'line', 'data-variable': id }, drawn.node, list);
   let told = '';
   return {
     node,
-    update({ line, span, now, offset }) {
+    update({ line, from, to, now, offset }) {
       const { now: value } = line;
       const quality = value ? qualityOf(value.gone, value.quality) : 'stale';
       const lasting = value?.at ? age(now - milliseconds(value.at)) : '';
@@ -61,7 +68,7 @@ function lineCard(app, id) {
       if (fresh !== told) {
         told = fresh;
         setAttribute(node, 'data-quality', quality);
-        replace(state, element('strong', {}, value?.array ? visible(value.text) : shown(value?.value)), replayed(value?.replayed),
+        replace(state, element('strong', {}, value?.array ? visible(value.text) : shown(value?.value, name)), replayed(value?.replayed),
           quality !== 'good' && mark(marks[quality], `${text.quality[quality]}${quality === 'stale' && lasting ? ` ${lasting}` : ''}`),
           value && why(value.gone, value.reason));
       }
@@ -69,9 +76,8 @@ function lineCard(app, id) {
       list.hidden = isLine;
       drawn.area.hidden = !isLine;
       if (isLine) {
-        const from = now - span * 1000;
-        const points = line.points(from, now);
-        drawn.update(points.map(([time]) => time - offset), [points.map(([, each]) => each)], [from - offset, now - offset]);
+        const points = line.points(from, to);
+        drawn.update(points.map(([time]) => time - offset), [points.map(([, each]) => each)], [from - offset, to - offset]);
       } else {
         replace(list, (value.changes ?? []).slice(-6).reverse().map((change) => element('li', {}, `${clock(change.at - offset)}  ${visible(change.text)}`)));
       }
@@ -105,9 +111,9 @@ function band() {
   const node = element('div', { class: 'band', 'aria-hidden': 'true' }, label, lane);
   return {
     node,
-    update({ channel, runs, from, now }) {
+    update({ channel, runs, from, to, now }) {
       setText(label, words.plant.channel(channel));
-      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.told) : now, from, now) }))
+      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.told) : now, from, to) }))
         .filter(({ place }) => place), ({ run }) => beginOf(run));
     },
   };
@@ -134,7 +140,7 @@ function variableRow(choose) {
       const quality = qualityOf(sample.gone, value.quality);
       setText(name, visible(value.name));
       setAttribute(node, 'data-variable', id);
-      setText(cells.value, `${shown(value.value)}${value.elements ? text.elements(number(value.elements)) : ''}`);
+      setText(cells.value, `${shown(value.value, value.name)}${value.elements ? text.elements(number(value.elements)) : ''}`);
       setText(cells.read, value.at ? text.ago(age(now - milliseconds(value.at))) : words.services.noValue);
       setText(cells.group, `${visible(sample.group)} · ${words.plant.channel(sample.channel)}`);
       setText(cells.every, sample.period_ms > sample.wanted_ms ? text.slow(duration(sample.period_ms), duration(sample.wanted_ms)) : duration(sample.wanted_ms));
@@ -181,6 +187,8 @@ export function dataView(app, query) {
   let machine = query.get('machine') ?? '';
   let span = spans.includes(Number(query.get('span'))) ? Number(query.get('span')) : spans[2];
   let chosen = query.has('show') ? query.getAll('show').filter(Boolean).slice(0, most) : null;
+  /** What a reader has drawn over with the mouse, by the server's clock; null for the last minutes. */
+  let zoom = /^\d+-\d+$/.test(query.get('zoom') ?? '') ? query.get('zoom').split('-').map(Number) : null;
   let filter = '';
   let samples = [];
   let runs = [];
@@ -193,6 +201,7 @@ export function dataView(app, query) {
   const spanChooser = chooser(text.span, String(span), (value) => choose({ span: Number(value) }), '');
   spanChooser.show(spans.map((each) => [String(each), text.minutes(each / 60)]));
   const search = element('input', { type: 'search', oninput: () => { filter = search.value.toLowerCase(); drawTables(); } });
+  const whole = element('button', { type: 'button', onclick: () => zoomTo(null) }, text.whole);
   const status = element('p', { class: 'list-status', role: 'status' });
   const bands = element('div', { class: 'bands' });
   const plots = element('div', { class: 'lines' });
@@ -204,13 +213,13 @@ export function dataView(app, query) {
     scrolling(title, element('table', { class: 'data-table' }, element('caption', { class: 'for-readers' }, title), tableHead(columns, names), body)), empty);
   const node = element('div', { class: 'data-view' }, element('h1', { tabindex: '-1' }, text.title),
     element('form', { class: 'filter', 'aria-label': text.choice, onsubmit: (event) => event.preventDefault() },
-      machineChooser.node, spanChooser.node, element('label', { class: 'data-search' }, element('span', {}, text.search), search), status),
+      machineChooser.node, spanChooser.node, element('label', { class: 'data-search' }, element('span', {}, text.search), search), whole, status),
     bands, plots,
     part(text.programs, runColumns, text.runColumns, table, noRuns),
     part(text.values, ['variable', 'value', 'quality', 'read', 'group', 'every'], text.columns, values, noValues));
   const cards = new Map();
   const shownLines = new Keyed(plots, (datum) => {
-    const card = lineCard(app, datum.line.id);
+    const card = lineCard(app, datum.line.id, datum.line.now?.type, (from, to) => zoomTo([from, to].map((time) => Math.round(time + app.clockOffset()))));
     cards.set(datum.line.id, card);
     return card;
   });
@@ -220,7 +229,7 @@ export function dataView(app, query) {
 
   /** Keeps what is chosen in the address, without a view built anew. */
   function keep() {
-    const wanted = new URLSearchParams({ machine, span });
+    const wanted = new URLSearchParams({ machine, span, ...(zoom ? { zoom: zoom.join('-') } : {}) });
     for (const id of chosen ?? []) {
       wanted.append('show', id);
     }
@@ -228,6 +237,12 @@ export function dataView(app, query) {
       wanted.append('show', '');
     }
     history.replaceState(null, '', `#/data?${wanted}`);
+  }
+
+  function zoomTo(wanted) {
+    zoom = wanted;
+    keep();
+    draw();
   }
 
   function choose(change) {
@@ -239,6 +254,7 @@ export function dataView(app, query) {
       lines.clear();
     }
     span = change.span ?? span;
+    zoom = null;
     keep();
     askTables();
     askLines();
@@ -313,11 +329,12 @@ export function dataView(app, query) {
       return;
     }
     const now = app.now();
-    const from = now - span * 1000;
+    const [from, to] = zoom ?? [now - span * 1000, now];
     const offset = app.clockOffset();
-    shownLines.show((chosen ?? []).filter((id) => lines.has(id)).map((id) => ({ line: lines.get(id), span, now, offset })), ({ line }) => line.id);
+    whole.hidden = zoom === null;
+    shownLines.show((chosen ?? []).filter((id) => lines.get(id)?.now).map((id) => ({ line: lines.get(id), from, to, now, offset })), ({ line }) => line.id);
     const channels = [...new Set(runs.map((run) => run.channel))].sort((a, b) => a - b);
-    shownBands.show(channels.map((channel) => ({ channel, runs: runs.filter((run) => run.channel === channel), from, now })), ({ channel }) => channel);
+    shownBands.show(channels.map((channel) => ({ channel, runs: runs.filter((run) => run.channel === channel), from, to, now })), ({ channel }) => channel);
   }
 
   function drawTables() {
