@@ -3,7 +3,7 @@
 //
 //   ServiceProgram program({.uuid = "…", .name = "archiver"});
 //   program.alarms().raise({.key = {.kind = "archive"}, .text = "… cannot be written: disk full",
-//                            .advice = "make room on the disk"});
+//                            .advice = "free space on the disk"});
 //   program.alarms().clear("archive", "");
 //
 // A problem that a response reports to the calling NC program is not an alarm, unless it remains

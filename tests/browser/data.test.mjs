@@ -61,7 +61,7 @@ test('the view is there when somebody tells of data, and shows lines, values and
   await awaitText(page, 'h1', /^Data and NC programs$/);
   // Before somebody has chosen, the first numbers.
   await page.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
-  await awaitText(page, `${row('fast/state')} .cell-value`, /^2$/);
+  await awaitText(page, `${row('fast/state')} .cell-value`, /^selected \(2\)$/);
   await awaitText(page, `${row('slow/V.E.TABLE')} .cell-value`, /^0; 0; 0; 0; 0$/);
   await awaitText(page, `${row('slow/V.E.NONE')} .cell-quality`, /refused.*symbol not found/);
   await awaitText(page, `${row('fast/V.E.READY')} .cell-value`, /^FALSE$/);

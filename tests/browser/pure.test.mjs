@@ -340,6 +340,7 @@ const noReasons = new Set([
   'publishes the outcome of a command', 'participant {} {}, which belongs to another participant; ignored',
   'would release the NC program, which waits for RESPONSE and does not check RESPONSE_STATE', 'already connected', 'channels 1 to {} have a Service Interface',
   '{} of channel 1 (AMS port {}, index group {})',
+  '{} ms until the service had it, {} ms in its queue, {} ms of work, {} ms back',
   'half a TlsConnectInfo: {}', 'no TLS and TlsConnectInfo in {} ms', 'closed after the handshake (fault)',
   'answered with something other than a TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',
   'the key is not an RSA key, and TwinCAT accepts no other kind', 'the key does not belong to the certificate',

@@ -133,7 +133,7 @@ void Plant::end_recording() {
   Task& recorder = task("recorder");
   recorder.terminate();
   EXPECT_EQ(recorder.wait(), 0) << recorder.log();
-  EXPECT_THAT(recorder.log(), HasSubstr("and lost 0;"));
+  EXPECT_THAT(recorder.log(), HasSubstr("and 0 lost;"));
 }
 
 std::string Plant::write_program(const Load& load) const {

@@ -69,7 +69,8 @@ class AStall : public testing::TestWithParam<Break> {};
 TEST_P(AStall, DelaysACallAndNothingElse) {
   Line sut({.point = GetParam().point, .secure = GetParam().secure});
   ASSERT_NO_FATAL_FAILURE(reach(sut, GetParam()));
-  sut.gateway().await_error("may or may not have taken place|does not let us read");
+  sut.gateway().await_error(
+      "may or may not have reached the controller|refuses to read the Service");
   sut.proxy().release();
   sut.expect_every_answer();
   sut.expect_no_call_ran_twice();

@@ -235,7 +235,8 @@ void Line::freeze(Victim victim) {
     case Victim::controller:
       controller_->signal(SIGSTOP);
       proxy_.release();
-      gateway_->await_error("may or may not have taken place|does not let us read", long_patience);
+      gateway_->await_error(
+          "may or may not have reached the controller|refuses to read the Service", long_patience);
       controller_->signal(SIGCONT);
       break;
   }

@@ -84,7 +84,7 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
   EXPECT_THAT(output_of({"call", uuid, "PUT part=7"}), HasSubstr("disk full"));
   await_trouble();
   EXPECT_THAT(words, AllOf(HasSubstr("archiver on "), HasSubstr("cannot be written: disk full"),
-                           HasSubstr("make room")));
+                           HasSubstr("free space")));
   EXPECT_THAT(output_of({"services"}), HasSubstr("cannot be written: disk full"));
   EXPECT_THAT(output_of({"services", "-i", "--json"}),
               AllOf(HasSubstr("\"alarms\":[{"), HasSubstr("\"level\":\"problem\"")));
@@ -147,7 +147,7 @@ TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
                                 "--rotate-size", "1MiB", "--min-free", "1000000GiB"});
   sut.await_error("nothing is recorded until there is room");
   await_trouble();
-  EXPECT_THAT(words, AllOf(HasSubstr("nothing is recorded: the disk of"), HasSubstr("make room")));
+  EXPECT_THAT(words, AllOf(HasSubstr("nothing is recorded: the disk of"), HasSubstr("free space")));
   sut.terminate();
   EXPECT_EQ(sut.wait(), 1);
 }
@@ -184,7 +184,7 @@ TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
                                     "line { name: 'r' device: '" +
                                         device.string() + "' }\n")});
   await_trouble();
-  EXPECT_THAT(words, AllOf(HasSubstr("line r is gone: " + device.string()), HasSubstr("plug")));
+  EXPECT_THAT(words, AllOf(HasSubstr("line r failed: " + device.string()), HasSubstr("plug")));
 }
 
 TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
@@ -243,9 +243,10 @@ TEST_F(WhatProgramsSay, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
       "machine { name: 'cnc' host: '127.0.0.1' port: @PORT@ net_id: '127.0.0.1.1.1' secure { "
       "self_signed { certificate: 'press.crt' key: 'press.key' fingerprint: '" +
       std::string(64, 'a') + "' } } }"));
-  gateway->await_error("the certificate \"hall\" for Secure ADS with cnc ends on .*, in 10 days: ");
+  gateway->await_error(
+      "the certificate \"hall\" for Secure ADS with cnc expires on .*, in 10 days: ");
   EXPECT_THAT(output_of({"doctor"}),
-              AllOf(HasSubstr("warning  gateway on "), HasSubstr("cnc ends on "),
+              AllOf(HasSubstr("warning  gateway on "), HasSubstr("cnc expires on "),
                     HasSubstr("millrace controller add-route --self-signed")));
   valid_for(50);
   gateway->signal(SIGHUP);

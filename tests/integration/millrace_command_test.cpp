@@ -366,9 +366,9 @@ TEST_F(TheCommand, CallsAServiceWithoutAController) {
 TEST_F(TheCommand, SendsNoCallForATextThatIsNoUuidAndNamesNoService) {
   Process service = chain.square_root({"--name", "first"});
   EXPECT_EQ(run({"call", "fir", "16", "--raw"}).output(), "4.000000\n");
-  EXPECT_THAT(run({"call", "nosuch", "16"}).error_output(),
-              AllOf(HasSubstr("no service 'nosuch'"), HasSubstr("first ("),
-                    Not(HasSubstr("no answer"))));
+  EXPECT_THAT(
+      run({"call", "nosuch", "16"}).error_output(),
+      AllOf(HasSubstr("no service 'nosuch'"), HasSubstr("first ("), Not(HasSubstr("no answer"))));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -429,7 +429,7 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
   // The gateway may have seen the first call before it found the recorder.
   EXPECT_THAT(
       recorder.error_output(),
-      AllOf(HasSubstr("and lost 0;"), ContainsRegex("millrace: (199|200) calls are complete\n")));
+      AllOf(HasSubstr("and 0 lost;"), ContainsRegex("millrace: (199|200) calls are complete\n")));
 
   const std::string channels = run({"recording", "info", "--json", file}).output();
   EXPECT_EQ(exit_code, 0);

@@ -73,7 +73,7 @@ TEST_F(AProbe, ShowsWhatAControllerOffersAndTheBlockToConfigureIt) {
   const std::string output = run({"--port", plain_port, "--udp-port", "9"});
   EXPECT_EQ(exit_code, 0) << output << errors;
   EXPECT_THAT(output,
-              AllOf(ContainsRegex("absent +UDP 9 \\(discovery\\) +no answer"),
+              AllOf(ContainsRegex("absent +UDP 9 \\(discovery\\) +no response"),
                     ContainsRegex("ok +TCP " + plain_port + " \\(plain ADS\\) +open"),
                     ContainsRegex("ok +route +requests of NetId 127\\.0\\.0\\.1\\.2\\.1"),
                     ContainsRegex("ok +AMS port 551 \\(GEO\\) +run, millrace CNC"),

@@ -362,7 +362,7 @@ TEST_F(Mail, AnswersAnyRequestWithAState) {
   EXPECT_EQ(call("").state, 10U);
   EXPECT_EQ(call("../../etc/passwd").state, 10U);
   EXPECT_EQ(call("$(reboot) `id`").state, 10U);
-  EXPECT_EQ(call("unknown a=1").text, "ERROR: no template 'unknown'; there is done full");
+  EXPECT_EQ(call("unknown a=1").text, "ERROR: unknown template 'unknown'; known are done full");
   EXPECT_EQ(call("done program=A").text, "ERROR: template 'done' needs parts=...");
   EXPECT_EQ(call("done program=A parts=1 x=2").state, 12U);
   EXPECT_EQ(call(std::string(127, '\xFF')).state, 10U);
@@ -391,24 +391,6 @@ TEST_F(Mail, ChecksItsConfiguration) {
                       std::to_string(domain.number())});
   EXPECT_EQ(not_served.wait(), 2);
   EXPECT_THAT(not_served.error_output(), HasSubstr("cannot read the password"));
-}
-
-TEST_F(Mail, SendsWhatAnEarlierVersionHasLeftInItsSpoolOnce) {
-  const fs::path spool = folder.path() / "mail.spool";
-  fs::create_directories(spool);
-  write(spool / "5f-1.mail",
-        "epoch: 95 number: 1 stage: WAITING made: 1 attempts: 1 from: \"press1@example.com\""
-        " to: \"eva@example.com\" message: \"Subject: left over\\r\\n\\r\\nx\\r\\n\"");
-  start();
-  EXPECT_THAT(await_mail(1), HasSubstr("Subject: left over"));
-  EXPECT_FALSE(fs::exists(spool / "5f-1.mail"));
-  sut->await_error("the mail server has its mail: 250");
-  sut->terminate();
-  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
-  ASSERT_TRUE(caller.await_no_instance(uuid));
-  start_service();
-  EXPECT_EQ(call("done program=B parts=2").state, 1U);
-  EXPECT_EQ(accepted(), 2U);
 }
 
 TEST_F(Mail, EndsWithTheNameOfADatabaseThatIsDamaged) {

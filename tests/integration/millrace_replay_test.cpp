@@ -121,7 +121,7 @@ TEST_F(Replay, OfTheDemoRecordingStillVerifies) {
 TEST_F(Replay, SaysWhichServiceIsMissing) {
   const Process replay = run({"replay", "--to-services", "--wait", "300ms", demo_recording});
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(replay.error_output(), HasSubstr("still missing: V.G.SERVICE.UUID 560AACBF"));
+  EXPECT_THAT(replay.error_output(), HasSubstr("still missing: no service has the UUID 560AACBF"));
   EXPECT_EQ(replay.output(), "");
 }
 

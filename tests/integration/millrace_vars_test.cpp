@@ -135,7 +135,7 @@ TEST_F(TheVariables, AreNotWrittenByAValueThatDoesNotFit) {
 TEST_F(TheVariables, AreNotWrittenWhereAFlagIsUnknown) {
   EXPECT_EQ(run({"write", "V.E.TABLE", "1", "2", "--fast", "3"}), "");
   EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(errors, HasSubstr("unknown argument: "));
+  EXPECT_THAT(errors, HasSubstr("unexpected argument: "));
   EXPECT_THAT(run({"read", "V.E.TABLE"}), HasSubstr("[0, 0, 0]"));
 }
 

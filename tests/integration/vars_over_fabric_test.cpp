@@ -153,7 +153,7 @@ TEST_F(VariablesOverTheFabric,
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(errors,
               HasSubstr("V.E.LIMIT may not be written: the gateway's configuration does not "
-                        "say so; there, variables { write: \"V.E.LIMIT\" } does"));
+                        "list it; variables { write: \"V.E.LIMIT\" } does"));
   EXPECT_EQ(vars({"write", "V.E.LIMIT", "1", "--channel", "2"}), "V.E.LIMIT was 0, is 1\n");
   for (const char* name : {"V.G.SERVICE.UUID", "v.g.service.uuid", "V.G.SERVICE .UUID"}) {
     vars({"write", name, "x", "--channel", "2"});

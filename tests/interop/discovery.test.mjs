@@ -139,13 +139,13 @@ test('the command finds a controller', async () => {
   socket.close();
   const none = await millrace('controller', 'find', '--address', '127.0.0.1', '--port', `${port}`);
   assert.equal(none.code, 1);
-  assert.match(none.errors, /no controller has answered/);
+  assert.match(none.errors, /no controller responded/);
 });
 
 test('the command broadcasts only if it is told to', async () => {
   const refused = await millrace('controller', 'find', '--interface', 'lo');
   assert.equal(refused.code, 2);
-  assert.match(refused.errors, /add --broadcast/);
+  assert.match(refused.errors, /confirm with --broadcast/);
 });
 
 const addRoute = (...words) => millrace('controller', 'add-route', '127.0.0.1', '--net-id', '10.0.0.9.1.1', '--user', 'Administrator',
@@ -180,7 +180,7 @@ test('the command asks a controller for a route that it forgets', async () => {
   assert.deepEqual([tags.get(12), tags.get(13), tags.get(2)], ['gateway', 'Administrator', '1'].map(text));
   const safe = await addRoute('--self-signed', folder, '--temporary');
   assert.equal(safe.code, 2);
-  assert.match(safe.errors, /--temporary goes with --plain/);
+  assert.match(safe.errors, /--temporary needs --plain/);
 });
 
 test('the password is asked for where no file has it', async () => {

@@ -174,17 +174,17 @@ Result<Value> parsed(Arguments arguments, int id, const char* what) {
   }
   if (error != std::errc{} || end != digits.data() + digits.size() ||
       !std::isfinite(static_cast<double>(number))) {
-    return fault(id, "the string \"" + string + "\" is no " + what);
+    return fault(id, "the string \"" + string + "\" is not " + what);
   }
   return static_cast<double>(number);
 }
 
 Result<Value> string_to_integer(Arguments arguments) {
-  return parsed<long>(arguments, 21464, "integer");
+  return parsed<long>(arguments, 21464, "an integer");
 }
 
 Result<Value> string_to_real(Arguments arguments) {
-  return parsed<double>(arguments, 21465, "real number");
+  return parsed<double>(arguments, 21465, "a real number");
 }
 
 constexpr std::array<Function, 14> string_table = {{

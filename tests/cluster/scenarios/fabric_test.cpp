@@ -79,7 +79,7 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNobodyIsFound) {
 
   sut().network().cut("recorder");
   const std::string cut = sut().millrace("service-2", {"doctor", "--wait", "3s"}, 1);
-  EXPECT_THAT(cut, ContainsRegex("problem  peer 10.77.0.2 (cannot be reached|does not answer)"));
+  EXPECT_THAT(cut, ContainsRegex("problem  peer 10.77.0.2 (cannot be reached|does not respond)"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cluster, TheFabric, testing::ValuesIn(backends), name_of);

@@ -64,7 +64,7 @@ TEST(FrameReader, HandsOutAHundredFramesOfOneSegment) {
 
 TEST(FrameReader, RefusesALengthAboveItsLimitWithoutWaitingForTheBytes) {
   EXPECT_THAT(error_of(frame_vector("announces_4_gib")),
-              HasSubstr("announces 4294967295 bytes, at most 1000"));
+              HasSubstr("announces 4294967295 bytes; at most 1000"));
 }
 
 TEST(FrameReader, AcceptsALengthAtItsLimit) {
@@ -141,7 +141,7 @@ TEST(HeaderlessFrames, AreRefusedAboveTheLimitWithoutWaitingForTheBytes) {
   sut.feed(BytesView(headerless({"read_request"})).first(packet_header_size));
   const auto frame = sut.next();
   ASSERT_FALSE(frame);
-  EXPECT_THAT(frame.error().message, HasSubstr("announces 44 bytes, at most 43"));
+  EXPECT_THAT(frame.error().message, HasSubstr("announces 44 bytes; at most 43"));
 }
 
 TEST(HeaderlessFrames, AreRefusedBehindAHeaderOfAmsTcp) {

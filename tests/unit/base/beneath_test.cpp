@@ -67,8 +67,8 @@ TEST_F(Beneath, NoLinkIsFollowed) {
   fs::create_directory_symlink(outside, inside / "way");
   fs::create_hard_link(outside / "secret", inside / "twin");
   for (const char* name : {"file", "way/secret"}) {
-    EXPECT_THAT(refusal(name), HasSubstr("a link")) << name;
-    EXPECT_THAT(refusal(name, O_RDONLY), HasSubstr("a link")) << name;
+    EXPECT_THAT(refusal(name), HasSubstr("a symbolic link")) << name;
+    EXPECT_THAT(refusal(name, O_RDONLY), HasSubstr("a symbolic link")) << name;
   }
   EXPECT_THAT(refusal("twin"), HasSubstr("hard link"));
 }

@@ -188,7 +188,7 @@ TEST_F(AdsMessageQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
     liar->lies = {{name, {.number = 3, .value = 8}}};
     const auto control = read_control();
     ASSERT_FALSE(control) << name;
-    EXPECT_THAT(control.error(), HasSubstr(std::string(name) + " is of 8 bytes, a"));
+    EXPECT_THAT(control.error(), HasSubstr(std::string(name) + " a size of 8 bytes; a "));
   }
   liar->lies.clear();
   EXPECT_TRUE(read_control());

@@ -79,7 +79,7 @@ TEST(CertificateAlarm, IsAProblemOnceTheCertificateOrTheCaHasEnded) {
       now);
   ASSERT_EQ(sut.size(), 4U);
   for (const auto& one : sut) {
-    const bool ended = one.text.find("has ended") != std::string::npos;
+    const bool ended = one.text.find("expired on") != std::string::npos;
     EXPECT_EQ(one.level, ended ? AlarmLevel::problem : AlarmLevel::fine) << one.text;
   }
   EXPECT_EQ(std::ranges::count(sut, AlarmLevel::problem, &fabric::Alarm::level), 2);
@@ -93,7 +93,7 @@ TEST(CertificateAlarm, IsOneForAllMachinesOfACertificate) {
        machine("mill", cnc::ads::Psk{"millrace", "secret"}), settings::MachineSettings()},
       now);
   ASSERT_EQ(sut.size(), 1U);
-  EXPECT_THAT(sut[0].text, HasSubstr("with press, saw ends"));
+  EXPECT_THAT(sut[0].text, HasSubstr("with press, saw expires"));
 }
 
 TEST(CertificateAlarm, SaysTheEndAlsoWhereManyMachinesShareTheCertificate) {

@@ -85,7 +85,7 @@ TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
   other.asked_text = "9";
   reply(other);
   EXPECT_EQ(sut().status().answered, 0U);
-  EXPECT_THAT(fixture.said.back(), HasSubstr("answers another request with the same call id"));
+  EXPECT_THAT(fixture.said.back(), HasSubstr("replies to another request with the same call id"));
   other = fixture.reply("3.000", 1);
   other.asked_state += 1;
   reply(other);

@@ -387,7 +387,8 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   reply(fixture->reply("1.414", 1));
   EXPECT_THAT(fixture->writes, IsEmpty());
   fixture->wait(1100ms);
-  EXPECT_THAT(fixture->said, testing::Contains(HasSubstr("RESPONSE and its reads do not show it")));
+  EXPECT_THAT(fixture->said,
+              testing::Contains(HasSubstr("RESPONSE, but its reads do not show it")));
   EXPECT_THAT(sut().status().reason, HasSubstr("its reads do not show it"));
   EXPECT_THAT(fixture->write_problems, ElementsAre(HasSubstr("written 2 times")));
   fixture->wait(8s);

@@ -224,7 +224,7 @@ TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
   EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is looked at again";
   const auto again = all<Show>(request(1));
   ASSERT_FALSE(again.empty());
-  EXPECT_THAT(again.back().status.reason, testing::HasSubstr("no service has the UUID"));
+  EXPECT_THAT(again.back().status.reason, testing::HasSubstr("no instance serves"));
 }
 
 TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
@@ -254,7 +254,7 @@ TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
   core::CommandResult result;
   EXPECT_THAT(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now), IsEmpty());
   EXPECT_FALSE(result.done);
-  EXPECT_THAT(result.detail, testing::HasSubstr("no service has the UUID"));
+  EXPECT_THAT(result.detail, testing::HasSubstr("no instance serves"));
   EXPECT_THAT(result.detail, testing::HasSubstr("start the service, then retry"));
   sut->on_instance_ready(instance(2), now);
   const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now);

@@ -78,7 +78,7 @@ TEST(ProgramFolders, LeadsNowhereElse) {
         std::string(".")}) {
     EXPECT_FALSE(sut.load(name)) << name;
   }
-  EXPECT_THAT(sut.load("link.nc").error(), HasSubstr("a link"));
+  EXPECT_THAT(sut.load("link.nc").error(), HasSubstr("a symbolic link"));
 }
 
 TEST(ReadProgram, RefusesOneThatIsTooLongBeforeItIsRead) {

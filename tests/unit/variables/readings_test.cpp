@@ -173,7 +173,7 @@ TEST_F(AReading, OfObjectsIsTypedAndMergedForEachPort) {
 TEST_F(AReading, OfAnObjectThatIsNotThereSaysWhereItWasSought) {
   start();
   EXPECT_THAT(look_up({"mc_nothing_r"})[0].error().reason,
-              HasSubstr("directory of channel 1 has no mc_nothing_r"));
+              HasSubstr("directory of channel 1 does not list mc_nothing_r"));
   EXPECT_THAT(look_up({"mc_big_r"})[0].error().reason, HasSubstr("a LINT of 8 bytes"));
 }
 

@@ -66,15 +66,15 @@ TEST_P(WrongMailCall, IsAnsweredWithAStateAndTheReason) {
 
 INSTANTIATE_TEST_SUITE_P(
     Calls, WrongMailCall,
-    testing::Values(Case{"", 10, "the request is empty; expected TEMPLATE key=value ..."},
-                    Case{"finished a=1", 11, "no template 'finished'; there is alarm done"},
-                    Case{"done program=A", 12, "template 'done' needs parts=..."},
-                    Case{"done program=A parts=1 x=2", 12,
-                         "template 'done' has no placeholder for 'x'; it has parts program"},
-                    Case{"alarm x=2", 12,
-                         "template 'alarm' has no placeholder for 'x'; it has none"},
-                    Case{"alarm", 13, "template 'alarm' needs to=RECIPIENT"},
-                    Case{"alarm to=boss,eve", 13, "no recipient 'eve'; there is boss shift"}));
+    testing::Values(
+        Case{"", 10, "the request is empty; expected TEMPLATE key=value ..."},
+        Case{"finished a=1", 11, "unknown template 'finished'; known are alarm done"},
+        Case{"done program=A", 12, "template 'done' needs parts=..."},
+        Case{"done program=A parts=1 x=2", 12,
+             "template 'done' has no placeholder for 'x'; it has parts program"},
+        Case{"alarm x=2", 12, "template 'alarm' has no placeholder for 'x'; it has none"},
+        Case{"alarm", 13, "template 'alarm' needs to=RECIPIENT"},
+        Case{"alarm to=boss,eve", 13, "unknown recipient 'eve'; known are boss shift"}));
 
 }  // namespace
 }  // namespace millrace::services::mail

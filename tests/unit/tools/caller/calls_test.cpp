@@ -139,8 +139,9 @@ TEST(Calls, SaysWhatItWaitedForWhenItsPatienceIsOver) {
   sut.on_time(at(4999ms));
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
   sut.on_time(at(5s));
-  EXPECT_THAT(words(sut.take_actions()),
-              ElementsAre(HasSubstr("1: no response within 5 s: uuid " + wanted_uuid)));
+  EXPECT_THAT(
+      words(sut.take_actions()),
+      ElementsAre(HasSubstr("1: no response within 5 s: no service has the UUID " + wanted_uuid)));
 }
 
 TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {

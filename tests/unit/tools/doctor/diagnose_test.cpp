@@ -208,9 +208,9 @@ TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "multicast is off and no peers", "peers")));
   found.joining.multicast = true;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "no announcement came by multicast on eth0",
-                                 "list the other hosts in peers")));
+                                 "list the other hosts in ")));
   found.joining.interface = "lo";
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "this host only")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "only the loopback interface")));
 }
 
 TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
@@ -225,7 +225,8 @@ TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
                                  "hall-4 (10.77.0.4) cannot be reached: No "
                                  "route to host")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-5 (10.77.0.5) does not answer", "7400")));
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem, "hall-5 (10.77.0.5) does not respond", "7400")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-6 has no address")));
 }
 
@@ -356,11 +357,13 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
       .key = {"lathe", 1}, .state = link_down, .reason = "its gateway is gone"});
   EXPECT_THAT(sut(),
               Contains(is(Severity::problem, "cnc/1 waits for x, and no service has this UUID")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "millrace answer cnc/2")));
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem, "cnc/2 has a blocked", "millrace answer cnc/2")));
   EXPECT_THAT(sut(),
               Contains(is(Severity::problem, "cnc/3 waits for y, and no service has this UUID")));
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/4 waits for a free instance")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "start it before you retry")));
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem, "cnc/2 has a blocked", "start it before you retry")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no connection")));
 }
 
@@ -400,7 +403,7 @@ TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
   news.identity.uuid = square_root;
   news.identity.version = "2.0";
   add(news);
-  EXPECT_THAT(sut(), Contains(is(Severity::warning, "is millrace 0.0.9, this is 0.1.0")));
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "is millrace 0.0.9, this is millrace 0.1.0")));
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "versions 1.0, 2.0")));
   EXPECT_TRUE(is_healthy(sut()));
 }
@@ -414,7 +417,7 @@ TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
   EXPECT_THAT(with(1ms, 1ms), Contains(is(Severity::fine, "the clock of hall is 1.00 ms ahead")));
   EXPECT_THAT(with(150ms, 100ms), Contains(is(Severity::fine, "± 100 ms")));
   EXPECT_THAT(with(-3s, 1ms), Contains(is(Severity::warning, "3.00 s behind", "NTP")));
-  EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "60.0 s ahead", "NTP")));
+  EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "1m00s ahead", "NTP")));
 }
 
 TEST_F(TheDoctor, TellsHowFarAClockIsAheadApartFromHowSureThatIs) {

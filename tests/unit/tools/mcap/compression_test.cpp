@@ -62,7 +62,7 @@ TEST_P(McapCompression, RefusesWhatIsCutAnywhere) {
 
 TEST_P(McapCompression, RefusesBytesBehindTheEnd) {
   const std::string packed = compress(GetParam(), sample(1000));
-  EXPECT_THAT(unpack(packed + "x", 1000).error(), HasSubstr("left over"));
+  EXPECT_THAT(unpack(packed + "x", 1000).error(), HasSubstr("bytes after its end"));
   EXPECT_FALSE(unpack(packed + packed, 1000));
 }
 

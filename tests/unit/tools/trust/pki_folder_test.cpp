@@ -297,7 +297,7 @@ TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
   const std::string names[] = {std::string(65, 'p'), "", "a\nb", "\xff\xfe"};
   for (const std::string& name : names) {
     EXPECT_THAT(PkiFolder::create(folder, name, "millrace", 3650, {}, now).error(),
-                AllOf(HasSubstr("is not a name of a plant"), testing::Not(HasSubstr("\n"))))
+                AllOf(HasSubstr("is not a PKI name"), testing::Not(HasSubstr("\n"))))
         << name;
     EXPECT_FALSE(fs::exists(folder));
   }
