@@ -47,7 +47,7 @@ export function makeSession(app) {
     try {
       const outcome = await post(['actions', action], body, state.token);
       // What everybody sees at once needs no word.
-      return outcome.done && !outcome.detail ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
+      return outcome.done && action === 'acknowledge' ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
     } catch (problem) {
       if (problem.status === 401) {
         keep({ actions: state.actions });
