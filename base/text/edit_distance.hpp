@@ -1,4 +1,4 @@
-// How far two texts are apart.
+// Similarity of two texts.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace millrace::base::text {
 
-/// Insertions, removals and replacements that turn one text into the other (Levenshtein).
+/// Levenshtein distance: the number of inserted, removed and replaced bytes.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace millrace::base::text

@@ -137,7 +137,7 @@ class AlarmOwners {
 
 class Alarms {
  public:
-  /// Whoever is on the fabric can say what he likes: beyond these each one is news each time.
+  /// Any participant can publish any number of alarms: beyond these each sample is news.
   static constexpr std::size_t most = 1'000;
 
   std::optional<AlarmNews> said(Alarm alarm) {

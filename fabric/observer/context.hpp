@@ -1,4 +1,4 @@
-// Fills in what a sample does not say of itself, from what came before it.
+// Completes samples with members that they leave out, from the samples before them.
 #pragma once
 
 #include <deque>
@@ -25,7 +25,7 @@ class Context {
   /// Sets the UUID of entries that carry none, and the call of withdrawals, which carry its epoch.
   void complete(Entry& entry);
 
-  /// This one has asked for what stands there, or nobody has as far as is known.
+  /// This requester has made the request of that channel, or no requester is known.
   [[nodiscard]] bool has_asked(const RequestKey& key) const;
   /// No other instance was asked instead, as far as is known.
   [[nodiscard]] bool was_given(const Reply& reply) const;

@@ -30,8 +30,7 @@ MILLRACE_FIELDS(Withdrawal, key, call, instance, (requester, .observed = false))
 enum class Change : std::uint8_t { ready, changed, gone };
 std::string_view name_of(Change change);
 
-/// An instance came, changed what it says of itself, or is gone (then only its id is known for
-/// sure).
+/// An instance came, changed its identity, or is gone (then only its id is certain).
 struct InstanceNews {
   Change change = Change::ready;
   InstanceIdentity identity{};
@@ -39,8 +38,8 @@ struct InstanceNews {
 };
 MILLRACE_FIELDS(InstanceNews, change, identity)
 
-/// What a program says of itself; or, `over`, that it does not any more, or is gone: then the
-/// alarm is what it said last, or only its key if nobody heard that.
+/// An alarm of a process; or, `over`, its end, also by the end of the process: then the alarm is
+/// the last sample, or only its key if no sample was received.
 struct AlarmNews {
   bool over = false;
   Alarm alarm{};

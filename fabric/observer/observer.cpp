@@ -25,7 +25,7 @@ using wire::InstanceState;
 /// Batches of 64 samples that are taken from one reader before the next one has its turn.
 constexpr int batches_per_turn = 16;
 
-/// A sample as an entry; nothing if it only tells of a presence nobody asks for.
+/// A sample as an entry; nothing if it is only a change of instance state that is not observed.
 template <typename Value>
 std::optional<Sample> sample_of(wire::Taken<Value>&& taken) {
   if (!taken.valid) {
@@ -51,7 +51,7 @@ constexpr const char* gateway_gone = "its gateway is gone";
 /// Its gateway disposes nothing.
 std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
   if (taken.instance_state == InstanceState::no_writers) {
-    // Without its values: nobody tells of them any more.
+    // Without its values: no gateway publishes them any more.
     return DataSample{.key = std::move(taken.value.key),
                       .group = std::move(taken.value.group),
                       .at = std::chrono::system_clock::now()};
@@ -90,7 +90,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
                    wire::EndpointOptions{.listener = on_data.get()});
   }
 
-  /// Whether a sample is for its writer to say; what is not is told of.
+  /// Whether the writer is allowed to publish this sample; if not, it is reported.
   template <typename Value>
   bool counts(wire::Taken<Value>& taken) {
     static_cast<void>(taken);
@@ -266,7 +266,7 @@ void Observer::Impl::drain_discovery() {
   }
 }
 
-/// Of heartbeats nobody wants to know each.
+/// Only heartbeats whose load is news are handed out.
 bool Observer::Impl::drain_heartbeats() {
   const auto use = [this](registry::EndpointHandle, const InstanceLoad& load, bool is_theirs,
                           SteadyTime at) {

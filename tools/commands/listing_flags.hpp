@@ -1,5 +1,5 @@
-// The output that a listing command takes: --json, --csv, --wide, --columns; on a terminal as wide
-// as that is.
+// The output options of a listing command: --json, --csv, --wide, --columns; and the terminal
+// width.
 #pragma once
 
 #include <string>
@@ -12,17 +12,17 @@
 
 namespace millrace::tools::commands {
 
-/// Of the terminal, or of COLUMNS in the environment, which wins as with other commands; 0 where
-/// the output is no terminal.
+/// In characters: COLUMNS in the environment, otherwise the width of the terminal; 0 if the output
+/// is not a terminal.
 std::size_t width_of_output();
 
 struct ListingFlags {
   /// Adds the flags to `command`.
   explicit ListingFlags(CLI::App& command);
 
-  /// Throws UsageError if --columns names one that the listing does not have.
+  /// Throws UsageError if --columns names a column that the listing does not have.
   [[nodiscard]] print::Format format(const std::vector<print::Heading>& headings) const;
-  /// Whether people read it.
+  /// Output for people.
   [[nodiscard]] bool is_text() const { return !json && !csv; }
 
   bool json = false;

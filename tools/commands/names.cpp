@@ -38,8 +38,8 @@ std::vector<const bus::KnownInstance*> instances_named(const bus::FabricModel& l
                 [](const bus::KnownInstance* instance) { return names_of(*instance); });
 }
 
-int say_unknown(const std::string& kind, const std::string& what, Names known,
-                const fabric::dds::ParticipantOptions& fabric) {
+int print_unknown(const std::string& kind, const std::string& what, Names known,
+                  const fabric::dds::ParticipantOptions& fabric) {
   std::ranges::sort(known);
   const auto repeated = std::ranges::unique(known);
   known.erase(repeated.begin(), repeated.end());
@@ -51,14 +51,14 @@ int say_unknown(const std::string& kind, const std::string& what, Names known,
   return base::program::exit_failed;
 }
 
-int say_unknown_service(const std::string& what, const bus::FabricModel& live,
-                        const fabric::dds::ParticipantOptions& fabric) {
+int print_unknown_service(const std::string& what, const bus::FabricModel& live,
+                          const fabric::dds::ParticipantOptions& fabric) {
   Names known;
   for (const bus::KnownInstance* instance : live.instances_of("")) {
     const fabric::InstanceIdentity& identity = instance->identity;
     known.push_back(fmt::format("{} ({})", identity.name, identity.uuid));
   }
-  return say_unknown("service", what, std::move(known), fabric);
+  return print_unknown("service", what, std::move(known), fabric);
 }
 
 }  // namespace millrace::tools::commands

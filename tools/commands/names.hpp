@@ -1,4 +1,4 @@
-// What a user names on the command line: a UUID, an id, a name, or the beginning of one.
+// Names on the command line: a UUID, an id, a name, or the beginning of one.
 //
 //   const auto rows = chosen(all, "560aac", [](const Row& row) { return Names{row.uuid}; });
 #pragma once
@@ -18,7 +18,7 @@ enum class Match : std::uint8_t { none, begins, exact };
 /// UUIDs are compared without regard to case.
 Match match(const Names& names, const std::string& what);
 
-/// The rows of which `what` is a name, or else the beginning of one; all for "".
+/// The rows with the name `what`, or else those with a name that begins with it; all for "".
 template <typename Row, typename NamesOf>
 std::vector<Row> chosen(std::vector<Row> rows, const std::string& what, NamesOf names_of) {
   if (what.empty()) {
@@ -34,16 +34,16 @@ std::vector<Row> chosen(std::vector<Row> rows, const std::string& what, NamesOf 
 
 /// UUID, id and name.
 Names names_of(const bus::KnownInstance& instance);
-/// The instances that `what` names.
+/// The instances with this UUID, id or name, or the beginning of one.
 std::vector<const bus::KnownInstance*> instances_named(const bus::FabricModel& live,
                                                        const std::string& what);
 
-/// Says that there is no such one and which there are: `kind` is "machine", "service". The exit
-/// code.
-int say_unknown(const std::string& kind, const std::string& what, Names known,
-                const fabric::dds::ParticipantOptions& fabric);
-/// The same for a service; known are those on the fabric.
-int say_unknown_service(const std::string& what, const bus::FabricModel& live,
-                        const fabric::dds::ParticipantOptions& fabric);
+/// Prints that `what` does not exist, and the names that do. `kind`: "machine", "service". Returns
+/// the exit code.
+int print_unknown(const std::string& kind, const std::string& what, Names known,
+                  const fabric::dds::ParticipantOptions& fabric);
+/// The same for a service, with the services on the fabric.
+int print_unknown_service(const std::string& what, const bus::FabricModel& live,
+                          const fabric::dds::ParticipantOptions& fabric);
 
 }  // namespace millrace::tools::commands

@@ -6,7 +6,7 @@
 
 namespace millrace::tools::commands {
 
-/// The words after the program's name with global options behind the command, where it takes them:
+/// Moves global options behind the command, where it takes them:
 /// "--domain 7 services" is "services --domain 7". Without a command: `status`.
 std::vector<std::string> word_order(std::vector<std::string> words);
 

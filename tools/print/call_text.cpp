@@ -5,6 +5,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
@@ -32,6 +33,19 @@ std::string instance_of(const FollowedCall& call) {
     return fmt::format("{} on {}", safe(call.instance_name), safe(call.host));
   }
   return call.instance == fabric::InstanceId{} ? "no instance" : call.instance.to_string();
+}
+
+std::string what_of(const recording::TimelineStep& step) {
+  std::string what;
+  if (step.withheld) {
+    what = fmt::format("({} bytes, not recorded)", *step.withheld);
+  } else if (!step.text.empty() || step.state != 0) {
+    what = fmt::format("{} state {}", quoted(step.text), step.state);
+  }
+  if (!step.detail.empty()) {
+    what += (what.empty() ? "" : "  ") + safe(step.detail);
+  }
+  return what;
 }
 
 }  // namespace
@@ -76,6 +90,27 @@ boost::json::object json_of(const FollowedCall& call) {
   out["detail"] = utf8(call.detail);
   out["replayed"] = call.replayed;
   return out;
+}
+
+std::string text_of(const recording::Timeline& timeline) {
+  std::string text = fmt::format("call {} of {}, service {}{}\n\n", timeline.call.to_string(),
+                                 safe(timeline.key.to_string()), safe(timeline.uuid),
+                                 timeline.replayed ? ", replayed" : "");
+  Table table({{"TIME"}, {"AFTER", Align::right}, {"ATTEMPT", Align::right}, {"HOP"}, {"WHAT"}});
+  const fabric::Time start = timeline.steps.front().at;
+  if (timeline.steps.front().stage == recording::Stage::seen) {
+    table.add({"", "", "", "written by the program", "up to one poll earlier; not timestamped"});
+  }
+  for (const recording::TimelineStep& step : timeline.steps) {
+    table.add({clock_text(step.at), duration_text(step.at - start),
+               step.attempt == 0 ? "" : std::to_string(step.attempt),
+               std::string(name_of(step.stage)) + (step.by_service ? " *" : ""), what_of(step)});
+  }
+  text += table.text() + "\n* by the clock of the service's host";
+  if (timeline.clock_difference != std::chrono::nanoseconds{}) {
+    text += fmt::format(", which differs by at least {}", duration_text(timeline.clock_difference));
+  }
+  return text + '\n';
 }
 
 }  // namespace millrace::tools::print

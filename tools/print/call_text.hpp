@@ -1,4 +1,4 @@
-// A call in one line, and as JSON.
+// A call in one line, over every hop, and as JSON.
 #pragma once
 
 #include <string>
@@ -6,11 +6,14 @@
 #include <boost/json/object.hpp>
 
 #include "tools/recording/call_follower.hpp"
+#include "tools/recording/timeline.hpp"
 
 namespace millrace::tools::print {
 
 /// "07:00:00.123456  cnc/1  560aacbf-…  "2" 1 -> "1.414214" 1  2.40 ms  sq1 on vm  5f-17"
 std::string line_of(const recording::FollowedCall& call);
 boost::json::object json_of(const recording::FollowedCall& call);
+/// A line for each step, for a terminal.
+std::string text_of(const recording::Timeline& timeline);
 
 }  // namespace millrace::tools::print

@@ -29,16 +29,16 @@
 
 namespace millrace::tools::print {
 
-/// Unknown; a text in UTF-8; a truth; a number; a time; a duration; any JSON, for CSV and JSON.
-/// The terminal shows a time as the time since then, and what is unknown as "-".
+/// Unknown (monostate), text in UTF-8, boolean, number, time, duration, or JSON for CSV and JSON
+/// only. The terminal shows a time as its age, and "-" for unknown.
 using Cell = std::variant<std::monostate, std::string, bool, std::int64_t, double, fabric::Time,
                           std::chrono::nanoseconds, boost::json::value>;
 
-/// Columns with a higher one leave first where the terminal is too narrow. Those that always stay
-/// are cut then, the widest first. One that is unknown in each row leaves, too.
+/// On a narrow terminal the columns of the highest rank are omitted first; then the texts of the
+/// others are cut, the widest first. A column that is unknown in all rows is omitted, too.
 using Rank = std::uint8_t;
 inline constexpr Rank always = 0;
-/// Only with Format::wide or if chosen.
+/// Shown only with Format::wide or by Format::columns.
 inline constexpr Rank only_wide = 255;
 
 struct Heading {
@@ -51,22 +51,22 @@ struct Heading {
 struct Format {
   enum class Kind : std::uint8_t { terminal, csv, json };
   Kind kind = Kind::terminal;
-  /// Columns of the terminal; 0 = as many as the text needs.
+  /// Of the terminal in characters; 0 = unlimited.
   std::size_t width = 0;
-  /// All columns, whatever the width.
+  /// All columns, for any width.
   bool wide = false;
-  /// By title or name, in any case; none = all.
+  /// The columns to show, by title or name, without regard to case; empty = all.
   std::vector<std::string> columns{};
 };
 
-/// Rows of cells in a format; `format.columns` are known.
+/// Rows of cells in a format; all of `format.columns` must exist.
 std::string listing_text(const std::vector<Heading>& headings,
                          const std::vector<std::vector<Cell>>& rows, const Format& format,
                          fabric::Time now);
-/// Where a column with this title or name stands that `kind` shows, or headings.size().
+/// Index of the column with this title or name that `kind` shows, or headings.size().
 std::size_t find_column(const std::vector<Heading>& headings, std::string_view column,
                         Format::Kind kind);
-/// "channel, state, since": what --columns takes.
+/// "channel, state, since": the values of --columns.
 std::string column_names(const std::vector<Heading>& headings, Format::Kind kind);
 
 template <typename Row>
@@ -88,7 +88,7 @@ class Listing {
     }
   }
 
-  /// For CSV and JSON also each field of `Value`; `of` is nullptr where a row has none.
+  /// Adds each field of `Value` for CSV and JSON; `of` returns nullptr where a row has no value.
   template <fabric::HasFields Value>
   Listing with_fields(const Value* (*of)(const Row&)) && {
     for (const std::string& name : names_of(fabric::shape_of<Value>())) {
@@ -104,7 +104,7 @@ class Listing {
     return std::move(*this);
   }
 
-  /// Those of with_fields() first.
+  /// The columns of with_fields() come first.
   [[nodiscard]] const std::vector<Heading>& headings() const { return headings_; }
 
   [[nodiscard]] std::string text(const std::vector<Row>& rows, const Format& format,

@@ -1,4 +1,4 @@
-// The last calls, put together from all that an observer hears of them. Pure.
+// The last calls, from the samples that an observer receives. Pure.
 //
 //   CallList calls(20);
 //   calls.add(entry);                        // any entry
@@ -16,9 +16,9 @@ namespace millrace::tools::commands::calls {
 
 struct CallRow {
   recording::FollowedCall call{};
-  /// "dispatched", "answered", "written": how far it is known to have come.
+  /// "dispatched", "answered", "written": the last known step.
   std::string state{};
-  /// When the last of it happened.
+  /// Time of the last known step.
   fabric::Time at{};
   /// From seen to ended; otherwise the time in the handler.
   std::optional<std::chrono::nanoseconds> took{};
@@ -41,7 +41,7 @@ class CallList {
   std::size_t most_;
   recording::CallFollower follower_;
   std::map<fabric::CallId, CallRow> rows_;
-  /// In the order in which they were heard first.
+  /// In the order of their first samples.
   std::deque<fabric::CallId> order_;
   std::map<fabric::InstanceId, std::pair<std::string, std::string>> names_;
 };

@@ -8,8 +8,8 @@
 #include "tools/bus/listening_time.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
-#include "tools/commands/calls/timeline_text.hpp"
 #include "tools/commands/data/listen.hpp"
+#include "tools/print/call_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/timeline_json.hpp"
 #include "tools/recording/timeline.hpp"
@@ -60,7 +60,7 @@ int show(const CallsOptions& options) {
   if (options.output.json) {
     print::print_json(print::json_of(timeline));
   } else {
-    fmt::print("{}", text_of(timeline));
+    fmt::print("{}", print::text_of(timeline));
   }
   return base::program::exit_done;
 }

@@ -97,8 +97,9 @@ int say_unknown_machine(const DataOptions& options) {
     known.push_back(key.first);
   }
   return std::ranges::find(known, options.machine) != known.end()
-             ? say_unknown("such data of machine", options.machine, {}, options.fabric.options())
-             : say_unknown("machine", options.machine, std::move(known), options.fabric.options());
+             ? print_unknown("such data of machine", options.machine, {}, options.fabric.options())
+             : print_unknown("machine", options.machine, std::move(known),
+                             options.fabric.options());
 }
 
 std::string ago(fabric::Time time) {

@@ -40,7 +40,7 @@ struct LookOptions : SnapshotOptions {
   int show(const print::Listing<Row>& listing, const std::vector<Row>& rows,
            const std::string& kind, const Names& known, const char* nothing) const {
     if (rows.empty() && !what.empty()) {
-      return say_unknown(kind, what, known, fabric.options());
+      return print_unknown(kind, what, known, fabric.options());
     }
     if (rows.empty() && output.is_text()) {
       fmt::print("{}\n", fmt::format(fmt::runtime(nothing), fabric.options().fabric,

@@ -264,7 +264,7 @@ void print_in_full(const InstanceRow& row) {
 int list_instances(const ServicesOptions& options, const bus::FabricModel& live) {
   std::vector<InstanceRow> rows = instance_rows(live, options);
   if (rows.empty() && !options.what.empty()) {
-    return say_unknown_service(options.what, live, options.fabric.options());
+    return print_unknown_service(options.what, live, options.fabric.options());
   }
   const bool all_answer = !options.ping || ask(options, rows);
   if (options.full && options.output.is_text()) {

@@ -186,7 +186,7 @@ std::optional<std::string> uuid_of(const CallOptions& options) {
     uuids.insert(instance->identity.uuid);
   }
   if (options.service.empty() || uuids.empty()) {
-    say_unknown_service(options.service, live, options.fabric.options());
+    print_unknown_service(options.service, live, options.fabric.options());
     return std::nullopt;
   }
   if (uuids.size() > 1) {

@@ -59,7 +59,7 @@ int drain(const DrainOptions& options) {
   const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
   const Instances leaving = instances_to_drain(live, options.what);
   if (leaving.empty()) {
-    return say_unknown_service(options.what, live, options.fabric.options());
+    return print_unknown_service(options.what, live, options.fabric.options());
   }
   const Answers answers =
       tell_each(options.fabric.options(), options.timeout, fabric::CommandKind::drain, leaving);

@@ -6,9 +6,9 @@
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
-#include "tools/commands/calls/timeline_text.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/recordings/recordings.hpp"
+#include "tools/print/call_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/timeline_json.hpp"
 #include "tools/recording/reader.hpp"
@@ -54,7 +54,7 @@ int show(const CallsOptions& options) {
   if (options.output.json) {
     print::print_json(print::json_of(timeline));
   } else {
-    fmt::print("{}", calls::text_of(timeline));
+    fmt::print("{}", print::text_of(timeline));
   }
   return report(options.file, read.problems);
 }

@@ -8,7 +8,7 @@
 
 namespace millrace::tools::commands::status {
 
-// Exit codes; the first that applies is that of the process. 1 is above all of them.
+// Exit codes; the lowest that applies is the exit code of the process. 1 has priority over these.
 inline constexpr int exit_link_down = 3;
 inline constexpr int exit_held = 4;
 inline constexpr int exit_unserved = 5;
@@ -30,16 +30,16 @@ struct Problem {
 /// Of gateways, controllers, calls, services and programs.
 std::vector<Problem> problems_of(const bus::FabricModel& live, fabric::Time now);
 
-/// Machines whose gateway must report, or hosts of gateways.
+/// Problems for expected machines, or hosts of gateways, without a gateway.
 std::vector<Problem> missing_gateways(const bus::FabricModel& live,
                                       const std::vector<std::string>& names);
-/// Of each service, by UUID or name, so many instances that do not drain.
+/// Service by UUID or name, and the number of instances that it must have, without draining ones.
 using Expected = std::vector<std::pair<std::string, std::size_t>>;
 std::vector<Problem> missing_instances(const bus::FabricModel& live, const Expected& services);
 
-/// The worst first, of equals the oldest.
+/// By severity, then by age: the worst and oldest first.
 void sort(std::vector<Problem>& problems);
-/// Of all of them.
+/// The lowest code that applies; exit_done if none.
 int exit_code_of(const std::vector<Problem>& problems);
 
 }  // namespace millrace::tools::commands::status

@@ -5,14 +5,14 @@
 import { byName, keyOf } from './model.js';
 import { milliseconds } from './time.js';
 
-/** More columns than this are no table that one sees at once. */
+/** With more columns the table does not fit. */
 export const mostColumns = 12;
-/** A call that waits no longer than this finds its instance by itself. */
+/** A shorter wait does not count as waiting. */
 const waitMs = 1000;
 const fullShare = 0.8;
 const peakShare = 0.5;
 
-/** By the channels that it names, "cnc/1" or "cnc/*"; who names none takes all. */
+/** By its channel scopes, "cnc/1" or "cnc/*"; without scopes it serves all channels. */
 export function mayServe(service, { machine, channel }) {
   return !service.channels?.length || service.channels.some((scope) => {
     const [ofMachine, number = '*'] = scope.split('/');

@@ -19,19 +19,19 @@ namespace millrace::tools::web::plant {
 class ServedChannels {
  public:
   static constexpr std::size_t steps = 12;
-  /// Of so many pairs there are figures.
+  /// Pairs of instance and channel; calls of further pairs are not counted.
   static constexpr std::size_t most = 4'000;
 
   void add(const fabric::InstanceId& instance, const fabric::ChannelKey& channel);
   void step();
 
-  /// `step_seconds` is how long a step is. Per second of the steps that have ended, so that who has
-  /// just begun does not seem busier than he is.
+  /// Calls per second over the steps that have ended, so a short first step does not inflate the
+  /// rate. `step_seconds`: length of a step.
   [[nodiscard]] boost::json::array json(double step_seconds) const;
 
  private:
   using Pair = std::pair<fabric::InstanceId, fabric::ChannelKey>;
-  /// One for each step.
+  /// Calls in the current step, and in each ended one.
   std::map<Pair, std::uint32_t> now_;
   std::deque<std::map<Pair, std::uint32_t>> ended_;
 };
