@@ -162,6 +162,34 @@ enum class ChannelState : std::uint8_t {
   held
 };
 
+/// Why a channel does not go on, for programs; ChannelStatus::reason says it to people.
+enum class Cause : std::uint8_t {
+  /// It does, or its state says all.
+  none,
+  /// No service has the UUID, which may be empty or malformed.
+  unknown_uuid,
+  /// The service is known, but none of its instances is there or ready.
+  no_instance,
+  /// Its instances serve other channels.
+  other_channels,
+  /// Its instances finish their calls and accept no new ones.
+  draining,
+  /// Each instance has as many calls as it runs at once.
+  busy,
+  /// The instance that had the call is gone, has declined it, or does not read its requests.
+  instance_lost,
+  /// The gateway that had the channel is gone and may have dispatched the call.
+  gateway_lost,
+  /// The service's answer cannot be written.
+  answer_refused,
+  /// No answer in the time that the configuration allows.
+  deadline,
+  /// The journal cannot be written, or has not confirmed an entry.
+  journal,
+  /// The controller refuses a read or a write, or does not show what was written.
+  controller
+};
+
 struct ChannelStatus {
   ChannelKey key{};
   ChannelState state = ChannelState::link_down;
@@ -170,6 +198,8 @@ struct ChannelStatus {
   std::uint32_t attempt = 0;
   InstanceId instance{};
   std::string uuid{};
+  Cause cause = Cause::none;
+  /// For people. At most 255 bytes.
   std::string reason{};
   std::uint64_t calls = 0;
   std::uint64_t answered = 0;
@@ -177,12 +207,15 @@ struct ChannelStatus {
   std::uint64_t repeated = 0;
   std::uint64_t late = 0;
   std::uint64_t failed = 0;
+  /// An observer says that the gateway is gone; only key, since and reason have a value then.
+  bool gone = false;
   bool operator==(const ChannelStatus&) const = default;
 };
 MILLRACE_FIELDS(ChannelStatus, (key, .required = true), call,
                 (uuid, .words = "UUID", .sparse = true), (state, .json = "channel_state"), since,
-                attempt, instance, reason, calls, (answered, .json = "answered_calls"), withdrawn,
-                (repeated, .proto = "repeated_calls"), late, failed)
+                attempt, instance, cause, reason, calls, (answered, .json = "answered_calls"), withdrawn,
+                (repeated, .proto = "repeated_calls"), late, failed,
+                (gone, .sparse = true, .on_wire = false))
 
 /// No gateway claims before 2020 or after 2199: even a gateway with an unset clock claims within
 /// these limits. A sample outside of them is a mistake or a lie, and would block the machine or
@@ -192,6 +225,18 @@ inline constexpr Time latest_claim{std::chrono::sys_days{std::chrono::year{2200}
 constexpr bool is_plausible_claim(Time claimed) {
   return claimed >= earliest_claim && claimed <= latest_claim;
 }
+
+/// How a gateway learns of changes in the channels of a machine.
+enum class WatchMode : std::uint8_t {
+  /// It is not connected, or serves no channel.
+  none,
+  /// It reads them periodically.
+  polled,
+  /// Some channels send notifications, others are polled.
+  partly_pushed,
+  /// The controller sends ADS notifications; polling is only a safeguard.
+  pushed
+};
 
 /// The link between a gateway and one controller, and which of its channels the gateway claims.
 struct MachineStatus {
@@ -203,10 +248,12 @@ struct MachineStatus {
   /// At most 255; empty = all channels of the controller.
   std::vector<std::uint16_t> claims{};
   bool connected = false;
+  WatchMode watch = WatchMode::none;
   Time since{};
   /// TCP address and AMS NetId, as the configuration has them; at most 127 bytes.
   std::string address{};
-  /// Why it is not connected, or which channels another gateway serves. At most 255 bytes.
+  /// For people: why it is not connected, which channels another gateway serves, why it is polled.
+  /// At most 255 bytes.
   std::string reason{};
   std::uint16_t channels = 0;
   /// Time between two reads of an idle channel.
@@ -219,13 +266,16 @@ struct MachineStatus {
   std::uint32_t pid = 0;
   std::string version{};
   std::uint64_t epoch = 0;
+  /// An observer says that the gateway is gone; only machine, gateway, since and reason have a value then.
+  bool gone = false;
   bool operator==(const MachineStatus&) const = default;
 };
-MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, since, address,
+MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, watch, since, address,
                 reason, channels, poll, requests_per_second, round_trip,
                 (host, .json = "gateway_host", .words = "host name"), (pid, .json = "gateway_pid"),
                 (version, .json = "gateway_version"), gateway,
-                (epoch, .json = "gateway_epoch", .hex = true), claimed, (claims, .most = 255))
+                (epoch, .json = "gateway_epoch", .hex = true), claimed, (claims, .most = 255),
+                (gone, .sparse = true, .on_wire = false))
 
 struct InstanceStatus {
   InstanceId instance{};

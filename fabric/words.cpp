@@ -37,6 +37,17 @@ std::string_view name_of(ChannelState state) {
       {"link down", "idle", "unserved", "waiting", "running", "answering", "held"}, state);
 }
 
+std::string_view name_of(Cause cause) {
+  return pick<Cause, 12>(
+      {"none", "unknown UUID", "no instance", "other channels", "draining", "busy", "instance lost",
+       "gateway lost", "answer refused", "deadline", "journal", "controller"},
+      cause);
+}
+
+std::string_view name_of(WatchMode mode) {
+  return pick<WatchMode, 4>({"none", "polled", "partly pushed", "pushed"}, mode);
+}
+
 std::string_view name_of(EventKind kind) {
   return pick<EventKind, 11>({"seen", "unserved", "dispatched", "interim", "replied", "written",
                               "withdrawn", "lost", "late", "refused", "held"},

@@ -19,6 +19,8 @@ std::string_view name_of(Delivery delivery);
 std::string_view name_of(CompletionSignal completion_signal);
 /// "link down", "idle", "running" …
 std::string_view name_of(ChannelState state);
+std::string_view name_of(Cause cause);
+std::string_view name_of(WatchMode mode);
 /// "seen", "dispatched" …
 std::string_view name_of(EventKind kind);
 /// "answer", "retry", "drain", "ping".

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "fabric/messages.hpp"
+#include "gateway/reason.hpp"
 #include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway {
@@ -107,7 +108,7 @@ struct BlockedEntry {
   fabric::CallId call{};
   std::string uuid{};
   fabric::Time since{};
-  std::string reason{};
+  Reason reason{};
   bool operator==(const BlockedEntry&) const = default;
 };
 

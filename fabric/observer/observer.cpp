@@ -140,12 +140,15 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     on_machine({.machine = machine,
                 .gateway = gateway,
                 .since = std::chrono::system_clock::now(),
-                .reason = gateway_gone});
+                .reason = gateway_gone,
+                .gone = true});
   }
   void on_channel(const ChannelStatus& status) override { hand_out(status); }
   void on_channel_gone(const ChannelKey& key) override {
-    hand_out(ChannelStatus{
-        .key = key, .since = std::chrono::system_clock::now(), .reason = gateway_gone});
+    hand_out(ChannelStatus{.key = key,
+                           .since = std::chrono::system_clock::now(),
+                           .reason = gateway_gone,
+                           .gone = true});
   }
   void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }
 

@@ -1,6 +1,6 @@
 // Show what a participant may write and read: the one place that says it. Pure.
 //
-//   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v3/reply",
+//   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v4/reply",
 //   "millrace/560aacbf-…"}
 #pragma once
 

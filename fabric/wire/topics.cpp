@@ -60,17 +60,17 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 // A writer sends to one instance: its keys are the channels of the requester.
 const Topic request_topic{
-    "millrace/v3/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
+    "millrace/v4/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
 // Twice as many as an instance keeps for later readers (fabric/endpoints/reply_endpoint.cpp).
 const Topic reply_topic{
-    "millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
+    "millrace/v4/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
-    "millrace/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
+    "millrace/v4/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
 // A process sends its own heartbeats, with its own writer.
 const Topic heartbeat_topic{
-    "millrace/v3/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
+    "millrace/v4/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
 const Topic machine_topic{
-    "millrace/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
+    "millrace/v4/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
 const Topic outcome_topic{

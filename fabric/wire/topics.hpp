@@ -1,10 +1,10 @@
 // The topics of a fabric in one place: names, keys (see idl/millrace.idl), QoS and partitions.
 //
-//   millrace/v3/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
-//   millrace/v3/reply    instance to gateway                 partition FABRIC/UUID
-//   millrace/v3/heartbeat     process of instances to gateways    partition FABRIC
-//   millrace/channel     gateway to tools                    partition FABRIC
-//   millrace/machine     gateway to gateways and tools       partition FABRIC
+//   millrace/v4/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
+//   millrace/v4/reply    instance to gateway                 partition FABRIC/UUID
+//   millrace/v4/heartbeat     process of instances to gateways    partition FABRIC
+//   millrace/v4/channel     gateway to tools                    partition FABRIC
+//   millrace/v4/machine     gateway to gateways and tools       partition FABRIC
 //   millrace/event       gateway to recorder and tools       partition FABRIC
 //   millrace/command     tools to gateways and instances     partition FABRIC
 //   millrace/outcome     gateway or instance to tools        partition FABRIC
@@ -50,7 +50,7 @@ struct Topic {
 };
 
 /// The wire version: the number in the names of topics that have changed since the first version.
-inline constexpr int wire_version = 3;
+inline constexpr int wire_version = 4;
 
 extern const Topic request_topic;
 extern const Topic reply_topic;

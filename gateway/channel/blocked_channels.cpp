@@ -13,7 +13,7 @@ void BlockedChannels::note(const fabric::ChannelStatus& status, bool begins, Mom
                          .call = status.call,
                          .uuid = status.uuid,
                          .since = now.wall,
-                         .reason = status.reason};
+                         .reason = {status.cause, status.reason}};
       port_.append(entry, {});
       entries_.insert_or_assign(status.key, std::move(entry));
     }

@@ -154,7 +154,7 @@ void Channel::on_write(WriteOutcome outcome, const std::string& reason, Moment n
   finish(now);
 }
 
-void Channel::leave_unserved(const std::string& reason, const Policy& policy, Moment now) {
+void Channel::leave_unserved(const Reason& reason, const Policy& policy, Moment now) {
   assert(found_);
   const PendingRequest request = *std::exchange(found_, std::nullopt);
   const bool news = reader_.unserved() != request;
@@ -168,9 +168,9 @@ void Channel::leave_unserved(const std::string& reason, const Policy& policy, Mo
     event.uuid = request.uuid;
     event.text = request.text;
     event.state = request.state;
-    event.detail = reason;
+    event.detail = reason.text;
     out_.publish(std::move(event), now);
-    out_.log(Level::warn, reason);
+    out_.log(Level::warn, reason.text);
   }
   unserved_.policy = policy;
   unserved_.reason = reason;
@@ -422,7 +422,7 @@ void Channel::publish_status(Moment now) {
   } else if (reader_.unserved()) {
     view.state = unserved;
     view.uuid = reader_.unserved()->uuid;
-    view.reason = unserved_.reason;
+    view.explain(unserved_.reason);
   } else if (zero_seen_) {
     view.state = idle;
   } else {
@@ -434,12 +434,16 @@ void Channel::publish_status(Moment now) {
   }
   if (!link_up_) {
     view.state = link_down;
+    view.cause = fabric::Cause::none;
     view.reason = link_reason_;
   } else if (!controller_error_.empty()) {
+    view.cause = fabric::Cause::controller;
     view.reason = controller_error_;
   } else if (!problem.empty()) {
+    view.cause = fabric::Cause::controller;
     view.reason = problem;
   } else if (call_ && call_->waits_for_journal() && !out_.journal_error().empty()) {
+    view.cause = fabric::Cause::journal;
     view.reason = out_.journal_error();
   }
   out_.publish_status(view, now);

@@ -67,7 +67,7 @@ class Channel {
   /// Accepts it with this id.
   void accept(fabric::CallId id, const Policy& policy, Moment now);
   /// Skips it; `reason` says why.
-  void leave_unserved(const std::string& reason, const Policy& policy, Moment now);
+  void leave_unserved(const Reason& reason, const Policy& policy, Moment now);
   /// Finds a skipped request again, because a new instance has appeared.
   void offer_again(Moment now);
 
@@ -76,9 +76,9 @@ class Channel {
 
   // The progress of the call in OpenCall; without effect if there is none, or it is answered.
   void assign(const Assignment& assignment, Moment now);
-  void suspend(const std::string& reason, bool held, Moment now);
-  void hold(const std::string& reason, Moment now);
-  void explain(const std::string& reason, Moment now);
+  void suspend(const Reason& reason, bool held, Moment now);
+  void hold(const Reason& reason, Moment now);
+  void explain(const Reason& reason, Moment now);
   void answer_locally(const LocalAnswer& answer, Moment now);
   void retry(const std::string& by, Moment now);
   /// A reply of an instance, to this call or to an earlier one.
@@ -111,7 +111,7 @@ class Channel {
 
   /// The skipped request; RequestReader has it.
   struct Unserved {
-    std::string reason;
+    Reason reason;
     SteadyTime at{};
     Policy policy;
     /// It has waited for as long as its policy says.

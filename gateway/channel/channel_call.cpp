@@ -74,15 +74,15 @@ void Channel::assign(const Assignment& assignment, Moment now) {
   with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
 }
 
-void Channel::suspend(const std::string& reason, bool held, Moment now) {
+void Channel::suspend(const Reason& reason, bool held, Moment now) {
   with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
 }
 
-void Channel::hold(const std::string& reason, Moment now) {
+void Channel::hold(const Reason& reason, Moment now) {
   with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
 }
 
-void Channel::explain(const std::string& reason, Moment now) {
+void Channel::explain(const Reason& reason, Moment now) {
   with_call(now, [&](OpenCall& call) { call.explain(reason); });
 }
 

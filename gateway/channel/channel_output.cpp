@@ -11,7 +11,7 @@ namespace {
 
 bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
   const auto all = [](const fabric::ChannelStatus& s) {
-    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.reason, s.calls, s.answered,
+    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.cause, s.reason, s.calls, s.answered,
                     s.withdrawn, s.repeated, s.late, s.failed);
   };
   return all(a) == all(b);
@@ -69,6 +69,7 @@ void ChannelOutput::update(const ChannelView& view, Moment now) {
   status_.call = view.call;
   status_.attempt = view.attempt;
   status_.instance = view.instance;
+  status_.cause = view.cause;
   if (status_.uuid != view.uuid) {
     status_.uuid = view.uuid;
   }
@@ -82,6 +83,7 @@ void ChannelOutput::publish_idle(const std::string& reason, Moment now) {
   last.state = fabric::ChannelState::idle;
   last.call = {};
   last.since = now.wall;
+  last.cause = fabric::Cause::none;
   last.reason = reason;
   publish(last);
 }
@@ -96,7 +98,8 @@ void ChannelOutput::publish(const fabric::ChannelStatus& status) {
   since_then.since = blocked->since;
   if (blocked->state == fabric::ChannelState::held) {
     // Only the gateway that saw the loss can name the lost instance.
-    since_then.reason = blocked->reason;
+    since_then.cause = blocked->reason.cause;
+    since_then.reason = blocked->reason.text;
   }
   context_.port.publish(since_then);
 }

@@ -18,6 +18,7 @@
 #include "gateway/channel/blocked_channels.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/outputs.hpp"
+#include "gateway/reason.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -27,12 +28,19 @@ using EntryNumber = std::uint64_t;
 /// The published state of a channel, without its counters.
 struct ChannelView {
   fabric::ChannelState state = fabric::ChannelState::link_down;
+  fabric::Cause cause = fabric::Cause::none;
   std::string_view reason{};
   std::string_view uuid{};
   fabric::CallId call{};
   std::uint32_t attempt = 0;
   /// The instance that has the call, or answered it.
   fabric::InstanceId instance{};
+
+  /// `why` outlives this.
+  void explain(const Reason& why) {
+    cause = why.cause;
+    reason = why.text;
+  }
 };
 
 /// The shared state of all channels of a gateway.

@@ -49,11 +49,11 @@ OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
       open.asked_.push_back(attempt.instance);
     }
   }
-  open.reason_ = "resumed from the journal";
+  open.reason_.text = "resumed from the journal";
   return open;
 }
 
-void OpenCall::enter(Phase phase, std::string reason) {
+void OpenCall::enter(Phase phase, Reason reason) {
   phase_ = std::move(phase);
   reason_ = std::move(reason);
 }
@@ -92,7 +92,7 @@ ChannelView OpenCall::view() const {
                               [](const phase::Writing&) { return answering; },
                           },
                           phase_);
-  view.reason = reason_;
+  view.explain(reason_);
   view.uuid = call_.request.uuid;
   view.call = call_.id;
   view.attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
@@ -164,33 +164,33 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
                                        call_.completion_signal});
   }
   if (entry != 0) {
-    enter(phase::Assigned{to, entry}, "");
+    enter(phase::Assigned{to, entry});
   } else {
-    enter(phase::Running{to}, "");
+    enter(phase::Running{to});
     publish(to, out, now);
   }
 }
 
-void OpenCall::suspend(const std::string& reason, bool held, ChannelOutput& out, Moment now) {
+void OpenCall::suspend(const Reason& reason, bool held, ChannelOutput& out, Moment now) {
   if (answered()) {
     return;
   }
-  publish_event(fabric::EventKind::lost, reason, out, now);
+  publish_event(fabric::EventKind::lost, reason.text, out, now);
   if (held) {
-    publish_event(fabric::EventKind::held, reason, out, now);
+    publish_event(fabric::EventKind::held, reason.text, out, now);
   }
-  out.log(Level::warn, fmt::format("{}: {}", name(), reason));
+  out.log(Level::warn, fmt::format("{}: {}", name(), reason.text));
   const EntryNumber entry = unconfirmed_attempt();
   held ? enter(phase::Held{entry, now.steady}, reason) : enter(phase::Waiting{entry}, reason);
 }
 
-void OpenCall::hold(const std::string& reason, ChannelOutput& out, Moment now) {
+void OpenCall::hold(const Reason& reason, ChannelOutput& out, Moment now) {
   call_.delivery = fabric::Delivery::at_most_once;
   append_unasked(out);
   suspend(reason, true, out, now);
 }
 
-void OpenCall::explain(const std::string& reason) {
+void OpenCall::explain(const Reason& reason) {
   if (std::holds_alternative<phase::Waiting>(phase_)) {
     reason_ = reason;
   }
@@ -200,8 +200,9 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
   if (answered()) {
     return;
   }
-  enter(phase::Waiting{unconfirmed_attempt()}, fmt::format("dispatched again by {}", by));
-  out.log(Level::info, fmt::format("{}: {}", name(), reason_));
+  enter(phase::Waiting{unconfirmed_attempt()},
+        {fabric::Cause::none, fmt::format("dispatched again by {}", by)});
+  out.log(Level::info, fmt::format("{}: {}", name(), reason_.text));
 }
 
 void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out,
@@ -214,7 +215,7 @@ void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutp
   const auto confirm = [recorded](EntryNumber& entry) { entry = entry == recorded ? 0 : entry; };
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
     if (assigned->entry == recorded) {
-      enter(phase::Running{Assignment(assigned->to)}, "");
+      enter(phase::Running{Assignment(assigned->to)});
       publish(std::get<phase::Running>(phase_).to, out, now);
     }
   } else if (auto* const waiting = std::get_if<phase::Waiting>(&phase_)) {
@@ -225,8 +226,7 @@ void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutp
     if (known->entry == recorded) {
       const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
       enter(phase::Writing{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
-                                        call_.completion_signal, stood)},
-            "");
+                                        call_.completion_signal, stood)});
     }
   } else if (auto* const writing = std::get_if<phase::Writing>(&phase_)) {
     if (writing->clearing == recorded) {

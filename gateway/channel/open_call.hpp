@@ -114,12 +114,12 @@ class OpenCall {
   /// Gives it to an instance; the same attempt again only repeats it on the fabric.
   void assign(const Assignment& to, ChannelOutput& out, Moment now);
   /// Takes it from its instance. It waits for another one, or, if `held`, for an operator.
-  void suspend(const std::string& reason, bool held, ChannelOutput& out, Moment now);
+  void suspend(const Reason& reason, bool held, ChannelOutput& out, Moment now);
   /// Blocks the call for an operator although this gateway did not dispatch it: it may have run
   /// already.
-  void hold(const std::string& reason, ChannelOutput& out, Moment now);
+  void hold(const Reason& reason, ChannelOutput& out, Moment now);
   /// Why it still waits.
-  void explain(const std::string& reason);
+  void explain(const Reason& reason);
   /// Removes it from its instance or queue, to be dispatched again.
   void retry(const std::string& by, ChannelOutput& out);
   void on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out, Moment now);
@@ -188,7 +188,7 @@ class OpenCall {
   OpenCall(CallRecord call, const Policy& policy, Phase phase)
       : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
 
-  void enter(Phase phase, std::string reason);
+  void enter(Phase phase, Reason reason = {});
   [[nodiscard]] EntryNumber unconfirmed_attempt() const;
   [[nodiscard]] const Assignment* assignment() const;
   void publish(const Assignment& to, ChannelOutput& out, Moment now);
@@ -214,8 +214,8 @@ class OpenCall {
   /// The one under which it was accepted.
   Policy policy_;
   Phase phase_;
-  /// The reason of its state, for people; empty if none is needed.
-  std::string reason_;
+  /// The reason of its state; empty if none is needed.
+  Reason reason_;
   /// When it was accepted; for a call of an earlier run not known before the first link.
   std::optional<SteadyTime> since_;
   /// False for one that the wall clock, set back since, calls younger than new.

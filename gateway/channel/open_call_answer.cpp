@@ -82,7 +82,7 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
   const std::string why =
       fmt::format("{} declines it: {}", running->to.to_whom(), printable(reply.text));
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
-  enter(phase::Waiting{}, why);
+  enter(phase::Waiting{}, {fabric::Cause::instance_lost, why});
   out.news().declined = call_.id;
 }
 
@@ -158,7 +158,7 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
   publish_event(fabric::EventKind::refused, said, out, now);
   out.log(Level::error, fmt::format("{}: {}", name(), said));
   if (hold) {
-    enter(phase::Held{unconfirmed_attempt(), {}}, said);
+    enter(phase::Held{unconfirmed_attempt(), {}}, {fabric::Cause::answer_refused, said});
     out.end(call_.id);
   } else {
     take_answer(of, std::move(instead), said, out, now);
@@ -186,7 +186,7 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
     interim_ = std::monostate{};
   }
   const EntryNumber entry = out.append(AnsweredEntry{call_.id, *call_.answer});
-  enter(phase::Answered{std::move(response), entry}, "");
+  enter(phase::Answered{std::move(response), entry});
   out.end(call_.id);
 }
 
@@ -226,9 +226,9 @@ void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& 
                    out, now);
     return;
   }
-  reason_ = fmt::format("{}; the NC program goes on waiting", why);
-  publish_event(fabric::EventKind::late, reason_, out, now);
-  out.log(Level::warn, fmt::format("{}: {}", name(), reason_));
+  reason_ = {fabric::Cause::deadline, fmt::format("{}; the NC program goes on waiting", why)};
+  publish_event(fabric::EventKind::late, reason_.text, out, now);
+  out.log(Level::warn, fmt::format("{}: {}", name(), reason_.text));
 }
 
 void OpenCall::begin_writing(ChannelOutput& out) {

@@ -74,7 +74,7 @@ void Core::admit(channel::Channel& channel) {
   const std::string uuid = fabric::canonical_uuid(channel.found().uuid);
   const Policy policy = policy_of(channel.key(), uuid);
   if (!not_accepting_.empty()) {
-    channel.leave_unserved(not_accepting_, policy, now_);
+    channel.leave_unserved({fabric::Cause::none, not_accepting_}, policy, now_);
     follow(channel);
     return;
   }
@@ -86,7 +86,9 @@ void Core::admit(channel::Channel& channel) {
   if ((!unserved || answered_here) && numbers_.used_up()) {
     out_of_numbers_ = true;
     channel.leave_unserved(
-        "the journal has not confirmed new call numbers yet; the call waits for it", policy, now_);
+        {fabric::Cause::journal,
+         "the journal has not confirmed new call numbers yet; the call waits for it"},
+        policy, now_);
     follow(channel);
     return;
   }
@@ -118,9 +120,10 @@ bool Core::hold_for_predecessor(channel::Channel& channel, const std::string& ca
   }
   channel.accept(next_id(), policy, now_);
   follow(channel);
-  channel.hold(fmt::format("{} is gone and may have dispatched this call, which must not run "
-                           "twice; an operator must answer or retry it",
-                           predecessor->from),
+  channel.hold({fabric::Cause::gateway_lost,
+                fmt::format("{} is gone and may have dispatched this call, which must not run "
+                            "twice; an operator must answer or retry it",
+                            predecessor->from)},
                now_);
   follow(channel);
   return true;

@@ -201,7 +201,7 @@ class Machines {
   void on_predecessor_call(const fabric::ChannelKey& key);
   void publish(Machine& one);
   void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);
-  static std::string note_of(const Machine& one);
+  static void write_up(Machine& one, std::size_t channels, Moment now);
   void wake_at(std::optional<SteadyTime> time);
 
   GatewayIdentity own_;

@@ -186,7 +186,7 @@ void Machines::serve(Machine& one, Moment now) {
   one.has_served = one.has_served || !ours.empty();
   one.note = refused;
   if (one.refusal.empty()) {
-    one.status_writer.on_up(ours.size(), note_of(one), now);
+    write_up(one, ours.size(), now);
   }
   values_of(one).on_up(ours, now);
   listener_.on_serve(name, ours);

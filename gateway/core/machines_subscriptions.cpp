@@ -17,7 +17,7 @@ void Machines::apply(Machine& one, const machines::SubscriptionActions& actions,
     host_.log(level, fmt::format("{}: {}", one.settings.to_string(), words));
   }
   if (actions.status && connected != nullptr && connected->found && one.refusal.empty()) {
-    one.status_writer.on_up(connected->served.size(), note_of(one), now);
+    write_up(one, connected->served.size(), now);
     publish(one);
   }
   wake_at(one.subscriptions.next_time());
@@ -50,12 +50,10 @@ void Machines::on_notification(const fabric::ChannelKey& key, Variable variable,
   }
 }
 
-std::string Machines::note_of(const Machine& one) {
-  const std::string notifications = one.subscriptions.status_text();
-  if (one.note.empty() || notifications.empty()) {
-    return one.note + notifications;
-  }
-  return fmt::format("{}; {}", one.note, notifications);
+void Machines::write_up(Machine& one, std::size_t channels, Moment now) {
+  const auto [mode, text] = one.subscriptions.status();
+  const char* const between = one.note.empty() || text.empty() ? "" : "; ";
+  one.status_writer.on_up(channels, mode, fmt::format("{}{}{}", one.note, between, text), now);
 }
 
 }  // namespace millrace::gateway::core

@@ -168,24 +168,29 @@ bool Dispatcher::serves(const std::string& canonical_uuid, const fabric::Channel
   return instances_.service(canonical_uuid, key).served;
 }
 
-std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
-                                                    const fabric::ChannelKey& key) const {
+std::optional<Reason> Dispatcher::why_unserved(const std::string& uuid,
+                                               const fabric::ChannelKey& key) const {
   const Instances::Service service = instances_.service(fabric::canonical_uuid(uuid), key);
   if (service.served) {
     return {};
   }
   if (service.draining) {
-    return fmt::format("the service {} is draining and accepts no new calls", printable(uuid));
+    return Reason{fabric::Cause::draining,
+                  fmt::format("the service {} is draining and accepts no new calls",
+                              printable(uuid))};
   }
   if (service.elsewhere != nullptr) {
-    return fmt::format("the service {} serves {}, not {}", printable(uuid),
-                       scope_of(service.elsewhere->identity), key.to_string());
+    return Reason{fabric::Cause::other_channels,
+                  fmt::format("the service {} serves {}, not {}", printable(uuid),
+                              scope_of(service.elsewhere->identity), key.to_string())};
   }
   const auto last = last_of_.find(fabric::canonical_uuid(uuid));
   if (last == last_of_.end()) {
-    return explain_unserved(uuid, instances_.uuids());
+    return Reason{fabric::Cause::unknown_uuid, explain_unserved(uuid, instances_.uuids())};
   }
-  return fmt::format("no instance serves {}; the last one was {}", printable(uuid), last->second);
+  return Reason{fabric::Cause::no_instance,
+                fmt::format("no instance serves {}; the last one was {}", printable(uuid),
+                            last->second)};
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
@@ -290,7 +295,7 @@ void Dispatcher::try_to_assign(PendingCall& pending, Decisions& decisions) {
     assign(pending, *busy, decisions);
   } else {
     calls_.queue(pending);
-    if (std::string reason = why_waiting(pending); reason != pending.reason) {
+    if (Reason reason = why_waiting(pending); reason != pending.reason) {
       pending.reason = std::move(reason);
       decisions.emplace_back(Explain{pending.call, pending.key, pending.reason});
     }
@@ -327,7 +332,7 @@ void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& dec
   pending.instance = instance.identity.id;
   pending.delivery = instance.identity.delivery;
   pending.completion_signal = instance.identity.completion_signal;
-  pending.reason.clear();
+  pending.reason = {};
   const bool waits = pending.waits;
   calls_.assign(pending, instance);
   Instances::change_load(instance, [&] {
@@ -377,23 +382,25 @@ void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions
   } else {
     calls_.queue(pending);
   }
-  pending.reason = pending.held
-                       ? fmt::format(
-                             "{} {} during this call, which must not run twice; an operator must "
-                             "answer or retry it",
-                             name, loss == Loss::gone ? "is lost" : "is deaf")
-                       : fmt::format("{} {}; the call goes to another instance", name, what);
+  pending.reason = {
+      fabric::Cause::instance_lost,
+      pending.held
+          ? fmt::format("{} {} during this call, which must not run twice; an operator must "
+                        "answer or retry it",
+                        name, loss == Loss::gone ? "is lost" : "is deaf")
+          : fmt::format("{} {}; the call goes to another instance", name, what)};
   decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, pending.held});
 }
 
-std::string Dispatcher::why_waiting(const PendingCall& pending) const {
+Reason Dispatcher::why_waiting(const PendingCall& pending) const {
   const std::size_t busy = instances_.ready(pending.uuid, pending.key);
   if (busy == 0) {
-    return fmt::format("no instance of {} is ready for {}", printable(pending.uuid),
-                       pending.key.to_string());
+    return {fabric::Cause::no_instance,
+            fmt::format("no instance of {} is ready for {}", printable(pending.uuid),
+                        pending.key.to_string())};
   }
-  return busy == 1 ? std::string("the only instance is busy")
-                   : fmt::format("all {} instances are busy", busy);
+  return {fabric::Cause::busy, busy == 1 ? std::string("the only instance is busy")
+                                         : fmt::format("all {} instances are busy", busy)};
 }
 
 }  // namespace millrace::gateway::dispatch

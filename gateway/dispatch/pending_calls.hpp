@@ -16,6 +16,7 @@
 #include "fabric/messages.hpp"
 #include "gateway/dispatch/instances.hpp"
 #include "gateway/moment.hpp"
+#include "gateway/reason.hpp"
 
 namespace millrace::gateway::dispatch {
 
@@ -36,7 +37,7 @@ struct PendingCall {
   bool queued = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
-  std::string reason;
+  Reason reason;
   /// When its request was last sent, and the number of heartbeats since then that should have named
   /// it and did not.
   std::optional<SteadyTime> published_at;

@@ -124,7 +124,8 @@ void put(pb::Standing& out, const BlockedEntry& in) {
   put(*out.mutable_call(), in.call);
   out.set_uuid(in.uuid);
   out.set_since(in.since.time_since_epoch().count());
-  out.set_reason(in.reason);
+  out.set_cause(static_cast<std::uint32_t>(in.reason.cause));
+  out.set_reason(in.reason.text);
 }
 
 BlockedEntry get(const pb::Standing& in) {
@@ -135,7 +136,7 @@ BlockedEntry get(const pb::Standing& in) {
           .call = get(in.call()),
           .uuid = in.uuid(),
           .since = fabric::Time(std::chrono::nanoseconds(in.since())),
-          .reason = in.reason()};
+          .reason = {static_cast<fabric::Cause>(in.cause()), in.reason()}};
 }
 
 pb::Record message_of(const JournalEntry& entry) {

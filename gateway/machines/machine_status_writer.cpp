@@ -7,11 +7,13 @@
 
 namespace millrace::gateway::machines {
 
-void MachineStatusWriter::on_up(std::size_t channels, const std::string& note, Moment now) {
+void MachineStatusWriter::on_up(std::size_t channels, fabric::WatchMode watch,
+                                const std::string& note, Moment now) {
   if (!status_.connected) {
     status_.connected = true;
     status_.since = now.wall;
   }
+  status_.watch = watch;
   status_.reason = truncate_reason(note);
   status_.channels = static_cast<std::uint16_t>(channels);
 }
@@ -21,6 +23,7 @@ void MachineStatusWriter::on_down(const std::string& reason, Moment now) {
     status_.since = now.wall;
   }
   status_.connected = false;
+  status_.watch = fabric::WatchMode::none;
   status_.reason = truncate_reason(reason);
   status_.channels = 0;
 }

@@ -29,7 +29,7 @@ class MachineStatusWriter {
   explicit MachineStatusWriter(fabric::MachineStatus status) : status_(std::move(status)) {}
 
   /// `note` is what is missing nevertheless: channels that others serve.
-  void on_up(std::size_t channels, const std::string& note, Moment now);
+  void on_up(std::size_t channels, fabric::WatchMode watch, const std::string& note, Moment now);
   /// Also when the link does not come up, or is not wanted; `reason` may change.
   void on_down(const std::string& reason, Moment now);
   /// Counters that fall belong to a new link.

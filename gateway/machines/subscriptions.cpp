@@ -6,6 +6,12 @@
 
 namespace millrace::gateway::machines {
 
+namespace {
+
+constexpr const char* as_configured = "polled, as configured";
+
+}  // namespace
+
 SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
   SubscriptionActions actions;
   for (auto it = channels_.begin(); it != channels_.end();) {
@@ -298,15 +304,16 @@ SubscriptionActions Subscriptions::on_time(SteadyTime now) {
   return actions;
 }
 
-std::string Subscriptions::status_text() const {
+Subscriptions::Status Subscriptions::status() const {
+  using enum fabric::WatchMode;
   if (channels_.empty()) {
     return {};
   }
   if (mode_ == SubscriptionMode::poll) {
-    return "polled, as configured";
+    return {polled, as_configured};
   }
   if (!given_up_.empty()) {
-    return "polled: " + given_up_;
+    return {polled, "polled: " + given_up_};
   }
   std::string refusal;
   std::string which;
@@ -321,33 +328,31 @@ std::string Subscriptions::status_text() const {
     }
   }
   if (refused == channels_.size()) {
-    return "polled: " + refusal;
+    return {polled, "polled: " + refusal};
   }
   if (refused > 0) {
-    return fmt::format("pushed, except for channel{} {}: {}", refused == 1 ? "" : "s", which,
-                       refusal);
+    return {partly_pushed, fmt::format("pushed, except for channel{} {}: {}",
+                                       refused == 1 ? "" : "s", which, refusal)};
   }
-  return granted ? "pushed" : "polled";
+  return {granted ? pushed : polled, ""};
 }
 
 /// Not for each read: it goes through all channels.
 void Subscriptions::describe(SubscriptionActions& actions) {
   actions.status = true;
-  const std::string now = status_text();
-  if (now == logged_status_ || now.empty() || now == "polled") {
+  const auto [mode, text] = status();
+  const bool pushed = mode == fabric::WatchMode::pushed;
+  const std::string line =
+      pushed ? "pushed: the controller sends notifications; polling is only a safeguard" : text;
+  if (line == logged_ || line.empty()) {
     return;
   }
-  const bool news = !logged_status_.empty() || now != "polled, as configured";
-  logged_status_ = now;
-  if (!news) {
-    return;
+  const bool news = !logged_.empty() || line != as_configured;
+  logged_ = line;
+  if (news) {
+    actions.log.emplace_back(
+        pushed || mode_ != SubscriptionMode::notify ? Level::info : Level::warn, line);
   }
-  const bool pushed = now == "pushed";
-  actions.log.emplace_back(
-      pushed || mode_ != SubscriptionMode::notify ? Level::info : Level::warn,
-      pushed
-          ? std::string("pushed: the controller sends notifications; polling is only a safeguard")
-          : now);
 }
 
 }  // namespace millrace::gateway::machines

@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "fabric/messages.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/read_intervals.hpp"
 #include "gateway/readers.hpp"
@@ -81,9 +82,13 @@ class Subscriptions {
   /// When on_time() has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return again_; }
 
-  /// For status and people: "pushed", "polled: the controller refuses …", "polled"; empty while
-  /// there is nothing to watch.
-  [[nodiscard]] std::string status_text() const;
+  struct Status {
+    /// None while there is nothing to watch.
+    fabric::WatchMode mode = fabric::WatchMode::none;
+    /// Why not all channels are pushed, if there is a reason: "polled: the controller refuses …".
+    std::string text{};
+  };
+  [[nodiscard]] Status status() const;
 
   /// A notification this long after a read showed the value is late; polling is faster.
   static constexpr std::chrono::milliseconds late{100};
@@ -150,7 +155,7 @@ class Subscriptions {
   std::optional<SteadyTime> again_;
   std::chrono::milliseconds pause_ = shortest_pause;
   /// The last logged status.
-  std::string logged_status_;
+  std::string logged_;
 };
 
 }  // namespace millrace::gateway::machines

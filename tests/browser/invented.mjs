@@ -25,7 +25,7 @@ const instance = (id, uuid, name, pid, more = {}) => ({
   draining: false, running: 0, waiting: 0, answered_calls: 4711, failed: 0, started: ago(900), calls_per_second: 0, errors_per_second: 0, ...more,
 });
 const link = (machine, more = {}) => ({
-  machine, connected: true, since: ago(4000), address: '127.0.0.1:48898/127.0.0.1.1.1', reason: '', poll_ms: 10, pushed: true,
+  machine, connected: true, since: ago(4000), address: '127.0.0.1:48898/127.0.0.1.1.1', reason: '', poll_ms: 10, watch: 'pushed',
   round_trip_ms: 0.395, gateway_host: 'vm', gateway_pid: 31766, gateway_version: '0.1.0', gateway: `gateway of ${machine}`, ...more,
 });
 const channel = (machine, number, more = {}) => ({
@@ -66,14 +66,14 @@ const mishaps = [
   },
   (plant) => plant.disconnect(['press_4'], 'down', { reason: '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?', since: ago(33) }),
   (plant) => plant.disconnect(['press_5', 'press_6'], 'gone', {
-    reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', since: ago(75), last_gateway_host: 'hall-3', last_gateway_pid: 31766,
+    reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', gone: true, since: ago(75), last_gateway_host: 'hall-3', last_gateway_pid: 31766,
   }),
 ];
 
 /** A snapshot as the server sends it; of the machines beyond the first two each has six channels. */
 export function plantWith({ machines = 2, causes = 0 } = {}) {
   const plant = {
-    machines: [link('lathe_1'), link('mill_2', { pushed: false })],
+    machines: [link('lathe_1'), link('mill_2', { watch: 'polled' })],
     channels: [channel('lathe_1', 1, busy(1.1, 'measure_contour.nc')), channel('lathe_1', 2, busy(9.3, 'pallet_shuttle.nc')), channel('lathe_1', 3),
       channel('lathe_1', 4), channel('mill_2', 1), channel('mill_2', 2, busy(9.4, 'pallet_shuttle.nc')), channel('mill_2', 3)],
     services: [instance('a', uuids.root, 'square root A', 31768, { calls_per_second: 9.4, p50_ms: 1.5, p99_ms: 9, running: 1 }),

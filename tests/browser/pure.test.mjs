@@ -189,7 +189,7 @@ test('a link that is down is one concern with all its channels, since the link w
 });
 
 test('a gateway that is gone is named with its host and process', () => {
-  const links = [{ connected: false, since: iso(noon - 5000), reason: 'its gateway is gone', gateway_host: '', last_gateway_host: 'hall', last_gateway_pid: 4711 }];
+  const links = [{ connected: false, since: iso(noon - 5000), reason: 'its gateway is gone', gone: true, last_gateway_host: 'hall', last_gateway_pid: 4711 }];
   const [concern] = assess([machine([{ link: 'gone', channel_state: 'link down' }], links)], noon).concerns;
   assert.deepEqual([concern.kind, concern.reason, concern.gone], ['gone', '', { host: 'hall', pid: 4711 }]);
   assert.deepEqual(assess([machine([], links)], noon).concerns[0].gone, { host: 'hall', pid: 4711 });
@@ -209,7 +209,7 @@ test('what a gateway says is said in German where the page knows the sentence', 
 test('a gateway that is gone is one cause with all its machines, as long as the first of them', () => {
   const gone = (name, since) => ({
     ...machine([{ link: 'gone', channel_state: 'link down' }, { link: 'gone', channel_state: 'link down' }],
-      [{ connected: false, since: iso(since), gateway: 'g', gateway_host: '', last_gateway_host: 'hall', last_gateway_pid: 4711 }]), name,
+      [{ connected: false, since: iso(since), gateway: 'g', gone: true, last_gateway_host: 'hall', last_gateway_pid: 4711 }]), name,
   });
   const { concerns, counts } = assess([gone('lathe', noon - 4000), gone('mill', noon - 5000), machine([], [{ connected: false, gateway: 'h', since: iso(noon) }])], noon);
   assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.since, concern.channels.length]), [['lathe, mill', noon - 5000, 4], ['cnc', noon, 0]]);
@@ -475,7 +475,7 @@ test('an axis has round steps', () => {
 
 test('a gateway that was started anew takes the place of its predecessor', () => {
   const sut = new Model();
-  const link = (gateway, host, connected) => ({ machine: 'cnc', gateway, gateway_host: host, connected, since: iso(noon) });
+  const link = (gateway, host, connected) => ({ machine: 'cnc', gateway, gateway_host: host, gone: host === '', connected, since: iso(noon) });
   sut.takeSnapshot({ about: about(), machines: [link('old', 'here', true)] }, 0);
   sut.takeChanges({ time: iso(noon), machines: [link('old', '', false)] }, 0);
   assert.deepEqual(kinds(sut.plant(), 0), [['cnc', 'gone', 'person']]);

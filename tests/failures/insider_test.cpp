@@ -284,7 +284,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
   expect_each_ran_once();
   const std::string unauthenticated =
       "a process that announces no identity \\(participant "
-      "[0-9a-f:]+\\): its samples on millrace/v3/request are ignored";
+      "[0-9a-f:]+\\): its samples on millrace/v4/request are ignored";
   services.front().await_error(unauthenticated);
 }
 
@@ -316,7 +316,7 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
       "at-least-once", {&second}, 200);
   second.await_error(
       with_trust() ? "announces no identity \\(participant [0-9a-f:]+\\): its "
-                     "samples on millrace/machine are ignored"
+                     "samples on millrace/v4/machine are ignored"
                    : "participant [0-9a-f:]+ publishes the state of gateway \\S+ of cnc, which "
                      "belongs to another participant",
       allowed);
@@ -459,7 +459,7 @@ TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
     }
   }
   gateway->await_error(
-      "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v3/heartbeat", allowed);
+      "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v4/heartbeat", allowed);
   Process ping = chain.millrace({"status", "--host"});
   EXPECT_EQ(ping.wait(allowed), 0) << ping.error_output();
   memory.expect_less_than(8.0);

@@ -220,7 +220,7 @@ TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsSeenByNobody) {
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error(
       "a process that announces no identity \\(participant [0-9a-f:]+\\): its samples on "
-      "millrace/machine are ignored");
+      "millrace/v4/machine are ignored");
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
@@ -237,7 +237,7 @@ TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
                                                   wire::Keep::all);
         },
         testing::ThrowsMessage<std::runtime_error>(
-            AllOf(HasSubstr("may not read millrace/v3/request"), HasSubstr(another))));
+            AllOf(HasSubstr("may not read millrace/v4/request"), HasSubstr(another))));
   }
   Flags flags = sut.as("another");
   // Time enough for a handshake of the caller with who looks on.
@@ -375,7 +375,7 @@ TEST_F(IdentityTest, AGatewayThatIsRevokedAsksInVain) {
   await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
   service.await_error(
-      "the certificate of gateway-3 is revoked: its samples on millrace/v3/request");
+      "the certificate of gateway-3 is revoked: its samples on millrace/v4/request");
   // What it had begun is over by then; nothing comes any more.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not read its requests");

@@ -109,7 +109,7 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
   const std::string text = examine(chain.domain());
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(text,
-              ContainsRegex("the writer of millrace/v3/reply of other on .* matches no millrace "
+              ContainsRegex("the writer of millrace/v4/reply of other on .* matches no millrace "
                             "process: reliability: best effort is offered"));
   EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
   EXPECT_THAT(text, ContainsRegex("the writer of millrace/outcome of other on .* its type is "
@@ -131,7 +131,7 @@ TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
   ASSERT_GT(reader.handle(), 0);
   EXPECT_THAT(examine(chain.domain()),
               ContainsRegex("the reader of millrace/request of older on .* it uses wire "
-                            "version 1, this is version 3"));
+                            "version 1, this is version 4"));
   EXPECT_EQ(exit_code, 1);
 }
 

@@ -59,7 +59,7 @@ TEST_F(Push, IsWhatAVirtualCncGrants) {
   Process cnc = this->cnc("");
   Process gateway = sut.gateway();
   gateway.await_error("cnc .*: pushed: the controller sends notifications");
-  await_of_the_machine("\"reason\":\"pushed\"");
+  await_of_the_machine("\"watch\":\"pushed\"");
 }
 
 // Looks for safety alone, of all channels in one request.
@@ -77,7 +77,7 @@ TEST_F(Push, LeavesNothingBehindWhenTheGatewayEnds) {
     Process gateway = sut.gateway();
     gateway.await_error("pushed: ");
     // With a question under way there is no room for a last word.
-    await_of_the_machine("\"reason\":\"pushed\"");
+    await_of_the_machine("\"watch\":\"pushed\"");
     gateway.terminate();
     EXPECT_EQ(gateway.wait(), 0) << gateway.error_output();
   }
@@ -93,12 +93,12 @@ TEST_F(Push, FollowsANewConfiguration) {
     await_of_the_machine("\"reason\":\"polled, as configured\"");
     sut.configure(machine("watch: AUTO"));
     gateway.signal(SIGHUP);
-    await_of_the_machine("\"reason\":\"pushed\"");
+    await_of_the_machine("\"watch\":\"pushed\"");
   }
   sut.configure(machine("channel: 2"));
   gateway.signal(SIGHUP);
   await_of_the_machine("\"channels\":1[,}]");
-  await_of_the_machine("\"reason\":\"pushed\"");
+  await_of_the_machine("\"watch\":\"pushed\"");
 }
 
 TEST_F(Push, TriesAgainAfterAReconnect) {

@@ -87,7 +87,7 @@ TEST_F(Trust, TakesNoAnswerFromAStranger) {
 TEST_F(Trust, LetsAServiceAnswerNoOtherUuid) {
   sut.trust({"issue", sut.plant(), "other", "--role", "service", "--uuid", another});
   EXPECT_THAT(refusal("millrace-square-root", sut.as("other"), 1),
-              AllOf(HasSubstr("may not write millrace/v3/reply"), HasSubstr(root_uuid),
+              AllOf(HasSubstr("may not write millrace/v4/reply"), HasSubstr(root_uuid),
                     HasSubstr("millrace trust show")));
 }
 

@@ -34,7 +34,7 @@ bool FabricModel::add(const recording::Entry& entry) {
   } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
     return channels_.insert_or_assign(channel->key, *channel).second;
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    if (!machine->host.empty()) {
+    if (!machine->gone) {
       gateways_.insert_or_assign(machine->gateway, *machine);
       told_.insert_or_assign({machine->machine, machine->gateway}, *machine);
     }
@@ -73,7 +73,7 @@ std::vector<LostMachine> FabricModel::lost() const {
   std::map<std::string, LostMachine> found;
   std::set<std::string> heard;
   for (const auto& [key, status] : machines_) {
-    if (!status.host.empty()) {
+    if (!status.gone) {
       heard.insert(status.machine);
     } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
       const fabric::MachineStatus* last = told(status);

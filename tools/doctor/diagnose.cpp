@@ -16,8 +16,7 @@ std::string_view name_of(Severity severity) {
 bool is_heard(const Findings& found, const Program& gateway) {
   return std::ranges::any_of(found.live.machines(), [&](const auto& one) {
     const fabric::MachineStatus& status = one.second;
-    return !status.host.empty() && status.host == gateway.host &&
-           std::to_string(status.pid) == gateway.pid;
+    return !status.gone && status.host == gateway.host && std::to_string(status.pid) == gateway.pid;
   });
 }
 

@@ -26,9 +26,7 @@ void add_columns(const std::set<std::string>& kinds, std::vector<std::string>& c
   }
   std::vector<std::string> names = names_of(fabric::shape_of<Its>());
   // Members that are derived from the fields.
-  if constexpr (std::is_same_v<Its, fabric::MachineStatus>) {
-    names.emplace_back("pushed");
-  } else if constexpr (std::is_same_v<Its, fabric::ProgramEvent>) {
+  if constexpr (std::is_same_v<Its, fabric::ProgramEvent>) {
     names.emplace_back("duration_s");
   }
   for (std::string& name : names) {
@@ -47,9 +45,7 @@ boost::json::object json_of(const Entry& entry) {
   std::visit(
       [&](const auto& sample) {
         using Its = std::decay_t<decltype(sample)>;
-        if constexpr (std::is_same_v<Its, fabric::MachineStatus>) {
-          put_machine(out, sample);
-        } else if constexpr (std::is_same_v<Its, fabric::ProgramEvent>) {
+        if constexpr (std::is_same_v<Its, fabric::ProgramEvent>) {
           put_program(out, sample);
         } else {
           put_fields(out, sample, entry.withheld);

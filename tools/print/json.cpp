@@ -166,16 +166,6 @@ std::vector<std::string> names_of(fabric::Shape shape) {
   return names;
 }
 
-bool is_pushed(const fabric::MachineStatus& status) {
-  // It may stand behind other words: "channel 2 is served by another; pushed".
-  return status.connected && status.reason.ends_with("pushed");
-}
-
-void put_machine(boost::json::object& out, const fabric::MachineStatus& status) {
-  put_fields(out, status);
-  out["pushed"] = is_pushed(status);
-}
-
 boost::json::object json_of(const fabric::ChannelStatus& status) {
   boost::json::object out;
   put_fields(out, status);

@@ -27,11 +27,6 @@ void put_fields(boost::json::object& out, const Value& value,
 /// Each name that put_shape has for one of them, whatever the value.
 std::vector<std::string> names_of(fabric::Shape shape);
 
-/// The machine's controller notifies every change; false if it is polled, completely or for some of
-/// its channels. The wire has it only as text (gateway/machines/subscriptions.cpp).
-bool is_pushed(const fabric::MachineStatus& status);
-/// The link to a controller, and whether it is pushed.
-void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
 /// As in `millrace channels --json`.
 boost::json::object json_of(const fabric::ChannelStatus& status);
 /// As in `millrace services --json`.

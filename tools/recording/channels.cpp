@@ -20,16 +20,16 @@ constexpr const char* last_calls = "reliable, transient local, keep last 128";
 /// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
 /// compares).
 constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
-    {"millrace/v3/request", "millrace::Request", last_calls},
-    {"millrace/v3/reply", "millrace::Reply", last_calls},
-    {"millrace/v3/request", "millrace::Request", last_calls},
-    {"millrace/channel", "millrace::ChannelStatus", last_of_each_key},
+    {"millrace/v4/request", "millrace::Request", last_calls},
+    {"millrace/v4/reply", "millrace::Reply", last_calls},
+    {"millrace/v4/request", "millrace::Request", last_calls},
+    {"millrace/v4/channel", "millrace::ChannelStatus", last_of_each_key},
     {"DCPSSubscription", "user data of the request reader", ""},
-    {"millrace/v3/heartbeat", "millrace::Heartbeat", "best effort, volatile, keep last 1"},
+    {"millrace/v4/heartbeat", "millrace::Heartbeat", "best effort, volatile, keep last 1"},
     {"millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
     {"millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
     {"millrace/outcome", "millrace::Outcome", "reliable, transient local, keep last 256"},
-    {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
+    {"millrace/v4/machine", "millrace::MachineStatus", last_of_each_key},
     {"millrace/data", "millrace::DataSample", "reliable, transient local, keep last 32"},
     {"millrace/program", "millrace::ProgramEvent", last_calls},
     {"millrace/alarm", "millrace::Alarm", last_of_each_key},

@@ -196,6 +196,8 @@ TEST(EveryField, OfAnEnumerationHasOneOrderEverywhere) {
   expect_order<fabric::ReplyKind>("millrace_ReplyKind", "ReplyKind");
   expect_order<fabric::ServiceCode>("millrace_ServiceCode", "ServiceCode");
   expect_order<fabric::ChannelState>("millrace_ChannelState", "ChannelState");
+  expect_order<fabric::Cause>("millrace_Cause", "Cause");
+  expect_order<fabric::WatchMode>("millrace_WatchMode", "WatchMode");
   expect_order<fabric::EventKind>("millrace_EventKind", "EventKind");
   expect_order<fabric::CommandKind>("millrace_CommandKind", "CommandKind");
   expect_order<fabric::ValueType>("millrace_ValueType", "ValueType");

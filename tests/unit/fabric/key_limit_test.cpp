@@ -93,7 +93,7 @@ TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
   EXPECT_EQ(heard, most);
   ASSERT_TRUE(flood.has_value());
   EXPECT_THAT(*flood, testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
-                                            "on millrace/v3/reply: further ones are dropped"));
+                                            "on millrace/v4/reply: further ones are dropped"));
 }
 
 // An instance that answers for months has answered ever new callers.

@@ -40,11 +40,11 @@ TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
               UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/root"},
                                    Grant{Access::write, "millrace/identity", "hall/@role/service"},
                                    Grant{Access::read, "millrace/identity", "hall/@*"},
-                                   Grant{Access::write, "millrace/v3/reply", own},
-                                   Grant{Access::write, "millrace/v3/heartbeat", "hall"},
+                                   Grant{Access::write, "millrace/v4/reply", own},
+                                   Grant{Access::write, "millrace/v4/heartbeat", "hall"},
                                    Grant{Access::write, "millrace/outcome", "hall"},
                                    Grant{Access::write, "millrace/alarm", "hall"},
-                                   Grant{Access::read, "millrace/v3/request", own + "/*"},
+                                   Grant{Access::read, "millrace/v4/request", own + "/*"},
                                    Grant{Access::read, "millrace/command", "hall"}));
 }
 
@@ -54,7 +54,7 @@ TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
               UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
                                    Grant{Access::write, "millrace/identity", "hall/@role/observer"},
                                    Grant{Access::write, "millrace/alarm", "hall"}));
-  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v3/request", "hall/*"}));
+  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v4/request", "hall/*"}));
   EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/event", "hall"}));
 }
 
@@ -84,16 +84,16 @@ TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
 
 TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
   EXPECT_THAT(of_access(Access::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
-              AllOf(Contains(Grant{Access::write, "millrace/v3/request", "hall/*"}),
+              AllOf(Contains(Grant{Access::write, "millrace/v4/request", "hall/*"}),
                     Contains(Grant{Access::write, "millrace/data", "hall"}),
-                    Not(Contains(Field(&Grant::topic, "millrace/machine")))));
+                    Not(Contains(Field(&Grant::topic, "millrace/v4/machine")))));
 }
 
 TEST(Grants, OfAGatewayLetItAnswerNoCallsAndCommandNothing) {
   const Participant participant{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
   EXPECT_THAT(of_access(Access::write, grants_of(participant, "hall")),
-              AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
-                    Not(Contains(Field(&Grant::topic, "millrace/v3/reply"))),
+              AllOf(Contains(Field(&Grant::topic, "millrace/v4/machine")),
+                    Not(Contains(Field(&Grant::topic, "millrace/v4/reply"))),
                     Not(Contains(Field(&Grant::topic, "millrace/command")))));
 }
 
@@ -185,7 +185,7 @@ TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
 
 TEST(Permissions, OfAnEarlierVersionSayNothingOfAnIdentity) {
   EXPECT_THAT(identity_partitions_in(permissions_document(
-                  {{Access::write, "millrace/v3/reply", "hall/x"}}, "CN=g", {}, {})),
+                  {{Access::write, "millrace/v4/reply", "hall/x"}}, "CN=g", {}, {})),
               testing::IsEmpty());
   EXPECT_THAT(identity_partitions_in("<publish><topic>millrace/identity</topic><partition>"),
               testing::IsEmpty());

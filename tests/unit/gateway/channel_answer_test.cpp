@@ -104,7 +104,7 @@ TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
 TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
   fixture.dispatched_call();
   const fabric::Reply first = fixture.reply("1.414", 1);
-  sut().suspend("the instance is lost", false, fixture.now);
+  sut().suspend({{}, "the instance is lost"}, false, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();
@@ -178,7 +178,7 @@ TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
 
 TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
   fixture.dispatched_call();
-  sut().suspend("instance 1 is lost", false, fixture.now);
+  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();
@@ -191,7 +191,7 @@ TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
 TEST_F(ChannelAnswer, OfAHeldCallIsWrittenWhenItsInstanceComesBackWithIt) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   reply(fixture.reply("1.414", 1));
   EXPECT_EQ(fixture.channel.values().response_state, 1U);
@@ -222,7 +222,7 @@ TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenI
 
 TEST_F(ChannelAnswer, ThatIsLateIsToldOnceOfEachInstanceThatWasAsked) {
   fixture.dispatched_call();
-  sut().suspend("instance 1 is lost", false, fixture.now);
+  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();
@@ -253,7 +253,7 @@ TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
 // It ran twice: the second attempt was taken from an instance that had begun it.
 TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
   fixture.dispatched_call();
-  sut().suspend("instance 1 is lost", false, fixture.now);
+  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(1, 2), fixture.now);
   fixture.settle();
@@ -394,7 +394,7 @@ TEST_F(ChannelAnswer, IsNotGivenToTheSameWordsThatAreAskedAgainAfterAnInterimSta
 
 TEST_F(ChannelAnswer, IsNotPrecededByInterimStatesOfAnInstanceThatHasLostTheCall) {
   fixture.dispatched_call();
-  sut().suspend("instance 1 is lost", false, fixture.now);
+  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();

@@ -109,7 +109,7 @@ TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
   fixture.policy.lost = Rule{2s, 903};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   fixture.wait(1s);
   EXPECT_THAT(fixture.writes, IsEmpty());
@@ -122,7 +122,7 @@ TEST_F(ChannelDeadline, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
   fixture.policy.lost = Rule{2s, 0};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   fixture.wait(1min);
   EXPECT_EQ(std::ranges::count(fixture.events, late, &fabric::Event::kind), 1);
@@ -132,7 +132,7 @@ TEST_F(ChannelDeadline, WithALostCallIsForgottenWhenItsInstanceComesBack) {
   fixture.policy.lost = Rule{2s, 903};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(), fixture.now);
   fixture.settle();
@@ -143,7 +143,7 @@ TEST_F(ChannelDeadline, WithALostCallIsForgottenWhenItsInstanceComesBack) {
 TEST_F(ChannelDeadline, IsNotNeededByAnOperatorWhoAnswers) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
   fixture.settle();
@@ -166,7 +166,7 @@ TEST_F(ChannelDeadline, LetsTheFirstOfTwoAnswersWin) {
 TEST_F(ChannelDeadline, IsGivenAnotherChanceByAnOperatorWhoRetries) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   sut().retry("ann@hmi", fixture.now);
   fixture.settle();

@@ -220,7 +220,7 @@ class ChannelFixture final : public Outputs {
     if (served) {
       sut->accept({0x5f3a, ++calls}, policy, now);
     } else {
-      sut->leave_unserved("no service has this UUID", policy, now);
+      sut->leave_unserved({fabric::Cause::unknown_uuid, "no service has this UUID"}, policy, now);
     }
   }
 

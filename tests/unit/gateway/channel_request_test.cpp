@@ -189,7 +189,7 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
 
 TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttempt) {
   fixture.dispatched_call();
-  sut().suspend("instance 1 is lost", false, fixture.now);
+  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().reason, "instance 1 is lost");
@@ -216,7 +216,7 @@ TEST_F(ChannelRequest, IsPublishedAgainUnchangedToAnInstanceThatCameBack) {
 TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
   fixture.journal_works = false;
   fixture.dispatched_call();
-  sut().suspend("lost", false, fixture.now);
+  sut().suspend({{}, "lost"}, false, fixture.now);
   fixture.settle();
   sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
   fixture.settle();
@@ -226,7 +226,7 @@ TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
 TEST_F(ChannelRequest, HeldForAnOperatorSaysSo) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend("it must not run twice", true, fixture.now);
+  sut().suspend({{}, "it must not run twice"}, true, fixture.now);
   fixture.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, lost, held));

@@ -65,6 +65,11 @@ std::vector<std::string> words(const dispatch::Decisions& decisions) {
   return out;
 }
 
+auto has(fabric::Cause cause, const testing::Matcher<std::string>& text) {
+  return testing::Optional(
+      testing::AllOf(testing::Field(&Reason::cause, cause), testing::Field(&Reason::text, text)));
+}
+
 class DispatcherTest : public testing::Test {
  protected:
   void ready(std::initializer_list<std::uint8_t> numbers) {
@@ -239,7 +244,7 @@ TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
   sut.on_instance_gone(id(1), start);
   const dispatch::Decisions decisions = sut.on_time(start + 100ms);
   EXPECT_THAT(words(decisions), ElementsAre("1 held"));
-  EXPECT_THAT(std::get<dispatch::Unassign>(decisions.front()).reason,
+  EXPECT_THAT(std::get<dispatch::Unassign>(decisions.front()).reason.text,
               testing::StartsWith("service1 (pid 1 on host) is lost during this call"));
   EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
 }
@@ -305,23 +310,22 @@ TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
   sut.on_instance_gone(id(1), start);
   sut.on_time(start + 10s);
   EXPECT_THAT(sut.why_unserved(uuid, {"cnc", 1}),
-              testing::Optional(EndsWith("; the last one was sq1 (pid 7 on "
-                                         "hall)")));
+              has(fabric::Cause::no_instance, EndsWith("; the last one was sq1 (pid 7 on hall)")));
 }
 
 TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
   const fabric::ChannelKey channel{"cnc", 1};
   EXPECT_THAT(sut.why_unserved(uuid, channel),
-              testing::Optional(HasSubstr("no service has the UUID")));
+              has(fabric::Cause::unknown_uuid, HasSubstr("no service has the UUID")));
   auto elsewhere = instance(1);
   elsewhere.channels = {{"cnc", 2}, {"", 3}};
   sut.on_instance_ready(elsewhere);
   EXPECT_THAT(sut.why_unserved(uuid, channel),
-              testing::Optional(EndsWith("serves cnc/2, */3, not cnc/1")));
+              has(fabric::Cause::other_channels, EndsWith("serves cnc/2, */3, not cnc/1")));
   auto draining = instance(2);
   draining.draining = true;
   sut.on_instance_ready(draining);
-  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(HasSubstr("draining")));
+  EXPECT_THAT(sut.why_unserved(uuid, channel), has(fabric::Cause::draining, HasSubstr("draining")));
   ready({3});
   EXPECT_EQ(sut.why_unserved(uuid, channel), std::nullopt);
 }

@@ -49,7 +49,7 @@ std::vector<JournalEntry> one_of_each() {
                        .call = first,
                        .uuid = "560AACBF",
                        .since = fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
-                       .reason = "sq1 (pid 7 on hall) is lost"},
+                       .reason = {fabric::Cause::instance_lost, "sq1 (pid 7 on hall) is lost"}},
           BlockedEntry{.key = {"cnc", 2}}};
 }
 

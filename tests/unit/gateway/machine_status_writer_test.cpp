@@ -11,6 +11,8 @@ Moment at(std::chrono::seconds time) {
   return {SteadyTime(time), fabric::Time(time)};
 }
 
+using enum fabric::WatchMode;
+
 class MachineStatusWriterTest : public testing::Test {
  protected:
   machines::MachineStatusWriter sut{fabric::MachineStatus{.machine = "cnc"}};
@@ -18,18 +20,19 @@ class MachineStatusWriterTest : public testing::Test {
 
 TEST_F(MachineStatusWriterTest, SaysSinceWhenTheLinkIsUp) {
   sut.on_down("connecting", at(1s));
-  sut.on_up(2, "", at(5s));
-  sut.on_up(1, "channel 2 is served by another", at(7s));
+  sut.on_up(2, polled, "", at(5s));
+  sut.on_up(1, pushed, "channel 2 is served by another", at(7s));
   const auto news = sut.take_change();
   ASSERT_TRUE(news);
   EXPECT_TRUE(news->connected);
   EXPECT_EQ(news->since, fabric::Time(5s));
   EXPECT_EQ(news->channels, 1);
+  EXPECT_EQ(news->watch, pushed);
   EXPECT_EQ(news->reason, "channel 2 is served by another");
 }
 
 TEST_F(MachineStatusWriterTest, SaysWhyTheLinkIsDownAndSinceWhen) {
-  sut.on_up(2, "", at(1s));
+  sut.on_up(2, polled, "", at(1s));
   sut.on_down("connection reset", at(5s));
   sut.on_down("connection refused", at(6s));
   const auto news = sut.take_change();
@@ -38,13 +41,14 @@ TEST_F(MachineStatusWriterTest, SaysWhyTheLinkIsDownAndSinceWhen) {
   EXPECT_EQ(news->since, fabric::Time(5s));
   EXPECT_EQ(news->reason, "connection refused");
   EXPECT_EQ(news->channels, 0);
+  EXPECT_EQ(news->watch, none);
 }
 
 TEST_F(MachineStatusWriterTest, TellsEachStateOnce) {
-  sut.on_up(2, "", at(1s));
+  sut.on_up(2, polled, "", at(1s));
   EXPECT_TRUE(sut.take_change());
   EXPECT_FALSE(sut.take_change());
-  sut.on_up(2, "", at(3s));
+  sut.on_up(2, polled, "", at(3s));
   EXPECT_FALSE(sut.take_change());
 }
 

@@ -204,7 +204,7 @@ TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
     renew(fixture);
     fixture.policy.refused = policy;
     fixture.dispatched_call();
-    sut().suspend("instance 1 is lost", false, fixture.now);
+    sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
     fixture.settle();
     fixture.journal_works = false;
     sut().assign(fixture.assignment(2, 2), fixture.now);
@@ -232,7 +232,7 @@ TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
   fixture.journal_works = false;
   sut().assign(fixture.assignment(), fixture.now);
   fixture.settle();
-  sut().suspend("lost", true, fixture.now);
+  sut().suspend({{}, "lost"}, true, fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(), fixture.now);
   fixture.settle();

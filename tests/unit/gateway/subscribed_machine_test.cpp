@@ -33,7 +33,7 @@ TEST_F(SubscribedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsS
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2)));
   EXPECT_THAT(trusted, ElementsAre(Pair(1, true), Pair(2, true)));
   EXPECT_TRUE(told.connected);
-  EXPECT_EQ(told.reason, "pushed");
+  EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscribedMachine, TellsOfAChangeAndNotOfWhatTheGatewayWrote) {
@@ -63,7 +63,7 @@ TEST_F(SubscribedMachine, IsAskedAnewOnANewLink) {
   sut.on_link_up("cnc", {1, 2}, time);
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
   EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
-  EXPECT_EQ(told.reason, "polled");
+  EXPECT_EQ(told.watch, fabric::WatchMode::polled);
 }
 
 TEST_F(SubscribedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
@@ -74,7 +74,7 @@ TEST_F(SubscribedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
   EXPECT_THAT(served, ElementsAre(1));
   EXPECT_THAT(unwatched, ElementsAre(ElementsAre(2)));
   EXPECT_FALSE(trusted[2]);
-  EXPECT_THAT(told.reason, testing::EndsWith("; pushed"));
+  EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscribedMachine, ObeysANewConfigurationOnTheSameLink) {

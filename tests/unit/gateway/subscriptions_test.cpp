@@ -103,7 +103,7 @@ TEST_F(SubscriptionsTest, BelievesSilenceOnceWhatIsToldIsWhatIsSeen) {
   EXPECT_FALSE(trusted[1]);
   told(0);
   EXPECT_TRUE(trusted[1]);
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
   EXPECT_THAT(said, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
 }
 
@@ -156,7 +156,7 @@ TEST_F(SubscriptionsTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
     clear();
     look(7);
   }
-  EXPECT_EQ(sut.status_text(), "pushed")
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed)
       << "no sample was taken in between: nothing was kept from us";
 }
 
@@ -172,7 +172,7 @@ TEST_F(SubscriptionsTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlrea
 TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndSaysSoOnce) {
   serve();
   refuse();
-  EXPECT_EQ(sut.status_text(), "polled: the controller refuses it: 0x701");
+  EXPECT_EQ(sut.status().text, "polled: the controller refuses it: 0x701");
   ASSERT_THAT(said, SizeIs(1));
   wait(10min);
   EXPECT_THAT(subscribed, SizeIs(1));
@@ -196,7 +196,7 @@ TEST_F(SubscriptionsTest, TriesAgainOnANewLinkAndSaysNothingThatWasSaid) {
 TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
   serve({1, 2});
   take(sut.on_subscribed({{1, "", false}, {2, "no more handles", false}}, now));
-  EXPECT_EQ(sut.status_text(), "pushed, except for channel 2: no more handles");
+  EXPECT_EQ(sut.status().text, "pushed, except for channel 2: no more handles");
 }
 
 TEST_F(SubscriptionsTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
@@ -220,7 +220,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatGrantsAndTellsNothing) {
     look(0);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("sends no notification, not even the first value"));
+  EXPECT_THAT(sut.status().text, HasSubstr("sends no notification, not even the first value"));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
   EXPECT_FALSE(trusted[1]);
 }
@@ -232,7 +232,7 @@ TEST_F(SubscriptionsTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
     look(times % 2);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("sends no notification, not even the first value"));
+  EXPECT_THAT(sut.status().text, HasSubstr("sends no notification, not even the first value"));
 }
 
 TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) {
@@ -241,7 +241,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) 
     look(7);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("sent no notification of a change"));
+  EXPECT_THAT(sut.status().text, HasSubstr("sent no notification of a change"));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
 }
 
@@ -257,12 +257,12 @@ TEST_F(SubscriptionsTest, OneWhoStoodStillDrawsNoConclusion) {
 TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
-    EXPECT_EQ(sut.status_text(), "pushed");
+    EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
     now += 1s;
     look(7);
     clear();
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("does not send a notification for each change"));
+  EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));
 }
 
 // It was answered before the change, and is heard of after it.
@@ -276,7 +276,7 @@ TEST_F(SubscriptionsTest, ALookThatWasOvertakenByATellingProvesNothing) {
     look(request);
     EXPECT_TRUE(trusted[1]);
   }
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscriptionsTest, ForgivesWhatHappensOnceInTenMinutes) {
@@ -286,7 +286,7 @@ TEST_F(SubscriptionsTest, ForgivesWhatHappensOnceInTenMinutes) {
     look(7);
     clear();
   }
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
@@ -297,7 +297,7 @@ TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
     clear();  // which is not told
   }
   told(7);
-  EXPECT_THAT(sut.status_text(), HasSubstr("does not send a notification for each change"));
+  EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));
 }
 
 TEST_F(SubscriptionsTest, GivesUpAControllerThatTellsTooLate) {
@@ -309,7 +309,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatTellsTooLate) {
     now += 200ms;
     told(0);
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("100 ms late"));
+  EXPECT_THAT(sut.status().text, HasSubstr("100 ms late"));
 }
 
 TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
@@ -321,7 +321,7 @@ TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
     now += times % 3 == 0 ? 200ms : 1ms;
     told(0);
   }
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscriptionsTest, AsksAnewForAHandleThatTheControllerHasDropped) {
@@ -335,7 +335,7 @@ TEST_F(SubscriptionsTest, AsksAnewForAHandleThatTheControllerHasDropped) {
   grant();
   told(0);
   EXPECT_TRUE(trusted[1]);
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItServesNoMore) {
@@ -356,7 +356,7 @@ TEST_F(SubscriptionsTest, DoesAsItIsToldWhileItRuns) {
   take(sut.set_mode(SubscriptionMode::poll));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
   EXPECT_FALSE(trusted[1]);
-  EXPECT_EQ(sut.status_text(), "polled, as configured");
+  EXPECT_EQ(sut.status().text, "polled, as configured");
   take(sut.set_mode(SubscriptionMode::automatic));
   EXPECT_THAT(subscribed, ElementsAre(1));
 }
@@ -370,7 +370,7 @@ TEST_F(PollingSubscriptions, AsksForNothingAndSaysNothing) {
   serve();
   EXPECT_THAT(subscribed, IsEmpty());
   EXPECT_THAT(said, IsEmpty());
-  EXPECT_EQ(sut.status_text(), "polled, as configured");
+  EXPECT_EQ(sut.status().text, "polled, as configured");
 }
 
 class InsistingSubscriptions : public SubscriptionsTest {
@@ -402,13 +402,13 @@ TEST_F(InsistingSubscriptions, TrustsAnewAfterAWhile) {
     look(0);
     now += 10ms;
   }
-  EXPECT_THAT(sut.status_text(), HasSubstr("polled: "));
+  EXPECT_THAT(sut.status().text, HasSubstr("polled: "));
   wait(1s);
   EXPECT_THAT(subscribed, ElementsAre(1, 1));
   grant();
   told(0);
   EXPECT_TRUE(trusted[1]);
-  EXPECT_EQ(sut.status_text(), "pushed");
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 }  // namespace

@@ -14,27 +14,17 @@ using print::Align;
 using print::Cell;
 
 std::string link_of(const MachineStatus& status) {
-  return status.host.empty() ? "no gateway" : status.connected ? "up" : "down";
-}
-
-/// Where the controller tells of changes the column POLL shows it.
-std::string why(const MachineStatus& status) {
-  constexpr std::string_view pushed = "pushed";
-  std::string reason = status.reason;
-  if (print::is_pushed(status)) {
-    reason.resize(reason.size() - pushed.size());
-    reason.resize(reason.find_last_not_of("; ") + 1);
-  }
-  return reason;
+  return status.gone ? "no gateway" : status.connected ? "up" : "down";
 }
 
 Cell poll_of(const MachineStatus& status) {
-  return print::is_pushed(status) ? Cell(std::string("on change")) : Cell(status.poll);
+  return status.watch == fabric::WatchMode::pushed ? Cell(std::string("on change"))
+                                                   : Cell(status.poll);
 }
 
 Cell gateway_of(const MachineStatus& status) {
-  return status.host.empty() ? Cell()
-                             : fmt::format("{} ({}), {}", status.host, status.pid, status.version);
+  return status.gone ? Cell()
+                     : fmt::format("{} ({}), {}", status.host, status.pid, status.version);
 }
 
 template <typename T>
@@ -56,10 +46,7 @@ const print::Listing<MachineStatus>& machines_listing() {
        8},
       {"ROUND TRIP", "", [](const auto& it) { return if_known(it.round_trip); }, Align::right, 3},
       {"GATEWAY", "", &gateway_of, Align::left, 7},
-      {"WHY", "", [](const auto& it) -> Cell { return why(it); }},
-      {"", "pushed", [](const auto& it) -> Cell {
-         return print::is_pushed(it);
-       }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });
+      {"WHY", "", [](const auto& it) -> Cell { return it.reason; }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });
   return machines;
 }
 

@@ -18,11 +18,6 @@ using base::program::exit_failed;
 
 using Problems = std::vector<Problem>;
 
-bool is_heard(const fabric::MachineStatus& status) {
-  // An observer leaves nothing but the name of one that is gone.
-  return !status.host.empty();
-}
-
 /// Discovery shows them, and they send no heartbeat.
 void add_silent_instances(Problems& problems, const bus::FabricModel& live) {
   for (const auto& [id, gone] : live.gone()) {
@@ -35,7 +30,7 @@ void add_silent_instances(Problems& problems, const bus::FabricModel& live) {
 }
 
 void add_machines(Problems& problems, const bus::FabricModel& live) {
-  if (std::ranges::none_of(live.machines(), [](const auto& one) { return is_heard(one.second); })) {
+  if (std::ranges::none_of(live.machines(), [](const auto& one) { return !one.second.gone; })) {
     problems.push_back({exit_link_down,
                         "NO GATEWAY",
                         "-",
@@ -48,13 +43,13 @@ void add_machines(Problems& problems, const bus::FabricModel& live) {
   std::map<std::string, const fabric::MachineStatus*> machines;
   for (const auto& [key, status] : live.machines()) {
     const fabric::MachineStatus*& best = machines[status.machine];
-    if (best == nullptr || status.connected || (!best->connected && is_heard(status))) {
+    if (best == nullptr || status.connected || (!best->connected && !status.gone)) {
       best = &status;
     }
   }
   for (const auto& [name, status] : machines) {
     if (!status->connected) {
-      problems.push_back({exit_link_down, is_heard(*status) ? "LINK DOWN" : "NO GATEWAY", name,
+      problems.push_back({exit_link_down, status->gone ? "NO GATEWAY" : "LINK DOWN", name,
                           status->since, status->reason, ""});
     }
   }
@@ -121,7 +116,7 @@ Problems missing_gateways(const bus::FabricModel& live, const std::vector<std::s
   Problems problems;
   for (const std::string& name : names) {
     const bool is_there = std::ranges::any_of(live.machines(), [&](const auto& one) {
-      return is_heard(one.second) && (one.second.machine == name || one.second.host == name);
+      return !one.second.gone && (one.second.machine == name || one.second.host == name);
     });
     if (!is_there) {
       problems.push_back(

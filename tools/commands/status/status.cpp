@@ -222,15 +222,15 @@ const print::Listing<MachineRow>& machines_listing() {
       {"MACHINE", "", [](const auto& row) -> Cell { return row.status->machine; }},
       {"LINK", "",
        [](const auto& row) -> Cell {
-         return std::string(row.status->host.empty() ? "no gateway"
-                            : row.status->connected  ? "up"
-                                                     : "down");
+         return std::string(row.status->gone        ? "no gateway"
+                            : row.status->connected ? "up"
+                                                    : "down");
        }},
       {"SINCE", "", [](const auto& row) -> Cell { return row.status->since; }, Align::right, 1},
       {"CHANNELS", "", &channels_of},
       {"GATEWAY", "",
        [](const auto& row) -> Cell {
-         return row.status->host.empty()
+         return row.status->gone
                     ? Cell()
                     : fmt::format("{} ({})", row.status->host, row.status->pid);
        },
@@ -247,7 +247,7 @@ std::vector<MachineRow> machine_rows(const StatusOptions& options, const bus::Fa
     }
     MachineRow& row = machines[status.machine];
     if (row.status == nullptr || status.connected ||
-        (!row.status->connected && !status.host.empty())) {
+        (!row.status->connected && !status.gone)) {
       row.status = &status;
     }
   }
@@ -284,7 +284,7 @@ void print_as_json(const StatusOptions& options, const bus::FabricModel& live,
   boost::json::array machines;
   for (const MachineRow& row : machine_rows(options, live)) {
     boost::json::object machine;
-    print::put_machine(machine, *row.status);
+    print::put_fields(machine, *row.status);
     machines.push_back(std::move(machine));
   }
   boost::json::array alarms;

@@ -60,7 +60,7 @@ void at_machines(const Findings& found, Report& report) {
     if (status.connected) {
       connected.insert(status.machine);
       at_the_transport(status, report);
-    } else if (!status.host.empty()) {
+    } else if (!status.gone) {
       down[status.machine] = &status;
     }
   }

@@ -106,15 +106,14 @@ void put_links(Families& families, const bus::FabricModel& live) {
       continue;
     }
     OfMachine& machine = machines[status.machine];
-    // Of one that is gone an observer tells the name only.
-    machine.gateways += status.host.empty() ? 0 : 1;
-    if (!status.host.empty()) {
+    machine.gateways += status.gone ? 0 : 1;
+    if (!status.gone) {
       infos.insert(
           {{"machine", status.machine}, {"host", status.host}, {"version", status.version}});
     }
     if (status.connected) {
       machine.connected = true;
-      machine.pushed = machine.pushed && print::is_pushed(status);
+      machine.pushed = machine.pushed && status.watch == fabric::WatchMode::pushed;
       machine.requests += status.requests_per_second;
       machine.round_trip = std::max(machine.round_trip, status.round_trip);
       machine.poll = std::max(machine.poll, status.poll);

@@ -26,8 +26,7 @@ export function callStateOf(channel) {
   if (channel.link === 'down') {
     return 'link down';
   }
-  // A gateway gives a reason for a call that runs only when its time is up and the program waits on.
-  if (channel.channel_state === 'running' && channel.reason) {
+  if (channel.channel_state === 'running' && channel.cause === 'deadline') {
     return 'stuck';
   }
   // A gateway that takes no new call leaves all of them alone: whether somebody serves them nobody has asked.
@@ -107,7 +106,7 @@ function concernOf(machine, channel, now) {
   const link = machine.links.find((each) => !each.connected && each.reason);
   const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : link?.reason || channel.reason) : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
   return {
-    machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', gone: state === 'gone' ? lastOf(machine) : null,
+    machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', why: channel.cause, gone: state === 'gone' ? lastOf(machine) : null,
     cause: causeOf(machine, channel, state),
   };
 }
@@ -141,7 +140,7 @@ function concernOfMachine(machine) {
   if (machine.channels.length > 0 || down.length === 0 || down.length < machine.links.length) {
     return null;
   }
-  const kind = down.every((link) => !link.gateway_host) ? 'gone' : 'link down';
+  const kind = down.every((link) => link.gone) ? 'gone' : 'link down';
   return {
     machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : down[0].reason ?? '',
     gone: kind === 'gone' ? lastOf(machine) : null, cause: causeOf(machine, {}, kind),

@@ -276,7 +276,7 @@ export function byTrouble(groups) {
 
 /** A gateway that is gone is of no interest as soon as another one has its machine: it was started anew. */
 function linksOf(links) {
-  const present = links.filter((link) => link.gateway_host);
+  const present = links.filter((link) => !link.gone);
   return present.length > 0 ? present : links;
 }
 

@@ -112,8 +112,8 @@ void EventBook::add(const fabric::InstanceStatus& status, const bus::FabricModel
 
 void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel& live) {
   const auto known = live.machines().find({status.machine, status.gateway});
-  const bool was_heard = known != live.machines().end() && !known->second.host.empty();
-  if (status.host.empty()) {
+  const bool was_heard = known != live.machines().end() && !known->second.gone;
+  if (status.gone) {
     if (was_heard) {
       put_gateway("gateway gone", known->second, status.since);
     }

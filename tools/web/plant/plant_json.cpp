@@ -36,13 +36,12 @@ boost::json::object program_json(const ProgramStore::Condition& program) {
 }  // namespace
 
 bool PlantModel::is_former(const fabric::MachineStatus& status) const {
-  // An observer leaves nothing but the name of one that is gone.
-  if (!status.host.empty()) {
+  if (!status.gone) {
     return false;
   }
   for (auto link = live_.machines().lower_bound({status.machine, {}});
        link != live_.machines().end() && link->first.first == status.machine; ++link) {
-    if (!link->second.host.empty()) {
+    if (!link->second.gone) {
       return true;
     }
   }
@@ -52,7 +51,7 @@ bool PlantModel::is_former(const fabric::MachineStatus& status) const {
 bool PlantModel::has_another_gateway(const fabric::MachineStatus& status) const {
   const auto known = live_.machines().lower_bound({status.machine, {}});
   const bool had_one = known != live_.machines().end() && known->first.first == status.machine;
-  return had_one && !status.host.empty() && link_of(status.machine) != "up" &&
+  return had_one && !status.gone && link_of(status.machine) != "up" &&
          !live_.machines().contains({status.machine, status.gateway});
 }
 
@@ -63,7 +62,7 @@ std::string_view PlantModel::link_of(const std::string& machine) const {
     if (link->second.connected) {
       return "up";
     }
-    is_heard = is_heard || !link->second.host.empty();
+    is_heard = is_heard || !link->second.gone;
   }
   return is_heard ? "down" : "gone";
 }
@@ -204,8 +203,8 @@ boost::json::array PlantModel::machines() const {
 /// Of one that is gone nothing is left but its name, and where it was heard last.
 boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status) const {
   boost::json::object machine;
-  print::put_machine(machine, status);
-  if (const fabric::MachineStatus* told = live_.told(status); status.host.empty() && told) {
+  print::put_fields(machine, status);
+  if (const fabric::MachineStatus* told = live_.told(status); status.gone && told) {
     machine["last_gateway_host"] = print::utf8(told->host);
     machine["last_gateway_pid"] = told->pid;
   }

@@ -68,7 +68,8 @@ TEST(TheLivePicture, KnowsWhereTheGatewayOfALostMachineWas) {
                                              .gateway = instance(gateway),
                                              .since = fabric::Time(std::chrono::seconds(7)),
                                              .host = host,
-                                             .pid = host.empty() ? 0U : 4711U}});
+                                             .pid = host.empty() ? 0U : 4711U,
+                                             .gone = host.empty()}});
   };
   machine(1, "hall");
   EXPECT_THAT(sut.lost(), IsEmpty());

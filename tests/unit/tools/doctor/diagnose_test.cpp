@@ -301,7 +301,7 @@ TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
   lathe.gateway.bytes.fill(9);
   add(lathe);
   EXPECT_TRUE(is_healthy(sut()));
-  add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway});
+  add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway, .gone = true});
   // The server of the page knew it before.
   found.lost = {{.last = {.machine = "press", .host = "host-9", .pid = 17}}, {.last = lathe}};
   const auto is_of = [](const std::string& machine) {
@@ -382,7 +382,8 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
 TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
   using enum fabric::ChannelState;
   be_healthy();
-  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone"});
+  add(fabric::MachineStatus{
+      .machine = "lathe", .reason = "its gateway is gone", .gone = true});
   add(fabric::ChannelStatus{
       .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
   add(fabric::ChannelStatus{

@@ -50,7 +50,8 @@ class AnEventBook : public testing::Test {
                                .since = at(ms),
                                .reason = connected ? "" : "refused",
                                .host = host,
-                               .pid = host.empty() ? 0U : 42U},
+                               .pid = host.empty() ? 0U : 42U,
+                               .gone = host.empty()},
          ms);
   }
   void tell_channel(ChannelState state, const std::string& reason, double ms) {

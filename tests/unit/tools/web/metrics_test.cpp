@@ -91,7 +91,7 @@ TEST_F(TheMetrics, TellWhetherALinkIsUp) {
   add(Entry{.sample = up});
   EXPECT_THAT(text(), HasSubstr("millrace_link_up{machine=\"cnc\"} 1\n"));
   EXPECT_THAT(text(), HasSubstr("millrace_link_requests_per_second{machine=\"cnc\"} 60\n"));
-  add(Entry{.sample = fabric::MachineStatus{.machine = "cnc", .gateway = id(1)}});
+  add(Entry{.sample = fabric::MachineStatus{.machine = "cnc", .gateway = id(1), .gone = true}});
   EXPECT_THAT(text(), HasSubstr("millrace_link_up{machine=\"cnc\"} 0\n"));
   EXPECT_THAT(text(), HasSubstr("millrace_gateways{machine=\"cnc\"} 0\n"));
 }
@@ -101,13 +101,13 @@ TEST_F(TheMetrics, SayWhetherAControllerTellsOfChanges) {
   machine.machine = "cnc";
   machine.host = "host1";
   machine.connected = true;
-  machine.reason = "channel 2 is served by another; pushed";
+  machine.watch = fabric::WatchMode::pushed;
   add(Entry{.sample = machine});
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 1\n"));
-  machine.reason = "polled: the controller refuses it";
+  machine.watch = fabric::WatchMode::polled;
   add(Entry{.sample = machine});
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
-  machine.reason = "pushed, except for channel 2: the controller has no room";
+  machine.watch = fabric::WatchMode::partly_pushed;
   add(Entry{.sample = machine});
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
 }
@@ -260,7 +260,7 @@ TEST_F(TheMetrics, TellNothingOfAQueueWhoseGatewayIsGone) {
   add(Entry{.at = at(0), .sample = fabric::MachineStatus{.machine = "press", .host = "hall"}});
   add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
   ASSERT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
-  add(Entry{.at = at(1), .sample = fabric::MachineStatus{.machine = "press"}});
+  add(Entry{.at = at(1), .sample = fabric::MachineStatus{.machine = "press", .gone = true}});
   EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_waiting_messages")));
 }
 

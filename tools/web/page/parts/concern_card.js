@@ -113,7 +113,8 @@ export function concernCard(app) {
 function whyOf(app, concern, isStranded, last) {
   const advice = words.advice[concern.kind];
   // A reason that only says what the state says is not repeated.
-  const reason = /^no service has the UUID [^;]*$/.test(concern.reason) || (last && /^no instance serves .*; the last one was /.test(concern.reason)) ? '' : concern.reason;
+  const isTheState = (concern.why === 'unknown UUID' && !concern.reason.includes(';')) || (last && concern.why === 'no instance');
+  const reason = isTheState ? '' : concern.reason;
   // What says more than the state takes its place.
   const isTold = (concern.kind === 'held' && words.reason(reason)) || (concern.kind === 'trouble' && reason);
   const means = concern.gone

@@ -11,10 +11,10 @@ import { stateMark, visible } from './marks.js';
 const readableMs = 700;
 
 function linkText(link) {
-  if (!link.gateway_host) {
+  if (link.gone) {
     return link.last_gateway_host ? words.plant.linkGoneOf(visible(link.last_gateway_host), link.last_gateway_pid) : words.plant.linkGone;
   }
-  if (link.connected && link.pushed) {
+  if (link.watch === 'pushed') {
     return words.plant.linkPushed(duration(link.round_trip_ms));
   }
   return link.connected
