@@ -49,7 +49,7 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
   channel::Channel& channel = **found;
   // It would run whenever an instance starts, long after the operator has looked at the machine.
   if (const auto unserved = dispatcher_.why_unserved(channel.call()->request.uuid, key)) {
-    return {false, *unserved + "; start the service, then retry"};
+    return {false, unserved->text + "; start the service, then retry"};
   }
   context_.blocked.forget(key);
   channel.retry(by, now_);

@@ -77,6 +77,7 @@ TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
   fixture.wait(10s);
   EXPECT_THAT(fixture.writes, IsEmpty());
   EXPECT_EQ(sut().status().reason, "no response within 1.5 s; the NC program goes on waiting");
+  EXPECT_EQ(sut().status().cause, fabric::Cause::deadline);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
 }
 

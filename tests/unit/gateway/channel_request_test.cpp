@@ -189,9 +189,10 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
 
 TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttempt) {
   fixture.dispatched_call();
-  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
+  sut().suspend({fabric::Cause::instance_lost, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
+  EXPECT_EQ(sut().status().cause, fabric::Cause::instance_lost);
   EXPECT_EQ(sut().status().reason, "instance 1 is lost");
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();

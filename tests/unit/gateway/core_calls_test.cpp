@@ -113,6 +113,7 @@ TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
   EXPECT_THAT(all<Record>(actions), IsEmpty());
   ASSERT_THAT(all<Show>(actions), SizeIs(1));
   EXPECT_EQ(all<Show>(actions).front().status.reason, "the disk is full");
+  EXPECT_EQ(all<Show>(actions).front().status.cause, fabric::Cause::journal);
   EXPECT_THAT(all<Read>(sut->on_journal_error("", now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }

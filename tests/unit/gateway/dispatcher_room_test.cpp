@@ -41,7 +41,7 @@ std::vector<std::string> words(const dispatch::Decisions& decisions) {
     } else if (const auto* back = std::get_if<dispatch::Unassign>(&decision)) {
       out.push_back(fmt::format("{} {}", back->call.number, back->held ? "held" : "lost"));
     } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
-      out.push_back(fmt::format("{}: {}", explain->call.number, explain->reason));
+      out.push_back(fmt::format("{}: {}", explain->call.number, explain->reason.text));
     }
   }
   return out;
