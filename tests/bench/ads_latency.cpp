@@ -1,6 +1,6 @@
-// What an ADS read by name costs above the bare TCP round trip of the same bytes over Asio, on the
-// loopback interface, in the same run. Client and server have a thread each, as two processes
-// would.
+// The cost of an ADS read by name compared with the bare TCP round trip of the same bytes over
+// Asio, on the loopback interface, in the same run. Client and server have a thread each, as two
+// processes would.
 //
 //   ads_latency [ROUNDS [READS_PER_ROUND]]
 //
@@ -45,7 +45,7 @@ constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 constexpr double goal = 2.0;
 constexpr std::string_view name = "V.G.SERVICE.REQUEST";
 constexpr std::uint32_t value_size = 128;
-// The frames of that read.
+// The sizes of that read's frames.
 constexpr std::size_t request_size = 6 + 32 + 16 + name.size() + 1;
 constexpr std::size_t response_size = 6 + 32 + 8 + value_size;
 
@@ -78,7 +78,7 @@ asio::awaitable<void> echo(tcp::acceptor& acceptor) {
   }
 }
 
-// Both servers, in a thread of their own.
+// Both servers, in one thread.
 class Servers {
  public:
   Servers()

@@ -1,5 +1,5 @@
-// How many durable rows the archive takes in a second, one at a time and in batches, beside the
-// bare file it stands on: 4 KiB written and made durable, again and again.
+// How many durable rows a second the archive stores, singly and in batches, compared with a bare
+// file: 4 KiB written and made durable, again and again.
 //
 //   archiver_rows [FOLDER [SECONDS]]
 //
@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double goal = 5000;
 constexpr std::size_t goal_batch = 256;
 
-/// How often `work` ran in a second, while `length` was not over.
+/// How often `work` runs per second, measured for `length`.
 double rate(std::chrono::duration<double> length, const std::function<void()>& work) {
   const auto start = Clock::now();
   std::size_t count = 0;

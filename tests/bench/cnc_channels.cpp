@@ -1,10 +1,10 @@
 // How well millrace-cnc keeps its interpolator cycle of 1 ms while many channels run programs, and
-// what share of a core it takes. A late cycle is begun a whole period after its time.
+// the share of a core it uses. A late cycle begins a whole period late.
 //
 //   cnc_channels [SECONDS [CHANNELS]]
 //
-// Three kinds of programs: motion, blocks with wait for a service, and loops without motion, which
-// must not starve anybody. Prints a table; exit code 1 if more than one cycle in a hundred was
+// Three kinds of programs: motion, blocks that wait for a service, and loops without motion, which
+// must not starve the others. Prints a table; exit code 1 if more than one cycle in a hundred was
 // late.
 #include <chrono>
 #include <csignal>

@@ -1,6 +1,6 @@
-// Whether connections leave memory behind in millrace-cnc: 1,000 are opened, used and closed, again
-// and again, 100 of them at a time; each reads a variable by name, opens a handle and subscribes to
-// a notification, which it leaves to the server to clean up.
+// Whether millrace-cnc leaks memory with connections: 1,000 are opened, used and closed, again and
+// again, 100 of them at a time. Each reads a variable by name, opens a handle and subscribes to a
+// notification, which it leaves for the server to clean up.
 //
 //   cnc_connections [ROUNDS [CONNECTIONS]]
 //
@@ -72,7 +72,7 @@ ads::Bytes requests() {
   return all;
 }
 
-/// Of the answers: to the read, to the handle, to the subscription.
+/// The responses to the read, to the handle, to the subscription.
 constexpr std::size_t answer_size = (6 + 32 + 8 + 128) + (6 + 32 + 8 + 4) + (6 + 32 + 8);
 
 void use(asio::io_context& io, std::uint16_t port, int connections) {

@@ -1,14 +1,13 @@
-// What machine data costs, and what it does to calls: 4 virtual CNCs with 100 variables each, all
-// of which change, sampled ten times a second by one gateway and kept by an archiver; beside the
-// same gateway without data.
+// The cost of machine data and its effect on calls: 4 virtual CNCs with 100 changing variables
+// each, sampled ten times a second by one gateway and stored by an archiver; compared with the same
+// gateway without data.
 //
 //   data_load [SECONDS [CALLS]]
 //
-// Prints the processor time of gateway and archiver as a share of a core, the values that reached
-// the archive, and p50 and p99 of calls in a second channel of each machine, with data and without,
-// three times in turns.
-// Exit code 1 if the gateway takes more than 15 % for the data, the archiver more than 10 %, or a
-// call with data more than 1.2 times as long as without.
+// Prints the processor time of gateway and archiver as a share of a core, the values in the
+// archive, and p50 and p99 of calls in a second channel of each machine, with data and without,
+// three times in turns. Exit code 1 if the gateway takes more than 15 % for the data, the archiver
+// more than 10 %, or a call with data more than 1.2 times as long as without.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -38,7 +37,7 @@ constexpr int machines = 4;
 constexpr int variables = 100;
 constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-/// Every variable becomes another number every 50 ms.
+/// Each variable changes to another number every 50 ms.
 std::string counting_program() {
   std::string text = "%counting\nP1 = 0\n$WHILE 1\n  P1 = P1 + 0.125\n";
   for (int i = 0; i < variables; ++i) {
@@ -86,7 +85,7 @@ struct Plant {
     return (folder.path() / name).string();
   }
 
-  /// Machines whose first channels count; the second ones call if `with_calls`.
+  /// The first channel of each machine counts; the second one calls if `with_calls`.
   std::vector<Process> start_machines(bool with_calls) {
     std::vector<Process> all;
     ports.clear();
@@ -160,7 +159,7 @@ Cost measure_cost(Plant& plant, bool with_data, double seconds) {
   const Process archiver =
       plant.start("millrace-archiver", {"--config", plant.path("archiver.textproto")});
   const Process gateway = plant.start_gateway(with_data);
-  // What is found out once is not what it costs.
+  // Start-up work is not measured.
   std::this_thread::sleep_for(std::chrono::seconds(2));
   const double gateway_before = bench::processor_seconds(gateway.pid());
   const double archiver_before = bench::processor_seconds(archiver.pid());
@@ -187,7 +186,7 @@ void add_calls(Plant& plant, bool with_data, std::vector<double>& times) {
     cnc.terminate();
     cnc.wait();
     std::istringstream out(cnc.output());
-    // The first one waits for the gateway.
+    // The first program waits for the gateway.
     bool first = true;
     for (std::string text; std::getline(out, text);) {
       std::smatch found;
@@ -219,7 +218,7 @@ int main(int argc, char** argv) {
   const Cost without = measure_cost(plant, false, seconds);
   const Cost with = measure_cost(plant, true, seconds);
   const std::size_t rows = archived(plant);
-  // In turns: what the machine does meanwhile hits both.
+  // In turns, so that other load on the host affects both.
   constexpr int rounds = 3;
   std::vector<double> times_without;
   std::vector<double> times_with;

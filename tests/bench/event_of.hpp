@@ -1,4 +1,4 @@
-// What a gateway tells of a call, for benchmarks that stand in for one.
+// A gateway's event about a call, for benchmarks that replace a gateway.
 //
 //   end.publish(event_of(request, fabric::EventKind::seen));
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace millrace::bench {
 
-/// Of the first attempt, now.
+/// About the first attempt, at this moment.
 inline fabric::Event event_of(const fabric::Request& request, fabric::EventKind kind) {
   return {.key = request.key,
           .call = request.call,

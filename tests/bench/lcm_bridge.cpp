@@ -1,12 +1,10 @@
-// What a call of an LCM program through millrace-lcm takes, beside one of a service that speaks
-// DDS.
+// The time of a call of an LCM program through millrace-lcm, compared with that of a DDS service.
 //
 //   lcm_bridge [CALLS]
 //
-// Both are square roots in processes of their own, called in turn by one caller that stands in a
-// gateway's place, in a network of the benchmark's own. Prints medians and 99th percentiles in
-// microseconds; exit code 1 if the median through the bridge is more than twice that of the direct
-// one.
+// Both are square roots in separate processes, called in turn by one caller in place of a gateway,
+// in a network of the benchmark's own. Prints medians and 99th percentiles in microseconds; exit
+// code 1 if the median through the bridge is more than twice that of the direct one.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -58,7 +56,7 @@ struct Service {
 int measure(std::size_t calls) {
   const tests::Domain domain;
   const std::string number = std::to_string(domain.number());
-  // Without a line in the log for each call.
+  // Without a log line for each call.
   const tests::Process direct(
       {tests::binary("millrace-square-root"), "--domain", number, "--log-level", "warn"});
   const tests::Process bridge(
@@ -68,12 +66,12 @@ int measure(std::size_t calls) {
   Service dds{"direct, over DDS", "560aacbf-6335-44a9-895a-8b27f3ed5e47"};
   Service lcm{"through the bridge, over LCM", "6c1f3f0a-54a4-4a43-9b8d-2f3a8c1f7e51"};
   if (!caller.await_instance(dds.uuid) || !caller.await_instance(lcm.uuid)) {
-    fmt::print(stderr, "lcm_bridge: the services are not there\n");
+    fmt::print(stderr, "lcm_bridge: the services were not found\n");
     return EXIT_FAILURE;
   }
   for (std::size_t i = 0; i < calls + calls / 10; ++i) {
     if (i == calls / 10) {
-      // What came before was to get warm.
+      // The calls so far were the warm-up.
       dds.times.clear();
       lcm.times.clear();
     }

@@ -27,7 +27,7 @@ class NoVariables : public Environment {
   }
 };
 
-// What a CAM system writes: nearly all motion.
+// A program as from a CAM system: nearly all motion.
 std::string tool_path(int blocks) {
   std::string program = "%path\n";
   for (int i = 0; i < blocks; ++i) {
@@ -37,7 +37,7 @@ std::string tool_path(int blocks) {
   return program + "M30\n";
 }
 
-// What a person writes: variables, conditions, messages.
+// A program as a person writes it: variables, conditions, messages.
 std::string logic(int blocks) {
   std::string program = "%logic\nP1 = 0\n";
   for (int i = 0; i < blocks; i += 5) {
@@ -68,7 +68,7 @@ void parse_logic(benchmark::State& state) {
   check_program(state, logic(blocks), blocks);
 }
 
-// A thousand calls in loops of two, each with all that belongs to it.
+// A thousand calls in loops of two, each with everything around it.
 std::string calls(int count) {
   std::string program = "%calls\n";
   for (int i = 0; i < count; i += 10) {
@@ -111,7 +111,7 @@ void run_loop(benchmark::State& state) {
   for (auto _ : state) {
     Channel channel(options);
     if (!channel.start("bench.nc", program)) {
-      state.SkipWithError("the program has mistakes");
+      state.SkipWithError("the program has errors");
       break;
     }
     while (channel.active()) {

@@ -1,4 +1,4 @@
-// What a process uses, as the kernel tells it.
+// A process's resources, from the kernel.
 #pragma once
 
 #include <ctime>
@@ -11,8 +11,8 @@
 
 namespace millrace::bench {
 
-/// A sanitizer keeps what a program has freed for a while, to find who uses it still; then the
-/// size of a process says little.
+/// A sanitizer keeps freed memory for a while, to detect use after free; the size of a process then
+/// says little.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool keeps_what_is_freed = true;
 #else
@@ -28,7 +28,7 @@ inline double resident_mib(pid_t process) {
 }
 
 /// Seconds of processor time since its start, to the microsecond (/proc counts in hundredths of a
-/// second); 0 if there is no such process any more.
+/// second); 0 without such a process.
 inline double processor_seconds(pid_t process) {
   clockid_t clock{};
   timespec time{};

@@ -1,17 +1,16 @@
-// What comes through a message queue of a controller: a virtual CNC whose program writes messages,
-// a gateway, and here the service that gets them, with the real programs on one host.
+// The throughput of a controller's message queue: a virtual CNC whose program writes messages, a
+// gateway, and the receiving service in this process, with real programs on one host.
 //
 //   queue [MESSAGES_PER_SECOND [SECONDS [ELEMENTS]]]
 //
-// The rows, in messages per second, and how many were lost or came out of their order:
-//   written               what the program writes; a full queue aborts it
+// The rows, in messages per second, and how many were lost or out of order:
+//   written               by the program; a full queue aborts it
 //   read into the journal LastGet moves as soon as a message is there
 //   answered              one call at a time, each through DDS and back
-//   bare reader           beside it: the same controller and program, and a client that reads the
-//   array and writes LastGet
-//                         over ADS, without journal, calls and care
-// Exit code 1 if a message is lost or out of its order, if the program is aborted, or if the
-// gateway has read the last one later than a second after it was written.
+//   bare reader           for comparison: the same controller and program, and a client that reads
+//                         the array and writes LastGet over ADS, without journal, calls and checks
+// Exit code 1 if a message is lost or out of order, if the program is aborted, or if the gateway
+// reads the last one later than a second after it was written.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -118,7 +117,7 @@ class Client {
   std::optional<cnc::ads::Client> client_;
 };
 
-/// A virtual CNC whose program writes the messages as soon as there is a reader.
+/// A virtual CNC whose program begins to write messages once there is a reader.
 class Controller {
  public:
   Controller(const Load& load, const std::filesystem::path& folder) {
@@ -159,7 +158,7 @@ class Controller {
   std::optional<tests::Process> process_;
 };
 
-/// The service, which takes what comes and says how it came.
+/// The messages that the service receives, and how.
 struct Received {
   std::mutex mutex;
   int count = 0;

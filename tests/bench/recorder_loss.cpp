@@ -1,13 +1,13 @@
-// Whether a recorder loses anything at the highest rate the bus delivers: calls go round as fast as
-// they can, in many channels at once, beside `millrace record` as a process of its own. Then the
-// recording is counted, and what the recorder itself says is missing.
+// Whether a recorder loses samples at the highest rate of the bus: calls run as fast as possible in
+// many channels, with `millrace record` as a separate process. Then the samples in the recording
+// are counted, and those that the recorder reports as missing.
 //
 //   recorder_loss [SECONDS [CHANNELS [CALLS_PER_SECOND]]]
 //
-// Prints the rate without and with a recorder, and what the file has of what was sent: writers keep
-// their last samples only, so that what nobody has taken in time is gone before it is delivered.
-// Exit code 1 if the recorder has not written all that the bus delivered, or does not know of how
-// many calls something is missing.
+// Prints the rate without and with a recorder, and the recorded share of the samples. Writers keep
+// only their last samples, so a sample that no reader took in time is gone before its delivery.
+// Exit code 1 if the recorder has not written all that the bus delivered, or does not know the
+// number of incomplete calls.
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -46,7 +46,7 @@ fabric::Time now() {
 struct Options {
   double seconds = 5;
   std::uint16_t channels = 32;
-  /// 0 = as many as go.
+  /// 0 = as many as possible.
   double calls_per_second = 0;
 };
 
@@ -64,7 +64,7 @@ class Load : public fabric::endpoints::CallEndpointListener {
         tick_(io_),
         participant_({.domain = domain}),
         end_(participant_, io_.get_executor(), *this) {
-    // As a gateway does: its calls are numbered without gaps.
+    // As in a gateway, the calls are numbered without gaps.
     publish(fabric::MachineStatus{.machine = "cnc",
                                   .gateway = fabric::InstanceId::random(),
                                   .claimed = now(),
@@ -74,10 +74,10 @@ class Load : public fabric::endpoints::CallEndpointListener {
 
   Sent run(const Options& options) {
     if (!tests::run_until(io_, [this] { return instance_.has_value(); })) {
-      throw std::runtime_error("no service is there");
+      throw std::runtime_error("no service was found");
     }
     // Until the recorder has found the writers.
-    linger();
+    stay_matched();
     calls_per_second_ = options.calls_per_second;
     begun_ = Clock::now();
     stop_at_ = begun_ + std::chrono::duration_cast<Clock::duration>(
@@ -98,8 +98,8 @@ class Load : public fabric::endpoints::CallEndpointListener {
     return sent_;
   }
 
-  /// Takes part for a while, so that readers get what they ask for again.
-  void linger() {
+  /// Stays for a while, so that readers get the samples that they request again.
+  void stay_matched() {
     bool over = false;
     tick_.expires_after(std::chrono::seconds(1));
     tick_.async_wait([&](const boost::system::error_code&) { over = true; });
@@ -190,18 +190,18 @@ class Load : public fabric::endpoints::CallEndpointListener {
   fabric::endpoints::CallEndpoint end_;
 };
 
-/// What the recording has of the calls of an epoch.
+/// The recorded samples of an epoch's calls.
 struct Found {
   Sent samples;
-  /// Calls of which something, and of which nothing is there, between the first and the last one
-  /// that was heard to be seen.
+  /// Incomplete and missing calls between the first and the last one whose event `seen` was
+  /// recorded.
   std::uint64_t incomplete = 0;
   std::uint64_t unseen = 0;
-  /// The others, which nobody can know of.
+  /// The other missing calls, which no recorder can know of.
   std::uint64_t outside = 0;
 };
 
-/// Each sample of a call once.
+/// Each sample of a call, at most once.
 struct Parts {
   bool request = false;
   bool reply = false;
@@ -279,7 +279,7 @@ int measure(const fs::path& folder, const Options& options) {
   Load load(domain.number(), 2);
   const Sent sent = load.run(options);
   print("with recorder", options, sent);
-  load.linger();
+  load.stay_matched();
   recorder.terminate();
   if (recorder.wait(std::chrono::seconds(120)) != 0) {
     throw std::runtime_error(recorder.error_output());
@@ -287,20 +287,20 @@ int measure(const fs::path& folder, const Options& options) {
   const Found found = count(file, 2, sent.requests);
   fmt::print("requests {} of {}, replies {} of {}, events {} of {}\n", found.samples.requests,
              sent.requests, found.samples.replies, sent.replies, found.samples.events, sent.events);
-  fmt::print("of {} calls something is missing, of {} nothing is there; {} before and behind\n",
-             found.incomplete, found.unseen, found.outside);
+  fmt::print("{} calls are incomplete, {} missing; {} before and after\n", found.incomplete,
+             found.unseen, found.outside);
   fmt::print("{}", recorder.error_output());
   const std::string output = recorder.output();
   const auto said = boost::json::parse(output.substr(output.find('{'))).as_object();
   const auto count_of = [&](const char* name) { return said.at(name).to_number<std::uint64_t>(); };
   const bool wrote_all = count_of("delivered") == count_of("written") && count_of("lost") == 0;
-  // If its end was not heard of, the last call of a channel looks as if it were under way.
+  // If its end was not recorded, the last call of a channel seems to be under way.
   const std::uint64_t without_end = found.outside > 0 ? options.channels : 0U;
   const bool knows = count_of("calls_incomplete") <= found.incomplete &&
                      count_of("calls_incomplete") + without_end >= found.incomplete &&
                      count_of("calls_unseen") == found.unseen;
   if (!knows) {
-    fmt::print("the recorder's word of what is missing is wrong\n");
+    fmt::print("the recorder's count of missing calls is wrong\n");
   }
   return wrote_all && knows ? 0 : 1;
 }

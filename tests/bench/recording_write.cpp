@@ -1,4 +1,4 @@
-// How fast entries become a recording, beside bare writes of as many bytes; then how long
+// How fast entries are recorded, compared with bare writes of as many bytes; then how long
 // `millrace recording info` takes on a file of that size, which it reads from its summary.
 //
 //   recording_write [FOLDER [GIBIBYTES]]
@@ -32,7 +32,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// What a recorder sees of one call: request, reply, withdrawal, and the gateway's five events.
+/// A recorder's samples of one call: request, reply, withdrawal, and the gateway's five events.
 std::vector<recording::Entry> entries_of(std::uint64_t number) {
   const fabric::Time at(std::chrono::seconds(1772352000) + std::chrono::milliseconds(number));
   const fabric::ChannelKey key{"cnc", static_cast<std::uint16_t>(1 + number % 8)};
@@ -117,7 +117,7 @@ double write_bare(const fs::path& file, std::uint64_t bytes) {
   return seconds_since(start);
 }
 
-/// Milliseconds of the whole process; the middle one of seven.
+/// Milliseconds of the whole process; the median of seven.
 double log_info(const fs::path& file) {
   std::vector<double> times;
   for (int i = 0; i < 7; ++i) {

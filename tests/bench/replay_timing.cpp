@@ -1,5 +1,5 @@
-// How exactly `millrace replay` keeps the recorded times at rate 1, with a live service, beside a
-// bare timer that waits for the same times.
+// How exactly `millrace replay` keeps the recorded times at rate 1, with a live service, compared
+// with a bare timer for the same times.
 //
 //   replay_timing [CALLS]
 //

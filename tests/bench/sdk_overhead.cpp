@@ -1,4 +1,4 @@
-// What the service library adds to a call, and what an idle service costs.
+// What the service library adds to a call, and the cost of an idle service.
 //
 //   sdk_overhead [CALLS]
 //
@@ -56,7 +56,7 @@ struct Samples {
   }
 };
 
-/// When the last reply arrived; the listener runs in the thread that writes it.
+/// When the last reply arrived; the listener runs in the thread that writes the reply.
 struct Arrival {
   std::atomic<std::uint64_t> count = 0;
   std::atomic<Clock::time_point> at{};
@@ -121,7 +121,7 @@ struct Idle {
   std::vector<std::string> arguments{};
 };
 
-/// Every service as it comes, with nothing to do.
+/// Every service with its default settings, idle.
 bool measure_idle(const Idle& idle) {
   const tests::Domain domain;
   std::vector<std::string> command{tests::binary(idle.program), "--domain",

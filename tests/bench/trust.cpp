@@ -1,15 +1,15 @@
-// What trust costs: calls over the fabric, and joining it, without protection, with SIGN and with
+// The cost of trust: calls over the fabric, and joining it, without protection, with SIGN and with
 // ENCRYPT.
 //
 //   trust [CALLS] [INSTANCES]
 //
-// A square root in a process of its own for each, called in turn by this process, which stands in a
-// gateway's place as a tester; each protection on a domain of its own, all in a network of the
-// benchmark's own. Prints the medians and 99th percentiles of calls in microseconds, how long it
-// takes from the start of a service until it can be called, and until INSTANCES (100) of them that
-// are started together can. Exit code 1 if a goal is missed: the median of a call with SIGN at most
-// 1.5 times, with ENCRYPT 1.7 times that without, a process joins in at most 100 ms more, all
-// instances within 10 s.
+// For each protection, a square root in a separate process, called in turn by this process, which
+// acts as a gateway with the role tester; each on its own domain, all in a network of the
+// benchmark's own. Prints the medians and 99th percentiles of calls in microseconds, the time from
+// the start of a service until it can be called, and the time until INSTANCES (100) that start
+// together can. Exit code 1 if a goal is missed: the median of a call with SIGN at most 1.5 times,
+// with ENCRYPT 1.7 times that without, a process joins in at most 100 ms more, all instances within
+// 10 s.
 #include "fabric/dds/trust.hpp"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ double median_of(std::vector<double> values) {
   return values.at(values.size() / 2);
 }
 
-/// The fabric under one protection, and what was measured there.
+/// The fabric under one protection, and its measurements.
 class Row : public fabric::endpoints::CallEndpointListener {
  public:
   Row(std::string what, double goal, const fs::path& plant,
@@ -86,7 +86,7 @@ class Row : public fabric::endpoints::CallEndpointListener {
                  fabric::endpoints::CallEndpoint::Of::tool);
   }
 
-  /// One process, until it can be called, in milliseconds.
+  /// Starts one process; returns the milliseconds until it can be called.
   double join() {
     const auto start = Clock::now();
     processes_.emplace_back(services_);
@@ -226,7 +226,7 @@ int measure(std::size_t calls, std::size_t instances) {
   }
   for (std::size_t i = 0; i < calls + calls / 10; ++i) {
     if (i == calls / 10) {
-      // What came before was to get warm.
+      // The calls so far were the warm-up.
       for (const auto& row : rows) {
         row->forget_calls();
       }

@@ -1,15 +1,15 @@
-// What it costs to ask for variables through a gateway instead of asking the controller: a virtual
-// CNC and a gateway as processes, and who asks here, over ADS and over the fabric in turns.
+// The cost of variable requests through a gateway instead of directly: a virtual CNC and a gateway
+// as processes, and a client in this process, over ADS and over the fabric in turns.
 //
 //   vars [ROUNDS [QUESTIONS_PER_ROUND]]
 //
 // For 1 and for 50 variables, in microseconds:
 //   ADS, as a program that keeps handles   one request (a sum for many)
-//   ADS, as one that asks by name          for each variable what it is, then its value
-//   gateway, another question each time    nothing that was read lately answers it
-//   gateway, the same question again       asked once in a cycle of 2 ms, however often
-// The second is what `millrace vars --direct` does, and any client that keeps nothing. Exit code 1
-// if the third is more than 1.5 times as much.
+//   ADS, as one that asks by name          for each variable its description, then its value
+//   gateway, another question each time    no recent reading answers it
+//   gateway, the same question again       read once in a cycle of 2 ms, however often
+// The second is what `millrace vars --direct` does, and any client without a cache. Exit code 1 if
+// the third is more than 1.5 times as much.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -60,7 +60,7 @@ class Series {
   std::vector<double> microseconds_;
 };
 
-/// The plant, and both ways to it.
+/// The plant, and both connections to it.
 class Plant {
  public:
   Plant() {
@@ -101,7 +101,7 @@ class Plant {
     }
   }
 
-  /// With handles, which are asked for beforehand.
+  /// With handles, which are opened beforehand.
   std::vector<variables::Reading> look_up(const Names& names) {
     std::vector<variables::Reading> known;
     for (auto& one : run(readings_->look_up(1, names))) {
@@ -130,7 +130,8 @@ class Plant {
   }
 
   void through_gateway(const Names& names) {
-    // Not drawn anew each time: on some virtual machines that takes longer than the question.
+    // Counted up, not random: on some virtual machines a random number takes longer than the
+    // question.
     for (std::uint8_t& byte : next_token_.bytes) {
       if (++byte != 0) {
         break;
@@ -196,7 +197,7 @@ void measure(Series& series, int count, const std::function<void(int)>& ask) {
   }
 }
 
-/// The ratio that counts.
+/// Returns the ratio of third to second.
 double compare(Plant& plant, std::size_t together, int rounds, int count) {
   std::vector<Names> questions;
   std::vector<std::vector<variables::Reading>> known;

@@ -1,5 +1,5 @@
-// Acting through the page: only who may, only after a question that names channel, call and consequence, and only on the
-// call that the question named.
+// Actions on the page: only for authorized users, only after a question that names channel, call
+// and consequence, and only on the call in the question.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
@@ -39,7 +39,7 @@ after(async () => {
 });
 
 afterEach(() => {
-  // The browser writes each answer of 401 into its console.
+  // The browser logs each status 401 to its console.
   const complaints = browser.complaints.filter((each) => !/status of 401/.test(each));
   browser.complaints = [];
   assert.deepEqual(complaints, []);

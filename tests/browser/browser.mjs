@@ -1,5 +1,5 @@
-// Debian's Chromium without a screen. Whatever a page complains about, and each request that goes anywhere but to its own
-// server, is kept, and is a failure of the test that looks (Browser.complaints).
+// Debian's Chromium without a screen. It collects the page's errors and each request to another
+// server; the test that checks them fails for any (Browser.complaints).
 //
 //   const browser = await Browser.start();
 //   const page = await browser.open(web.url, { view: '#/calls' });
@@ -21,7 +21,8 @@ export class Browser {
     browser.#browser = await puppeteer.launch({
       executablePath: '/usr/bin/chromium',
       args: [
-        // Nothing leaves this host: no name is resolved, and what is not for it goes to a proxy that is not there.
+        // Nothing leaves this host: no name is resolved, and other requests go to a proxy that does
+        // not exist.
         '--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1', '--proxy-server=http://127.0.0.1:9',
         '--proxy-bypass-list=127.0.0.1', '--disable-gpu', '--force-color-profile=srgb',
         ...(process.getuid() === 0 ? ['--no-sandbox'] : []),
@@ -36,7 +37,7 @@ export class Browser {
     const page = await context.newPage();
     await page.setViewport({ width, height });
     await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
-    // What the browser says of itself, as a reader's settings would.
+    // The language that the browser reports, as a user's settings would set it.
     await page.evaluateOnNewDocument((tag) => {
       Object.defineProperty(navigator, 'languages', { get: () => [tag] });
     }, language);
@@ -91,7 +92,7 @@ export async function violations(page) {
     .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 160)} (${node.failureSummary})`)));
 }
 
-/** Leaves a picture where MILLRACE_SCREENSHOTS says, if it says so. */
+/** Saves a picture in the folder MILLRACE_SCREENSHOTS, if that is set. */
 export async function picture(page, name) {
   if (pictures) {
     mkdirSync(pictures, { recursive: true });

@@ -1,4 +1,4 @@
-// The view of machine data and programs, beside a machine that changes.
+// The view of machine data and programs, with a machine that changes.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, afterEach, before, test } from 'node:test';
@@ -59,7 +59,7 @@ test('the view is there when somebody tells of data, and shows lines, values and
   await page.waitForFunction(() => !document.querySelector('[data-tab="data"]').hidden);
   await page.click('[data-tab="data"]');
   await awaitText(page, 'h1', /^Data and NC programs$/);
-  // Before somebody has chosen, the first numbers.
+  // Before a choice is made, the first numbers are shown.
   await page.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
   await awaitText(page, `${row('fast/state')} .cell-value`, /^selected \(2\)$/);
   await awaitText(page, `${row('slow/V.E.TABLE')} .cell-value`, /^0; 0; 0; 0; 0$/);
@@ -88,7 +88,7 @@ test('what is chosen stands in the address, and a new page has the last minutes 
   const again = await browser.open(web.url, { view: address });
   await awaitText(again, `${line('slow/V.E.LABEL')} .changes`, /batch <7>/);
   await again.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
-  // What was sampled before this page was opened.
+  // The samples from before this page was opened.
   const first = await again.evaluate(async () => {
     const answer = await (await fetch('/api/data/history?machine=cnc&variable=1/fast/V.E.LEVEL')).json();
     return answer.series[0].times.length;
@@ -117,7 +117,7 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
   assert.deepEqual(await violations(plantPage), []);
   await picture(plantPage, 'aborted');
   await plantPage.close();
-  // The bars stand over the time of the lines.
+  // The bars share the time axis of the lines.
   const [lane, plot] = await page.evaluate(() => ['.band-lane', '.line canvas'].map((each) => document.querySelector(each).getBoundingClientRect().toJSON()));
   assert.ok(lane.left > plot.left && lane.right <= plot.right + 1, JSON.stringify([lane, plot]));
   await page.setViewport({ width: 1280, height: 600 });
@@ -189,7 +189,7 @@ test('what a replay sends is shown as replayed', async () => {
   const replay = plant.replayData(recording, '--rate', '2', '--channel', 'cnc=yesterday');
   const page = await browser.open(web.url, { view: '#/data?machine=yesterday' });
   await awaitText(page, '.data-table .cell-quality .replayed', /replayed/);
-  // It takes half as long as what it replays, however long that took.
+  // It takes half as long as the recording that it replays.
   assert.equal(await replay.ended, 0, replay.errors);
   await awaitText(page, 'tr[data-state="aborted"] .cell-outcome', /aborted replayed/);
   await page.waitForSelector('.line[data-quality="stale"]');
@@ -197,14 +197,14 @@ test('what a replay sends is shown as replayed', async () => {
 });
 
 test('a recording shows what programs said of themselves', async () => {
-  // A second recorder says what it does.
+  // The actions of a second recorder.
   const file = plant.file('second.mcap');
   const second = plant.recorder(file);
   await second.ready();
   const third = plant.recorder(plant.file('third.mcap'));
   await third.ready();
   await until(async () => (await (await fetch(`${web.url}/api/alarms`)).json()).some((each) => /third/.test(each.text)), 'the word of the third recorder');
-  // The second one has heard it, too: who comes later hears the end only.
+  // The second recorder has received it too: a later one receives only the end.
   await until(() => readFileSync(`${file}.part`).includes('third.mcap'), 'the word of the third recorder in the second');
   await third.stop();
   await second.stop();

@@ -1,5 +1,6 @@
-// A server with the page of the source tree and an invented plant, for what is hard to bring about with real processes:
-// many machines, several causes at once. It sends the page's headers, so its Content-Security-Policy holds here, too.
+// A server with the page of the source tree and an invented plant, for situations that are hard to
+// produce with real processes: many machines, several causes at once. It sends the page's headers,
+// so that its Content-Security-Policy holds here, too.
 //
 //   const { url, stop } = await serve(plantWith({ machines: 20, causes: 5 }));
 import { readFileSync } from 'node:fs';
@@ -33,7 +34,7 @@ const channel = (machine, number, more = {}) => ({
   calls_per_second: 0, ...more,
 });
 const busy = (rate, program) => ({
-  // Its last change is never long ago, however slow the host of the test is.
+  // Its last change is always recent, however slow the host of the test is.
   uuid: uuids.root, service: 'square root', calls_per_second: rate, recent_mean_ms: 1.5, since: ago(-600),
   program: { state: 'running', name: program, since: ago(600) },
 });

@@ -1,5 +1,6 @@
-// What the page looks like with several causes and many machines, in both languages, from a phone to a wall: nothing
-// scrolls sideways, the header is one row, a wall needs no scrolling, and axe finds nothing. The plant is invented.
+// The layout with several causes and many machines, in both languages, from a phone to a wall
+// screen: nothing scrolls sideways, the header is one row, a wall screen needs no scrolling, and
+// axe finds nothing. The plant is invented.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
@@ -57,7 +58,7 @@ for (const language of ['en', 'de']) {
           assert.ok(await spreadOfHeader(page) <= 8, `a header of several rows at ${width} px`);
           await picture(page, `start-${name}-${language}-${width}`);
         }
-        // Of one language; what axe looks at is the same in the other.
+        // In one language only; the result of axe is the same in the other.
         if (language === 'en') {
           assert.deepEqual(await violations(page), []);
         }
@@ -71,7 +72,7 @@ for (const language of ['en', 'de']) {
       assert.equal((await page.$$('.machine')).length, 20);
       assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
       assert.ok(!await isTooWide(page));
-      // Each says what it is about and why.
+      // Each card names its subject and the reason.
       assert.ok(await page.$$eval('.concern', (cards) => cards.every((card) => card.querySelector('.concern-why').textContent.length > 20)));
       await picture(page, `wall-many-${language}`);
     });
@@ -83,7 +84,7 @@ for (const language of ['en', 'de']) {
       for (const [width, height] of [[1440, 900], [1024, 768], [390, 844]]) {
         await page.setViewport({ width, height });
         assert.ok(!await isTooWide(page), `wider than ${width} px`);
-        // Nor does a table scroll by itself.
+        // No table scrolls by itself either.
         assert.ok(await page.$$eval('.scroll', (parts) => parts.every((part) => part.scrollWidth <= part.clientWidth + 1)), `a table wider than ${width} px`);
         await picture(page, `services-many-${language}-${width}`);
       }
@@ -145,7 +146,7 @@ test('a call that was held for minutes shows its other steps, with names and lin
   for (const language of ['en', 'de']) {
     await withPage({ change: withMarker, more }, { view: '#/calls/5f3a9c0112d4-17', language, dark: language === 'de' }, async (page) => {
       await page.waitForSelector('.lane[data-attempt="2"] .bar');
-      // The handler that ran for less than a second stands beside minutes of waiting.
+      // The handler that ran for less than a second is visible next to minutes of waiting.
       assert.ok(await page.$eval('.lane[data-attempt="2"] .bar[data-part="work"]', (bar) => bar.offsetWidth > 100));
       assert.equal((await page.$$('.bar[data-broken]')).length, 1);
       assert.match(await textOf(page, '.bar[data-broken]'), /7 min 09 s/);

@@ -1,4 +1,4 @@
-// The page beside a plant that works: what happens there is on the page at once, as it is.
+// The page with a working plant: it shows each change at once and correctly.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
@@ -77,7 +77,7 @@ test('the waterfall of a call has the steps that recording calls prints', async 
     what: `${step.text === undefined ? '' : `“${step.text}” state ${step.state}`}${step.detail ? `${step.text === undefined ? '' : '  '}${step.detail}` : ''}`,
   })));
   assert.ok(steps.length >= 7, JSON.stringify(steps));
-  // One lane for the gateway, one for the attempt, with every part of the way.
+  // One lane for the gateway, one for the attempt, with every part of the call.
   assert.deepEqual(await page.$$eval('.lane', (lanes) => lanes.map((lane) => lane.dataset.attempt)), ['0', '1']);
   assert.deepEqual(await page.$$eval('.lane[data-attempt="1"] .bar', (bars) => bars.map((bar) => bar.dataset.part)),
     ['toService', 'queue', 'work', 'toGateway']);
@@ -125,7 +125,7 @@ test('what is chosen and typed stands in the address, the view stays, and the li
   await other.waitForSelector('tr[data-call]');
   assert.deepEqual(await requests(other), ['“121000”']);
   await other.close();
-  // A choice is a step back; the letters of a word are none.
+  // Each choice is a history entry; the letters of a word are not.
   await page.goBack();
   await page.waitForFunction(() => location.hash === '#/calls?machine=cnc&text=121');
   await page.waitForFunction(() => document.querySelectorAll('tr[data-call]').length === 2);
@@ -177,7 +177,7 @@ test('a message queue stands with its machine, says who should serve it, and sho
     await page.waitForSelector(`${queue}[data-state="unserved"]`);
     await awaitText(page, `${queue} .channel-number`, /^ALARMS$/);
     assert.equal(await page.$('[data-machine="cnc.ALARMS"]'), null);
-    // A pause before it is said: a program and its service may start together.
+    // It appears after a pause: a program and its service may start together.
     await page.waitForFunction(() => document.querySelector('main').textContent.includes('cnc.ALARMS/1'), { polling: 50 });
     await picture(page, 'queue');
     await page.goto(`${url}/#/data?machine=cnc.ALARMS`);

@@ -1,5 +1,5 @@
-// A plant of real processes for one test file, on free ports and in a DDS domain of its own, on the loopback interface:
-// virtual CNCs, gateways, services, and `millrace web`.
+// A plant of real processes for one test file, on free ports and in its own DDS domain, on the
+// loopback interface: virtual CNCs, gateways, services, and `millrace web`.
 //
 //   const plant = await Plant.start();
 //   await plant.cnc(); await plant.gateway(); const service = await plant.squareRoot();
@@ -133,7 +133,7 @@ export class Plant {
     return this.#start('millrace-square-root', [...this.#fabric(), ...flags]).ready();
   }
 
-  /** A service that answers with its request after `seconds`, if nobody ends it before; at most once. */
+  /** A service that answers with its request after `seconds`, unless it is ended before; at most once. */
   slowService({ seconds = 60, flags = [] } = {}) {
     const script = this.file(`answer-after-${seconds}`, `#!/bin/sh\nsleep ${seconds}\necho "$1"\n`);
     chmodSync(script, 0o755);

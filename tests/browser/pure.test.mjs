@@ -1,5 +1,5 @@
-// The page's parts that decide and draw nothing: what is known, what needs attention, where a step stands in time, and
-// that both languages say everything.
+// The page's functions that draw nothing: the model, open problems, the time axis, and complete
+// texts in both languages.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
@@ -520,7 +520,8 @@ test('a line is put together from what is told piece by piece', () => {
   assert.equal(sut.ask(), 0);
   sut.take(series([1000, 2000, 2100], [1, 2, 3]));
   assert.equal(sut.ask(), 1600);
-  // What was told last has changed since: the server keeps the lowest, the highest and the last of what is fast.
+  // The last value sent has changed since: of fast values the server keeps the lowest, the highest
+  // and the last.
   sut.take(series([2000, 2200, 2300], [2, 9, 4], false));
   assert.deepEqual(sut.points(0, 2300), [[1000, 1], [2000, 2], [2200, 9], [2300, 4], [2300, 4]]);
   sut.take(series([5000], [8]));

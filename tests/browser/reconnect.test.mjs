@@ -1,4 +1,4 @@
-// What the page shows while something is away, and how it comes back: nothing that is old looks as if it were new.
+// What the page shows during an interruption and after it: old values never look like new ones.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { awaitText, Browser, picture, violations } from './browser.mjs';

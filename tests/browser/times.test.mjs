@@ -1,4 +1,4 @@
-// How soon the page is there, and what happens on it. Run while nothing else does.
+// How fast the page loads and reacts. Run it alone.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Browser } from './browser.mjs';
@@ -31,7 +31,7 @@ test('the page is ready within a second, with less than 300 kB in all', async ()
   assert.ok(loaded.count > 10, `${loaded.count} files`);
   const withPlots = await (await fetch(`${web.url}/lib/dygraph.min.js`)).text();
   assert.ok(loaded.size + withPlots.length <= 300_000, `${loaded.size} + ${withPlots.length}`);
-  // The best of several, since other things run on the host of a test, too.
+  // The best of several, since other processes run on the test's host, too.
   const times = [];
   for (let i = 0; i < 5; i += 1) {
     await page.reload();

@@ -24,14 +24,14 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-/// Of the order in which losses and delays strike; the same in each run.
+/// Determines losses and delays; the same in each run.
 constexpr std::uint64_t seed = 20260301;
 
 constexpr const char* default_profile = "one_network.fabric.textproto";
-/// What shipped profiles of networks say, which the desk of the plant has to make first.
+/// The setting in shipped profiles, whose credentials must be issued first.
 constexpr const char* shipped_trust = "trust { folder: \"$CREDENTIALS_DIRECTORY\" }";
 
-/// Of docker/Dockerfile.
+/// The user in docker/Dockerfile.
 constexpr uid_t container_user = 10001;
 
 constexpr const char* port = "48898";
@@ -70,7 +70,7 @@ void Plant::with_trust() {
   trust_.emplace(hosts_->folder(), std::vector<std::string>{slow_uuid});
   const std::filesystem::path plant = hosts_->folder() / "plant";
   for (const auto& entry : std::filesystem::recursive_directory_iterator(plant)) {
-    // Containers have a user of their own.
+    // Containers run as their own user.
     if (::chown(entry.path().c_str(), container_user, container_user) != 0) {
       throw std::system_error(errno, std::generic_category(), entry.path().string());
     }
@@ -160,7 +160,7 @@ Task& Plant::cnc(const Load& load) {
 
 Task& Plant::gateway(const Flags& flags) {
   record();
-  // It begins its journal anew, without what has ended.
+  // A new gateway begins its journal without ended calls.
   for (const gateway::JournalEntry& entry : journal()) {
     if (const auto* over = std::get_if<gateway::EndedEntry>(&entry)) {
       ended_before_.insert(over->call.to_string());
@@ -198,7 +198,7 @@ void Plant::services(const std::string& host, const std::vector<std::string>& na
 }
 
 std::size_t Plant::finished() const {
-  // It is asked often while it grows: what was counted once is not read again.
+  // This is called often while the file grows: continue after the last line counted.
   std::ifstream file(hosts_->folder() / "executions");
   file.seekg(counted_to_);
   for (std::string line; std::getline(file, line) && !file.eof();) {
@@ -236,7 +236,7 @@ History Plant::history() const {
     const auto report = tools::recording::read_entries(
         *file, {},
         [&](const tools::recording::Entry& entry) { history.recording.push_back(entry); });
-    EXPECT_THAT(report.problems, IsEmpty()) << "I7: the recording is not whole";
+    EXPECT_THAT(report.problems, IsEmpty()) << "I7: the recording is not complete";
   }
   return history;
 }
@@ -247,7 +247,7 @@ void Plant::expect_all_answered(std::chrono::milliseconds timeout) {
     cnc.await(fmt::format("^\\[ch{}\\] {} calls answered$", channel, load_.calls), timeout);
   }
   EXPECT_THAT(cnc.output(), Not(HasSubstr("wrong answer")));
-  // The CNC goes last: the gateway has yet to hear that its last write was done.
+  // The CNC goes last: the gateway still waits for the response to its last write.
   Task& gateway = task("gateway");
   gateway.terminate();
   EXPECT_EQ(gateway.wait(), 0);

@@ -1,5 +1,5 @@
 // A plant for a scenario: a virtual CNC whose channels call a service all the time, a gateway, and
-// services, each on a host of its own.
+// services, each on its own host.
 //
 //   Plant plant(Backend::namespaces);
 //   plant.service("service-1", "slow-1", {"--work", "20"});
@@ -31,8 +31,8 @@ using Flags = std::vector<std::string>;
 /// The UUID of millrace-slow-service.
 inline constexpr const char* slow_uuid = "c0ffee00-0000-4000-8000-000000000001";
 
-/// What the virtual CNC does: in each channel a program that calls the service so many times, each
-/// call as soon as the last is answered, and looks whether the answer is its own.
+/// The programs of the virtual CNC: each channel makes this many calls, each as soon as the
+/// previous one is answered, and checks that the answer is its own.
 struct Load {
   std::uint32_t channels = 1;
   std::uint32_t calls = 1;
@@ -43,62 +43,64 @@ struct Load {
 
 class Plant {
  public:
-  /// Hosts gateway, recorder, controller, service-1 to service-4. Every program joins the fabric by
-  /// the profile deploy/profiles/one_network.fabric.textproto unless told otherwise, with
-  /// unprotected: true in the place of its trust.
+  /// Hosts gateway, recorder, controller, service-1 to service-4. By default programs join the
+  /// fabric with the profile deploy/profiles/one_network.fabric.textproto, with unprotected: true
+  /// in place of its trust.
   explicit Plant(Backend backend);
 
   Hosts& hosts() { return *hosts_; }
   Network& network() { return hosts_->network(); }
 
-  /// From now on each program shows what it is, as its name says: gateway, service, or operator and
-  /// recorder.
+  /// From now on the fabric has trust, with an identity for each program by its name: gateway,
+  /// service, or operator and recorder.
   void with_trust();
-  /// From now on programs on `host` join by this file of deploy/profiles, or of the hosts' folder.
+  /// From now on programs on `host` use this profile from deploy/profiles, or from the hosts'
+  /// folder.
   void set_profile(const std::string& host, const std::string& file);
-  /// The fabric is recorded on `host` rather than on the host "recorder".
+  /// The recorder runs on `host` instead of the host "recorder".
   void record_on(const std::string& host) { recorder_host_ = host; }
 
-  /// Started and ready. A second one takes the place of the first, which must have ended.
+  /// Starts it and waits until it is ready. A second one replaces the first, which must have ended.
   Task& cnc(const Load& load);
-  /// Started and ready, with its journal. A recorder is started before the first one.
+  /// Starts it with its journal and waits until it is ready. The first call starts a recorder
+  /// before.
   Task& gateway(const Flags& flags = {});
-  /// millrace-slow-service under a name of its own, started and ready. The name stands for the
-  /// process: a service that is started anew needs another one.
+  /// Starts a millrace-slow-service with this name and waits until it is ready. The name stands for
+  /// the process: a restarted service needs a new one.
   Task& service(const std::string& host, const std::string& name, const Flags& flags = {});
-  /// So many of them at once, all ready.
+  /// Starts several of them at once and waits until all are ready.
   void services(const std::string& host, const std::vector<std::string>& names,
                 const Flags& flags = {});
-  /// Any other program that joins the fabric, by its name among the programs of this build.
+  /// Starts another program of this build that joins the fabric.
   Task& start(const std::string& host, const std::string& name, const std::string& program,
               Flags flags = {});
-  /// The operator's command on a host, to its end: what it printed. `exit_code` is that of success
-  /// unless the test expects another.
+  /// Runs the operator's command on a host to its end and returns its output. The test fails for
+  /// another exit code.
   std::string millrace(const std::string& host, Flags flags, int exit_code = 0);
   Task& task(const std::string& name) { return *tasks_.at(name); }
 
-  /// Waits until all programs of the CNC have ended, then stops the gateway and the recorder, and
-  /// fails the test for a program that did not get its own answers, for a recording that is not
-  /// whole (I7), and for each violated invariant.
+  /// Waits until all programs of the CNC have ended, then stops the gateway and the recorder. The
+  /// test fails for a program that did not get its own answers, for an incomplete recording (I7),
+  /// and for each violated invariant.
   void expect_all_answered(std::chrono::milliseconds timeout = patience);
 
-  /// How many calls services have finished so far.
+  /// The number of calls that services have finished so far.
   [[nodiscard]] std::size_t finished() const;
-  /// Waits until that many more are finished, and returns how long it took.
+  /// Waits until that many more are finished, and returns the duration.
   std::chrono::duration<double> await_finished(std::size_t more,
                                                std::chrono::milliseconds timeout = patience);
-  /// A recorder in the place of one that was killed.
+  /// Starts a recorder in place of a killed one.
   void record_again();
 
-  /// What has been written down so far; the recording once the recorder has ended.
+  /// The records so far; the recording once the recorder has ended.
   [[nodiscard]] History history() const;
   /// The file of the recorder.
   [[nodiscard]] std::filesystem::path recording() const { return hosts_->folder() / "run.mcap"; }
-  /// What all programs have written, for a test that failed.
+  /// The output of all programs, for a failed test.
   [[nodiscard]] std::string logs() const;
 
  private:
-  /// That of the gateway; empty before it begins one.
+  /// The gateway's journal; empty before it begins one.
   [[nodiscard]] std::vector<gateway::JournalEntry> journal() const;
   Task& run(const std::string& host, const std::string& name, const std::string& program,
             const Flags& flags);
@@ -115,11 +117,11 @@ class Plant {
   std::map<std::string, std::string> profiles_;
   std::map<std::string, std::unique_ptr<Task>> tasks_;
   std::string recorder_host_ = "recorder";
-  /// Of the CNC that was started last.
+  /// Of the last CNC.
   Load load_;
-  /// The calls that ended in journals of gateways before the one that was started last.
+  /// Ended calls in the journals of earlier gateways.
   std::set<std::string> ended_before_;
-  /// How far the executions have been counted, and what came of it.
+  /// The position up to which executions were counted, and the result.
   mutable std::streamoff counted_to_ = 0;
   mutable std::size_t finished_ = 0;
 };

@@ -1,5 +1,5 @@
-// millrace-slow-service: a service for tests. It takes its time, answers with the request's own
-// text, and keeps a record of each time its handler ran.
+// millrace-slow-service: a service for tests. It answers with the request's own text after a delay,
+// and records each start of its handler.
 #include <chrono>
 #include <fstream>
 #include <memory>

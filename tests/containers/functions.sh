@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What the tests of the containers share; they are started by docker/test, with an engine and the images.
+# Functions of the container tests, which docker/test starts with an engine and the images.
 
 fail() {
   echo "$(basename "$0"): $1" >&2
@@ -37,7 +37,7 @@ healthy() { [ "$(docker inspect -f '{{.State.Health.Status}}' "$(container "$1")
 # True if the service listens to the multicast group of DDS discovery, 239.255.0.1.
 hears_multicast() { in_container "$1" grep -qi '^\s*0100FFEF' /proc/net/igmp; }
 
-# The demo's programs have called the service, and got what is right.
+# The demo's programs have called the service and got correct answers.
 expect_demo_answers() {
   await "the answer in channel 1" 60 said cnc "[ch1] response = 1.732051"
   await "the last answer in channel 2" 60 said cnc "[ch2] call 5: state 99"

@@ -76,11 +76,11 @@ enum class Order { none, release, cut_before, cut_after, silence, silence_after 
 struct Connection {
   int gateway = -1;
   int controller = -1;
-  /// The gateway hears nothing any more.
+  /// The gateway receives nothing any more.
   bool deaf = false;
-  /// What the controller has sent since it is deaf.
+  /// Bytes that the controller has sent since `deaf` was set.
   bool answered = false;
-  /// Nothing is passed on in either direction.
+  /// The proxy forwards nothing in either direction.
   bool silent = false;
   std::thread to_controller;
   std::thread to_gateway;

@@ -1,5 +1,5 @@
-// A TCP proxy between a gateway and a controller that stops at one chosen frame, so that a test can
-// break something at exactly that point of a call, and that breaks connections itself.
+// A TCP proxy between a gateway and a controller. It stops at one chosen frame, so that a test can
+// break something at exactly that point of a call, and it can break connections.
 //
 //   AdsProxy proxy;                                    // the gateway connects to proxy.port()
 //   proxy.lead_to(cnc_port);
@@ -7,7 +7,7 @@
 //   ASSERT_TRUE(proxy.await_held());                   // the frame is here, and not yet there
 //   proxy.cut_before();                                // or release(), cut_after(), …
 //
-// Of Secure ADS it sees no frames: there it stops at bytes, whatever they are.
+// It sees no frames of Secure ADS: there it stops at any bytes.
 #pragma once
 
 #include <chrono>
@@ -54,21 +54,21 @@ class AdsProxy {
   /// Where connections lead from now on; before, they are closed at once.
   void lead_to(std::uint16_t port);
 
-  /// Holds the next such frame and all that follows it.
+  /// Holds the next such frame and all that follow it.
   void arm(Spot spot);
-  /// The same with the next bytes, for who sees no frames.
+  /// The same with the next bytes, for a proxy that sees no frames.
   void arm() { arm(Spot{}); }
   /// True once the frame is held.
   bool await_held(std::chrono::milliseconds timeout = patience);
-  /// What is held goes on its way.
+  /// Forwards what is held.
   void release();
-  /// The frame is lost, and the connection with it.
+  /// Drops the frame and cuts the connection.
   void cut_before();
-  /// The controller executes the frame, but the gateway does not hear of it: the connection is cut.
+  /// The controller executes the frame and the connection is cut before its response.
   void cut_after();
-  /// From here on neither side hears of the other, but nobody closes the connection.
+  /// From here on, neither side receives anything from the other; the connection stays open.
   void go_silent();
-  /// The same after the controller has executed the frame.
+  /// The same, after the controller has executed the frame.
   void go_silent_after();
 
  private:

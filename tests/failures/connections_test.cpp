@@ -1,4 +1,4 @@
-// The connection between gateway and controller broken at each frame that matters.
+// The connection between gateway and controller is broken at each frame that matters.
 #include <gtest/gtest.h>
 
 #include "tests/failures/line.hpp"
@@ -10,7 +10,7 @@ struct Break {
   const char* name;
   Point point;
   void (AdsProxy::*how)();
-  /// At whatever bytes come while the call runs.
+  /// The fault happens at any bytes while the call runs.
   bool secure = false;
 };
 
@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Break{"SecureAndHalfOpen", running, &AdsProxy::go_silent_after, true}),
     [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
 
-/// A frame that arrives after the gateway has given it up: nothing is written twice.
+/// A frame arrives after the gateway has given it up: nothing is written twice.
 class AStall : public testing::TestWithParam<Break> {};
 
 TEST_P(AStall, DelaysACallAndNothingElse) {

@@ -26,7 +26,7 @@ Hostile::Hostile(std::uint32_t domain, std::string uuid)
 
 void Hostile::overhear() {
   for (const wire::Taken<Request>& taken : requests_.take()) {
-    // Not what it has asked itself.
+    // Ignores its own requests.
     if (taken.valid && taken.value.key.machine == "cnc" && !is_withdrawal(taken.value)) {
       last_ = taken.value;
       heard_ = true;
@@ -98,7 +98,7 @@ void Hostile::ask(bool astray) {
                                  .call = {.epoch = 99, .number = count_},
                                  .assigned = astray ? InstanceId::random() : last_.assigned,
                                  .uuid = last_.uuid,
-                                 .text = "for nobody",
+                                 .text = "unrequested",
                                  .state = 1}));
 }
 

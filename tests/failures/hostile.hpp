@@ -1,9 +1,9 @@
-// A participant that means no good, without trust: it speaks DDS as any program does and keeps no
-// rule of ours. Each function does one thing once; who floods calls it again and again.
+// A hostile participant without trust: it speaks DDS as any program does and breaks the rules of
+// millrace. Each function does one thing once; for a flood, call it repeatedly.
 //
 //   Hostile hostile(domain);
 //   hostile.overhear();
-//   hostile.forge_reply();               // in the name of whoever was asked last
+//   hostile.forge_reply();               // in the name of the instance that was asked last
 //   hostile.claim("cnc", Time::max());
 #pragma once
 
@@ -23,37 +23,38 @@ namespace millrace::tests::failures {
 
 class Hostile {
  public:
-  /// `uuid` is the service whose calls it is after.
+  /// It attacks the calls of the service `uuid`.
   Hostile(std::uint32_t domain, std::string uuid);
 
-  /// Takes what gateways ask of instances. Of all that was heard the last counts.
+  /// Takes the requests of gateways; the functions below use the last one.
   void overhear();
   [[nodiscard]] bool has_heard() const { return heard_; }
 
-  /// A final answer to the call that was asked last, in the name of who was asked.
+  /// A final answer to the last call, in the name of the instance that was asked.
   void forge_reply();
-  /// The same with a NUL, of state 0, too long, of a kind that nobody knows, in turn.
+  /// The same with a NUL, with state 0, too long or of an unknown kind, in turn.
   void forge_bad_reply();
-  /// A reply to a call that was never asked, of a caller that there never was, another one each
+  /// A reply to a call that was never made, of a caller that does not exist, a different one each
   /// time.
   void answer_nothing();
-  /// A request from nobody's gateway, to who was asked last or, if `astray`, in his partition to
-  /// somebody else.
+  /// A request from a gateway that does not exist, to the instance that was asked last or, if
+  /// `astray`, in its partition to another instance.
   void ask(bool astray);
-  /// That a gateway claims the machine since then.
+  /// Publishes that a gateway has owned the machine since `since`.
   void claim(const std::string& machine, fabric::Time since, bool connected,
              const std::string& address = "\x1b[31mnowhere");
-  /// That it has a call in a channel of the machine, of another channel and call each time.
+  /// Publishes a call in a channel of the machine; channel and call differ each time.
   void show_channel(const std::string& machine);
-  /// A command that concerns nothing.
+  /// A command about nothing that exists.
   void command();
 
-  /// Announces who was asked last once more, as draining, and answers in his name from there.
+  /// Announces the instance that was asked last a second time, as draining, and answers in its
+  /// name.
   void impersonate();
-  /// Reads requests as an instance that says this of itself.
+  /// Reads requests as an instance with this identity.
   void announce(const fabric::InstanceId& instance, const std::string& uuid,
                 const std::string& identity);
-  /// Is an instance of this UUID, ready for calls that it will never answer.
+  /// Joins as an instance of this UUID, ready for calls, which it never answers.
   void join(const std::string& uuid);
   /// Takes back what announce() and join() have made.
   void leave() {
@@ -63,7 +64,7 @@ class Hostile {
 
  private:
   fabric::dds::Participant participant_;
-  /// Who says that he is somebody else does so from another process.
+  /// Impersonation needs a second participant: one that is another process.
   fabric::dds::Participant second_;
   std::string uuid_;
   fabric::wire::Reader<fabric::Request> requests_;

@@ -1,6 +1,5 @@
-// A stranger on a fabric without trust who says once, and with care, what is not his to say: that
-// he is an instance which is there already, that he has a machine of ours, and what no channel can
-// take.
+// A stranger on a fabric without trust sends few, well-formed lies: the identity of an existing
+// instance, ownership of a machine that has an owner, and content that no channel can take.
 #include "fabric/registry/identity_text.hpp"
 #include "idl/millrace.h"
 #include "tests/failures/hostile_line.hpp"
@@ -10,7 +9,8 @@ namespace {
 
 using testing::AllOf;
 
-// The first counts while it is there: whoever comes second may read, and is heard by nobody.
+// The first announcement counts while its instance is there. A second process with that id may read
+// requests; its samples are ignored.
 TEST_F(AHostileParticipant, AnnouncesTheIdOfAnInstanceAndTheFirstCounts) {
   prepare();
   Hostile sut(chain.domain(), slow_uuid);
@@ -20,7 +20,7 @@ TEST_F(AHostileParticipant, AnnouncesTheIdOfAnInstanceAndTheFirstCounts) {
     return sut.has_heard();
   });
   {
-    // Always of the same instance.
+    // Always in the name of the same instance.
     const Flood answers(200, [&](std::size_t) { sut.impersonate(); });
     expect_calls_unharmed();
   }
@@ -31,12 +31,12 @@ TEST_F(AHostileParticipant, AnnouncesTheIdOfAnInstanceAndTheFirstCounts) {
   for (auto at = said.find(twice); at != std::string::npos; at = said.find(twice, at + 1)) {
     ++times;
   }
-  // Once a minute, in the two that the calls are given.
+  // Once a minute, in the two minutes that the calls may take.
   EXPECT_LE(times, 3U);
   EXPECT_THAT(said, AllOf(Not(HasSubstr("impostor")), Not(HasSubstr("it is draining"))));
 }
 
-// Two plants on one network, or a copy of a configuration: claims are of a controller, not of a
+// Two factories on one network, or a copied configuration: ownership is of a controller, not of a
 // name.
 TEST_F(AHostileParticipant, HasAnotherControllerOfTheSameNameAndBothAreServed) {
   Hostile sut(chain.domain(), slow_uuid);
@@ -63,8 +63,8 @@ TEST_F(AHostileParticipant, HasAnotherControllerOfTheSameNameAndBothAreServed) {
   EXPECT_THAT(gateway->error_output(), Not(HasSubstr("stands by")));
 }
 
-/// What an instance of another vendor's DDS, of a later version, or one that means no good answers
-/// to a call that it was given itself.
+/// The answer of an instance to its own call, where the instance uses another vendor's DDS, has a
+/// later version, or is hostile.
 struct OddAnswer {
   std::string name;
   std::string text;

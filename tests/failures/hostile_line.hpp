@@ -1,4 +1,4 @@
-// A chain of programs in a network of its own, on which somebody means no good.
+// A chain of programs in a separate network, with a hostile participant on it.
 //
 //   TEST_F(AHostileParticipant, …) { start(); Hostile sut(chain.domain(), slow_uuid); … }
 #pragma once
@@ -34,10 +34,10 @@ inline const std::string slow_uuid = "c0ffee00-0000-4000-8000-000000000001";
 
 inline constexpr std::uint32_t channels = 4;
 inline constexpr std::uint32_t calls_of_each = 100;
-/// The floods take cores that the calls may need.
+/// The floods use cores that the calls may need.
 inline constexpr std::chrono::seconds allowed{120};
 
-/// Before any test has threads: what is sent here goes nowhere else. For
+/// Enters a separate network before any test has threads, so that nothing is sent elsewhere. For
 /// testing::AddGlobalTestEnvironment().
 class Network : public testing::Environment {
  public:
@@ -49,8 +49,8 @@ inline std::size_t lines_of(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
-/// Does something at this rate, in a thread of its own, until its end; at most so often, where the
-/// machine does not manage it.
+/// Does something at this rate, in a thread of its own, until it is destroyed; less often where the
+/// machine does not manage the rate.
 class Flood {
  public:
   Flood(std::size_t per_second, const std::function<void(std::size_t)>& act)
@@ -84,7 +84,7 @@ class Flood {
   std::thread thread_;
 };
 
-/// How long calls took, by what the gateway tells of them.
+/// The durations of calls, from the gateway's events.
 class Stopwatch {
  public:
   explicit Stopwatch(const dds::ParticipantOptions& join)
@@ -136,7 +136,7 @@ class AHostileParticipant : public testing::Test {
     }
   }
 
-  /// A controller whose programs call, and a gateway: their calls wait for start_services().
+  /// Starts a controller whose programs call, and a gateway. The calls wait for start_services().
   void prepare(std::uint32_t calls = calls_of_each) {
     calls_ = calls;
     Flags flags{"--channels", std::to_string(channels)};
@@ -149,7 +149,7 @@ class AHostileParticipant : public testing::Test {
     gateway->await_error("link up", allowed);
   }
 
-  /// Two instances, and their first answer.
+  /// Starts two instances and waits for their first answer.
   void start_services(const std::string& delivery = "at-least-once") {
     for (const std::string name : {"one", "two"}) {
       services.push_back(
@@ -163,7 +163,7 @@ class AHostileParticipant : public testing::Test {
     start_services();
   }
 
-  /// Each program gets its own answers, all of them.
+  /// Each program gets all its answers, and only its own.
   void expect_calls_unharmed() {
     for (std::uint32_t channel = 1; channel <= channels; ++channel) {
       cnc->await(
@@ -177,7 +177,7 @@ class AHostileParticipant : public testing::Test {
     EXPECT_TRUE(gateway->running());
   }
 
-  /// Nothing that controls a terminal, and no line that is no event of its own.
+  /// Expects no control sequence of a terminal, and no line that is not an event.
   static void expect_clean(const std::string& text) {
     EXPECT_THAT(text, Not(HasSubstr("\x1b")));
     EXPECT_THAT(text, Not(HasSubstr("\x07")));

@@ -1,5 +1,5 @@
-// A stranger on a fabric without trust, who says whatever he likes, as often as he can: the calls
-// of others are answered, no machine is taken away, no memory stays, and no log is written full.
+// A stranger on a fabric without trust sends whatever it likes, as fast as it can. All calls are
+// answered, each machine keeps its owner, and neither memory nor logs fill up.
 #include <iostream>
 
 #include "fabric/registry/identity_text.hpp"
@@ -14,7 +14,7 @@ using testing::AllOf;
 
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
-// What was once believed: 85 of 400 replies in another's name.
+// A regression: 85 of 400 forged replies were accepted.
 TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsweredAllTheSame) {
   prepare();
   Hostile sut(chain.domain(), slow_uuid);
@@ -59,12 +59,12 @@ TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsw
   expect_clean(said);
   EXPECT_THAT(said,
               AllOf(HasSubstr("from instance "), HasSubstr("two processes announce instance")));
-  // Each call tells two or three lines of its own, at most.
+  // Each call logs at most two or three lines of its own.
   EXPECT_LT(lines_of(said) - before, std::size_t{4} * channels * calls_of_each + 300);
   EXPECT_THAT(said, Not(HasSubstr("it is draining")));
 }
 
-// One such sample stopped a machine, and the other one made the next gateway wait for ever.
+// Regressions: one such sample stopped a machine, another made the next gateway wait for ever.
 TEST_F(AHostileParticipant, TakesNoMachineAwayWithClaimsThatNobodyCanHaveMade) {
   start();
   Hostile sut(chain.domain(), slow_uuid);
@@ -79,7 +79,7 @@ TEST_F(AHostileParticipant, TakesNoMachineAwayWithClaimsThatNobodyCanHaveMade) {
     });
     expect_calls_unharmed();
     gateway->await_error("claims this machine since an impossible time", allowed);
-    // Whoever comes now is not kept away either.
+    // A gateway that joins now stands by as usual.
     Process second = chain.gateway();
     second.await_error("serves this machine already; this gateway stands by", allowed);
     gateway->kill();
@@ -100,7 +100,7 @@ TEST_F(AHostileParticipant, LeavesNoMemoryBehindWhateverComesAndGoes) {
     for (int i = 0; i < uuids; ++i) {
       sut.join(InstanceId::random().to_string());
     }
-    // Who is announced last is seen last.
+    // Samples are handled in order, so the last announcement is also seen last.
     const InstanceId last = InstanceId::random();
     sut.announce(last, "last", "millrace-instance 2\nid=" + last.to_string() + "\nuuid=other\n");
     if (round == 0) {
@@ -121,7 +121,7 @@ TEST_F(AHostileParticipant, LeavesNoMemoryBehindWhateverComesAndGoes) {
   std::cout << fmt::format("the gateway's memory after each round of {} UUIDs: {:.1f} MiB\n", uuids,
                            fmt::join(resident, ", "));
   EXPECT_THAT(gateway->error_output(), HasSubstr("is ready: passer-by"));
-  // 10 kB for each UUID that ever was made 20 MB of this.
+  // A regression: 10 kB were kept for each UUID ever seen, 20 MB in this test.
   EXPECT_TRUE(bench::keeps_what_is_freed || resident.back() - resident.front() < 5.0);
 }
 
@@ -136,7 +136,7 @@ TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNo
                              std::move(more)));
   };
   for (int i = 0; i < 300; ++i) {
-    // As long as DDS lets them be, nonsense in each way.
+    // Invalid values in each field, as long as DDS allows.
     announce("long", "name=" + std::string(60'000, 'x') + "\n");
     announce("channels", "channels=" + std::string(60'000, '\x1b') + "\n");
   }
@@ -154,7 +154,7 @@ TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNo
   }
 }
 
-// Cyclone keeps 0.6 kB of each key until its writer is gone: 192 MB after 15 s of this.
+// Cyclone keeps 0.6 kB for each key until its writer is gone: 192 MB after 15 s of this.
 TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
   start(2);
   Hostile sut(chain.domain(), slow_uuid);
@@ -166,7 +166,7 @@ TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
     for (std::size_t i = 0; i < count; ++i) {
       sut.answer_nothing();
       if (i % 64 == 0) {
-        // A writer keeps what is not acknowledged yet.
+        // The writer keeps samples until they are acknowledged.
         std::this_thread::yield();
       }
     }
@@ -190,9 +190,9 @@ TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
       "the gateway's memory at the bound and after 30,000 keys more: {:.1f}, "
       "{:.1f} MiB\n",
       full, fuller);
-  // 0.6 kB of each were 18 MiB.
+  // 0.6 kB for each key would be 18 MiB.
   EXPECT_TRUE(bench::keeps_what_is_freed || fuller - full < 6.0);
-  // And who is asked is heard.
+  // The instance still receives requests, and its replies count.
   Process call = chain.millrace({"call", slow_uuid, "still there"});
   EXPECT_EQ(call.wait(allowed), 0) << call.error_output();
   EXPECT_THAT(call.output(), HasSubstr("still there"));

@@ -1,6 +1,6 @@
-// A participant that says what is not its to say, on an open fabric and, with a certificate of
-// another role, on one with trust: every call gets its own answer, none waits for ever, no memory
-// is filled, and the log names who it was.
+// A participant publishes samples that it has no right to, on an open fabric and, with a
+// certificate of another role, on one with trust. Every call gets its own answer, none waits for
+// ever, memory does not fill up, and the log names the participant.
 #include <iostream>
 #include <map>
 #include <set>
@@ -26,14 +26,14 @@ using testing::Field;
 
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
-/// Asks instances whatever it likes.
+/// Sends any request to instances.
 class Requester {
  public:
   explicit Requester(const dds::ParticipantOptions& join)
       : participant_(join),
         requests_(participant_, wire::all_services("millrace"), wire::Keep::all) {}
 
-  /// What a gateway asked last; nothing yet.
+  /// The last request of a gateway, if there is one.
   const std::optional<Request>& overhear() {
     for (const wire::Taken<Request>& taken : requests_.take()) {
       if (taken.valid && taken.value.key.machine == "cnc" && taken.value.text != "wrong" &&
@@ -46,7 +46,7 @@ class Requester {
   }
   [[nodiscard]] const std::set<InstanceId>& instances() const { return instances_; }
 
-  /// As logs name it: how its GUID begins.
+  /// Its name in logs: the beginning of its GUID.
   [[nodiscard]] std::string name() const {
     dds_guid_t guid{};
     EXPECT_EQ(dds_get_guid(participant_.handle(), &guid), DDS_RETCODE_OK);
@@ -54,7 +54,7 @@ class Requester {
   }
 
   void ask(const Request& request) { ask(request, request.uuid); }
-  /// With a sample, as a gateway does, and without.
+  /// Withdraws with a sample, as a gateway does, and without one.
   void take_back(const Request& request) {
     ask(withdrawal_of(key_of(request)), request.uuid);
     requests_to(request.uuid, request.assigned).withdraw(request);
@@ -77,8 +77,8 @@ class Requester {
   std::optional<Request> last_;
 };
 
-/// How many calls of a printed recording were taken back before their answer was written. After it
-/// a gateway takes back itself what is not followed by another call.
+/// The number of calls in a printed recording that were withdrawn before their answer was written.
+/// Afterwards the gateway itself withdraws each call that no other call follows.
 int withdrawn_before_written(const std::string& log) {
   std::set<std::string> written;
   int count = 0;
@@ -100,7 +100,7 @@ int withdrawn_before_written(const std::string& log) {
   return count;
 }
 
-/// Of these, and how much more it has become.
+/// The memory of these processes, and its growth.
 class Memory {
  public:
   explicit Memory(std::vector<const Process*> of) : of_(std::move(of)) {
@@ -137,7 +137,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
 
   [[nodiscard]] static bool with_trust() { return GetParam() != "Open"; }
 
-  /// As this participant, where there is trust.
+  /// This participant, where there is trust.
   [[nodiscard]] dds::ParticipantOptions join(const std::string& holder) const {
     dds::ParticipantOptions options;
     if (with_trust()) {
@@ -146,15 +146,14 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     options.domain = chain.domain();
     return options;
   }
-  /// With its certificate, but without showing what that lets it be.
+  /// With its certificate, but without publishing the identity that goes with it.
   [[nodiscard]] dds::ParticipantOptions join_without_identity(const std::string& holder) const {
     dds::ParticipantOptions options = join(holder);
     options.trust.reset();
     return options;
   }
 
-  /// As another participant than the other participants of this process, which are all the same
-  /// one.
+  /// As a separate participant: the other participants of this process are one.
   [[nodiscard]] dds::ParticipantOptions join_elsewhere(const std::string& holder) const {
     dds::ParticipantOptions options = join(holder);
     options.domain = elsewhere.number();
@@ -164,9 +163,9 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     return options;
   }
 
-  /// Calls go on beside what it does, `rate` times a second: instances of this delivery start once
-  /// it has begun. `as`: all participants of a process are the same participant. `beside`: who
-  /// hears it, besides the gateway and the instances.
+  /// Attacks `rate` times a second while calls run; instances with this delivery start once it has
+  /// begun. `as`: all participants of a process are one participant. `beside`: further processes
+  /// that receive the samples, in addition to the gateway and the instances.
   void attack(const dds::ParticipantOptions& as, const std::function<void(std::size_t)>& act,
               const std::string& delivery = "at-least-once",
               std::vector<const Process*> beside = {}, unsigned rate = 2000) {
@@ -208,7 +207,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
   Domain elsewhere;
 };
 
-// 54 of 224, 1,716 of 5,096, 2,346 of 4,838 calls got the answer to something else.
+// Regressions: 54 of 224, 1,716 of 5,096 and 2,346 of 4,838 calls got the answer to another call.
 TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
   prepare();
   const auto as = join("bench");
@@ -229,7 +228,7 @@ TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
                                      : sut.name() + " asks in"));
 }
 
-// One call in 2.5 s, or none, instead of 1,100 a second.
+// A regression: at most one call in 2.5 s instead of 1,100 a second.
 TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
   prepare();
   const auto as = join("gateway-2");
@@ -239,7 +238,7 @@ TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
       Request request = *heard;
       request.key.machine = "other";
       request.call.number += i % 8;
-      // It has the same text as ours, so that only the machine tells them apart.
+      // It has the same text as ours, so that only the machine distinguishes them.
       request.text = std::to_string(std::stoul(heard->text) + i % 8);
       sut.ask(request);
     }
@@ -265,10 +264,10 @@ TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
                              : sut.name() + " cancels a call of"));
 }
 
-/// On an open fabric nobody shows an identity.
+/// On an open fabric there are no identities.
 class AnInsiderWithACertificate : public AnInsider {};
 
-// Gateway and instance believed it more than one that shows who it is.
+// A regression: gateway and instance trusted it more than a participant that shows its identity.
 TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
   prepare();
   const auto as = join_without_identity("gateway-2");
@@ -288,7 +287,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
   services.front().await_error(unauthenticated);
 }
 
-// A standby gateway took the machine over from one that was there.
+// A regression: a standby gateway took the machine over from a gateway that was running.
 TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   prepare();
   Process second = chain.gateway();
@@ -312,7 +311,7 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
           static_cast<void>(sut.write(status));
         }
       },
-      // Seldom: a host that is too busy to hear a gateway for its lease takes it for gone.
+      // Seldom, because on a busy host a gateway that is silent for its lease counts as gone.
       "at-least-once", {&second}, 200);
   second.await_error(
       with_trust() ? "announces no identity \\(participant [0-9a-f:]+\\): its "
@@ -323,7 +322,7 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   EXPECT_THAT(second.error_output(), Not(HasSubstr("taken over")));
 }
 
-// "FORGED" was what `millrace retry` printed.
+// A regression: `millrace retry` printed "FORGED".
 TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
   start(2);
   dds::Participant participant(join("service"));
@@ -393,7 +392,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
   EXPECT_THAT(print.output(), HasSubstr("written"));
   EXPECT_THAT(print.output(), Not(HasSubstr("FORGED")));
   EXPECT_THAT(print.output(), Not(HasSubstr("withdrawn")));
-  // Of 400 calls. A recorder on a busy host may come late to the events of one that was over.
+  // Of 400 calls. A recorder on a busy host may receive the events of a finished call late.
   EXPECT_LT(withdrawn_before_written(print.output()), 8);
   EXPECT_THAT(
       recorder.error_output(),
@@ -435,7 +434,7 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
   Process doctor = chain.millrace({"doctor"});
   doctor.wait(allowed);
   const std::string said = doctor.output();
-  // Each is said by who has said it.
+  // Each alarm is attributed to the participant that published it.
   const auto says = [&](const std::string& program, const std::string& text) {
     return testing::ContainsRegex((with_trust() ? program + " \\(" : "recorder") +
                                   "[^\n]*: " + text);
@@ -445,7 +444,7 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
   EXPECT_THAT(said, says("panel", "no such trouble"));
 }
 
-// 16 → 130 MB in 10 s.
+// A regression: from 16 to 130 MB in 10 s.
 TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
   start(2);
   dds::Participant participant(join("service"));

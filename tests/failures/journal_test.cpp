@@ -8,7 +8,7 @@
 namespace millrace::tests::failures {
 namespace {
 
-/// The size to which a process may write files; what is beyond fails, as on a full disk.
+/// The size to which a process may write files; a write beyond it fails, as on a full disk.
 void limit_files(const Process& process, rlim_t bytes) {
   rlimit limit{};
   ASSERT_EQ(::prlimit(process.pid(), RLIMIT_FSIZE, nullptr, &limit), 0);
@@ -59,7 +59,7 @@ TEST(AGatewayWithoutAJournal, LeavesAProgramWaitingWhoseRequestItHadCleared) {
   sut.kill(Victim::gateway);
   sut.gateway().await_error("link up");
   EXPECT_FALSE(sut.finished());
-  // The answer stands there; what is missing is the state that releases the program.
+  // RESPONSE is written; RESPONSE_STATE, which releases the program, is missing.
   sut.write_variable("V.G.SERVICE.RESPONSE_STATE", "1");
   sut.expect_every_answer();
 }

@@ -20,8 +20,8 @@ namespace {
 constexpr std::uint32_t channel_1 = variables::decoder_group + 1;
 constexpr std::chrono::milliseconds cycle{1};
 
-/// "V.G.SERVICE.UUID", or the same as a symbol, "CH[1].V.G.SERVICE.UUID"; with or without a NUL,
-/// and whatever follows it.
+/// "V.G.SERVICE.UUID", or the same as a symbol, "CH[1].V.G.SERVICE.UUID", with or without a NUL and
+/// any bytes after it.
 std::optional<Variable> named(ads::BytesView text) {
   std::string name(text.begin(), std::ranges::find(text, 0));
   const std::string prefix = "CH[1].";

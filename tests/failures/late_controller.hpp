@@ -1,6 +1,6 @@
-// A controller that is not the virtual CNC: one channel behind an ADS server, which acknowledges
-// writes and applies them later, and may clear REQUEST_STATE itself. Its program asks again in the
-// cycle in which it finds its answer.
+// A controller in place of the virtual CNC: one channel behind an ADS server, which acknowledges
+// writes and applies them later, and may clear REQUEST_STATE itself. Its program sends its next
+// request in the cycle in which it finds its answer.
 //
 //   LateController sut(executor, {.response_after = 5ms, …}, {.requests = 20});
 //   … machine { port: sut.port() … }

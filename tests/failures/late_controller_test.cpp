@@ -1,7 +1,7 @@
-// Controllers that apply writes 0 to 50 ms after they have acknowledged them, and kernels that
-// clear REQUEST_STATE so much later and take no 0 from outside: with notifications and without,
-// with programs that ask again at once, with changing states and always with 1. Each request runs
-// once and gets its own answer.
+// Controllers that apply writes 0 to 50 ms after acknowledging them, and kernels that clear
+// REQUEST_STATE just as late and ignore writes of 0 over ADS: with and without notifications, with
+// programs that send their next request at once, with changing states and with 1 only. Each request
+// runs once and gets its own answer.
 #include "tests/failures/late_controller.hpp"
 
 #include <fstream>
@@ -22,7 +22,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// As millrace-slow-service has it.
+/// The UUID of millrace-slow-service.
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
 constexpr std::uint32_t requests = 20;
 
@@ -33,7 +33,7 @@ struct Machine {
   std::unique_ptr<LateController> controller;
 };
 
-/// Runs on a thread of its own; the controllers are only touched there, and read once it has ended.
+/// The controllers run in a thread of their own; other threads read them once it has ended.
 class LateControllers : public testing::Test {
  protected:
   void add(std::chrono::milliseconds delay, bool kernel_clears, bool configured, bool notifies,
@@ -65,7 +65,7 @@ class LateControllers : public testing::Test {
     return text;
   }
 
-  /// All controllers, for as long as the thread lives.
+  /// Runs all controllers for as long as the thread lives.
   std::jthread running() {
     return std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
@@ -84,7 +84,7 @@ class LateControllers : public testing::Test {
     while (!done() && std::chrono::steady_clock::now() < end) {
       io_.run_for(10ms);
     }
-    // A controller that has what it asked for may be written to once more.
+    // A program that has its answer may still get a late write.
     io_.run_for(200ms);
   }
 
@@ -106,7 +106,7 @@ TEST_F(LateControllers, GetEachRequestRunOnceAndAnsweredWithItsOwnAnswer) {
   }
   Process service = chain_.slow_service({"--delivery", "at-most-once", "--concurrency", "64",
                                          "--texts", (chain_.folder() / "texts").string()});
-  // The gateway says that it is ready once its controllers answer.
+  // The gateway reports that it is ready once its controllers answer.
   Process gateway = [&] {
     const std::jthread controllers = running();
     return chain_.configured_gateway(configuration());

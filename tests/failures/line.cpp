@@ -35,7 +35,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
   std::filesystem::permissions(file, std::filesystem::perms(0600));
 }
 
-/// Everything may take its time on a busy machine; a healthy run takes a second or two.
+/// A healthy run takes a second or two; a busy machine may need much longer.
 constexpr std::chrono::seconds long_patience{100};
 
 std::optional<Spot> spot_of(Point point) {
@@ -200,7 +200,7 @@ void Line::kill(Victim victim, bool held_frame_arrives) {
       service_->kill();
       start_service();
       if (at_a_frame()) {
-        // Else the next call could go to the dead one, whose lease still runs.
+        // Otherwise the next call could go to the dead instance, whose lease still runs.
         gateway_->await_error("instance \\S+ is gone", long_patience);
       }
       proxy_.release();
@@ -266,7 +266,7 @@ void Line::expect_no_call_ran_twice() {
 
 void Line::answer_the_held_call() {
   gateway_->await_error("must not run twice", long_patience);
-  // The call is numbered by its request, and so is its answer.
+  // The answer repeats the number that the request has as its text.
   const std::string said = gateway_->error_output();
   const std::size_t seen = said.rfind(" seen: ");
   ASSERT_NE(seen, std::string::npos);

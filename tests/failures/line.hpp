@@ -1,5 +1,5 @@
-// The whole chain with real programs, a proxy between gateway and controller, and the means to stop
-// at a chosen point of a call and to break something there.
+// The whole chain of real programs, with a proxy between gateway and controller. A test stops it at
+// a chosen point of a call and breaks something there.
 //
 //   Line sut({.point = Point::running});
 //   sut.reach();                                  // the second of three calls is there
@@ -17,19 +17,19 @@
 
 namespace millrace::tests::failures {
 
-/// How far the second call of the program is.
+/// How far the second call of the program has come.
 enum class Point {
   /// The gateway has seen REQUEST_STATE and asks for the texts.
   before_accept,
   /// Accepted, while the only instance is busy with another channel.
   accepted,
-  /// Given to an instance, which has not begun (it is frozen).
+  /// Dispatched to an instance that has not begun the call (it is frozen).
   dispatched,
   /// The handler has begun.
   running,
   /// An interim state is about to be written.
   interim,
-  /// The reply is in the gateway; RESPONSE is about to be written.
+  /// The gateway has the reply; RESPONSE is about to be written.
   answered,
   /// RESPONSE is written, REQUEST_STATE about to be cleared.
   before_clear,
@@ -43,10 +43,10 @@ struct LineOptions {
   Point point = Point::running;
   bool at_most_once = false;
   bool journal = true;
-  /// Each program shows what it is.
+  /// On a fabric with trust.
   bool trust = false;
-  /// The gateway reaches its controller over Secure ADS, of which the proxy sees no frames: of the
-  /// points only those without one.
+  /// The gateway reaches its controller over Secure ADS, whose frames the proxy does not see: only
+  /// points without a frame are possible.
   bool secure = false;
 };
 
@@ -60,21 +60,21 @@ class Line {
   /// Whether a frame to the controller is held at this point.
   [[nodiscard]] bool at_a_frame() const;
 
-  /// Ends the process as a crash does and starts another one; what is held is lost, or arrives.
+  /// Ends the process as a crash does and starts another one. A held frame is lost or arrives.
   void kill(Victim victim, bool held_frame_arrives = false);
-  /// Stops the process until the others have noticed, then lets it go on.
+  /// Stops the process until the others have noticed, then continues it.
   void freeze(Victim victim);
 
-  /// The programs get three answers each, and each is their own. For a killed controller those are
-  /// the programs that it has run since.
+  /// Each program gets its own three answers. After a kill of the controller, these are the
+  /// programs that it has run since.
   void expect_every_answer();
   /// No handler began a call twice.
   void expect_no_call_ran_twice();
-  /// Waits until the gateway holds the call, and answers it as an operator.
+  /// Waits until the gateway has blocked the call, and answers it as an operator.
   void answer_the_held_call();
-  /// Writes a variable of channel 1, as an operator does past the gateway.
+  /// Writes a variable of channel 1, as an operator does without the gateway.
   void write_variable(const std::string& name, const std::string& value);
-  /// The programs of the controller have come to their end.
+  /// Whether the controller's programs have finished.
   [[nodiscard]] bool finished();
 
   AdsProxy& proxy() { return proxy_; }
@@ -86,9 +86,9 @@ class Line {
   void start_gateway();
   void start_controller();
   void await_executions(std::size_t count);
-  /// Waits until the gateway has logged these words so many times.
+  /// Waits until the gateway has logged these words this many times.
   void await_said(const std::string& words, std::size_t times);
-  /// Throws what the gateway has said if it takes too long.
+  /// Throws what the gateway has logged if it takes too long.
   void await(const std::string& what, const std::function<bool()>& done);
 
   LineOptions options_;

@@ -1,5 +1,4 @@
-// Every process killed and frozen at every point of a call: the program gets its answers all the
-// same.
+// Every process is killed and frozen at every point of a call; the program still gets its answers.
 #include <gtest/gtest.h>
 
 #include "tests/failures/line.hpp"
@@ -98,8 +97,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"SecureControllerFrozen", controller, running, Fault::freeze, true}),
     [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
 
-/// Where each shows what it is: a restart is a handshake more, and the dead one's place is taken by
-/// one that has to prove itself first.
+/// With trust, a restart needs one more handshake, and the new process must prove its identity
+/// before it replaces the dead one.
 class EveryTrustedProcess : public testing::TestWithParam<Case> {};
 
 TEST_P(EveryTrustedProcess, MayDieOrFreezeInACallAsOneWithoutTrust) {
@@ -135,7 +134,7 @@ struct OnceCase {
   Victim victim;
   Point point;
   Fault fault;
-  /// The call must wait for an operator.
+  /// Whether the call must wait for an operator.
   bool held;
 };
 

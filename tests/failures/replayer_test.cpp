@@ -1,4 +1,4 @@
-// Somebody sends again what others have announced, under GUIDs of its own.
+// An attacker sends recorded announcements of others again, under new GUIDs.
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,8 +16,8 @@
 namespace millrace::tests::failures {
 namespace {
 
-/// Sends announcements of participants that it has recorded, with GUIDs of its own, from an address
-/// that is no host's.
+/// Sends recorded announcements of participants, with GUIDs of its own, from an address that no
+/// host has.
 class AReplayer : public AHostileParticipant, public testing::WithParamInterface<std::string> {
  protected:
   void SetUp() override {
@@ -64,7 +64,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
     return address;
   }
 
-  /// An announcement as it comes.
+  /// An announcement, byte for byte.
   [[nodiscard]] std::string record() const {
     const base::posix::Fd in(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     const int yes = 1;
@@ -86,7 +86,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
     return packet;
   }
 
-  /// How much memory the gateway has gained beside them.
+  /// Returns the gateway's growth in memory.
   double replay(std::size_t packets) {
     const std::string packet = record();
     constexpr std::size_t header = 8;
@@ -116,7 +116,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
   }
 };
 
-// docs/how-to/secure-a-network.md says what it costs without the rule.
+// docs/how-to/secure-a-network.md gives the cost without the rule.
 TEST_P(AReplayer, IsKeptAwayByThePacketFilterOfTheManual) {
   start();
   filter_packets();

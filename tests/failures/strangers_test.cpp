@@ -1,5 +1,5 @@
-// Heartbeats, declines and answers of those whom the calls do not concern, 10,000 a second: the
-// calls go on as if nothing was, and the log says it once.
+// Heartbeats, declines and answers of participants that have nothing to do with the calls, 10,000 a
+// second. The calls are not affected, and the log reports it once.
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -35,7 +35,7 @@ const std::string other_uuid = "0b5e55ed-0000-4000-8000-000000000001";
 
 constexpr std::uint32_t channels = 4;
 constexpr std::uint32_t calls_of_each = 40;
-/// The flood takes a core that the calls may need.
+/// The flood uses a core that the calls may need.
 constexpr std::chrono::seconds allowed{90};
 
 std::size_t times(const std::string& text, const std::string& words) {
@@ -46,7 +46,7 @@ std::size_t times(const std::string& text, const std::string& words) {
   return found;
 }
 
-/// Does something ten times in each millisecond, in a thread of its own, until its end.
+/// Does something ten times in each millisecond, in a thread of its own, until it is destroyed.
 class TenThousandASecond {
  public:
   explicit TenThousandASecond(const std::function<void()>& act)
@@ -76,8 +76,7 @@ class TenThousandASecond {
   std::thread thread_;
 };
 
-/// Two instances, a controller whose programs call them, and a process beside them that means no
-/// good: this one.
+/// Two instances, a controller whose programs call them, and a hostile participant: this process.
 class AStranger : public testing::Test {
  protected:
   void start() {
@@ -100,7 +99,7 @@ class AStranger : public testing::Test {
     }
   }
 
-  /// What was asked last, of the calls that the programs make now.
+  /// The last request of the programs' current calls.
   const Request& overheard() {
     for (const wire::Taken<Request>& taken : requests.take()) {
       if (taken.valid && !is_withdrawal(taken.value)) {
@@ -144,7 +143,7 @@ TEST_F(AStranger, ThatSendsHeartbeatsAndDeclinesInTheNameOfInstancesIsIgnoredAnd
     const TenThousandASecond flood([&] {
       const Request& asked = overheard();
       if (++number % 2 == 0) {
-        // It has no room, and none of the calls that it was given.
+        // It has no room and has received none of the calls that it was assigned.
         InstanceLoad load{.status = {.waiting = 1}, .calls = {CallId{9, number}}};
         load.status.instance = instances[number / 2 % 2];
         static_cast<void>(heartbeats.write({.process = own, .loads = {load}}));
@@ -164,13 +163,13 @@ TEST_F(AStranger, ThatSendsHeartbeatsAndDeclinesInTheNameOfInstancesIsIgnoredAnd
     EXPECT_GT(flood.done(), 5000U);
   }
   const std::string said = gateway->error_output();
-  // Once, and after each minute how many more there were: a busy machine may need one.
+  // Once, and after each minute a count of the further ones: a busy machine may take over a minute.
   EXPECT_GE(times(said, "from instance "), 1U);
   EXPECT_LE(times(said, "from instance "), 3U);
   EXPECT_LE(times(said, "a heartbeat of instance"), 3U);
 }
 
-/// Hears nobody: who is asked nothing may still speak.
+/// Ignores all replies: a participant without requests may still reply.
 struct Deaf final : endpoints::ReplyEndpointListener {
   void on_request(const Request& /*request*/) override {}
   void on_withdrawn(const RequestKey& /*key*/) override {}

@@ -1,5 +1,5 @@
-// docs/dev/failures.md and docs/dev/attacks.md name a test for each of their rows: each of them
-// must exist.
+// docs/dev/failures.md and docs/dev/attacks.md name a test in each row; each of these tests must
+// exist.
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -17,8 +17,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// What all test sources declare and quote: "Suite.Name" of each test, and each word between
-/// quotation marks.
+/// The names in all test sources: "Suite.Name" of each test, and each word between quotation marks.
 struct Sources {
   std::set<std::string> tests;
   std::set<std::string> quoted;
@@ -43,13 +42,13 @@ Sources sources() {
   return all;
 }
 
-/// Returns how many rows the tables of this page have.
+/// Returns the number of rows in the page's tables.
 int check_tables(const std::string& page) {
   const Sources all = sources();
   std::istringstream lines(text_of(MILLRACE_SOURCE "/docs/" + page));
   const std::regex test("`([A-Za-z]+)\\.([A-Za-z0-9]+)(?:/([A-Za-z0-9]+))?`");
   int rows = 0;
-  // The last table tells what judges each invariant, not which test.
+  // The last table names the check of each invariant, not a test.
   bool of_tests = false;
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("|")) {

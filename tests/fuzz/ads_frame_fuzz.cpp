@@ -1,5 +1,5 @@
-// A server's way from bytes to answers: however the bytes are cut into segments, the frames are the
-// same, and whatever they say, each answer is a well-formed frame.
+// A server's path from bytes to responses: the frames do not depend on how the bytes are cut into
+// segments, and each response is a well-formed frame.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -20,7 +20,7 @@ void require(bool condition) {
   }
 }
 
-// The frames that come out when the input arrives in segments of this size.
+// The frames when the input arrives in segments of this size.
 std::vector<Bytes> frames_in(BytesView input, std::size_t segment, Framing framing) {
   std::vector<Bytes> frames;
   FrameReader reader(max_frame, framing);

@@ -1,5 +1,5 @@
-// A client's way from bytes to results: no controller, however broken, makes it return more than
-// was asked for, complete a request twice, or one that is not pending.
+// A client's path from bytes to results: no response of a broken controller makes it return more
+// than was asked for, complete a request twice, or complete one that is not pending.
 #include <cstdlib>
 #include <set>
 
@@ -55,7 +55,7 @@ void decode(BytesView payload) {
   }
 }
 
-void converse(BytesView input) {
+void run_client(BytesView input) {
   Exchange exchange(us, controller, 2, first_id);
   std::set<Exchange::Id> pending{exchange.begin(552, Command::read, {}),
                                  exchange.begin(552, Command::read_state, {}),
@@ -87,6 +87,6 @@ void converse(BytesView input) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const BytesView input(data, size);
   decode(input);
-  converse(input);
+  run_client(input);
   return 0;
 }

@@ -1,5 +1,5 @@
-// Any bytes as a request: what is kept has proper, different keys, and what is refused is answered
-// with what fits.
+// Any bytes as a request: stored rows have valid, distinct keys, and refusals have an answer that
+// fits.
 #include <cstdint>
 #include <cstdlib>
 #include <set>

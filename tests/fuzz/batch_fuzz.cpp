@@ -1,5 +1,5 @@
-// Any bytes as a request of a program and as its output: what it is given is one argument without a
-// NUL, and what the CNC is given fits it.
+// Any bytes as a request of a program and as its output: the argument is one string without a NUL,
+// and the answer fits the CNC.
 #include <cstdint>
 #include <cstdlib>
 #include <string>

@@ -1,5 +1,5 @@
-// Any request of an ADS client against the objects of the virtual CNC: it must answer within the
-// bounds it promises, whatever the bytes.
+// Any request of an ADS client to the objects of the virtual CNC: the response stays within its
+// bounds.
 //
 // Input: requests in a row, each u8 operation (0 read, 1 write, 2 read and write), u8 port - 551,
 // u32 group, u32 offset, u32 room, u8 length and as many bytes of data.

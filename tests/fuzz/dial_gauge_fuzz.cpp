@@ -1,5 +1,5 @@
-// Any bytes as a request and as what comes over a receiver's line: requests are answered with what
-// fits, and a value out of the stream is one that can be shown.
+// Any bytes as a request and as the data on a receiver's line: answers fit, and a value from the
+// stream is printable.
 #include <cstdint>
 #include <cstdlib>
 #include <memory>

@@ -1,4 +1,4 @@
-// Foreign user_data: what parses can be announced, and reads the same after it was written again.
+// Foreign user_data: what parses can be announced, and parses the same after it is written again.
 #include <cassert>
 #include <cstdint>
 #include <string_view>

@@ -23,11 +23,11 @@ void require(bool holds) {
 
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 const Sender sender{0x7F000001, 4000};
-/// That of the presences in the corpus.
+/// The time of the presences in the corpus.
 const fabric::Moment now{fabric::SteadyTime(std::chrono::hours(1)),
                          fabric::Time(std::chrono::hours(48))};
 
-/// What is asked for can be done.
+/// The actions are possible.
 void check(const Actions& actions) {
   for (const Action& action : actions) {
     if (const auto* publish = std::get_if<Publish>(&action)) {
@@ -41,7 +41,7 @@ void check(const Actions& actions) {
   }
 }
 
-/// Programs that the input lets in are given a call each, so that it can answer.
+/// Programs that the input registers get a call each, so that it can answer.
 void carry_out(Bridge& bridge, const Actions& actions) {
   check(actions);
   for (const Action& action : actions) {

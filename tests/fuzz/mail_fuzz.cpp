@@ -1,5 +1,5 @@
-// Any bytes as a request and a template: what is sent has the headers and the recipients of the
-// configuration and lines that a mail may have, and what is refused is answered with what fits.
+// Any bytes as a request and a template: a mail has the headers and the recipients of the
+// configuration and valid lines, and refusals have an answer that fits.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check_request(made, bytes);
   check_request(made, "done a=" + bytes);
   check_request(made, "own to=shift " + bytes);
-  // The builder is safe by itself, too, whatever it is given.
+  // The builder alone is safe with any input, too.
   check_message(to_message({.from = {bytes, "press@example.com"},
                             .to = {{bytes, "eva@example.com"}},
                             .message_id = "1-1.millrace@example.com",

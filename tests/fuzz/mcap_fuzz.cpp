@@ -1,5 +1,5 @@
-// The reader of recordings on any bytes: nothing crashes, and what repair saves is a whole file
-// with the same messages.
+// The reader of recordings on any bytes: it does not crash, and repair saves a complete file with
+// the same messages.
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -42,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Collector before;
   mcap::scan(damaged, summary ? summary->definitions : mcap::Definitions{}, before);
   if (!report) {
-    // What is no recording is not made one.
+    // Repair makes no recording of a file that is not one.
     require(before.messages.empty());
     return 0;
   }

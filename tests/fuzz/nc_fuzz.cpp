@@ -1,6 +1,6 @@
-// Any bytes as an NC program: parsed, and run for a few simulated seconds if it has no mistakes. It
-// may call itself as a subprogram, also as one that is streamed; the size of the input decides
-// about single steps and the feed override.
+// Any bytes as an NC program: parsed, and run for a few simulated seconds if it has no errors. It
+// may call itself as a subprogram, also as a streamed one; the size of the input determines single
+// steps and the feed override.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -22,8 +22,7 @@ using millrace::cnc::nc::Value;
 constexpr std::size_t most_variables = 100;
 constexpr int ticks = 40;
 
-// Every variable exists, and holds what was last written; arrays of system data have 0 to 5
-// elements.
+// Every variable exists and has the value written last; arrays of system data have 0 to 5 elements.
 class Anything : public Environment {
  public:
   explicit Anything(std::string program) : program_(std::move(program)) {}

@@ -1,4 +1,4 @@
-// Foreign messages of a recording: what is read is written, and read again, as the same entry.
+// Foreign messages of a recording: an entry that was read, written and read again is the same.
 #include <cassert>
 #include <cstdint>
 #include <string>

@@ -1,4 +1,4 @@
-// main of a fuzz target outside the preset `fuzz`: runs it once over each file of its corpus.
+// The main() of a fuzz target outside the preset `fuzz`: runs it once for each file of its corpus.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>

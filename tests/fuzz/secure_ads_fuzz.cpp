@@ -1,5 +1,5 @@
-// What is said before a connection of ADS: TlsConnectInfo, and messages over UDP. What can be read
-// is written to the same bytes, as far as they mean anything.
+// Messages before an ADS connection: TlsConnectInfo, and messages over UDP. What parses is written
+// back as the same bytes, except unused ones.
 #include <cstdlib>
 
 #include "cnc/ads/connect_info.hpp"

@@ -1,4 +1,4 @@
-// Whatever an NC program writes, the answer fits and is a root or an error.
+// For any request of an NC program, the answer fits and is a root or an error.
 #include <cassert>
 #include <cstdint>
 #include <cstdlib>

@@ -1,6 +1,5 @@
-// Requests about variables as strangers send them, and a controller that answers anything: whatever
-// comes, nothing is written that the rules do not name, nobody is answered twice, and all are
-// answered in the end.
+// Any requests about variables, and a controller with any responses: only variables that the rules
+// allow are written, no client gets two answers, and each gets one in the end.
 #include <cstdint>
 #include <cstdlib>
 #include <map>
@@ -15,7 +14,7 @@ using namespace millrace;
 using namespace millrace::gateway::variables;
 using cnc::ads::ErrorCode;
 
-/// Numbers and texts out of the input; zeros behind its end.
+/// Numbers and texts from the input; zeros after its end.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
@@ -43,7 +42,7 @@ void expect(bool holds) {
 
 cnc::variables::Reading reading_of(Input& in) {
   cnc::variables::Reading reading;
-  // What a controller says makes no type of a size that is not its own: element_type().
+  // A controller's description never gives a type another size than its own: element_type().
   cnc::variables::Description said;
   said.type = static_cast<cnc::variables::Type>(in.byte() % 11U);
   said.size = in.byte() % 8U + 1U;

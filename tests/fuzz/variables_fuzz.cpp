@@ -1,5 +1,5 @@
-// The streams in which variables travel: what is understood is encoded to a stream that means the
-// same. And the records of COM's directory: what can be read there fits into an answer.
+// The streams that transfer variables: what parses is encoded to a stream with the same meaning.
+// And the records of COM's directory: those that parse fit into a response.
 #include <cstdlib>
 
 #include "cnc/variables/addresses.hpp"

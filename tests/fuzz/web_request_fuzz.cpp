@@ -1,5 +1,5 @@
-// Foreign requests: from the bytes of a request to what is answered, without the sockets. Nothing
-// that comes out may be a command unless a session that is open asked for it.
+// Foreign requests: the path from the bytes of a request to the response, without sockets. There is
+// no command unless an open session asked for it.
 #include <cassert>
 #include <cstdint>
 #include <string>
@@ -47,19 +47,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   http::Request request = live::request_of(parser.get(), "127.0.0.1");
-  // Whatever follows the header, however long it said that is.
+  // All bytes after the header, whatever length it gave.
   request.body.assign(reinterpret_cast<const char*>(data) + read, size - read);
   const http::Outcome outcome = server.site.answer(request, {});
   if (const auto* response = std::get_if<http::Response>(&outcome)) {
     const std::string head = live::head_text(*response, {.length = response->body->size()});
-    // One header: nothing foreign has ended it.
+    // One header: no input has ended it early.
     assert(head.find("\r\n\r\n") == head.size() - 4);
     assert(response->status >= 200 && response->status < 600);
   } else if (const auto* later = std::get_if<http::Later>(&outcome)) {
     if (later->worker == http::WorkerKind::recordings) {
       assert(later->work()().status >= 400);
     } else {
-      // Nobody is logged in.
+      // No user is logged in.
       assert(request.target.find("login") != std::string::npos ||
              later->worker == http::WorkerKind::doctor);
     }

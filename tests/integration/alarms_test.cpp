@@ -1,4 +1,4 @@
-// What programs say of themselves on the fabric, and who shows it.
+// Alarms of programs on the fabric, and the tools that show them.
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -36,18 +36,18 @@ class WhatProgramsSay : public testing::Test {
     std::ofstream(file) << text;
     return file.string();
   }
-  /// Runs `millrace status` to its end; its exit code, and what it says in `words`.
+  /// Runs `millrace status` to its end; returns its exit code, and its output in `words`.
   int health() {
     Process process = chain.millrace({"status"});
     const int code = process.wait();
     words = process.output();
     return code;
   }
-  void await_trouble() {
-    await("a trouble", [&] { return health() == exit_trouble; });
+  void await_alarm() {
+    await("an alarm", [&] { return health() == exit_trouble; });
   }
-  void await_wellness() {
-    await("the end of the trouble", [&] { return health() == 0; });
+  void await_no_alarm() {
+    await("the end of the alarm", [&] { return health() == 0; });
   }
   std::string output_of(Flags command) {
     Process process = chain.millrace(std::move(command));
@@ -55,7 +55,7 @@ class WhatProgramsSay : public testing::Test {
     return process.output();
   }
 
-  /// A fabric without a gateway is not well.
+  /// A fabric without a gateway has a problem.
   void start_gateway() {
     cnc.emplace(chain.cnc());
     gateway.emplace(chain.gateway());
@@ -82,7 +82,7 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
   }
   const std::string uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7";
   EXPECT_THAT(output_of({"call", uuid, "PUT part=7"}), HasSubstr("disk full"));
-  await_trouble();
+  await_alarm();
   EXPECT_THAT(words, AllOf(HasSubstr("archiver on "), HasSubstr("cannot be written: disk full"),
                            HasSubstr("free space")));
   EXPECT_THAT(output_of({"services"}), HasSubstr("cannot be written: disk full"));
@@ -94,7 +94,7 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
     database.exec("DROP TRIGGER full_" + table);
   }
   EXPECT_THAT(output_of({"call", uuid, "PUT part=7"}), HasSubstr("OK 1"));
-  await_wellness();
+  await_no_alarm();
 }
 
 TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
@@ -102,9 +102,9 @@ TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
   const std::string file = (chain.folder() / "run.mcap").string();
   Process sut = chain.millrace({"record", "-o", file});
   sut.await("^ready: ");
-  await("word of the recorder",
+  await("the alarm of the recorder",
         [&] { return output_of({"status"}).find("records to " + file) != std::string::npos; });
-  // It has no calls.
+  // It has no calls, which is fine.
   EXPECT_EQ(health(), 0) << words;
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
@@ -119,7 +119,7 @@ TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
     const std::filesystem::path other = chain.folder() / "other.mcap";
     Process another = chain.millrace({"record", "-o", other.string()});
     another.await("^ready: ");
-    await("word of the other recorder", [&] {
+    await("the alarm of the other recorder", [&] {
       return output_of({"status"}).find("records to " + other.string()) != std::string::npos;
     });
     another.terminate();
@@ -128,14 +128,14 @@ TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
   const auto recorded = [&] {
     return output_of({"recording", "cat", "--kind", "alarm", file + ".part"});
   };
-  await("the end of the other's word",
+  await("the end of the other's alarm",
         [&] { return recorded().find("over") != std::string::npos; });
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
   const std::string cat = output_of({"recording", "cat", "--kind", "alarm", file});
   EXPECT_THAT(cat, AllOf(HasSubstr("fine  recording"), HasSubstr("over  recording"),
                          HasSubstr("other.mcap")));
-  // What it says of itself is in its metadata.
+  // Its identity is in its metadata.
   EXPECT_THAT(cat, Not(HasSubstr("records to " + file)));
   EXPECT_THAT(output_of({"recording", "info", file}), HasSubstr("program/millrace record/alarm"));
   EXPECT_THAT(output_of({"recording", "export", file}), HasSubstr("\"alarm\":\"recording\""));
@@ -146,7 +146,7 @@ TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
   Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string(),
                                 "--rotate-size", "1MiB", "--min-free", "1000000GiB"});
   sut.await_error("nothing is recorded until there is room");
-  await_trouble();
+  await_alarm();
   EXPECT_THAT(words, AllOf(HasSubstr("nothing is recorded: the disk of"), HasSubstr("free space")));
   sut.terminate();
   EXPECT_EQ(sut.wait(), 1);
@@ -166,10 +166,10 @@ TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
   EXPECT_EQ(health(), 0) << words;
   EXPECT_THAT(output_of({"call", "b536e110-ca9e-4198-bddb-64331366bedb", "done"}),
               HasSubstr("sent later"));
-  await("word of the mail", [&] {
+  await("the alarm about the mail", [&] {
     return output_of({"status"}).find("1 mail waits for 127.0.0.1:1: ") != std::string::npos;
   });
-  // It is tried again by itself: no failure yet, but worth a word.
+  // It retries automatically: a warning, not a failure.
   EXPECT_EQ(health(), 0);
   EXPECT_THAT(words, HasSubstr("1 mail waits"));
 }
@@ -183,7 +183,7 @@ TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
                                     "gauge { name: 'bore' radio { line: 'r' channel: 2 } }\n"
                                     "line { name: 'r' device: '" +
                                         device.string() + "' }\n")});
-  await_trouble();
+  await_alarm();
   EXPECT_THAT(words, AllOf(HasSubstr("line r failed: " + device.string()), HasSubstr("plug")));
 }
 
@@ -192,18 +192,18 @@ TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
   Process service = chain.square_root();
   gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
   gateway->await_error("link up");
-  await_wellness();
+  await_no_alarm();
   rlimit before{};
   const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
   gateway->await_error("the gateway accepts no new call until the journal is writable");
-  // That of a channel comes before it: its call waits.
-  await("word of the gateway",
+  // A channel's alarm takes precedence over it: its call waits.
+  await("the alarm of the gateway",
         [&] { return health() != 0 && words.find("gateway on ") != std::string::npos; });
   EXPECT_THAT(words, AllOf(HasSubstr("gateway on "), HasSubstr("the journal "),
                            HasSubstr("cannot be written: ")));
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
-  await_wellness();
+  await_no_alarm();
 }
 
 TEST_F(WhatProgramsSay, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
@@ -238,7 +238,7 @@ TEST_F(WhatProgramsSay, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
                    .pem());
   };
   valid_for(10);
-  chain.serve_at(9);  // nobody is there
+  chain.serve_at(9);  // this port is closed
   gateway.emplace(chain.configured_gateway(
       "machine { name: 'cnc' host: '127.0.0.1' port: @PORT@ net_id: '127.0.0.1.1.1' secure { "
       "self_signed { certificate: 'press.crt' key: 'press.key' fingerprint: '" +

@@ -1,5 +1,5 @@
-// What programs may get wrong, sent to each service as a process: every request is answered with a
-// state and a text, nothing is executed, and the service goes on.
+// Invalid requests of programs to each service as a process: every request is answered with a state
+// and a text, no command is executed, and the service continues.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -23,11 +23,11 @@ using testing::StartsWith;
 struct Served {
   std::string program;
   std::string uuid;
-  /// Written to FILE, which the program is given as --config FILE; none = no file.
+  /// Written to FILE, for the argument --config FILE; empty = no file.
   std::string config;
   /// More arguments.
   std::vector<std::string> arguments;
-  /// States that a bad request may be answered with; the empty one with the first.
+  /// Allowed states for a bad request; the empty request gets the first.
   std::vector<std::uint32_t> states;
 };
 
@@ -103,9 +103,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Served{"millrace-square-root", "560aacbf-6335-44a9-895a-8b27f3ed5e47", "", {}, {99}},
         Served{"millrace-dial-gauge", "e6f15204-3a7c-4686-9bc3-1400d062127c", "", {}, {10}},
-        // Text is kept, and two of the above are no text.
+        // Any text is stored, and two of the above are not text.
         Served{"millrace-archiver", "326de49a-633b-4cea-a9b8-1924d7f926a7", "", {}, {10, 1}},
-        // The program says its request twice, which of the longest does not fit.
+        // The output repeats the request twice, too long for the longest one.
         Served{"millrace-batch",
                "f8346304-c93c-4a7e-9866-aacceffb7e34",
                "",

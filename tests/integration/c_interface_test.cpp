@@ -1,4 +1,4 @@
-// The C interface as programs in C have it: processes that are linked with libmillrace.so.1 alone.
+// The C interface as C programs use it: processes that are linked only with libmillrace.so.1.
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -79,7 +79,7 @@ TEST_F(CService, AnswersMoreCallsThanItHasThreadsLaterFromAnother) {
     caller.publish(kept.back());
   }
   EXPECT_EQ(caller.call(first, "release", 4).text, "released");
-  // Those that came after that wait for the next.
+  // Calls that came after that wait for the next `release`.
   EXPECT_EQ(caller.call(first, "release", 4).text, "released");
   for (const fabric::Request& request : kept) {
     EXPECT_EQ(caller.await_reply(request).state, request.key.channel);

@@ -1,5 +1,5 @@
-// Who listens on the wire of a fabric with trust: what he can read, and what not. In a network of
-// its own, of which all packets are captured.
+// An eavesdropper on a fabric with trust: what it can read and what it cannot. In a network of its
+// own, of which all packets are captured.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -27,7 +27,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Of millrace-slow-service.
+/// The UUID of millrace-slow-service.
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
 
 const std::string secret = "a secret recipe";
@@ -41,8 +41,8 @@ class Network : public testing::Environment {
 
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
-/// What DDS has sent: every UDP packet of this network while it is there. ADS, which knows no
-/// protection, goes over TCP.
+/// The traffic of DDS: every UDP packet of this network from construction on. ADS, which has no
+/// protection, uses TCP.
 class Capture {
  public:
   Capture() : socket_(::socket(AF_PACKET, SOCK_RAW, htons(ETH_P_IP))) {
@@ -61,7 +61,7 @@ class Capture {
   Capture& operator=(const Capture&) = delete;
 
   [[nodiscard]] std::size_t packets() const { return packets_; }
-  /// All of it; nothing is captured any more.
+  /// Stops the capture and returns all of it.
   const std::string& end() {
     over_ = true;
     if (thread_.joinable()) {
@@ -102,8 +102,8 @@ class WhoListensOnTheWire : public testing::Test {
     }
   }
 
-  /// A program that sends the same text again and again and looks for it in the answers.
-  [[nodiscard]] std::string secretive_program() const {
+  /// A program that sends the same text again and again and checks that the answers contain it.
+  [[nodiscard]] std::string program_with_secret() const {
     const std::string counting = content_of(chain_.counting_program(uuid, 1'000'000));
     const fs::path file = chain_.folder() / "secretive.nc";
     std::ofstream(file) << std::regex_replace(counting, std::regex(R"(INT_TO_STR\[P1\])"),
@@ -111,11 +111,11 @@ class WhoListensOnTheWire : public testing::Test {
     return file;
   }
 
-  /// What travels while a program calls, once all have found each other.
-  std::string while_a_program_calls(const std::string& protection) {
+  /// The traffic while a program calls, after discovery.
+  std::string capture_calls(const std::string& protection) {
     const TrustCredentials plant(chain_.folder(), {uuid}, protection);
     Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
-    Process cnc = chain_.cnc({"--channels", "1", "--run", "1=" + secretive_program()});
+    Process cnc = chain_.cnc({"--channels", "1", "--run", "1=" + program_with_secret()});
     Process gateway =
         chain_.gateway({"--fabric-config", plant.profile("gateway"), "--log-level", "debug"});
     gateway.await_error("answered with state");
@@ -129,15 +129,15 @@ class WhoListensOnTheWire : public testing::Test {
   Chain chain_;
 };
 
-// The counterpart: else the next one could look at nothing.
+// The counterpart: it proves that the next test would find readable text.
 TEST_F(WhoListensOnTheWire, ReadsWhatIsOnlySigned) {
-  const std::string seen = while_a_program_calls("SIGN");
+  const std::string seen = capture_calls("SIGN");
   EXPECT_NE(seen.find(uuid), std::string::npos);
   EXPECT_NE(seen.find(secret), std::string::npos);
 }
 
 TEST_F(WhoListensOnTheWire, FindsNeitherTextNorUuidOfACallThatIsEncrypted) {
-  const std::string seen = while_a_program_calls("ENCRYPT");
+  const std::string seen = capture_calls("ENCRYPT");
   EXPECT_GT(seen.size(), 10'000U);
   EXPECT_EQ(seen.find(uuid), std::string::npos);
   EXPECT_EQ(seen.find(secret), std::string::npos);
@@ -158,7 +158,7 @@ TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
   EXPECT_EQ(seen.find("millrace-gateway"), std::string::npos);
 }
 
-// The handshake of DDS Security shows certificates and permissions before there is a key.
+// The handshake of DDS Security sends certificates and permissions before there is a key.
 TEST_F(WhoListensOnTheWire, ReadsWhatPermissionsSayWhileAProgramJoins) {
   const TrustCredentials plant(chain_.folder(), {uuid}, "ENCRYPT");
   Capture sut;

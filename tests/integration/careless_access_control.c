@@ -1,7 +1,7 @@
-// What somebody with software of his own has: Cyclone's plugin for access control, which lets its
-// own program write and read whatever it likes. Only what the others check keeps him from it.
-// Cyclone loads it in the place of libdds_security_ac.so, which MILLRACE_TEST_ACCESS_CONTROL names.
-// In C, since headers of Cyclone's that it needs are no C++.
+// A modified plugin of a hostile participant: Cyclone's plugin for access control, which lets its
+// own process write and read anything, so that only the checks of the others restrict it. Cyclone
+// loads it in place of libdds_security_ac.so, which MILLRACE_TEST_ACCESS_CONTROL names. It is in C
+// because required headers of Cyclone are not C++.
 #include <dds/security/dds_security_api.h>
 #include <dlfcn.h>
 #include <stdlib.h>

@@ -69,8 +69,8 @@ Process Chain::configured_gateway(const std::string& configuration, const Flags&
 
 namespace {
 
-/// Tests look for calls in the log of a service.
-void tell_each_call(Flags& command, const Flags& flags) {
+/// Tests search for calls in the log of a service.
+void log_each_call(Flags& command, const Flags& flags) {
   if (std::ranges::find(flags, "--log-level") == flags.end()) {
     command.insert(command.end(), {"--log-level", "debug"});
   }
@@ -81,14 +81,14 @@ void tell_each_call(Flags& command, const Flags& flags) {
 Process Chain::slow_service(const Flags& flags) {
   Flags command = joining("millrace-slow-service");
   command.insert(command.end(), {"--record", record().string()});
-  tell_each_call(command, flags);
+  log_each_call(command, flags);
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-slow-service", std::move(command));
 }
 
 Process Chain::square_root(const Flags& flags) {
   Flags command = joining("millrace-square-root");
-  tell_each_call(command, flags);
+  log_each_call(command, flags);
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-square-root", std::move(command));
 }

@@ -1,10 +1,10 @@
-// The programs of the whole chain as a test starts them: on free ports, in a DDS domain of their
-// own.
+// The processes of the whole chain for a test: on free ports, in their own DDS domain.
 //
 //   Chain chain;
 //   Process service = chain.square_root();
-//   Process cnc = chain.cnc({"--run", chain.program(1, "square_root_of_3.nc"),
-//   "--exit-when-idle"}); Process gateway = chain.gateway(); cnc.await("response = 1.732051");
+//   Process cnc = chain.cnc({"--run", chain.program(1, "square_root_of_3.nc"), …});
+//   Process gateway = chain.gateway();
+//   cnc.await("response = 1.732051");
 #pragma once
 
 #include <filesystem>
@@ -23,24 +23,23 @@ using Flags = std::vector<std::string>;
 
 class Chain {
  public:
-  /// From now on each program shows what it is, made for services of these UUIDs.
+  /// From now on the fabric has trust, with credentials for services of these UUIDs.
   void with_trust(const std::vector<std::string>& uuids, const std::string& protection = "SIGN");
   [[nodiscard]] const TrustCredentials& trust() const { return trust_.value(); }
 
-  /// A virtual CNC with two channels unless the flags say otherwise, ready; the gateways started
-  /// after it serve this one.
+  /// Starts a virtual CNC, with two channels unless the flags differ, and waits until it is ready;
+  /// gateways started later serve it.
   Process cnc(const Flags& flags = {});
-  /// A gateway of the last virtual CNC, ready.
+  /// Starts a gateway for the last virtual CNC and waits until it is ready.
   Process gateway(const Flags& flags = {});
   /// A gateway with this configuration, in which @PORT@ is the port of the last virtual CNC.
   Process configured_gateway(const std::string& configuration, const Flags& flags = {});
-  /// Changes the configuration that such a gateway reads.
+  /// Changes the configuration of such a gateway.
   void configure(std::string configuration);
-  /// A square root service, ready.
+  /// Starts a square root service and waits until it is ready.
   Process square_root(const Flags& flags = {});
 
-  /// A recording in the place of the virtual CNC, ready; the gateways started after it serve this
-  /// one.
+  /// Replays a recording in place of the virtual CNC; gateways started later serve it.
   Process stand_in(const Flags& flags);
 
   /// The operator's command, on this domain where it uses one.
@@ -48,7 +47,8 @@ class Chain {
   /// The same as a command line, for a test that starts it itself.
   [[nodiscard]] Flags command(Flags command) const;
 
-  /// A service that answers with its request, after a while; `record` collects what it ran.
+  /// A service that answers with its request after a while; `record` is the file in which it lists
+  /// its executions.
   Process slow_service(const Flags& flags = {});
   [[nodiscard]] std::filesystem::path record() const { return folder_.path() / "executions"; }
   [[nodiscard]] std::filesystem::path configuration() const {
@@ -56,22 +56,22 @@ class Chain {
   }
 
   [[nodiscard]] std::uint32_t domain() const { return domain_.number(); }
-  /// Of the last virtual CNC.
+  /// The port of the last virtual CNC.
   [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }
-  /// The gateways started from now on find the machine here.
+  /// Gateways started from now on expect the machine at this port.
   void serve_at(std::uint16_t port) { port_ = std::to_string(port); }
 
   /// "CHANNEL=FILE" for --run, FILE from tests/data/nc/chain.
   [[nodiscard]] static std::string program(int channel, const std::string& file);
-  /// The path of a program that makes so many calls, each with its number, and looks whether each
-  /// answer is that number; at its end it says "N calls answered".
+  /// The path of a program that makes `calls` calls, each with its number, and checks that each
+  /// answer is that number; at its end it prints "N calls answered".
   [[nodiscard]] std::string counting_program(const std::string& uuid, std::uint32_t calls) const;
-  /// A folder of this test's own.
+  /// A folder for this test.
   [[nodiscard]] std::filesystem::path folder() const { return folder_.path(); }
 
  private:
   Process start(const std::string& name, Flags command);
-  /// How a program of this name joins the fabric.
+  /// The flags with which a program of this name joins the fabric.
   [[nodiscard]] Flags joining(const std::string& name) const;
 
   Domain domain_;

@@ -1,5 +1,5 @@
-// One call all the way round, with the real programs: NC program → ADS → gateway → DDS → service
-// and back.
+// One call from end to end, with the real programs: NC program → ADS → gateway → DDS → service and
+// back.
 #include "tests/integration/chain.hpp"
 
 #include <csignal>
@@ -35,8 +35,8 @@ TEST(TheChain, HandsTheServicesErrorToTheProgram) {
 }
 
 // The manual says that the program waits for RESPONSE (IB/tf5200_service_interface/356533387,
-// documented). It asks anew as soon as it has the text, and no write of the answer before wipes
-// that.
+// documented). It sends its next request as soon as it has the text, and no late write of the
+// previous answer wipes that.
 TEST(TheChain, AnswersAProgramThatWaitsForTheTextAloneWithState0) {
   Chain sut;
   Process service =
@@ -96,12 +96,12 @@ TEST(TheChain, LeavesARequestOfAnUnservedUuidAloneAndNamesTheNearestOne) {
 
 TEST(TheChain, GivesTheCallToAnotherInstanceWhenTheFirstIsFrozen) {
   Chain sut;
-  // The instance that names the channel gets every call; frozen, it can only lose one.
+  // The instance that names the channel gets every call; while frozen, it can only lose one.
   Process named = sut.square_root({"--channel", "cnc/1"});
   Process other = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
   Process gateway = sut.gateway({"--log-level", "debug"});
-  // The other one may be found first and answer a few calls before.
+  // The other instance may be found first and answer a few calls before.
   gateway.await_error(fmt::format("given to square_root \\(pid {} ", named.pid()));
   named.signal(SIGSTOP);
   gateway.await_error("attempt 2");

@@ -1,6 +1,6 @@
-// A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for
-// the machines that its certificate names, and who is revoked is believed no more, also if he is
-// on.
+// A fabric with trust, on which a participant tries to exceed its rights: a gateway acts for the
+// machines in its certificate, and a revoked participant loses its trust even while it is
+// connected.
 #include <algorithm>
 #include <cstdlib>
 
@@ -39,15 +39,15 @@ class IdentityTest : public testing::Test {
     sut.trust({"issue", sut.plant(), "gateway-2", "--role", "gateway", "--machine", "press_9"});
   }
 
-  /// To join as a program of this test does.
+  /// Joins as a process of this test does.
   [[nodiscard]] fabric::dds::ParticipantOptions join(const std::string& holder) const {
     auto options = fabric::profile::read_profile(sut.as(holder).at(1)).value();
     options.domain = sut.domain();
     return options;
   }
 
-  /// The same with a plugin of its own, which lets it have whatever endpoint it likes.
-  [[nodiscard]] fabric::dds::ParticipantOptions join_carelessly(const std::string& holder) const {
+  /// The same with a modified plugin, which allows any endpoint.
+  [[nodiscard]] fabric::dds::ParticipantOptions join_unchecked(const std::string& holder) const {
     auto options = join(holder);
     const std::string library = "libdds_security_ac.so";
     const auto at = options.configuration.find(library);
@@ -84,7 +84,7 @@ TEST_F(IdentityTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotNam
               AllOf(HasSubstr("does not name the machine cnc"), HasSubstr("(gateway-2)")));
 }
 
-// They travel as calls of a machine whose name is "cnc.ALARMS".
+// A queue's calls are those of a machine with the name "cnc.ALARMS".
 TEST_F(IdentityTest, AnIdentityOfAMachineCountsForItsMessageQueues) {
   const fs::path config = sut.folder() / "cnc.textproto";
   std::ofstream(config) << "system_data { name: \"ALARMS\" type: STRING elements: 3 }\n"
@@ -196,7 +196,7 @@ TEST_F(IdentityTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
   } listener;
   const fabric::observer::Observer observer(participant, io.get_executor(), listener,
                                             fabric::observer::Interest::everything);
-  // One that ends at once may be gone before the observer has proved who it is.
+  // A short-lived instance may be gone before the observer has authenticated it.
   await("the request", [&] {
     EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
     io.poll();
@@ -205,11 +205,11 @@ TEST_F(IdentityTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
   EXPECT_TRUE(listener.requests.front().replayed);
 }
 
-// Its own plugin lets it show whatever it likes; those of the others do not.
+// Its own plugin lets it publish any identity; those of the others reject it.
 TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsSeenByNobody) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
-  auto options = join_carelessly("gateway-2");
+  auto options = join_unchecked("gateway-2");
   auto trust = *options.trust;
   trust.identity_partitions = fabric::identity_partitions(
       "millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"cnc", "press_9"}});
@@ -225,7 +225,7 @@ TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsSeenByNobody) {
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
 
-// Those who write there see to it, whatever the reader's own DDS lets it do.
+// The writers enforce this, whatever the reader's own DDS allows.
 TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
   const std::string another = "00000000-0000-4000-8000-000000000002";
   sut.trust({"issue", sut.plant(), "another", "--role", "service", "--uuid", another});
@@ -240,22 +240,22 @@ TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
             AllOf(HasSubstr("may not read millrace/v4/request"), HasSubstr(another))));
   }
   Flags flags = sut.as("another");
-  // Time enough for a handshake of the caller with who looks on.
+  // Enough time for a handshake between the caller and the observer.
   flags.insert(flags.end(), {"--uuid", another, "--work", "3000"});
   Process service = sut.slow_service(flags);
   const auto requests_seen_by = [&](const std::string& holder) {
-    fabric::dds::Participant careless(join_carelessly(holder));
+    fabric::dds::Participant careless(join_unchecked(holder));
     wire::Reader<fabric::Request> spy(careless, wire::all_services("millrace"), wire::Keep::all);
     EXPECT_THAT(sut.ask({"call", another, "a secret recipe"}, sut.as("bench")),
                 HasSubstr("a secret recipe"));
     return spy.take().size();
   };
-  // Else nobody could have seen one.
+  // Otherwise no request could have been seen at all.
   EXPECT_GT(requests_seen_by("office"), 0U);
   EXPECT_EQ(requests_seen_by("slow"), 0U);
 }
 
-// It joins, since its certificate counts, and knows of no identities.
+// It joins, since its certificate is valid, but has no identity.
 TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorSayWhatToDo) {
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   auto options = join("square-root");
@@ -278,7 +278,7 @@ TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorS
   Process report = sut.millrace(std::move(doctor));
   report.wait();
   EXPECT_THAT(report.output(), AllOf(HasSubstr("announces no identity"), HasSubstr("trust renew")));
-  // Its place is free.
+  // Its name is free.
   Process service = sut.square_root(sut.as("square-root"));
   cnc.await("response = 1.732051");
 }
@@ -318,24 +318,24 @@ TEST_F(IdentityTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
   const auto revoked = std::chrono::steady_clock::now();
   gateway.await_error("instance \\S+ gets no calls: the certificate of unlucky was revoked");
   gateway.await_error("instance \\S+ is gone");
-  await("its end for who watches", [&] {
+  await("its end for an observer", [&] {
     io.poll();
     return !listener.there;
   });
-  std::cout << "put off after "
+  std::cout << "revocation noticed after "
             << std::chrono::duration<double>(std::chrono::steady_clock::now() - revoked).count()
             << " s\n";
   EXPECT_THAT(listener.ignored, HasSubstr("the certificate of unlucky was revoked"));
-  // It is still there, and knows of nothing.
+  // It still runs, and does not notice.
   EXPECT_TRUE(service.running());
-  // And another one has its place at once.
+  // Another one gets its name at once.
   Process other = sut.square_root(sut.as("square-root"));
   gateway.await_error("is ready: square_root.*trusted as square-root");
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
 }
 
-// What a running program has seen it does not forget; one that starts has nothing to compare with
-// but what came with its certificate.
+// A running program remembers what it has seen; a new one can only compare with what came with its
+// certificate.
 TEST_F(IdentityTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
   sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
   Process service = sut.square_root(sut.unaware("unlucky"));
@@ -350,7 +350,7 @@ TEST_F(IdentityTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
   gateway.await_error("does not list unlucky any more: an older CRL was copied over it");
   EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, sut.as("bench"), 1),
               Not(HasSubstr("1.414214")));
-  // And none that is older than the certificate of a host.
+  // Nor does a list that is older than a host's certificate.
   gateway.terminate();
   EXPECT_EQ(gateway.wait(), 0);
   sut.trust({"renew", sut.plant(), "gateway-1"});
@@ -376,13 +376,13 @@ TEST_F(IdentityTest, AGatewayThatIsRevokedAsksInVain) {
   sut.trust({"revoke", sut.plant(), "gateway-3"});
   service.await_error(
       "the certificate of gateway-3 is revoked: its samples on millrace/v4/request");
-  // What it had begun is over by then; nothing comes any more.
+  // By then its earlier actions are over; nothing new arrives.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not read its requests");
   EXPECT_EQ(content_of(sut.record()), done);
 }
 
-// Also one that does not know that it is.
+// Also a gateway that does not know of its revocation.
 TEST_F(IdentityTest, AGatewayThatIsRevokedTakesNoCallBack) {
   sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
   Flags flags = sut.as("slow");
@@ -406,7 +406,7 @@ TEST_F(IdentityTest, AGatewayThatIsRevokedTakesNoCallBack) {
   ASSERT_TRUE(requests.write(asked));
   await("its run", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
-  await("the instance, which knows", [&] {
+  await("the instance", [&] {
     asked.key.channel = 2;
     ++asked.call.number;
     EXPECT_TRUE(requests.write(asked));
@@ -465,13 +465,13 @@ TEST_F(IdentityTest, WhatAGatewayThatIsRevokedHasSaidOfItsChannelsIsOver) {
   });
 }
 
-// Whatever it says of itself.
+// Whatever name it announces.
 TEST_F(IdentityTest, ACommandIsFromWhoTheCertificateSays) {
   Process service = sut.square_root(sut.as("square-root"));
   const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
   fabric::dds::Participant participant(join("office"));
   wire::Writer<fabric::Command> commands(participant, "millrace");
-  await("who takes commands", [&] { return !commands.matched().empty(); });
+  await("a reader of commands", [&] { return !commands.matched().empty(); });
   ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
                               .kind = fabric::CommandKind::drain,
                               .instance = *id,

@@ -44,7 +44,7 @@ TEST_P(IsgSample, LeavesInOrderWhenItIsAskedTo) {
 }
 
 TEST_P(IsgSample, LeavesInOrderAlsoWhenAScriptStartedItInTheBackground) {
-  // Where a shell has no job control, what has an '&' behind it starts with SIGINT ignored.
+  // A shell without job control starts a command with '&' with SIGINT ignored.
   tests::Process sut({"/usr/bin/env", "--ignore-signal=INT",
                       "MILLRACE_DOMAIN=" + std::to_string(domain.number()), GetParam()});
   ASSERT_TRUE(caller.await_instance(uuid));

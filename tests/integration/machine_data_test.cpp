@@ -1,4 +1,4 @@
-// Machine data from the virtual CNC to who looks, records and archives.
+// Machine data from the virtual CNC to the page, the recorder and the archive.
 #include <csignal>
 #include <fstream>
 #include <optional>
@@ -106,7 +106,7 @@ TEST(MachineData, IsSentAgainMarkedAsReplayedAndTakenBackAtTheEnd) {
   record.terminate();
   ASSERT_EQ(record.wait(), 0) << record.error_output();
 
-  // The machine itself is still served, and nothing of it is replaced.
+  // The machine itself is still served, and its data are not replaced.
   Process taken = sut.millrace({"replay", "--data", "--channel", "cnc=cnc", file});
   EXPECT_EQ(taken.wait(), 2);
   EXPECT_THAT(taken.error_output(), HasSubstr("a gateway serves machine 'cnc'"));

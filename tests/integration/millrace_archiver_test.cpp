@@ -180,7 +180,7 @@ TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessLetsGoOfItsLock) {
   SQLite::Database other((folder.path() / "archive/archive-000001.db").string(),
                          SQLite::OPEN_READWRITE);
   other.exec("BEGIN IMMEDIATE");
-  // What is recorded finds the file locked, too.
+  // The recorded event finds the file locked, too.
   caller.publish(fabric::Event{.key = {"cnc", 1},
                                .call = {.epoch = 9, .number = 1},
                                .kind = fabric::EventKind::written,
@@ -188,7 +188,7 @@ TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessLetsGoOfItsLock) {
   EXPECT_THAT(caller.call(uuid, "PUT a=2").text, HasSubstr("database is locked"));
   other.exec("DELETE FROM field");
   other.exec("COMMIT");
-  // Puts that never leave it a second of peace.
+  // Continuous puts, without a second of pause.
   EXPECT_EQ(caller.call(uuid, "PUT a=3").text, "OK 2");
   await_row("event", "written");
 }
@@ -237,7 +237,7 @@ TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
   EXPECT_THAT(second.error_output(), HasSubstr("another archiver writes into this folder"));
 }
 
-/// Channels that call all the time, whose calls go on with the next instance.
+/// Channels with continuous calls, which the next instance continues.
 class Load {
  public:
   Load(Caller& caller, std::uint16_t channels) : caller_(caller) {
@@ -246,7 +246,7 @@ class Load {
     }
   }
 
-  /// Gives all pending calls to the instance that is ready now.
+  /// Sends all pending calls to the instance that is ready now.
   void begin() {
     for (fabric::Request& request : pending_) {
       request.assigned = caller_.identity(uuid).id;
@@ -255,7 +255,7 @@ class Load {
     }
   }
 
-  /// Takes what is answered and calls again.
+  /// Takes the answers and makes new calls.
   void run_once() {
     for (fabric::Request& request : pending_) {
       fabric::Reply reply;
@@ -314,7 +314,7 @@ TEST_F(Archiver, LosesNoAcknowledgedRowHoweverItIsKilled) {
     while (load->acknowledged.size() < before + enough) {
       load->run_once();
     }
-    // Somewhere in the middle of a transaction, an answer, or nothing.
+    // A moment within a transaction, an answer, or an idle time.
     const auto moment =
         std::chrono::steady_clock::now() + std::chrono::microseconds(random() % 20'000);
     while (std::chrono::steady_clock::now() < moment) {

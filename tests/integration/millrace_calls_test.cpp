@@ -1,4 +1,4 @@
-// `millrace calls -f` beside the real programs, into a pipe and on a terminal.
+// `millrace calls -f` with the real programs, into a pipe and on a terminal.
 
 #include <algorithm>
 #include <csignal>
@@ -18,7 +18,7 @@ using testing::Not;
 
 class Watching : public testing::Test {
  protected:
-  /// Programs of both channels that call all the time.
+  /// Starts programs in both channels with continuous calls.
   void start_calls() {
     service.emplace(chain.square_root({"--name", "sq1"}));
     cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc"), "--run",
@@ -35,7 +35,7 @@ class Watching : public testing::Test {
 TEST_F(Watching, PrintsALineForEachCallIntoAPipe) {
   start_calls();
   Process sut = chain.millrace({"calls", "-f"});
-  // By its name as soon as it is known who it is.
+  // The instance's name appears once its identity is known.
   sut.await("cnc/1  560aacbf-.*  \"2\" [0-9]+ -> \"1.414214\" 1  .*s  sq1 on ");
   sut.await("cnc/2");
   sut.signal(SIGINT);
@@ -60,12 +60,12 @@ TEST_F(Watching, TakesOnlyTheCallsThatAreAskedFor) {
   EXPECT_EQ(of_a_channel.wait(), 0);
   EXPECT_THAT(of_a_channel.output(), Not(HasSubstr("\"channel\":1,")));
 
-  Process of_nobody = chain.millrace({"calls", "-f", "--uuid", "nobody", "--lines"});
+  Process of_unknown = chain.millrace({"calls", "-f", "--uuid", "unknown", "--lines"});
   Process of_all = chain.millrace({"calls", "-f", "--count", "10"});
   EXPECT_EQ(of_all.wait(), 0);
-  of_nobody.signal(SIGINT);
-  EXPECT_EQ(of_nobody.wait(), 0);
-  EXPECT_EQ(of_nobody.output(), "");
+  of_unknown.signal(SIGINT);
+  EXPECT_EQ(of_unknown.wait(), 0);
+  EXPECT_EQ(of_unknown.output(), "");
 }
 
 TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
@@ -79,7 +79,7 @@ TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
   sut.await("sq1 on");
   sut.type("\x03");
   EXPECT_EQ(sut.wait(), 0) << sut.output();
-  // The other screen, and back again.
+  // The alternate screen, and back again.
   EXPECT_THAT(sut.output(), testing::StartsWith("\x1b[?1049h"));
   EXPECT_THAT(sut.output(), HasSubstr("\x1b[?25h\x1b[?1049l"));
 }

@@ -1,4 +1,4 @@
-// The program millrace-cnc as its users meet it: flags, ready line, exit codes, output.
+// The program millrace-cnc from a user's view: flags, ready line, exit codes, output.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -38,7 +38,7 @@ std::string text_of(const std::filesystem::path& file) {
 
 class MillraceCnc : public testing::Test {
  protected:
-  /// On a free port, with a folder of its own.
+  /// On a free port, with its own folder.
   Process start(std::vector<std::string> flags) {
     std::vector<std::string> command{binary("millrace-cnc"), "--listen", "127.0.0.1:0", "--dir",
                                      folder_.path().string()};
@@ -139,7 +139,7 @@ TEST_F(MillraceCnc, ChecksProgramsWithoutRunningThem) {
   EXPECT_THAT(bad.output(), HasSubstr("mistakes.nc:2:11: N20: error 20721: "));
 }
 
-// The call of square_root.nc, answered as a service would.
+// An ADS client answers the call of square_root.nc in place of a service.
 TEST_F(MillraceCnc, LetsAClientAnswerTheCallOfAProgram) {
   Process sut = start({"--run", "1=" + std::string(MILLRACE_TEST_DATA) + "/nc/square_root.nc",
                        "--speed", "0", "--exit-when-idle", "--timings"});
@@ -223,7 +223,7 @@ TEST_F(MillraceCnc, StartsAProgramOfItsFolderOverAds) {
   sut.await("^\\[ch1\\] started$");
 }
 
-/// Flags that cannot be, and what the message must say.
+/// Invalid flags, and what the message must contain.
 struct WrongUse {
   std::vector<std::string> flags;
   std::string message;

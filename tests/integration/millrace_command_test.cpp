@@ -1,4 +1,4 @@
-// The operator's command against the real programs.
+// The operator's command with the real programs.
 
 #include <algorithm>
 #include <csignal>
@@ -155,7 +155,7 @@ TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
   EXPECT_THAT(answers, HasSubstr("first"));
   EXPECT_THAT(answers, HasSubstr("second"));
   EXPECT_THAT(answers, Not(HasSubstr("no answer")));
-  run({"services", "--ping", "nobody"});
+  run({"services", "--ping", "unknown"});
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -195,7 +195,7 @@ TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
   run({"status", "--host"});
   EXPECT_EQ(exit_code, 0);
   Process service = chain.square_root();
-  await("all to be well", [&] {
+  await("a plant without problems", [&] {
     run({"status"});
     return exit_code == 0;
   });
@@ -237,7 +237,7 @@ TEST_F(TheCommand, SaysByItsExitCodeThatAnInstanceIsFrozen) {
   EXPECT_EQ(exit_code, 0);
   service.signal(SIGSTOP);
   const std::string who = "pid " + std::to_string(service.pid()) + " on ";
-  await("word of it", [&] { return run({"status"}).output().find(who) != std::string::npos; });
+  await("its alarm", [&] { return run({"status"}).output().find(who) != std::string::npos; });
   EXPECT_EQ(exit_code, 5);
   EXPECT_THAT(run({"services"}).output(), HasSubstr(who));
   service.signal(SIGCONT);
@@ -301,7 +301,7 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   service.signal(SIGCONT);
 }
 
-// An operator's tool says it again until it hears the outcome; meanwhile another one pings a
+// An operator's tool repeats its command until it gets the outcome, while another one pings a
 // hundred instances.
 TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
   Process service = chain.square_root();
@@ -326,8 +326,8 @@ TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
                            .key = {.machine = "cnc", .channel = 1},
                            .issuer = issuer};
   };
-  // Which call it is says the refusal of a command that names another one.
-  const fabric::Command other = for_gateway(fabric::CommandKind::retry, "somebody");
+  // The refusal of a command about another call shows the id of this one.
+  const fabric::Command other = for_gateway(fabric::CommandKind::retry, "stranger");
   await("a refusal", [&] { return commands.write(other) && told(other); });
   const std::string refusal = outcomes.at(other.id);
   const std::string pending = refusal.substr(refusal.rfind(' ') + 1);
@@ -342,7 +342,7 @@ TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
   }
   ASSERT_TRUE(commands.write(retry));
   const fabric::Command last = for_gateway(fabric::CommandKind::ping, "tester");
-  await("an answer to what came last", [&] { return commands.write(last) && told(last); });
+  await("an answer to the last command", [&] { return commands.write(last) && told(last); });
   EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1) << gateway.error_output();
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("retry by tester: another call")));
   service.signal(SIGCONT);
@@ -358,7 +358,7 @@ TEST_F(TheCommand, CallsAServiceWithoutAController) {
       run({"call", square_root, "-1", "--machine", "press", "--channel", "2", "--json"}).output();
   EXPECT_THAT(json, HasSubstr("\"machine\":\"press\",\"channel\":2"));
   EXPECT_THAT(json, HasSubstr("\"response_state\":99"));
-  // Its scope takes no call of another channel.
+  // Its scope has no call of another channel.
   EXPECT_THAT(run({"call", square_root, "16"}).error_output(), HasSubstr("no response: "));
   EXPECT_EQ(exit_code, 1);
 }
@@ -486,7 +486,7 @@ TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {
 }
 
 TEST_F(TheCommand, RecordsAgainHoweverOftenItWasKilled) {
-  // As people type it, in the folder.
+  // Typed with a relative path, in the folder.
   const auto record = [&](const std::string& file) {
     Flags command{"/usr/bin/env", "-C", chain.folder().string()};
     const Flags rest = chain.command({"record", "-o", file});
@@ -510,7 +510,7 @@ TEST_F(TheCommand, RecordsAgainHoweverOftenItWasKilled) {
 TEST_F(TheCommand, RecordsOnWhenADiskThatWasFullAllAtOnceHasRoomAgain) {
   const std::string disk = (chain.folder() / "disk").string();
   std::filesystem::create_directory(disk);
-  // A disk of its own, which only it sees; so does whoever looks through its /proc.
+  // A disk that only this process sees, and the test through its /proc.
   Flags command{"/usr/bin/unshare",
                 "--mount",
                 "--map-root-user",
@@ -537,7 +537,7 @@ TEST_F(TheCommand, RecordsOnWhenADiskThatWasFullAllAtOnceHasRoomAgain) {
   std::filesystem::remove(seen / "filler");
   sut.await_error("there is room on the disk again");
   call();
-  // The disk is there as long as somebody has it open.
+  // The disk exists as long as it is open.
   const base::posix::Fd open(::open(seen.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   ASSERT_TRUE(open);
   sut.terminate();

@@ -1,5 +1,5 @@
-// `millrace controller probe` against a virtual CNC. The other commands, with a controller made by
-// hand, are in tests/interop.
+// `millrace controller probe` with a virtual CNC. The other commands, with a hand-made controller,
+// are in tests/interop.
 
 #include <fstream>
 
@@ -39,7 +39,7 @@ class AProbe : public testing::Test {
     secure_port = ready.at(2);
     udp_port = ready.at(3);
   }
-  /// What the command said at its end.
+  /// The command's final output.
   std::string run(Flags flags) {
     flags.insert(flags.begin(), {binary("millrace"), "controller", "probe", "127.0.0.1"});
     Process sut(std::move(flags));
@@ -47,7 +47,7 @@ class AProbe : public testing::Test {
     errors = sut.error_output();
     return sut.output();
   }
-  /// Whether a gateway of the block that stands in this output gets a link.
+  /// Whether a gateway with the block in this output gets a link.
   void expect_link_with_block_in(const std::string& output) {
     const std::string block = output.substr(output.find("machine {"));
     Process vars({binary("millrace"), "vars", "press", "read", "V.G.SERVICE.UUID", "--direct",
@@ -131,7 +131,7 @@ TEST_F(AProbe, AsksOverSecureAdsOnceTheRouteIsAdded) {
   expect_link_with_block_in(output);
 }
 
-/// Of a plant: its CA, and a certificate of it for this host and one for the controller.
+/// A CA, and its certificates for this host and for the controller.
 class AProbeOfAPlant : public AProbe {
  protected:
   AProbeOfAPlant() {

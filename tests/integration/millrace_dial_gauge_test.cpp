@@ -1,4 +1,4 @@
-// millrace-dial-gauge as a process, called over the fabric; a pty stands for the receiver.
+// millrace-dial-gauge as a process, called over the fabric; a pty replaces the receiver.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -65,7 +65,7 @@ TEST_F(DialGauge, AnswersFromAReceiverOnASerialLine) {
   sut.await_error("1 broken frames so far");
   EXPECT_EQ(call("READ bore").state, 13U);
   send(master, "DT10002+00000012.34M\r");
-  // The value is on its way through the line and another process.
+  // The value travels through the line and another process.
   fabric::Reply reply = call("READ bore");
   while (reply.state == 13) {
     reply = call("READ bore");

@@ -1,4 +1,4 @@
-// `millrace doctor` on fabrics that are well, and on some that are not.
+// `millrace doctor` on fabrics with and without problems.
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -135,7 +135,7 @@ TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
   EXPECT_EQ(exit_code, 1);
 }
 
-/// An instance on a host whose clock is wrong.
+/// An instance on a host with a wrong clock.
 class Elsewhere : public fabric::endpoints::ReplyEndpointListener,
                   public fabric::endpoints::CommandListener {
  public:

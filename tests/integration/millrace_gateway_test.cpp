@@ -1,4 +1,4 @@
-// The program millrace-gateway as its users meet it: flags, ready line, exit codes, whole calls.
+// The program millrace-gateway from a user's view: flags, ready line, exit codes, whole calls.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -100,7 +100,7 @@ TEST_F(MillraceGateway, BringsACallOverSecureAdsOnceItsPasswordIsRight) {
 }
 
 TEST_F(MillraceGateway, WarnsOfPlainAdsOverANetwork) {
-  // 0.0.0.0 leads to this host alone, but does not look like it.
+  // 0.0.0.0 leads only to this host, but the text does not show it.
   Process sut = gateway(
       {"--machine", "saw=127.0.0.1:1/10.0.0.6.1.1", "--machine", "press=0.0.0.0:1/10.0.0.5.1.1"});
   sut.await_error("press \\(0\\.0\\.0\\.0:1, .*\\): plain ADS: any host on its network");

@@ -1,4 +1,4 @@
-// The manners of the operator's command: help and completion of every subcommand there is.
+// Help and completion of every subcommand of the operator's command.
 
 #include <filesystem>
 #include <fstream>
@@ -68,7 +68,7 @@ Help help_of(Words path) {
   return help;
 }
 
-/// Of the command itself and all its subcommands, by their words.
+/// The help of the command itself and of all its subcommands, by their words.
 const std::map<std::string, Help>& all_help() {
   static const std::map<std::string, Help> all = [] {
     std::map<std::string, Help> found;
@@ -92,12 +92,12 @@ const Words programs{"millrace",          "millrace-gateway", "millrace-cnc",
                      "millrace-archiver", "millrace-batch",   "millrace-dial-gauge",
                      "millrace-lcm",      "millrace-mail",    "millrace-square-root"};
 
-/// What completes a program, as it comes with its package.
+/// The completion script in the program's package.
 std::string completion_of(const std::string& program) {
   return program == "millrace" ? "completion bash" : "--completion bash";
 }
 
-/// What a bash that has been told to complete a program offers for a line that is not finished.
+/// What bash offers for an unfinished line, once it has loaded the completion.
 Words offered(const std::string& line) {
   std::istringstream words_in(line + "|");
   Words words;
@@ -135,7 +135,7 @@ Words options_in(const std::string& help) {
   return options;
 }
 
-/// What a command line says that is wrong; it does nothing else.
+/// The error message of an invalid command line, which has no other effect.
 std::string error_of(Words command) {
   command.front() = binary(command.front());
   Process process(command);
@@ -199,8 +199,8 @@ TEST(TheHelp, HasTheCommandsInGroupsAndTheExamplesFirst) {
 }
 
 TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
-  // A script for a shell; an export whose format is chosen otherwise; what is told over HTTP; what
-  // writes files, and says where.
+  // A script for a shell; an export with another choice of format; commands over HTTP; commands
+  // that write files and print their paths.
   const std::set<std::string> others{
       "completion",  "controller add-route", "recording export",
       "web",         "trust export",         "trust init",
@@ -241,7 +241,7 @@ TEST(TheCompletion, OffersTheOptionsOfEveryProgram) {
               testing::UnorderedElementsAre("at-least-once", "at-most-once"));
 }
 
-/// The man page of a program as `man` shows it, without a word of complaint.
+/// The man page of a program as `man` shows it, without warnings.
 std::string shown_by_man(const Words& program) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "page.1";

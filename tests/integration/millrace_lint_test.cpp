@@ -1,4 +1,4 @@
-// `millrace lint` as a user starts it, also beside a service that is there.
+// `millrace lint` as a user starts it, also with a running service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
 class TheLint : public testing::Test {
  protected:
-  /// `millrace lint ARGS` to its end: what it printed.
+  /// Runs `millrace lint ARGS` to its end; returns its output.
   std::string run(std::vector<std::string> args) {
     args.insert(args.begin(), {binary("millrace"), "lint"});
     Process process(std::move(args));

@@ -1,4 +1,4 @@
-// millrace-mail as a process between callers of the fabric and a real mail server (aiosmtpd).
+// millrace-mail as a process between callers on the fabric and a real mail server (aiosmtpd).
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -32,14 +32,14 @@ std::string content(const fs::path& file) {
   return text.str();
 }
 
-/// There is once it has been put there whole.
+/// Creates the file with its whole content at once.
 void write(const fs::path& file, const std::string& text) {
   const fs::path part = file.string() + ".part";
   std::ofstream(part) << text;
   fs::rename(part, file);
 }
 
-/// A certificate for "localhost" that vouches for itself.
+/// A self-signed certificate for "localhost".
 void make_certificate(const fs::path& certificate, const fs::path& key) {
   Process openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
                    "ec_paramgen_curve:prime256v1", "-nodes", "-subj", "/CN=localhost", "-addext",
@@ -58,7 +58,7 @@ class Mail : public testing::Test {
     write(folder.path() / "password", "correct horse\n");
   }
 
-  /// The mail server; from the second time on with the port it had.
+  /// Starts the mail server; from the second time on with its previous port.
   void open_server(std::vector<std::string> options) {
     std::vector<std::string> command{"/usr/bin/python3", std::string(MILLRACE_SMTP_SERVER),
                                      inbox.string(), "--port", std::to_string(port)};
@@ -92,7 +92,7 @@ class Mail : public testing::Test {
   }
 
   fabric::Reply call(const std::string& text) { return caller.call(uuid, text); }
-  /// What the server does from now on; empty = it accepts.
+  /// Sets the server's reply from now on; empty = it accepts.
   void answer(const std::string& what) { write(inbox / "answer", what); }
 
   [[nodiscard]] std::size_t accepted() const {
@@ -188,13 +188,13 @@ TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
   const fabric::Reply reply = call("done program=A parts=1");
   EXPECT_EQ(reply.text, "sent later: 451 4.7.1 greylisted");
   EXPECT_EQ(reply.state, 2U);
-  // Refused again while it waits, then taken.
+  // Refused once more while it waits, then accepted.
   sut->await_error("\\(attempt 3\\)");
   EXPECT_EQ(accepted(), 0U);
   answer("");
   await_mail(1);
   sut->await_error("the mail server has its mail: 250");
-  // Nothing is left that could be sent once more, by this process or the next.
+  // No mail is left that this process or the next could send again.
   sut->terminate();
   EXPECT_EQ(sut->wait(), 0) << sut->error_output();
   ASSERT_TRUE(caller.await_no_instance(uuid));
@@ -209,7 +209,7 @@ TEST_F(Mail, SendsTheOthersWhileTheServerStallsOverSome) {
   std::ofstream(config, std::ios::app) << "recipient { name: 'tar' address: 'tar@example.com' }\n";
   start_service();
   answer("data 451 4.7.1 greylisted");
-  // Those that will stall come first, and are due first.
+  // The mails that will stall are first in order and in time.
   for (int number = 0; number < 3; ++number) {
     EXPECT_EQ(call("done to=tar program=A parts=1").state, 2U);
   }
@@ -237,9 +237,9 @@ TEST_F(Mail, KeepsMailsWhileTheServerIsNotThereAlsoOverARestart) {
 
 TEST_F(Mail, TellsAtOnceWhatTheServerNeverTakes) {
   start();
-  answer("rcpt 550 5.1.1 nobody here");
+  answer("rcpt 550 5.1.1 no such user");
   const fabric::Reply recipient = call("done program=A parts=1");
-  EXPECT_EQ(recipient.text, "ERROR: the mail server refuses: 550 5.1.1 nobody here");
+  EXPECT_EQ(recipient.text, "ERROR: the mail server refuses: 550 5.1.1 no such user");
   EXPECT_EQ(recipient.state, 14U);
   answer("data 554 5.6.0 no such content");
   EXPECT_EQ(call("done program=A parts=1").state, 14U);

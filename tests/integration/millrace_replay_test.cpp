@@ -1,4 +1,4 @@
-// A recording in the place of machines, of services and of a controller, with the real programs.
+// A recording in place of machines, of services and of a controller, with the real programs.
 #include <algorithm>
 #include <filesystem>
 
@@ -14,7 +14,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// What the demo's two programs asked and a square root service answered: six calls.
+/// The requests of the demo's two programs with the answers of a square root service: six calls.
 const std::string demo_recording = MILLRACE_TEST_DATA "/recordings/demo.mcap";
 
 std::size_t lines_with(const std::string& text, const std::string& what) {
@@ -70,7 +70,7 @@ TEST_F(Replay, VerifiesAServiceAgainstARecordedRunAndFindsAWrongDigit) {
     return live;
   }();
   {
-    // The gateway is still there: a replay takes no channel from it.
+    // The gateway still runs: a replay takes no channel from it.
     Process service = chain.square_root();
     const Process same = run({"replay", "--to-services", "--verify", file});
     EXPECT_EQ(exit_code, 0) << same.output() << same.error_output();
@@ -228,7 +228,7 @@ TEST_F(Replay, RefusesWhatMakesNoSense) {
                                                {"--to-services", "--rate", "0"},
                                                {"--to-services", "--channel", "cnc/x=1"},
                                                {"--to-services", "--tolerance", "much"},
-                                               {"--to-services", "--uuid", "nobody"},
+                                               {"--to-services", "--uuid", "unknown"},
                                                {"--as-cnc", "--listen", "nowhere"},
                                                {"--as-service", "--step"}}) {
     Flags command{"replay", demo_recording};

@@ -1,4 +1,4 @@
-// `millrace vars --direct` against a virtual CNC.
+// `millrace vars --direct` with a virtual CNC.
 
 #include <fstream>
 #include <sstream>
@@ -26,13 +26,13 @@ class TheVariables : public testing::Test {
               "--config", MILLRACE_TEST_DATA "/vars/cnc.textproto"}),
         port_(cnc_.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1)) {}
 
-  /// `millrace vars cnc ARGS --direct` to its end: what it printed.
+  /// Runs `millrace vars cnc ARGS --direct` to its end; returns its output.
   std::string run(Flags args, const std::string& machine = {}) {
     args.emplace_back("--direct");
     return vars_direct(args, machine);
   }
 
-  /// The same where ARGS have that flag.
+  /// The same for ARGS that contain that flag.
   std::string vars_direct(const Flags& args, const std::string& machine = {}) {
     Flags command{binary("millrace"), "vars",
                   machine.empty() ? "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1" : machine};

@@ -1,5 +1,5 @@
-// `millrace web` beside the real programs: what it tells, who may act, and what foreign input does
-// to it.
+// `millrace web` with the real programs: its output, authorization, and its reaction to foreign
+// input.
 
 #include <algorithm>
 #include <csignal>
@@ -32,14 +32,14 @@ class TheWeb : public testing::Test {
     port = static_cast<std::uint16_t>(
         std::stoi(sut->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
   }
-  /// A program in channel 1 that calls all the time, and whom it calls.
+  /// Starts a program in channel 1 with continuous calls, and its service.
   void start_calls() {
     service.emplace(chain.square_root({"--name", "sq1"}));
     cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
     gateway.emplace(chain.gateway());
   }
   /// A call of channel 1 whose at-most-once instance is lost.
-  void hold_a_call() {
+  void block_a_call() {
     service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
     cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"}));
     gateway.emplace(chain.gateway());
@@ -111,8 +111,8 @@ TEST_F(TheWeb, TellsWhatTheCommandsTell) {
   ASSERT_EQ(services.wait(), 0);
   const auto by_command = boost::json::parse(services.output());
   boost::json::value by_web;
-  // Load and times of an instance are told by its heartbeats, some times a second.
-  await("all that the command says", [&] {
+  // Heartbeats contain load and times of an instance, some times a second.
+  await("all that the command prints", [&] {
     by_web = get("/api/services");
     const auto& fields = by_command.at(0).as_object();
     return std::all_of(fields.begin(), fields.end(), [&](const auto& field) {
@@ -167,7 +167,7 @@ TEST_F(TheWeb, LetsAUserRetryOrAnswerAHeldCallAndTheProgramEnds) {
   start_web({"--allow-actions", file.string()});
   Process watcher = chain.millrace({"record", "-o", (chain.folder() / "who.mcap").string()});
   watcher.await("^ready: ");
-  hold_a_call();
+  block_a_call();
 
   const auto channels = get("/api/channels");
   std::string call;
@@ -289,7 +289,7 @@ TEST_F(TheWeb, IsNotOpenedToANetworkWithoutProtection) {
   EXPECT_EQ(wrong.wait(), 2);
 }
 
-/// A certificate for `name` that vouches for itself, and its key, in place of those before.
+/// Replaces certificate and key: a self-signed certificate for `name`.
 void make_certificate(const std::filesystem::path& folder, const std::string& name) {
   Process openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
                    "ec_paramgen_curve:prime256v1", "-nodes", "-subj", "/CN=" + name, "-days", "2",
@@ -298,7 +298,7 @@ void make_certificate(const std::filesystem::path& folder, const std::string& na
   ASSERT_EQ(openssl.wait(), 0) << openssl.error_output();
 }
 
-/// The subject of the certificate that a server shows.
+/// The subject of the server's certificate.
 std::string certificate_at(std::uint16_t port) {
   Process client({"/bin/sh", "-c",
                   "openssl s_client -connect 127.0.0.1:" + std::to_string(port) +
@@ -320,7 +320,7 @@ TEST(TheWebWithTls, TakesANewCertificateWhenItIsToldTo) {
   sut.signal(SIGHUP);
   sut.await_error("web.crt is used from now on");
   EXPECT_THAT(certificate_at(port), HasSubstr("second"));
-  // A key that does not fit, as while the files are replaced one after the other.
+  // A key that does not fit, as while the files are being replaced.
   std::ofstream(chain.folder() / "web.key") << "no key";
   sut.signal(SIGHUP);
   sut.await_error("the one before stays");
@@ -333,15 +333,15 @@ TEST_F(TheWeb, TellsWhatProgramsSayOfThemselves) {
   start_web();
   Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   recorder.await("^ready: ");
-  await("word of the recorder", [&] {
+  await("the alarm of the recorder", [&] {
     const auto alarms = get("/api/alarms").as_array();
     return !alarms.empty() && alarms.at(0).at("kind") == "recording";
   });
   EXPECT_THAT(HttpClient(port).get("/metrics").body,
               HasSubstr("kind=\"recording\",subject=\"\",level=\"fine\"} 1"));
-  // Gone without a word, as its host may be.
+  // Gone without a farewell, as when its host fails.
   recorder.kill();
-  await("the end of its word", [&] { return get("/api/alarms").as_array().empty(); });
+  await("the end of its alarm", [&] { return get("/api/alarms").as_array().empty(); });
 }
 
 }  // namespace

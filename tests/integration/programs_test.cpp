@@ -1,4 +1,4 @@
-// What becomes of NC programs, from the virtual CNC to who looks, records and archives.
+// The states of NC programs, from the virtual CNC to the page, the recorder and the archive.
 #include <fstream>
 
 #include <boost/asio/io_context.hpp>
@@ -132,7 +132,7 @@ TEST_F(Programs, AreRecordedAndArchived) {
   watch.await("ended  \"[^\"]*good\\.nc\"");
 
   await("the end of the program in the recording", [&] {
-    // As long as it is being written; it may not be there yet.
+    // While it is being written; it may not exist yet.
     Process cat = sut.millrace({"recording", "cat", file + ".part", "--kind", "program"});
     cat.wait();
     return cat.output().find("ended") != std::string::npos;

@@ -1,6 +1,6 @@
-// Debian's Prometheus scrapes `millrace web` beside the real programs: what it counts is what was
-// called, and each alert begins with its cause and ends with it. The alerts wait for seconds here
-// instead of minutes.
+// Debian's Prometheus scrapes `millrace web` with the real programs: its counts match the calls,
+// and each alert begins and ends with its cause. The alerts wait for seconds here instead of
+// minutes.
 
 #include <algorithm>
 #include <csignal>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* prometheus_binary = "/usr/bin/prometheus";
 
-/// A port that nobody has: Prometheus does not say which one it was given.
+/// A port that no process has: Prometheus does not print the one that it was assigned.
 std::uint16_t free_port() {
   const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -101,7 +101,7 @@ class ThePrometheus : public testing::Test {
                ? std::nullopt
                : std::optional(std::atof(result.at(0).at("value").at(1).as_string().c_str()));
   }
-  /// As the gateway counts them.
+  /// The number that the gateway counts.
   [[nodiscard]] std::int64_t calls_of_the_gateway() const {
     Process channels = chain.millrace({"channels", "--json"});
     std::int64_t calls = 0;
@@ -144,7 +144,7 @@ TEST_F(ThePrometheus, CountsWhatWasCalled) {
   EXPECT_EQ(cnc->wait(), 0) << cnc->error_output();
   const std::string calls = "sum(millrace_calls_total{result=\"answered\"})";
   const std::string by_gateway = "sum(millrace_channel_calls_total{event=\"answered\"})";
-  await("both to agree", [&] {
+  await("equal counts", [&] {
     const auto counted = value_of(calls);
     return counted && counted > 0.0 && counted == value_of(by_gateway);
   });
@@ -248,10 +248,10 @@ TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
   await("calls", [&] { return value_of("sum(millrace_calls_total)") > 0.0; });
-  // As a full disk.
+  // Like a full disk.
   const rlimit full{.rlim_cur = 16, .rlim_max = RLIM_INFINITY};
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &full, nullptr), 0);
-  // A call that is already there waits without a word; a new one says why.
+  // The present call waits without an alarm; a new one raises it.
   const std::string machine = "cnc=127.0.0.1:" + std::to_string(chain.port()) + "/127.0.0.1.1.1";
   for (const auto& [variable, value] : std::vector<std::pair<std::string, std::string>>{
            {"V.G.SERVICE.UUID", "560aacbf-6335-44a9-895a-8b27f3ed5e47"},
@@ -267,8 +267,8 @@ TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
   expect_no_alert("MillraceJournalFull");
 }
 
-/// A gateway that tells what becomes of programs, and samples a value that the controller has and
-/// one that it has not.
+/// A gateway that publishes program states, and samples a value that the controller has and one
+/// that it has not.
 class ThePrometheusOfData : public ThePrometheus {
  protected:
   void SetUp() override {
@@ -285,7 +285,7 @@ class ThePrometheusOfData : public ThePrometheus {
         "data { name: \"state\" variable: [\"state\", \"V.E.NONE\"] period_ms: 20 } }\n"));
     await("data", [&] { return value_of("millrace_data_values{quality=\"good\"}") == 1.0; });
   }
-  /// The same controller, off and on again, with a program that ends with an error after a while.
+  /// The same controller, restarted, with a program that ends with an error after a while.
   void run_into_an_error() {
     const std::string place = "127.0.0.1:" + std::to_string(chain.port());
     const auto program = chain.folder() / "bad.nc";
@@ -301,7 +301,7 @@ TEST_F(ThePrometheusOfData, CallsWhenAProgramIsAborted) {
   const auto aborted = [&] { return value_of("sum(millrace_programs_total{result=\"aborted\"})"); };
   run_into_an_error();
   await("an aborted program", [&] { return aborted() == 1.0; });
-  // Prometheus sees what is more than before.
+  // Prometheus sees increases only.
   run_into_an_error();
   expect_alert("MillraceProgramAborted");
 }
@@ -373,7 +373,7 @@ TEST_F(ThePrometheus, CallsWhenCallsFail) {
   cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
   gateway.emplace(chain.gateway());
   await("two calls", [&] { return value_of("sum(millrace_calls_total)") >= 2.0; });
-  // Each time an instance is lost with the call that it has, which an operator answers then.
+  // Each time, an instance is lost with its call, which an operator then answers.
   for (int i = 0; i < 3; ++i) {
     service->kill();
     service.emplace(chain.slow_service({"--work", "100000"}));
@@ -394,10 +394,10 @@ TEST_F(ThePrometheus, CallsWhenSomethingOfACallDoesNotArrive) {
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   gateway.emplace(chain.gateway());
   await("calls", [&] { return value_of("sum(millrace_calls_total)") > 0.0; });
-  // Writers keep 128 calls of a channel for who stands still.
+  // Writers keep 128 calls of a channel for a reader that stands still.
   web->signal(SIGSTOP);
   const auto seen = calls_of_the_gateway();
-  await("calls that it does not see", [&] { return calls_of_the_gateway() > seen + 400; });
+  await("calls that it misses", [&] { return calls_of_the_gateway() > seen + 400; });
   web->signal(SIGCONT);
   expect_alert("MillraceCallsMissing");
   expect_no_alert("MillraceCallsMissing");

@@ -1,5 +1,5 @@
-// How a gateway is told of requests by controllers of every kind, and serves those that do not
-// tell.
+// A gateway with notifications from controllers of every kind, and with controllers that do not
+// send them.
 #include <csignal>
 #include <fstream>
 #include <regex>
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 class Push : public testing::Test {
  protected:
-  /// A virtual CNC whose connections are so.
+  /// A virtual CNC with these properties of its connections.
   Process cnc(const std::string& connections, Flags flags = {}) {
     const auto file = sut.folder() / "cnc.textproto";
     std::ofstream(file) << connections << "\n";
@@ -28,7 +28,7 @@ class Push : public testing::Test {
     return "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" " +
            more + " }\n";
   }
-  /// The same at a port where one was before.
+  /// The same at the port of a previous one.
   Process cnc_at(std::uint16_t port, const std::string& connections) {
     const auto file = sut.folder() / "cnc.textproto";
     std::ofstream(file) << connections << "\n";
@@ -37,7 +37,7 @@ class Push : public testing::Test {
     process.await("^ready: ");
     return process;
   }
-  /// Until `millrace machines` says this.
+  /// Waits until `millrace machines` prints this.
   void await_of_the_machine(const std::string& pattern) {
     std::string said;
     try {
@@ -62,7 +62,7 @@ TEST_F(Push, IsWhatAVirtualCncGrants) {
   await_of_the_machine("\"watch\":\"pushed\"");
 }
 
-// Looks for safety alone, of all channels in one request.
+// Only safety reads, of all channels in one request.
 TEST_F(Push, CostsAnIdleMachineOfTenChannelsFiveRequestsASecondAtMost) {
   Process cnc = this->cnc("", {"--channels", "10"});
   Process gateway = sut.gateway();
@@ -71,12 +71,12 @@ TEST_F(Push, CostsAnIdleMachineOfTenChannelsFiveRequestsASecondAtMost) {
 }
 
 TEST_F(Push, LeavesNothingBehindWhenTheGatewayEnds) {
-  // As a TwinCAT router keeps them; and there is room for those of one gateway.
+  // Like a TwinCAT router, which keeps them; with room for the notifications of one gateway.
   Process cnc = this->cnc("connections { notifications_survive: true notifications { most: 4 } }");
   for (int times = 0; times < 3; ++times) {
     Process gateway = sut.gateway();
     gateway.await_error("pushed: ");
-    // With a question under way there is no room for a last word.
+    // While a request is under way there is no room for a farewell.
     await_of_the_machine("\"watch\":\"pushed\"");
     gateway.terminate();
     EXPECT_EQ(gateway.wait(), 0) << gateway.error_output();
@@ -143,7 +143,7 @@ TEST_F(Push, KeepsToTheIndexGroupsThatAreConfigured) {
   gateway.await_error("link up, channels 1, 2");
 }
 
-/// Calls of one channel, with a pause between them in which the controller can show what it tells.
+/// Calls of one channel with pauses, in which the controller can show whether it notifies.
 class PushOfAProgramThatPauses : public Push {
  protected:
   Process cnc_that(const std::string& notifications) {
@@ -179,7 +179,7 @@ TEST_F(PushOfAProgramThatPauses, IsGivenUpWhereSomeChangesAreNotTold) {
   cnc.await("\\[ch1\\] 20 calls");
 }
 
-/// A switch of the virtual CNC, and what the gateway makes of it.
+/// A property of the virtual CNC, and the gateway's reaction.
 struct Kind {
   const char* name;
   const char* connections;
@@ -231,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(
              "symbols: false variable_symbols: false sum_commands: false "
              "notifications { by_handle: SERVICE_NOT_SUPPORTED } } answers { current_groups: false",
              "polled: the controller gives no handle .*0x702"},
-        // What becomes of it depends on which ones that are: the test above.
+        // The effect depends on which ones are lost; see the test above.
         Kind{"that_lose_every_third", "notifications { lose_every: 3 }", "pushed: "}),
     [](const auto& one) { return std::string(one.param.name); });
 

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::SizeIs;
 
-/// Whether it becomes true while a test may wait.
+/// Whether it becomes true within the longest wait of a test.
 template <typename Done>
 bool eventually(const Done& done) {
   try {
@@ -34,7 +34,7 @@ bool eventually(const Done& done) {
 
 class AMessageQueue : public testing::Test {
  protected:
-  /// A controller whose queue has so many elements and runs this program.
+  /// A controller whose queue has this many elements and that runs this program.
   Process cnc(int elements, const std::string& program, Flags flags = {}) {
     const auto file = chain_.folder() / "cnc.textproto";
     std::ofstream(file) << fmt::format(
@@ -50,7 +50,7 @@ class AMessageQueue : public testing::Test {
     return chain_.configured_gateway(configuration(queue, "journal"), std::move(flags));
   }
 
-  /// A gateway with this journal; `queue` is what the queue has besides.
+  /// A gateway with this journal; `queue` has further settings of the queue.
   [[nodiscard]] std::string configuration(const std::string& queue,
                                           const std::string& journal) const {
     return machine(fmt::format("queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: "
@@ -167,7 +167,7 @@ TEST_F(AMessageQueue, RepeatsUnderTheSameIdWhenItsServiceIsKilled) {
   }
   Process sut = service();
   EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
-  // All are there in their order, and what was repeated has the id it had.
+  // All messages arrive in their order, and repetitions have the same id.
   std::map<std::string, std::set<std::string>> calls;
   std::vector<std::string> first;
   for (const auto& [call, text] : executions()) {
@@ -201,7 +201,7 @@ TEST_F(AMessageQueue, WithASlowServiceIsWarnedOfBeforeItIsFullAndLosesNothing) {
 
 TEST_F(AMessageQueue, OfASlowServiceWaitsInTheJournalAsFarAsItMay) {
   Process sut = service({"--work", "10"});
-  // It writes the next message when those before it were read: more than 8 do not wait.
+  // It writes the next message after the previous ones were read: at most 8 wait.
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   Process reader = gateway("backlog: 8");
   reader.await_error("[678] of 8 messages that the journal may hold");
@@ -230,7 +230,7 @@ TEST_F(AMessageQueue, ShowsInTheOperatorsTools) {
   })) << shown;
   EXPECT_THAT(shown,
               AllOf(HasSubstr("cnc.ALARMS/1"), HasSubstr("SD.ALARMS"), HasSubstr("WHEN_ANSWERED")));
-  // An operator answers in the service's place, once one is there to be waited for.
+  // An operator answers in the service's place, once a message waits for an answer.
   Process sut = service();
   ASSERT_TRUE(await_texts(2)) << reader.error_output();
   EXPECT_THAT(texts(), ElementsAre("drill worn", "coolant low"));
@@ -246,7 +246,7 @@ TEST_F(AMessageQueue, ShowsInTheOperatorsTools) {
 TEST_F(AMessageQueue, IsReadAtOnceWhereTheControllerTellsOfChanges) {
   Process sut = service();
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
-  // One look a minute would take a day and a half.
+  // Polling once a minute would take a day and a half.
   Process reader = gateway("period_ms: 60000 events: true");
   EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
   ASSERT_TRUE(await_texts(200)) << reader.error_output();
@@ -292,7 +292,7 @@ TEST_F(AMessageQueue, IsReadOnByASecondGatewayWhenTheFirstIsGone) {
   ASSERT_TRUE(await_texts(20)) << first.error_output();
   first.kill();
   EXPECT_EQ(controller.wait(), 0) << controller.error_output() << second.error_output();
-  // The second knows nothing of the call that was under way and gives it out anew.
+  // The second gateway does not know the call under way and dispatches it again.
   auto all = texts();
   all.erase(std::unique(all.begin(), all.end()), all.end());
   EXPECT_EQ(all, messages(200)) << second.error_output();

@@ -1,4 +1,4 @@
-// A service as the process that it is: its ready line, its end by signal and by accident.
+// A service as a process: its ready line, its end by a signal and by a crash.
 #include <chrono>
 #include <fstream>
 
@@ -89,7 +89,7 @@ TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
   EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(2));
 }
 
-/// What a host with ROS 2 often has.
+/// The typical environment of a host with ROS 2.
 const std::string environment =
     R"(CYCLONEDDS_URI=<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
 

@@ -1,4 +1,4 @@
-// Programs under systemd: they say when they are ready, and again and again that they still turn.
+// Programs under systemd: they report that they are ready, and then regularly that they are alive.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -23,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Stands for systemd: the socket of NOTIFY_SOCKET.
+/// Replaces systemd: the socket of NOTIFY_SOCKET.
 class Supervisor {
  public:
   explicit Supervisor(const std::filesystem::path& path)
@@ -101,7 +101,7 @@ TEST_P(Supervised, SaysNothingWhileItsLoopHangs) {
   const bool is_service = GetParam().front() == "millrace-square-root";
   {
     const StuckLoop stuck(sut, is_service ? "loop" : "");
-    // What it had said before.
+    // Messages from before.
     while (supervisor.hears({})) {
       supervisor.hear();
     }

@@ -1,5 +1,5 @@
-// Authorities that are renewed, and a plant that takes the place of another, while a program calls:
-// real processes, one after the other with what is new.
+// CAs are renewed, and a new PKI replaces another, while a program calls: real processes, which get
+// the new credentials one after the other.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -20,10 +20,10 @@ using testing::Not;
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
-/// Of millrace-slow-service.
+/// The UUID of millrace-slow-service.
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
 
-/// A line on which a program calls all the time and looks whether each answer is its own.
+/// A line on which a program calls all the time and checks that each answer is its own.
 class WhileAProgramCalls : public testing::Test {
  protected:
   WhileAProgramCalls() : cnc_(calling()) {}
@@ -40,7 +40,7 @@ class WhileAProgramCalls : public testing::Test {
     process.terminate();
     EXPECT_EQ(process.wait(), 0) << process.error_output();
   }
-  /// So many more by an instance of this name, of those that are there.
+  /// Waits for several more calls that this instance has run.
   void await_calls(Process& by) {
     const std::size_t before = answered(by);
     await("five more calls of one instance", [&] { return answered(by) >= before + 5; });
@@ -71,7 +71,7 @@ class WhileAProgramCalls : public testing::Test {
 
 TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGetsWhatIsNew) {
   const TrustCredentials plant(sut_.folder(), {uuid});
-  // What a host has that nobody has brought anything new.
+  // The folder of a host that was not updated.
   fs::copy(plant.of("service"), sut_.folder() / "old", fs::copy_options::recursive);
   const fs::path of_old = sut_.folder() / "old.fabric.textproto";
   std::ofstream(of_old) << "trust { folder: \"old\" }\n";
@@ -81,7 +81,7 @@ TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGe
   await_calls(first);
 
   plant.run({"renew-authorities", "PKI"});
-  // With a gateway that has old authorities, a service that has new ones.
+  // A gateway with the old CAs and a service with the new ones.
   Process second = service("second", plant.profile("service"));
   await_instance(old_gateway, "second");
   end(first);
@@ -99,7 +99,7 @@ TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGe
   expect_own_answers();
 }
 
-// New keys cannot be believed beside old ones: one plant beside the other, and the gateway goes
+// New keys cannot be trusted together with old ones: two PKIs in parallel, and the gateway moves
 // over.
 TEST_F(WhileAProgramCalls, AnotherPlantTakesOverInTheTimeThatAGatewayNeedsToStart) {
   fs::create_directory(sut_.folder() / "new");

@@ -1,5 +1,5 @@
-// A fabric with trust, as a plant engineer sets it up: real processes, each with what `millrace
-// trust` has made for it.
+// A fabric with trust, set up with the commands for it: real processes, each with its credentials
+// from `millrace trust`.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -48,7 +48,7 @@ TEST_P(TrustedCalls, AreAnswered) {
   Process gateway = sut.gateway(sut.as("gateway-1", GetParam()));
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
-  // An identity is known before what its program says.
+  // An identity is known before the program's samples.
   for (const Process* program : {&service, &gateway}) {
     EXPECT_THAT(program->error_output(), Not(HasSubstr("are ignored")));
   }
@@ -70,7 +70,7 @@ TEST_F(Trust, ShowsAStrangerNothing) {
   EXPECT_THAT(sut.ask({"channels"}, stranger), Not(HasSubstr("cnc/1")));
   EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, stranger, 1),
               Not(HasSubstr("1.414214")));
-  // And who belongs to it sees it still.
+  // A participant still sees it.
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
@@ -136,7 +136,7 @@ TEST_F(Trust, OfAnotherPlantCountsForNothing) {
   gateway.await_error("no service has the UUID");
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
   EXPECT_THAT(forged.error_output(), Not(HasSubstr("call ")));
-  // It asks to be believed once a second, which is no news.
+  // It retries its authentication once a second, which is not logged each time.
   gateway.await_error("Certificate not valid: .*CN=square-root.* \\(\\d+ times in \\d+ s\\)");
   const std::string said = gateway.error_output();
   std::size_t lines = 0;
@@ -147,8 +147,8 @@ TEST_F(Trust, OfAnotherPlantCountsForNothing) {
   EXPECT_LE(lines, 2U) << said;
 }
 
-// The authority that says who somebody is signs no permissions, so neither does who has something
-// of it.
+// The identity CA signs no permissions, so a participant with one of its certificates cannot
+// either.
 TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
   namespace openssl = base::openssl;
   const fs::path folder = fs::path(sut.plant()) / "screen";
@@ -165,7 +165,7 @@ TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
               AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
 }
 
-// Before there were identities: what a host got then is named by whatever is started with it.
+// Before identities existed: the owner of such a folder is whatever program uses it.
 TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
   const fabric::trust::Participant holder{
       .name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}};
@@ -183,7 +183,7 @@ TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
-// What belongs to the plant, and not together.
+// Files from one PKI that do not belong together.
 TEST_F(Trust, OfTwoMembersIsNotOfEither) {
   const fs::path plant = sut.plant();
   fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
@@ -216,15 +216,15 @@ TEST_F(Trust, IsPackedForItsHost) {
   EXPECT_EQ(sut.trust({"export", sut.plant(), "screen", "-o", "-"}), archive);
   EXPECT_THAT(sut.trust({"export", sut.plant(), "screen", "-o", "/dev/null"}, 2),
               HasSubstr("exists and is not a regular file"));
-  EXPECT_THAT(sut.trust({"export", sut.plant(), "nobody", "-o", file}, 2),
-              HasSubstr("no participant \"nobody\""));
+  EXPECT_THAT(sut.trust({"export", sut.plant(), "stranger", "-o", file}, 2),
+              HasSubstr("no participant \"stranger\""));
   EXPECT_EQ(content_of(file), archive);
 }
 
 TEST_F(Trust, EndsWithARevocation) {
   EXPECT_THAT(sut.trust({"revoke", sut.plant(), "screen"}), HasSubstr("revoked.pem"));
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2), HasSubstr("was revoked"));
-  // Who does not know of it himself is refused by the others, who do.
+  // A participant that does not know of its revocation is rejected by the others, who do.
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   sut.trust({"issue", sut.plant(), "unaware", "--role", "service", "--uuid", root_uuid});
   fs::copy(fs::path(sut.plant()) / "unaware", sut.folder() / "unaware",
@@ -236,7 +236,7 @@ TEST_F(Trust, EndsWithARevocation) {
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("office")), Not(HasSubstr(root_uuid)));
 }
 
-// Cyclone takes a participant whose certificate is over for gone, and its own, without being asked.
+// Cyclone itself regards a participant with an expired certificate as gone, its own included.
 TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   const auto until = sut.shorten(
       {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
@@ -247,7 +247,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   gateway.await_error("instance (\\S+) of " + root_uuid + " is ready: square_root");
   gateway.await_error("instance \\S+ is gone: square_root on ", std::chrono::seconds(60));
   EXPECT_GE(std::chrono::system_clock::now(), until);
-  // It says so itself, and ends, for its supervisor to start it with newer material.
+  // It logs this and ends, so that its supervisor restarts it with newer credentials.
   service.await_error("the certificate of square-root expired on .*`millrace trust renew`");
   EXPECT_EQ(service.wait(), 1);
   EXPECT_THAT(service.error_output(), Not(HasSubstr("internal error")));
@@ -255,7 +255,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("square-root"), 2), HasSubstr("expired on"));
 }
 
-// Operators are who their certificates say, and so it is told.
+// Operators have the names in their certificates, in outcomes and logs.
 TEST_F(Trust, NamesWhoCommandsByHisCertificate) {
   Process service = sut.square_root(sut.as("square-root"));
   static_cast<void>(sut.ask({"drain", root_uuid}, sut.as("office")));
@@ -276,7 +276,7 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   EXPECT_THAT(report,
               AllOf(HasSubstr("this process has the certificate of screen until"),
                     HasSubstr("accepted here: square_root on"), HasSubstr("has no certificate")));
-  // Only the identity tells it.
+  // Only the identity shows it.
   const std::string programs = sut.ask({"doctor", "--json"}, sut.as("screen"), 1);
   EXPECT_THAT(programs, HasSubstr(fmt::format(R"("pid":"{}")", service.pid())));
 }
@@ -325,7 +325,8 @@ TEST_F(Trust, NeedsAWordWhereANetworkIsNamedWithoutIt) {
 TEST_F(Trust, IsInTheFolderThatTheProfileNamesBesideIt) {
   const fs::path file = sut.folder() / "beside.fabric.textproto";
   std::ofstream(file) << "trust { folder: \"plant/screen\" }\n";
-  EXPECT_THAT(sut.ask({"services", "-i"}, {"--fabric-config", file.string()}), HasSubstr("no service"));
+  EXPECT_THAT(sut.ask({"services", "-i"}, {"--fabric-config", file.string()}),
+              HasSubstr("no service"));
 }
 
 TEST_F(Trust, HoldsForTheFabricOfThePlantAlone) {
@@ -346,8 +347,8 @@ TEST_F(Trust, IsListedAndShown) {
   EXPECT_THAT(sut.trust({"show", sut.plant(), "square-root"}),
               HasSubstr("millrace/" + root_uuid + "/*"));
   EXPECT_THAT(sut.trust({"list", sut.plant(), "--json"}), HasSubstr("\"name\":\"bench\""));
-  EXPECT_THAT(sut.trust({"show", sut.plant(), "nobody"}, 2),
-              HasSubstr("no participant \"nobody\""));
+  EXPECT_THAT(sut.trust({"show", sut.plant(), "stranger"}, 2),
+              HasSubstr("no participant \"stranger\""));
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "bench", "--role", "tester"}, 2),
               HasSubstr("trust renew"));
   EXPECT_THAT(sut.trust({"init", sut.plant()}, 2), HasSubstr("never overwritten"));

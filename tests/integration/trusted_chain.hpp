@@ -1,5 +1,5 @@
-// A chain of programs with trust, as a plant engineer sets it up: each with what `millrace trust`
-// has made for it.
+// A chain of programs with trust, set up with the commands for it: each with its credentials from
+// `millrace trust`.
 //
 //   TrustedChain sut;
 //   sut.set_up_plant();
@@ -33,7 +33,7 @@ inline std::string content_of(const fs::path& file) {
 
 class TrustedChain : public Chain {
  public:
-  /// The command `millrace trust`, to its end.
+  /// Runs the command `millrace trust` to its end.
   std::string trust(Flags command, int expected = 0) const {
     command.insert(command.begin(), {binary("millrace"), "trust"});
     Process process(std::move(command));
@@ -45,7 +45,7 @@ class TrustedChain : public Chain {
     return (folder() / name).string();
   }
 
-  /// A host's profile that shows what `member` got.
+  /// Flags for a profile with the credentials of `holder`.
   [[nodiscard]] Flags as(const std::string& holder, const std::string& protection = "SIGN") const {
     return profile(plant() + "/" + holder, protection);
   }
@@ -67,14 +67,14 @@ class TrustedChain : public Chain {
     trust({"issue", plant(), "bench", "--role", "tester"});
   }
 
-  /// A copy of a participant's folder, which learns of no revocation.
+  /// A copy of a participant's folder, which gets no revocations.
   [[nodiscard]] Flags unaware(const std::string& holder) const {
     const fs::path copy = folder() / ("unaware-" + holder);
     fs::copy(fs::path(plant()) / holder, copy, fs::copy_options::recursive);
     return profile(copy.string());
   }
 
-  /// Has the participant's permissions say this, for the time of its certificate.
+  /// Signs these permissions for the participant, with the validity of its certificate.
   void sign_permissions(const std::string& holder,
                         const std::vector<fabric::trust::Grant>& grants) const {
     namespace openssl = base::openssl;
@@ -89,7 +89,7 @@ class TrustedChain : public Chain {
         openssl::Key::read(content_of(authorities / "permissions.key")).value());
   }
 
-  /// Has the participant's certificate and permissions end in a moment; returns when.
+  /// Lets the participant's certificate and permissions expire in a moment; returns when.
   std::chrono::sys_seconds shorten(const fabric::trust::Participant& holder,
                                    std::chrono::seconds from_now) const {
     namespace openssl = base::openssl;
@@ -115,7 +115,7 @@ class TrustedChain : public Chain {
     return until;
   }
 
-  /// To its end; its output and what it complains about.
+  /// Runs a command to its end; returns its output and its errors.
   [[nodiscard]] std::string ask(Flags command, const Flags& who, int expected = 0) const {
     command.insert(command.end(), who.begin(), who.end());
     Process process = millrace(std::move(command));

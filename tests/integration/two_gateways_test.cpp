@@ -1,4 +1,4 @@
-// Two gateways set up for one machine: one serves, the other stands by.
+// Two gateways with the same machine: one serves, the other stands by.
 #include <chrono>
 #include <csignal>
 #include <functional>
@@ -36,7 +36,7 @@ std::size_t times(const Process& process, const std::string& words) {
   return found;
 }
 
-/// Whether it becomes true while a test may wait.
+/// Whether it becomes true within the longest wait of a test.
 bool eventually(const std::function<bool()>& holds) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!holds()) {
@@ -48,8 +48,8 @@ bool eventually(const std::function<bool()>& holds) {
   return true;
 }
 
-/// Until whoever listens on the fabric has heard that the call of channel 1 runs, a gateway that
-/// stands by among them; that the first has said so does not mean it was heard.
+/// Waits until observers, the standby gateway among them, have received that the call of channel 1
+/// runs: they receive it later than the first gateway logs it.
 void await_running(const Chain& sut) {
   std::string heard;
   while (heard.find("running") == std::string::npos) {
@@ -76,8 +76,8 @@ TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
   EXPECT_THAT(machines.output(), HasSubstr("serves this machine already"));
 }
 
-// While a call is under way: one that is killed while it writes an answer leaves, without a
-// journal, a program that waits on.
+// While a call is under way: without a journal, a gateway that is killed while it writes an answer
+// leaves a program that waits in vain.
 TEST(ASecondGateway, TakesOverWhenTheFirstIsKilled) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
@@ -140,7 +140,7 @@ TEST(ASecondGateway, GivesTheMachineBackToTheFirstThatWasOnlyFrozen) {
   EXPECT_THAT(cnc.output(), Not(HasSubstr("failed")));
 }
 
-// DDS's own threads go on and tell everybody that the process is there.
+// DDS's own threads continue and announce that the process is alive.
 TEST(ASecondGateway, TakesOverWhenTheLoopOfTheFirstHangsAndGivesBackWhenItTurnsAgain) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});

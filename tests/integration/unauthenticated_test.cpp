@@ -1,5 +1,5 @@
-// What a program says before it has shown an identity: a reader of a fabric with trust sets it
-// aside, a bounded part of it, until the identity is there or time is up.
+// Samples from before an identity is known: a reader of a fabric with trust sets a limited number
+// of them aside until the identity is there or time is up.
 #include <map>
 #include <memory>
 #include <optional>
@@ -20,7 +20,7 @@ namespace {
 using fabric::Authorization;
 namespace wire = fabric::wire;
 
-/// What it says is set aside by a reader that hands out what it doubts, too.
+/// Its samples are set aside also by a reader that delivers unauthenticated ones.
 class WithoutAnIdentity : public testing::Test {
  protected:
   void SetUp() override {
@@ -50,11 +50,11 @@ class WithoutAnIdentity : public testing::Test {
 TEST_F(WithoutAnIdentity, WhatIsSaidCountsOnceAnIdentityIsShown) {
   claim("cnc");
   claim("press_9");
-  // Both are there: in one domain object a write returns when its sample has arrived.
+  // Both have arrived: in one domain object a write returns when its sample has arrived.
   EXPECT_THAT(sut->take(), testing::IsEmpty());
   const fabric::dds::Authenticator late(there->handle(), "millrace", {}, trust);
   std::map<std::string, Authorization> authorization;
-  await("what was said", [&] {
+  await("its samples", [&] {
     for (const auto& taken : sut->take()) {
       authorization.emplace(taken.value.machine, taken.authorization);
     }
@@ -70,7 +70,7 @@ TEST_F(WithoutAnIdentity, SoMuchIsSetAsideAndNoMore) {
     claim(std::to_string(i));
   }
   std::vector<std::string> said;
-  await("the end of their time", [&] {
+  await("the timeout", [&] {
     for (const auto& taken : sut->take()) {
       EXPECT_EQ(taken.authorization, Authorization::unauthenticated);
       said.push_back(taken.value.machine);

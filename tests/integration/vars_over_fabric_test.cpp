@@ -1,4 +1,4 @@
-// Variables of a controller through its gateway: `millrace vars` and who asks by himself.
+// Variables of a controller through its gateway: `millrace vars` and other clients.
 #include <chrono>
 #include <csignal>
 #include <memory>
@@ -38,7 +38,7 @@ std::string machine(const std::string& more = {}) {
 
 constexpr const char* writable = "variables { write: \"V.E.*\" write: \"V.A.*\" }";
 
-/// A virtual CNC with variables of every kind, and who asks.
+/// A virtual CNC with variables of every kind, and a client.
 class VariablesOverTheFabric : public testing::Test {
  protected:
   Process start_cnc() { return chain.cnc({"--config", MILLRACE_TEST_DATA "/vars/cnc.textproto"}); }
@@ -48,7 +48,7 @@ class VariablesOverTheFabric : public testing::Test {
     return gateway;
   }
 
-  /// `millrace vars press ARGS` to its end: what it printed.
+  /// Runs `millrace vars press ARGS` to its end; returns its output.
   std::string vars(const Flags& args, const std::string& name = "press") {
     Flags command{"vars", name};
     command.insert(command.end(), args.begin(), args.end());
@@ -167,7 +167,7 @@ TEST_F(VariablesOverTheFabric,
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("which needs --direct"));
 
-  // A configuration that is read again holds at once.
+  // A new configuration takes effect at once.
   chain.configure(machine("variables { write: \"V.E.*\" }"));
   gateway.signal(SIGHUP);
   gateway.await_error("read again");
@@ -207,7 +207,7 @@ TEST_F(VariablesOverTheFabric, AreAnsweredByTheGatewayThatTakesTheMachineOver) {
   second.await_error("stands by");
   EXPECT_EQ(vars({"write", "V.E.LIMIT", "1"}), "V.E.LIMIT was 0, is 1\n") << errors;
   first.kill();
-  // Asked while nobody serves it: who takes over answers.
+  // The request comes while no gateway serves the machine; the next one answers it.
   EXPECT_THAT(vars({"read", "V.E.LIMIT", "--timeout", "10s"}), HasSubstr(" 1\n")) << errors;
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(second.error_output(), HasSubstr("link up"));
@@ -236,7 +236,7 @@ TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesUnderTheQuesti
   EXPECT_THAT(dead.error(), HasSubstr("it may or may not be written; read it"));
 }
 
-/// HMIs: programs that ask by themselves.
+/// HMIs: clients with their own requests.
 struct Panel {
   Panel(const fabric::dds::Participant& participant, boost::asio::io_context& io)
       : end(participant, io.get_executor(), [this](const VariableReply& reply) { last = reply; }) {}
@@ -290,7 +290,7 @@ TEST_F(ManyPanels, AreRefusedWhatIsTooMuchAndServedAfterwards) {
 
 TEST_F(ManyPanels, CostTheControllerOneQuestion) {
   Process cnc = start_cnc();
-  // What is asked within a second is asked once; the channels are looked at as rarely as it goes.
+  // Equal requests within a second are read once; the channels are polled as rarely as possible.
   Process gateway = start_gateway(
       "poll { active_ms: 1000 idle_ms: 1000 safety_ms: 1000 } variable_requests_per_second: 1000");
   fabric::wire::Reader<fabric::MachineStatus> machines(participant, "millrace",
@@ -316,7 +316,7 @@ TEST_F(ManyPanels, CostTheControllerOneQuestion) {
   }
   EXPECT_GT(answers, 200U);
   ASSERT_THAT(requests, SizeIs(Ge(2U)));
-  // In each second one question, and the looks at two channels; at first what they are.
+  // In each second one question, and the reads of two channels; at first their descriptions.
   requests.erase(requests.begin());
   EXPECT_THAT(requests, Each(Le(12U)));
 }
@@ -327,7 +327,7 @@ TEST_F(ManyPanels, AreToldWhenTheControllerDoesNotAnswer) {
   Panel panel(participant, io);
   ASSERT_TRUE(answer(panel, {.names = {"V.E.LIMIT"}}));
   cnc.signal(SIGSTOP);
-  // Another question: what was read within the last 2 ms would be an answer to the same.
+  // A different question: a value read within the last 2 ms would answer the same one.
   const auto reply = answer(
       panel, {.names = {"V.G.SERVICE.REQUEST_STATE"}, .patience = std::chrono::milliseconds(300)});
   cnc.signal(SIGCONT);
@@ -345,7 +345,7 @@ TEST_F(VariablesOverTheFabric, ThatAreWrittenAreRecordedWithWhoHasWrittenThem) {
   vars({"write", "V.E.LIMIT", "9"});
   vars({"write", "V.G.SERVICE.UUID", "x"});
   await("both in the recording", [&] {
-    // As long as it is being written; it may not be there yet.
+    // While it is being written; it may not exist yet.
     Process cat = chain.millrace({"recording", "cat", file + ".part", "--kind", "outcome"});
     cat.wait();
     return cat.output().find("never written") != std::string::npos;

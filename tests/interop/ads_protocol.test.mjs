@@ -1,5 +1,5 @@
-// What every ADS device offers beside single requests, asked for by an independent client (npm ads-client): sum
-// commands, device notifications, and the errors of a router.
+// Services of every ADS device other than single requests, used by an independent client (npm
+// ads-client): sum commands, device notifications, and the errors of a router.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Client } from 'ads-client';
@@ -25,7 +25,7 @@ after(async () => {
   await cnc?.stop();
 });
 
-// The values of the first notifications, and how to end them.
+// The values of the first notifications, and a function to end them.
 const collect = async (target, count, sendOnChange, cycleTime) => {
   const values = [];
   let finish;

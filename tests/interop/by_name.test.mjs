@@ -1,5 +1,5 @@
-// ADS clients that know no address: npm ads-client with its usual settings reads, writes and watches values by name,
-// and lists symbols and data types; node-ads lists them too.
+// ADS clients that use names only: npm ads-client with its default settings reads, writes and
+// subscribes to values by name, and lists symbols and data types; node-ads lists them too.
 import assert from 'node:assert/strict';
 import { writeFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -101,7 +101,7 @@ test('symbols are listed, each where its name leads', async () => {
     assert.equal(symbols.length, info.symbolCount);
     for (const symbol of symbols) {
       const alone = await client.getSymbol(symbol.name, { adsPort });
-      // What ads-client calls reserved is the beginning of the next symbol.
+      // The field that ads-client names `reserved` is the beginning of the next symbol.
       assert.deepEqual({ ...alone, reserved: null }, { ...symbol, reserved: null }, symbol.name);
     }
   }

@@ -1,5 +1,6 @@
-// What tshark, whose AMS dissector knows nothing of millrace, sees of a client and the virtual CNC on the loopback
-// interface. One request at a time, since that dissector takes each TCP segment for one frame.
+// How tshark, whose AMS dissector knows nothing of millrace, sees a client and the virtual CNC on
+// the loopback interface. One request at a time, since that dissector takes each TCP segment for
+// one frame.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -69,7 +70,8 @@ function startCapture(file, port) {
 
 /** Every AMS frame of a capture, as tshark decodes it. */
 function decode(file, port) {
-  // While the capture still runs its last packet may be incomplete, which tshark reports as a failure.
+  // While the capture still runs, its last packet may be incomplete, which tshark reports as a
+  // failure.
   const { stdout: output } = spawnSync('tshark', ['-r', file, '-d', `tcp.port==${port},ams`, '-Y', 'ams',
     '-T', 'fields', ...fields.flatMap((field) => ['-e', field]), '-E', 'separator=|', '-E', 'occurrence=f'],
   { encoding: 'utf8' });
@@ -89,7 +91,7 @@ before(async () => {
   cnc = await startVirtualCnc();
   capture = await startCapture(file, cnc.port);
   const client = new Client(adsClientSettings(cnc.port, 553));
-  // A capture says that it runs a little before it does: connect until one connection was seen.
+  // tshark reports that it captures slightly too early: connect until one connection was seen.
   for (let i = 0; i < 100 && capture.seen === 0; ++i) {
     await client.connect();
     await client.readState();
@@ -115,14 +117,15 @@ before(async () => {
     }
   }
   await capture.stop();
-  // A capture that begins may have a request without its response: libpcap drops what comes while it sets its filter.
+  // A starting capture may have a request without its response: libpcap drops packets while it sets
+  // its filter.
   const all = frames();
   packets = all.slice(all.findIndex((packet) => commandOf(packet) === readDeviceInfo));
   assert.equal(commandOf(packets[0] ?? {}), readDeviceInfo, 'tshark has decoded no AMS frame');
 });
 
 after(async () => {
-  // A capture that goes on would keep this process alive.
+  // A running capture would keep this process alive.
   await capture?.stop();
   await cnc?.stop();
   if (folder) {
@@ -185,7 +188,7 @@ decoded('a read has its group, offset and length, and the bytes of the value', (
 decoded('a failed read is 8 bytes with its error', () => {
   const { response } = exchanges(read).find(({ request: { ads_indexoffset } }) => Number(ads_indexoffset) === 0x999);
   assert.equal(numberOf(response, 'cbdata'), 8);
-  // The dissector looks at longer ones only.
+  // The dissector parses longer ones only.
   assert.ok(response.payload.endsWith('03070000' + '00000000'), response.payload);
 });
 

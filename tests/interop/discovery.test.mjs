@@ -1,5 +1,5 @@
-// Controllers that are found over UDP, and routes: our server is asked with bytes made by hand, our command asks a
-// controller made by hand, by the messages of Beckhoff's AdsLib and ads-rs.
+// Discovery of controllers over UDP, and routes: our server gets hand-made bytes, and our command
+// talks to a hand-made controller, with the messages of Beckhoff's AdsLib and ads-rs.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { createSocket } from 'node:dgram';

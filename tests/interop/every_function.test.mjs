@@ -1,6 +1,6 @@
-// An independent ADS client (npm ads-client) walks through every family of objects and every function of the
-// virtual CNC: old and generic variable functions, axes, attributes, directory, channel state, program control,
-// handles and symbols. A program that waits holds one variable of each family.
+// An independent ADS client (npm ads-client) tries every family of objects and every function of
+// the virtual CNC: old and generic variable functions, axes, attributes, directory, channel state,
+// program control, handles and symbols. A waiting program has one variable of each family.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -60,7 +60,7 @@ after(async () => {
   await cnc?.stop();
 });
 
-// Offsets of a family of variables that programs make: how many, name by index, value by name, value by index.
+// Offsets of a family of program variables: count, name by index, value by name, value by index.
 const programFamilies = [
   { family: 'P', offsets: [0x02, 0x1b, 0x1c, 0x1d], variable: 'P12', value: 3.25 },
   { family: 'V.L', offsets: [0x03, 0x1e, 0x1f, 0x20], variable: 'V.L.HERE', value: 1.5 },

@@ -1,4 +1,5 @@
-// A second opinion: the client node-ads (npm), which was written from Beckhoff's protocol page alone.
+// A second independent client: node-ads (npm), which was written from Beckhoff's protocol page
+// alone.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import ads from 'node-ads';
@@ -116,7 +117,8 @@ test('a notification brings the value, and then its changes', async () => {
     indexGroup: 0x120101, indexOffset: 0x104, bytelength: ads.DWORD, propname: 'value', value: 2,
   });
   await changed;
-  // node-ads drops a sample that comes before it has read its handle: the first value may be missing.
+  // node-ads drops a sample that arrives before it has read its handle: the first value may be
+  // missing.
   assert.deepEqual(seen.filter((value) => value !== 1), [2]);
   await new Promise((resolve) => client.releaseNotificationHandles(resolve));
 });

@@ -1,5 +1,5 @@
-// Secure ADS, asked for by openssl s_client: TLS is not ours here, and what travels in it is made by hand, by the
-// table of kevinherron/beckhoff-secure-ads.
+// Secure ADS, tested with openssl s_client: TLS is foreign here, and the content is hand-made, by
+// the table of kevinherron/beckhoff-secure-ads.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';

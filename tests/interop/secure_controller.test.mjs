@@ -1,4 +1,4 @@
-// A controller that is no program of ours, for our client: openssl s_server does the TLS, this file answers inside it.
+// A foreign controller for our client: openssl s_server does the TLS, this file answers inside it.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';

@@ -1,6 +1,5 @@
 // write_recording FILE CALLS [COMPRESSION]: a recording of that many calls on two channels, for
-// readers that others wrote. Calls begin at 2026-03-01T07:00:00Z, one every 10 ms; a chunk holds
-// 100.
+// third-party readers. Calls begin at 2026-03-01T07:00:00Z, one every 10 ms; a chunk holds 100.
 #include <cstdio>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-"""A service for tests: it does what its request says.
+"""A service for tests: it follows the instruction in its request.
 
     obedient.py [--hears] [--own FLAG] and the flags of every service
 """
@@ -22,7 +22,7 @@ def say(what):
 
 @millrace.service(UUID, name="obedient", version="1.2", concurrency=6)
 def obey(call):
-    """Does what its request says."""
+    """Follows the instruction in its request."""
     word, _, rest = call.text.partition(" ")
     if word == "raise":
         raise ValueError(rest)
@@ -58,7 +58,7 @@ def obey(call):
         while not call.cancelled:
             time.sleep(0.001)
         say("cancelled")
-        return "nobody reads this"
+        return "not read"
     if word == "decline" and call.attempt == 1:
         raise millrace.Decline("not the first time")
     if word == "later":

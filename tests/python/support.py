@@ -1,4 +1,4 @@
-"""Processes and DDS domains for tests, as tests/support has them for C++."""
+"""Processes and DDS domains for tests, like tests/support for C++."""
 
 import fcntl
 import os
@@ -23,7 +23,7 @@ _LAST_DOMAIN = 101
 
 
 class Domain:
-    """A DDS domain of its own, across processes: the lock files are those of tests/support/domain.hpp."""
+    """A reserved DDS domain, across processes: the lock files are those of tests/support/domain.hpp."""
 
     def __init__(self):
         for offset in range(_LAST_DOMAIN):
@@ -109,7 +109,7 @@ class Process:
         self._process.send_signal(number)
 
     def wait(self):
-        """The exit code; negative for the signal that has killed it."""
+        """The exit code; negative for the signal that killed it."""
         code = self._process.wait(PATIENCE)
         self.output.join()
         self.errors.join()

@@ -1,4 +1,4 @@
-"""The examples of deploy/examples/python, by the test bench that their users have."""
+"""The examples of deploy/examples/python, with the test bench for users."""
 
 import http.server
 import pathlib
@@ -54,7 +54,7 @@ class BarCode(InAFolder):
 
 
 class StatisticsOfParts(InAFolder):
-    # As services/archiver/schema.cpp makes them.
+    # As services/archiver/schema.cpp creates them.
     TABLES = """
         CREATE TABLE put (id INTEGER PRIMARY KEY, call TEXT NOT NULL UNIQUE, at INTEGER NOT NULL, machine TEXT NOT NULL,
           channel INTEGER NOT NULL, state INTEGER NOT NULL, text TEXT NOT NULL, replayed INTEGER NOT NULL) STRICT;
@@ -111,7 +111,7 @@ class MesOrder(unittest.TestCase):
             def log_message(self, *_):
                 pass
 
-        # An HTTPServer would look the name of its host up.
+        # An HTTPServer would resolve the name of its host.
         self.server = socketserver.TCPServer(("127.0.0.1", 0), Handler)
         self.addCleanup(self.server.server_close)
         thread = threading.Thread(target=self.server.serve_forever, args=(0.01,))
@@ -142,10 +142,10 @@ class MesOrder(unittest.TestCase):
         self.assertEqual(len(self.asked), 1)
 
     def test_ends_in_time_where_no_mes_is(self):
-        nobody = socket.socket()
-        self.addCleanup(nobody.close)
-        nobody.bind(("127.0.0.1", 0))  # Taken, and no one listens.
-        mes_order.url = f"http://127.0.0.1:{nobody.getsockname()[1]}/"
+        closed = socket.socket()
+        self.addCleanup(closed.close)
+        closed.bind(("127.0.0.1", 0))  # Taken, without a listener.
+        mes_order.url = f"http://127.0.0.1:{closed.getsockname()[1]}/"
         mes_order.TOGETHER = 0.05
         response = testing.call(mes_order.mes_order)
         self.assertEqual(response.state, 13)

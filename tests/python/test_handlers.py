@@ -1,4 +1,4 @@
-"""Handlers without a fabric: what a service makes of what they return and raise, and the test bench itself."""
+"""Handlers without a fabric: the answers for returned values and exceptions, and the test bench itself."""
 
 import asyncio
 import threading

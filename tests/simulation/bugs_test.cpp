@@ -1,4 +1,4 @@
-// The simulation finds each mistake that is made on purpose (gateway/bug.hpp).
+// The simulation finds each deliberate mistake (gateway/bug.hpp).
 #include <algorithm>
 
 #include <fmt/format.h>

@@ -10,7 +10,7 @@
 namespace millrace::tests::simulation {
 namespace {
 
-/// Of those that are walked to their end by hand (docs/dev/simulation.md).
+/// The longer walks are run by hand (docs/dev/simulation.md).
 constexpr std::size_t some_runs = 6'000;
 constexpr std::size_t to_the_end = 1'000'000;
 
@@ -87,7 +87,7 @@ struct Mistaken {
   friend void PrintTo(const Mistaken& one, std::ostream* out) { *out << one.name(); }
 };
 
-/// What counts as the same state must not leave out what a mistake leads to.
+/// A state that counts as known must not hide the consequences of a mistake.
 class EveryOrderWithAMistake : public testing::TestWithParam<Mistaken> {};
 
 TEST_P(EveryOrderWithAMistake, BreaksAPromise) {
@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-/// Orders drawn at random leave no state out.
+/// Random orders come to no state that the walk has not seen.
 class WhatARandomOrderComesTo : public testing::TestWithParam<Mishap> {};
 
 TEST_P(WhatARandomOrderComesTo, TheWalkHasSeen) {

@@ -20,12 +20,12 @@ constexpr std::array fatal_signals{Fatal{SIGABRT, "SIGABRT"}, Fatal{SIGSEGV, "SI
                                    Fatal{SIGBUS, "SIGBUS"}, Fatal{SIGFPE, "SIGFPE"},
                                    Fatal{SIGILL, "SIGILL"}};
 
-// What the handler reads: no memory is asked for, no lock is taken.
+// Prepared for the signal handler, which allocates no memory and takes no lock.
 std::array<char, 256> what{};
 std::array<char, 256> command{};
 std::atomic<bool> named = false;
 std::array<struct sigaction, fatal_signals.size()> before{};
-/// For a stack that has overflowed.
+/// For signals from a stack overflow.
 std::array<char, 16384> stack{};
 
 void put(const char* text) {
@@ -44,7 +44,8 @@ void on_fatal_signal(int number) {
         put(command.data());
         put("\n");
       }
-      // What has raised it does so again: abort() by itself, a wild pointer by its instruction.
+      // The cause raises the signal again: abort() by itself, an invalid pointer by its
+      // instruction.
       ::sigaction(number, &before[i], nullptr);
     }
   }

@@ -1,4 +1,4 @@
-// A simulation that ends by an assertion or a wild pointer still says which one it was.
+// A simulation that ends by an assertion or an invalid pointer still prints which one it was.
 //
 //   const LastWords named("seed 17", "millrace-simulation --seed 17 --trace");
 //   …                                    // SIGABRT, SIGSEGV: "seed 17 ends by SIGABRT; replay: …"
@@ -8,11 +8,11 @@
 
 namespace millrace::tests::simulation {
 
-/// While it lives, a fatal signal writes its words to standard error, and is then dealt with as
-/// before. One at a time; the signal handlers stay.
+/// While it exists, a fatal signal first writes these words to standard error. One at a time; the
+/// signal handlers stay installed.
 class LastWords {
  public:
-  /// What runs, and the command that repeats it.
+  /// The name of the simulation, and the command that repeats it.
   LastWords(const std::string& what, const std::string& command);
   ~LastWords();
   LastWords(const LastWords&) = delete;

@@ -10,13 +10,13 @@
 namespace millrace::tests::simulation {
 namespace {
 
-/// Ends the process when the first thing happens in a simulation.
+/// Ends the process at the first event of a simulation.
 void run_seed_17(Options options, void (*planted)()) {
   options.trace = [planted](const std::string&) { planted(); };
   World(17, options).run();
 }
 
-void write_to_nowhere() {
+void write_to_null() {
   auto* const nowhere = reinterpret_cast<volatile int*>(std::uintptr_t{8});
   *nowhere = 1;
 }
@@ -27,7 +27,7 @@ TEST(ASimulationDeathTest, ThatAbortsNamesItsSeedAndTheCommandThatRepeatsIt) {
 }
 
 TEST(ASimulationDeathTest, ThatIsEndedByAWildPointerDoesSoToo) {
-  EXPECT_DEATH(run_seed_17({}, write_to_nowhere), "seed 17 ends by SIGSEGV");
+  EXPECT_DEATH(run_seed_17({}, write_to_null), "seed 17 ends by SIGSEGV");
 }
 
 TEST(ASimulationDeathTest, NamesTheMistakeThatIsMadeOnPurposeToo) {

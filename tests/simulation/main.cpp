@@ -26,7 +26,7 @@ using namespace millrace::tests::simulation;
 struct Flags {
   std::string seeds = "1..500";
   std::uint64_t seed = 0;
-  /// So many seeds that nobody has chosen, drawn from this text.
+  /// The number of new seeds, drawn from the text below.
   std::uint64_t fresh = 0;
   std::string from;
   bool trace = false;
@@ -37,7 +37,7 @@ struct Flags {
   std::vector<std::string> without;
   std::int64_t faults_for = 0;
   bool reach = false;
-  // Of a walk through every order.
+  // Options of a walk through every order.
   std::string mishap;
   SmallPlan plan;
   bool once = false;
@@ -61,13 +61,13 @@ std::pair<std::uint64_t, std::uint64_t> range_of(const std::string& seeds) {
   return {first, dots == std::string::npos ? first : std::stoull(seeds.substr(dots + 2))};
 }
 
-/// The first of the fresh seeds that a text stands for.
+/// The first of the new seeds for a text.
 std::uint64_t first_fresh(std::string_view text) {
   std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a
   for (const char letter : text) {
     hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001b3U;
   }
-  // Beyond those that somebody types, and short enough to be typed.
+  // Larger than seeds that people choose, and still short enough to type.
   return (std::uint64_t{1} << 40U) + (Random(hash).next() >> 25U);
 }
 
@@ -83,7 +83,7 @@ std::string today() {
   return fmt::format("{:%F}", fmt::gmtime(std::time(nullptr)));
 }
 
-/// The end of the smallest simulation that still breaks the same promise.
+/// Prints the end of the smallest simulation that still breaks the same promise.
 void print_small(std::uint64_t seed, Options options, const Outcome& failed) {
   constexpr std::size_t most_lines = 60;
   options.limits = shrink(seed, options, failed);
@@ -95,12 +95,12 @@ void print_small(std::uint64_t seed, Options options, const Outcome& failed) {
     }
   };
   World(seed, options).run();
-  fmt::print("  the smallest that fails so: {}\n  it ends:\n  {}\n",
+  fmt::print("  smallest failing simulation: {}\n  its end:\n  {}\n",
              replay(seed, options.bug, options.limits), fmt::join(lines, "\n  "));
   std::fflush(stdout);
 }
 
-/// How often each kind of fault befell a channel that had come so far.
+/// How often each kind of fault hit a channel in each state.
 void print(const Storm::Reach& reach) {
   fmt::print("{:<24}", "fault");
   for (const std::string_view step : Storm::steps) {
@@ -163,7 +163,7 @@ int run(const Flags& flags) {
   return failed == 0 ? 0 : 1;
 }
 
-/// How many runs in orders drawn at random come to a sight that the walk has not seen.
+/// The number of runs in random orders that come to a sight that the walk has not seen.
 std::size_t unseen(const Flags& flags, Bounds bounds) {
   const auto walked = sights(flags.plan, bounds);
   bounds.most_runs = flags.drawn;
@@ -171,7 +171,7 @@ std::size_t unseen(const Flags& flags, Bounds bounds) {
   const auto drawn = sights(flags.plan, bounds);
   const auto missing =
       std::ranges::count_if(drawn, [&](const auto& sight) { return !walked.contains(sight); });
-  fmt::print("{} sights in {} orders drawn at random, {} in the walk; {} of those not in these\n",
+  fmt::print("{} sights in {} random orders, {} in the walk, which misses {} of the former\n",
              drawn.size(), flags.drawn, walked.size(), missing);
   return static_cast<std::size_t>(missing);
 }
@@ -198,7 +198,7 @@ int walk(Flags flags) {
   return flags.drawn > 0 && unseen(flags, bounds) > 0 ? 1 : 0;
 }
 
-/// The names of an array of things with names.
+/// The names of all entries of an array.
 template <typename Names>
 std::vector<std::string> names_of(const Names& all) {
   std::vector<std::string> names;
@@ -213,44 +213,44 @@ std::vector<std::string> names_of(const Names& all) {
 int main(int argc, char** argv) {
   CLI::App app{"Simulates plants with gateways and services in virtual time, with faults."};
   Flags flags;
-  app.add_option("--seeds", flags.seeds, "FIRST..LAST: which simulations to run");
+  app.add_option("--seeds", flags.seeds, "FIRST..LAST: the simulations to run");
   app.add_option("--seed", flags.seed, "One simulation");
   flags.from = today();
-  app.add_option("--fresh", flags.fresh, "Instead: so many seeds that are drawn from a text");
-  app.add_option("--from", flags.from, "That text; today's date if left out")
+  app.add_option("--fresh", flags.fresh, "Run this many new seeds instead, drawn from a text");
+  app.add_option("--from", flags.from, "That text (default: today's date)")
       ->envname("MILLRACE_SEEDS_FROM");
-  app.add_flag("--trace", flags.trace, "Print what happens");
-  app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/dev/simulation.md)")
+  app.add_flag("--trace", flags.trace, "Print all events");
+  app.add_option("--bug", flags.bug, "A deliberate mistake (docs/dev/simulation.md)")
       ->check(CLI::IsMember(names_of(bug_names)));
-  app.add_option("--most", flags.most, "Stop after so many failures");
+  app.add_option("--most", flags.most, "Stop after this many failures");
   app.add_option("--quiet", flags.quiet,
-                 "Channels and queues whose programs ask nothing: m0/3,m1.q0/2")
+                 "Channels and queues whose programs send nothing: m0/3,m1.q0/2")
       ->delimiter(',');
-  app.add_option("--without", flags.without, "Kinds of faults that do not come about")
+  app.add_option("--without", flags.without, "Kinds of faults to leave out")
       ->delimiter(',')
       ->check(CLI::IsMember(Storm::names()));
-  app.add_option("--faults-for", flags.faults_for, "Faults end after so many nanoseconds");
+  app.add_option("--faults-for", flags.faults_for, "Faults end after this many nanoseconds");
   app.add_flag("--reach", flags.reach,
-               "Print how often each kind of fault met a channel in each state");
+               "Print how often each kind of fault hit a channel in each state");
   auto* orders = app.add_option("--every-order", flags.mishap,
                                 "Walk every order of one channel, two instances and this mishap")
                      ->check(CLI::IsMember(names_of(mishap_names)));
   const auto of_orders = [&](CLI::Option* option) { option->needs(orders)->group("Every order"); };
   cnc::simulator::ServiceRules& rules = flags.plan.rules;
-  of_orders(app.add_option("--runs", flags.runs, "Stop after so many runs"));
+  of_orders(app.add_option("--runs", flags.runs, "Stop after this many runs"));
   of_orders(app.add_option("--calls", flags.plan.calls, "Calls of the program"));
   of_orders(app.add_flag("--once", flags.once, "The service is at most once"));
   of_orders(app.add_flag("--writes-lost", flags.plan.leftovers_dropped,
-                         "What is on its way to the controller is lost with its connection"));
+                         "Requests under way to the controller are lost with their connection"));
   of_orders(app.add_flag("--response-clears-request", rules.response_clears_request,
                          "The kernel clears REQUEST_STATE when RESPONSE_STATE is written"));
   of_orders(app.add_flag("--reset-clears-states", rules.reset_clears_states,
                          "An NC reset clears both states"));
   of_orders(app.add_option("--early-timers", flags.early_timers,
-                           "So often a timer fires before what could happen first"));
+                           "How many times a timer may fire before another possible event"));
   of_orders(
       app.add_option("--draw", flags.drawn,
-                     "Then take so many orders at random and say what the walk has not seen"));
+                     "Then take this many random orders and report what the walk has missed"));
   CLI11_PARSE(app, argc, argv);
   flags.limits.quiet.insert(flags.quiet.begin(), flags.quiet.end());
   flags.limits.without.insert(flags.without.begin(), flags.without.end());

@@ -35,7 +35,7 @@ Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug, Limits li
 }
 
 gateway::Policies Plant::draw_policies(Random& random) {
-  // Each configuration has states of its own, so that an answer shows by which it was given.
+  // Each configuration has different states, so that an answer shows which one it belongs to.
   const std::uint32_t base = 10'000 * ++policies_drawn_;
   const auto rule = [&](std::chrono::milliseconds least, std::uint32_t state) {
     return gateway::Rule{least + std::chrono::milliseconds(random.below(2000)),
@@ -68,7 +68,7 @@ void Plant::build_services() {
     plan.delivery =
         random_.chance(40) ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
-    // Heartbeats tell a gateway that its call is gone, whatever has become of it.
+    // Heartbeats show a gateway that its call is gone, for any reason.
     plan.heartbeats = random_.chance(80) && bug_ != Bug::withdraws_for_others;
     plan.habits.slow = static_cast<unsigned>(random_.below(40));
     plan.habits.fails = static_cast<unsigned>(random_.below(10));
@@ -93,14 +93,14 @@ void Plant::build_services() {
   }
 }
 
-/// From a source of its own: what else a seed means stays what it was.
+/// A separate random source, so that the rest of a seed keeps its meaning.
 fabric::CompletionSignal Plant::draw_completion_signal(std::size_t service) const {
   Random random(~random_.state());
   return service > 0 && random.chance(30) ? fabric::CompletionSignal::response
                                           : fabric::CompletionSignal::response_state;
 }
 
-/// Programs that wait for RESPONSE alone, and call services that know.
+/// Programs that wait for RESPONSE alone, and call services that know it.
 void Plant::let_wait_for_text(ProgramHabits& habits) const {
   Random random(~random_.state());
   if (!text_uuids_.empty() && !habits.interpreted && random.chance(60)) {
@@ -110,7 +110,7 @@ void Plant::let_wait_for_text(ProgramHabits& habits) const {
   }
 }
 
-/// What is rare in most histories is all that happens in some. From a source of its own, as above.
+/// What is rare in most histories happens always in some. A separate random source, as above.
 void Plant::exaggerate(ProgramHabits& habits) const {
   Random random(~random_.state() ^ 0x5a3a11fa11c0ffeeU);
   if (random.chance(15)) {
@@ -155,7 +155,7 @@ void Plant::build_controllers() {
       habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
       let_wait_for_text(habits);
       if (rules.kernel_clears_after && habits.waits_for_text) {
-        // Such a kernel clears REQUEST_STATE for RESPONSE_STATE ≠ 0 alone.
+        // Such a kernel clears REQUEST_STATE only after RESPONSE_STATE ≠ 0.
         habits.waits_for_text = false;
         habits.services_know = false;
         habits.uuids = uuids_;
@@ -173,7 +173,7 @@ void Plant::build_controllers() {
   }
 }
 
-/// From a source of its own: what else a seed means stays what it was.
+/// A separate random source, so that the rest of a seed keeps its meaning.
 void Plant::build_queues() {
   Random random(~random_.state() ^ 0x51ed270b76a1e4c3U);
   if (!random.chance(40)) {
@@ -211,7 +211,7 @@ void Plant::build_queues() {
   }
 }
 
-/// From a source of its own: what else a seed means stays what it was.
+/// A separate random source, so that the rest of a seed keeps its meaning.
 NotificationHabits Plant::draw_notifications() const {
   Random random(~random_.state());
   NotificationHabits habits;
@@ -225,7 +225,7 @@ NotificationHabits Plant::draw_notifications() const {
   return habits;
 }
 
-/// From a source of its own: what else a seed means stays what it was. Half of the controllers
+/// A separate random source, so that the rest of a seed keeps its meaning. Half of the controllers
 /// apply writes up to 50 ms after they have acknowledged them.
 WriteHabits Plant::draw_writes() const {
   Random random(~random_.state() ^ 0x1a7e3417c0de5eedU);
@@ -271,7 +271,7 @@ gateway::settings::MachineSettings Plant::settings_of(const Controller& controll
 }
 
 void Plant::build_gateways() {
-  // Each machine has one gateway, and some have a second one that stands by.
+  // Each machine has one gateway, and some have a second one on standby.
   const std::size_t count = 1 + random_.below(std::min<std::size_t>(controllers_.size() + 1, 3));
   std::vector<GatewayPlan> plans(count);
   const bool stand_by = count > 1 && random_.chance(50);

@@ -1,5 +1,5 @@
-// What there is in one simulation, drawn from its seed: controllers with their programs, gateways
-// and who is set up for which machine, services.
+// The parts of one simulation, drawn from its seed: controllers with their programs, gateways and
+// their machines, services.
 #pragma once
 
 #include <memory>
@@ -14,13 +14,13 @@
 
 namespace millrace::tests::simulation {
 
-/// What a simulation goes without; all else that its seed means stays as it is.
+/// What a simulation leaves out; the rest of its seed keeps its meaning.
 struct Limits {
-  /// Channels and queues whose programs ask nothing: "m0/3", "m0.q1/2".
+  /// Channels and queues whose programs send nothing: "m0/3", "m0.q1/2".
   std::set<std::string> quiet{};
-  /// Kinds of faults that do not come about (faults/storm.hpp).
+  /// Kinds of faults that do not happen (faults/storm.hpp).
   std::set<std::string> without{};
-  /// Faults end so long after they have begun.
+  /// Faults end this long after they have begun.
   std::optional<Time> faults_for{};
   bool operator==(const Limits&) const = default;
 };
@@ -39,7 +39,7 @@ class Plant {
   Stranger* stranger() { return stranger_.get(); }
   std::vector<std::unique_ptr<Cable>>& cables() { return cables_; }
   [[nodiscard]] Cable& cable_of(const Controller& controller);
-  /// Those that are set up for it by their first configuration.
+  /// The gateways with this machine in their first configuration.
   std::vector<GatewayProcess*> gateways_of(const Controller& controller);
   [[nodiscard]] std::size_t channels_of(const std::string& machine) const;
   void cut_links(const Controller& controller, const std::string& reason);
@@ -47,10 +47,10 @@ class Plant {
   [[nodiscard]] const GatewayFile& first_file(const GatewayProcess& gateway) const {
     return first_files_.at(gateway.number());
   }
-  /// Of the services.
+  /// The UUIDs of the services.
   [[nodiscard]] const std::vector<std::string>& uuids() const { return uuids_; }
   [[nodiscard]] const Limits& limits() const { return limits_; }
-  /// Of all channels and queues.
+  /// The names of all channels and queues.
   [[nodiscard]] std::vector<std::string> programs() const;
   /// Policies that no configuration had before.
   gateway::Policies draw_policies(Random& random);
@@ -78,7 +78,7 @@ class Plant {
   unsigned policies_drawn_ = 0;
   gateway::Policies policies_;
   std::vector<std::string> uuids_;
-  /// Of services that know that their programs wait for RESPONSE alone.
+  /// UUIDs of services that know that their programs wait for RESPONSE alone.
   std::vector<std::string> text_uuids_;
   std::vector<std::unique_ptr<Cable>> cables_;
   std::vector<std::unique_ptr<Controller>> controllers_;

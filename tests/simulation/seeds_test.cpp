@@ -1,5 +1,5 @@
-// 300 plants, each with its own faults. A failure names the seed and how to replay it. What CTest
-// runs beside them are fresh ones (CMakeLists.txt).
+// 300 plants, each with its own faults. A failure names the seed and how to replay it. CTest also
+// runs new seeds (CMakeLists.txt).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-/// Which promise is broken: the first violation without names, numbers and times.
+/// The broken promise: the first violation without names, numbers and times.
 std::string promise(const Outcome& outcome) {
   if (outcome.violations.empty()) {
     return {};

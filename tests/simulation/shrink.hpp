@@ -1,4 +1,4 @@
-// Makes a simulation that fails small: fewer programs, fewer kinds of faults, for a shorter time.
+// Reduces a failing simulation: fewer programs, fewer kinds of faults, for a shorter time.
 //
 //   const Limits limits = shrink(17, options, World(17, options).run());
 #pragma once
@@ -7,8 +7,8 @@
 
 namespace millrace::tests::simulation {
 
-/// Leaves out what the same promise is broken without, one thing after the other, until nothing is
-/// left to leave out. `failed` is the outcome with `options`.
+/// Removes one thing after the other as long as the same promise is broken. `failed` is the outcome
+/// with `options`.
 Limits shrink(std::uint64_t seed, Options options, const Outcome& failed);
 
 }  // namespace millrace::tests::simulation

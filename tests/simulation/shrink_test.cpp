@@ -1,4 +1,4 @@
-// A simulation that fails is made small.
+// The reduction of a failing simulation.
 #include "tests/simulation/shrink.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@ namespace {
 
 class Shrinking : public testing::Test {
  protected:
-  /// A seed that has several programs and kinds of faults, and fails by a mistake made on purpose.
+  /// A seed with several programs and kinds of faults that fails with a deliberate mistake.
   const std::uint64_t seed = 7;
   const Options options{.bug = Bug::instance_loss_ignored};
   const Outcome failed = World(seed, options).run();

@@ -12,11 +12,11 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-/// Once faults have stopped, everything open is answered within this.
+/// Once faults have stopped, everything open is answered within this time.
 constexpr Time recovery = 60s;
-/// What comes late has come by then.
+/// Everything late has arrived by then.
 constexpr Time aftermath = 4s;
-/// Two gateways that hear each other have settled within this who serves a channel.
+/// Two gateways that hear each other have agreed within this time which one serves a channel.
 constexpr Time settlement = 500ms;
 
 }  // namespace
@@ -48,7 +48,7 @@ World::World(std::uint64_t seed, Options options)
       history_(agenda_, std::move(options.trace)),
       plant_(agenda_, history_, random_.fork(), options.bug, options.limits) {
   storm_ = std::make_unique<Storm>(plant_, random_.fork());
-  // From a source of its own: what else a seed means stays what it was.
+  // A separate random source, so that the rest of a seed keeps its meaning.
   Random random(~seed ^ 0x7a1e5ab1e0000001U);
   if (random.chance(40)) {
     value_user_.emplace(plant_, random.fork());
@@ -57,7 +57,7 @@ World::World(std::uint64_t seed, Options options)
 
 World::~World() = default;
 
-/// Starts again what has ended, as a supervisor does.
+/// Restarts ended processes, as a supervisor does.
 void World::supervise() {
   for (auto& gateway : plant_.gateways()) {
     if (!gateway->running()) {
@@ -75,7 +75,7 @@ void World::supervise() {
   agenda_.after(200ms, {}, [this] { supervise(); });
 }
 
-/// Looks at what waits for a decision, and decides.
+/// Finds calls that wait for a decision, and decides.
 void World::operate() {
   for (auto& gateway : plant_.gateways()) {
     if (!gateway->running() || gateway->frozen()) {
@@ -93,7 +93,7 @@ void World::operate() {
   agenda_.after(random_.between(50ms, 500ms), {}, [this] { operate(); });
 }
 
-/// Of two gateways that hear each other one serves a channel.
+/// Of two gateways that hear each other only one serves a channel.
 void World::watch_the_serving() {
   const auto& talk = plant_.fabric().talk();
   const auto both = [&](const Key& key) {
@@ -124,10 +124,9 @@ void World::watch_the_serving() {
   agenda_.after(50ms, {}, [this] { watch_the_serving(); });
 }
 
-/// A journal that lost its end may leave a program waiting that asks nothing any more, and so may
-/// an interim answer that crossed its next request, or the end of an answer that a program did not
-/// wait for, or a write that the controller lost of a gateway that left before it had seen that:
-/// whoever stands at the machine resets it.
+/// An operator at the machine resets a program that waits in vain, which four causes excuse: a
+/// journal lost its end; an interim answer met the next request; a program did not wait for the end
+/// of an answer; the controller lost a write of a gateway that left before it noticed.
 void World::rescue() {
   for (auto& controller : plant_.controllers()) {
     const auto gateways = plant_.gateways_of(*controller);

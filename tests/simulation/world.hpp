@@ -1,5 +1,5 @@
-// A whole plant in one thread and virtual time: controllers with their programs, gateways,
-// services, and what lies between them. A seed says what there is and what befalls it.
+// A whole plant in one thread and virtual time: controllers with their programs, gateways, services
+// and the links between them. The seed determines its parts and their faults.
 //
 //   World world(17, {});
 //   const Outcome outcome = world.run();
@@ -26,10 +26,10 @@ struct Options {
 
 struct Outcome {
   std::vector<std::string> violations;
-  /// Virtual.
+  /// Virtual time.
   Time took{};
   std::size_t answered = 0;
-  /// When the faults ended.
+  /// How long faults lasted.
   Time faults_for{};
   Storm::Reach reach{};
 };
@@ -45,7 +45,7 @@ class World {
   World& operator=(const World&) = delete;
 
   Outcome run();
-  /// Of what may be in Limits::quiet.
+  /// The names that Limits::quiet may contain.
   [[nodiscard]] std::vector<std::string> programs() const { return plant_.programs(); }
 
  private:

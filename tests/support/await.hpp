@@ -1,4 +1,4 @@
-// Waiting in a test for something that happens in other threads or processes.
+// Waiting in a test for an event in other threads or processes.
 //
 //   await("the first mail", [&] { return fs::exists(mail); });
 #pragma once
@@ -10,11 +10,11 @@
 
 namespace millrace::tests {
 
-/// Far more than anything takes on a busy host, in a build that is not optimised.
+/// Far more than anything takes in an unoptimised build on a busy host.
 inline constexpr std::chrono::seconds await_limit{30};
 
-/// Returns when `done()` is true. Throws std::runtime_error, which names `what` was waited for,
-/// when `limit` is over. Never spins: who is waited for needs the core.
+/// Returns when `done()` is true. When `limit` is over, throws std::runtime_error, which names
+/// `what` was waited for. It sleeps between checks: the process that is waited for needs the core.
 template <typename Done>
 void await(const std::string& what, const Done& done,
            std::chrono::milliseconds limit = await_limit) {

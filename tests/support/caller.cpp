@@ -40,7 +40,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener {
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
   std::map<fabric::CallId, fabric::Reply> replies;
   std::uint64_t next_number = 1;
-  // Another caller's calls of the same fabric are never taken for ours.
+  // Replies to another caller on the same fabric must not be taken for ours.
   std::uint64_t epoch =
       static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
   fabric::dds::Participant participant;
@@ -102,8 +102,8 @@ void Caller::publish(const fabric::ChannelStatus& status) {
 
 void Caller::withdraw(const fabric::Request& request) {
   impl_->end.withdraw(key_of(request));
-  // What is written within a turn of the loop is sent at its end; the test may wait for something
-  // else now and turn the loop no more.
+  // A sample is sent at the end of the loop's turn; the test may wait for something else now and
+  // not turn the loop again.
   impl_->context.restart();
   impl_->context.poll();
 }

@@ -1,4 +1,4 @@
-// A gateway's place for tests of services: finds their instances and calls them.
+// A gateway's part for tests of services: finds their instances and calls them.
 //
 //   Caller caller(domain.number());
 //   ASSERT_TRUE(caller.await_instance(uuid));
@@ -22,10 +22,10 @@ class Caller {
 
   /// True once an instance of `uuid` is ready that is not draining.
   bool await_instance(const std::string& uuid, std::chrono::milliseconds timeout = patience);
-  /// True once there is none.
+  /// True once there is no such instance.
   bool await_no_instance(const std::string& uuid, std::chrono::milliseconds timeout = patience);
 
-  /// What discovery tells of a ready instance; throws std::runtime_error if there is none.
+  /// The announced identity of a ready instance; throws std::runtime_error if there is none.
   [[nodiscard]] fabric::InstanceIdentity identity(const std::string& uuid) const;
 
   /// The next request of a channel to any ready instance, with a new call id.
@@ -38,17 +38,17 @@ class Caller {
   /// The final reply to a call; throws std::runtime_error if none comes.
   fabric::Reply await_reply(const fabric::Request& request,
                             std::chrono::milliseconds timeout = patience);
-  /// The final reply if it is there by now.
+  /// The final reply, if it has arrived.
   bool poll_reply(const fabric::Request& request, fabric::Reply& reply);
 
-  /// Does what is due, for who waits for something else: what is published is sent, at the latest
-  /// then.
+  /// Does what is due, in particular sends published samples, while the caller waits for something
+  /// else.
   void attend();
 
-  /// A reply to this call that comes from now on is a new one.
+  /// A reply to this call that arrives from now on is a new one.
   void forget_reply(const fabric::Request& request);
 
-  /// All of it: request, publish, await, withdraw.
+  /// A whole call: request, publish, await, withdraw.
   fabric::Reply call(const std::string& uuid, const std::string& text, std::uint16_t channel = 1);
 
  private:

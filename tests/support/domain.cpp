@@ -13,11 +13,11 @@ namespace millrace::tests {
 
 namespace {
 
-/// DDS uses the ports from 7400 + 250 * domain on; above this domain they fall into the range from
-/// which Linux hands out ports, 32768 and up.
+/// DDS uses the ports from 7400 + 250 * domain on; those of higher domains are in the range from
+/// which Linux assigns ports, 32768 and up.
 constexpr std::uint32_t last_domain = 101;
 
-/// The descriptor that holds the lock, or -1 if another test has the domain.
+/// Returns the descriptor that holds the lock, or -1 if another test has the domain.
 int try_lock(std::uint32_t domain) {
   const auto file = std::filesystem::temp_directory_path() /
                     ("millrace-test-domain-" + std::to_string(domain) + ".lock");
@@ -32,7 +32,7 @@ int try_lock(std::uint32_t domain) {
 }  // namespace
 
 Domain::Domain() {
-  // Each process starts elsewhere: a domain that was just left may still carry a farewell.
+  // Each process starts at a different domain: one that was just left may still carry a farewell.
   const auto start = static_cast<std::uint32_t>(::getpid());
   for (std::uint32_t i = 0; i < last_domain; ++i) {
     number_ = (start + i) % last_domain + 1;

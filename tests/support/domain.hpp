@@ -1,5 +1,4 @@
-// A DDS domain of its own for a test, so that tests that run at the same time do not hear each
-// other.
+// A DDS domain for one test, so that tests that run at the same time do not hear each other.
 //
 //   Domain domain;
 //   fabric::dds::Participant participant({.domain = domain.number()});
@@ -9,8 +8,9 @@
 
 namespace millrace::tests {
 
-/// Reserves a free domain of this host for as long as it lives, across processes: each domain has a
-/// lock file in the folder for temporary files. Throws std::runtime_error when all are taken.
+/// Reserves a free domain of this host until it is destroyed. Each domain has a lock file in the
+/// folder for temporary files, which all processes share. Throws std::runtime_error when all
+/// domains are reserved.
 class Domain {
  public:
   Domain();
@@ -18,7 +18,7 @@ class Domain {
   Domain(const Domain&) = delete;
   Domain& operator=(const Domain&) = delete;
 
-  /// Never 0, the domain of a millrace that somebody uses.
+  /// Never 0, the domain of a millrace in use.
   [[nodiscard]] std::uint32_t number() const { return number_; }
 
  private:

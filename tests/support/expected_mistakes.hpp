@@ -1,5 +1,4 @@
-// A bad configuration says itself what must be said of it, in lines "# expect: FILE:LINE:COLUMN:
-// …".
+// A bad configuration lists its expected errors, in lines "# expect: FILE:LINE:COLUMN: …".
 #pragma once
 
 #include <filesystem>
@@ -13,7 +12,7 @@
 
 namespace millrace::tests {
 
-/// The files of tests/data/config/bad that end so.
+/// The files of tests/data/config/bad with this ending.
 inline std::vector<std::filesystem::path> bad_configurations(const std::string& data,
                                                              const std::string& ending) {
   std::vector<std::filesystem::path> found;
@@ -26,8 +25,8 @@ inline std::vector<std::filesystem::path> bad_configurations(const std::string& 
   return found;
 }
 
-/// Expects that `error` has the lines that `file` expects, in this order, and no others. An
-/// expectation is the beginning of a line, from the file's name on.
+/// Expects that `error` has exactly the lines that `file` expects, in this order. An expectation is
+/// the beginning of a line, from the file's name on.
 inline void expect_its_mistakes(const std::filesystem::path& file, const std::string& error) {
   const std::string mark = "# expect: ";
   std::vector<testing::Matcher<std::string>> expected;

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The C library's own.
+/// The C library's own function.
 template <typename Function>
 Function* next(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
@@ -28,9 +28,9 @@ Function* next(const char* name) {
 
 std::mutex lock;
 ForgetfulDisk::Impl* watching = nullptr;
-/// Where a power cut was looked at last.
+/// The folder that a power cut was last restored to.
 fs::path restored;
-/// What the disk itself reads is no change.
+/// What the disk itself does is not recorded as a change.
 thread_local bool looking = false;
 
 fs::path path_of(int fd) {
@@ -59,7 +59,7 @@ void PowerCut::restore(const fs::path& folder) const {
 }
 
 struct ForgetfulDisk::Impl {
-  /// Of a file, whatever its name; its number in the file system may be given again.
+  /// Identifies a file whatever its name; the file system may reuse its own number.
   using Id = unsigned;
   using Names = std::map<std::string, Id>;
 
@@ -83,7 +83,7 @@ struct ForgetfulDisk::Impl {
     return found;
   }
 
-  /// Before `what` happens.
+  /// Called before `what` happens.
   void note(const std::string& what) {
     const Names now = names();
     std::map<Id, std::string> bytes_now = forced_bytes;
@@ -137,7 +137,7 @@ struct ForgetfulDisk::Impl {
 
 namespace {
 
-/// Looks at the disk while nothing changes there; `use` gets the disk that is watched, if any.
+/// Calls `use` with the watched disk, if there is one, whose own changes do not count.
 template <typename Use>
 void with_disk(Use use) {
   if (looking) {
@@ -189,7 +189,7 @@ int force_watched(const char* function, int fd) {
     const std::lock_guard guard(lock);
     ours = path.parent_path() == restored || path == restored;
   }
-  // The real disk need not hold what a test looks at, and would take its time.
+  // The real disk need not force what a test checks; it would only take time.
   return ours ? 0 : next<int(int)>(function)(fd);
 }
 
@@ -221,7 +221,7 @@ std::vector<PowerCut> ForgetfulDisk::power_cuts() {
 
 }  // namespace millrace::tests
 
-// In place of the C library's, for the whole program.
+// Replacements of the C library's functions, for the whole program.
 extern "C" {
 
 int open(const char* path, int flags, ...) {
@@ -271,7 +271,7 @@ int unlink(const char* path) noexcept {
   return millrace::tests::next<int(const char*)>("unlink")(path);
 }
 
-/// The C library's removes a file by a way of its own.
+/// The C library's remove() does not call the unlink() above.
 int remove(const char* path) noexcept {
   millrace::tests::before("remove", path);
   return millrace::tests::next<int(const char*)>("remove")(path);

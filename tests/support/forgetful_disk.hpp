@@ -1,5 +1,5 @@
-// A disk that keeps what was forced to it apart from what was only written: what a power cut leaves
-// of a folder, at each point of a test.
+// A disk that distinguishes forced from merely written data: it gives what a power cut leaves of a
+// folder, at each point of a test.
 //
 //   ForgetfulDisk disk(folder);
 //   spool.put(entry);
@@ -9,10 +9,10 @@
 //     EXPECT_TRUE(holds_what_was_promised(other, left.promised)) << left.where;
 //   }
 //
-// A program that is linked with it calls it in place of the C library's open, write, pwrite,
-// ftruncate, rename, remove, unlink, fsync and fdatasync. What is documented of a disk is taken at
-// its word and no more is believed: fsync(2) and fdatasync(2) force a file's bytes, fsync of a
-// folder forces its names. What else was written may be there or not, names and bytes apart.
+// It replaces the C library's open, write, pwrite, ftruncate, rename, remove, unlink, fsync and
+// fdatasync in a program that is linked with it. It assumes only what is documented of a disk:
+// fsync(2) and fdatasync(2) force a file's bytes, fsync of a folder forces its names. Anything else
+// that was written may survive or not, names and bytes separately.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@
 
 namespace millrace::tests {
 
-/// What may be left if the power is cut before one change of the disk.
+/// What may remain if the power is cut before one change of the disk.
 struct PowerCut {
   /// "before fsync calls.journal.new, with what was only written to names".
   std::string where;
@@ -37,15 +37,15 @@ struct PowerCut {
 
 class ForgetfulDisk {
  public:
-  /// Watches the files of `folder`, which is there, until it is destroyed. One at a time.
+  /// Watches the files of `folder`, which exists, until it is destroyed. Only one at a time.
   explicit ForgetfulDisk(const std::filesystem::path& folder);
   ~ForgetfulDisk();
   ForgetfulDisk(const ForgetfulDisk&) = delete;
   ForgetfulDisk& operator=(const ForgetfulDisk&) = delete;
 
-  /// What has been acknowledged by now, in the test's own counting.
+  /// Records that everything up to `number`, which the test counts itself, is acknowledged.
   void promise(unsigned number);
-  /// Before each change so far, and now; what is the same as before is there once.
+  /// The power cuts before each change so far, and now; equal ones are listed once.
   [[nodiscard]] std::vector<PowerCut> power_cuts();
 
   struct Impl;

@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Appends what one line stands for; false for anything that is neither hex pair nor quoted text.
+// Appends the bytes of one line; false for anything that is neither hex pair nor quoted text.
 bool append_line(std::string_view line, Bytes& out) {
   while (true) {
     const auto start = line.find_first_not_of(" \t");

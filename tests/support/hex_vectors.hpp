@@ -1,4 +1,4 @@
-// Wire bytes as data files: hex beside its meaning.
+// Wire bytes as data files: hex with its meaning.
 //
 //   == read_request          a vector begins with its name
 //   00 00  2c 00 00 00       # kind ads, 44 bytes follow; a comment ends with its line

@@ -1,4 +1,4 @@
-// A browser's side of HTTP, as plainly as a test needs it: one connection, no TLS.
+// The client side of HTTP, as simple as a test needs it: one connection, no TLS.
 //
 //   HttpClient client(port);
 //   client.get("/api/about").body
@@ -20,15 +20,15 @@ namespace millrace::tests {
 
 struct HttpAnswer {
   int status = 0;
-  /// The whole header, as it came.
+  /// The whole header, unchanged.
   std::string header{};
   std::string body{};
 
-  /// Of a field, whose name is in the case in which it was sent; empty if it is not there.
+  /// The value of a field, whose name is written as it was sent; empty without such a field.
   [[nodiscard]] std::string field(const std::string& name) const;
 };
 
-/// Throws std::runtime_error for what fails, a time that is up included.
+/// Throws std::runtime_error for any failure, a timeout included.
 class HttpClient {
  public:
   explicit HttpClient(std::uint16_t port, std::chrono::milliseconds timeout = patience);
@@ -41,13 +41,13 @@ class HttpClient {
   HttpAnswer post(const std::string& target, const std::string& body,
                   const std::string& fields = "");
 
-  /// Bytes as they are.
+  /// Sends bytes unchanged.
   void send(std::string_view bytes) const;
-  /// One answer to what was sent.
+  /// Receives one response.
   HttpAnswer receive();
   /// More bytes; empty when the other side has ended the connection.
   std::string receive_some() const;
-  /// True when the other side has ended the connection, or does within the timeout.
+  /// True when the other side has ended the connection, or ends it within the timeout.
   bool is_ended() const;
 
  private:
@@ -66,7 +66,7 @@ class HttpEvents {
 
   /// The next event; throws std::runtime_error if the stream ends.
   HttpEvent next();
-  /// The next event that `is_it`.
+  /// The next event for which `is_it` returns true.
   HttpEvent await(const std::function<bool(const HttpEvent&)>& is_it);
 
  private:

@@ -1,4 +1,4 @@
-// What a part of a program says troubles it, for a test to look at.
+// Keeps the alarms of one part of a program, for a test to check.
 #pragma once
 
 #include <map>

@@ -14,9 +14,9 @@ using namespace fabric;
 
 constexpr std::uint32_t any_value = 0x7FFFFFFF;
 
-/// The operations of the type, in which each enumeration may have any value (dds_opcodes.h).
+/// The operations of the type, with any value allowed for each enumeration (dds_opcodes.h).
 std::vector<std::uint32_t> without_limits(const dds_topic_descriptor_t& type) {
-  // The keys stand last, an instruction of two words each.
+  // The keys are last, an instruction of two words each.
   const std::size_t size = type.m_keys[type.m_nkeys - 1].m_offset + 2;
   std::vector<std::uint32_t> ops(type.m_ops, type.m_ops + size);
   for (std::uint32_t& op : ops) {
@@ -28,8 +28,8 @@ std::vector<std::uint32_t> without_limits(const dds_topic_descriptor_t& type) {
   return ops;
 }
 
-/// Without what it says of itself in XTypes: else it would be seen to be another type.
-dds_topic_descriptor_t lawless(const std::vector<std::uint32_t>& ops) {
+/// Without the type's XTypes information: with it, the type would count as a different one.
+dds_topic_descriptor_t unchecked_type(const std::vector<std::uint32_t>& ops) {
   const dds_topic_descriptor_t& type = millrace_Reply_desc;
   return {.m_size = type.m_size,
           .m_align = type.m_align,
@@ -50,29 +50,29 @@ dds_topic_descriptor_t lawless(const std::vector<std::uint32_t>& ops) {
 LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::string& partition,
                              const std::string& user_data)
     : ops_(without_limits(millrace_Reply_desc)),
-      type_(lawless(ops_)),
+      type_(unchecked_type(ops_)),
       topic_(dds::check(
           dds_create_topic(participant.handle(), &type_, wire::reply_topic.name, nullptr, nullptr),
-          "create a lawless topic")),
+          "create an unchecked topic")),
       publisher_(wire::create_publisher(participant, partition)),
       writer_(dds::check(
           dds_create_writer(publisher_.handle(), topic_.handle(),
                             wire::writer_qos(wire::reply_topic, user_data).get(), nullptr),
-          "write lawless replies")) {}
+          "create an unchecked writer")) {}
 
 void LawlessWriter::write(Reply reply, std::uint32_t kind, std::uint32_t code) {
   const std::string text = std::exchange(reply.text, "");
   auto sample = wire::Codec<Reply>::encode(reply).value();
-  // Only read; Cyclone does not write to it.
+  // Cyclone only reads it.
   sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
   sample.text._length = static_cast<std::uint32_t>(text.size());
   sample.text._maximum = sample.text._length;
-  // A number that no name stands for: C++ does not let it be assigned.
+  // A number outside the enumeration, which C++ does not let a program assign.
   static_assert(sizeof sample.kind == sizeof kind);
   std::memcpy(&sample.kind, &kind, sizeof kind);
   static_assert(sizeof sample.code == sizeof code);
   std::memcpy(&sample.code, &code, sizeof code);
-  dds::check(dds_write(writer_, &sample), "write a lawless reply");
+  dds::check(dds_write(writer_, &sample), "write an unchecked reply");
 }
 
 }  // namespace millrace::tests

@@ -1,4 +1,4 @@
-// Writes what no program of ours writes: a reply that checks nothing.
+// Writes replies that are not checked, as no program of millrace does.
 //
 //   LawlessWriter service(participant, "millrace/560aacbf-…", registry::format_instance(id));
 //   service.write(reply, 77);
@@ -13,7 +13,7 @@
 
 namespace millrace::tests {
 
-/// A writer of replies that checks nothing, and whose enumerations have any value.
+/// A writer of unchecked replies, whose enumerations have any value.
 class LawlessWriter {
  public:
   LawlessWriter(const fabric::dds::Participant& participant, const std::string& partition,

@@ -21,8 +21,8 @@ using base::posix::last_error;
 
 constexpr char loopback[] = "lo";
 
-/// Without being root: in a user namespace where it is.
-std::string leave_for_another() {
+/// Works without root where the host allows user namespaces.
+std::string enter_namespaces() {
   if (::unshare(CLONE_NEWNET) == 0) {
     return {};
   }
@@ -34,7 +34,7 @@ std::string leave_for_another() {
   return {};
 }
 
-std::string raise_loopback(int socket) {
+std::string enable_loopback(int socket) {
   ifreq request{};
   std::strcpy(request.ifr_name, loopback);
   request.ifr_flags = IFF_UP;
@@ -63,11 +63,11 @@ std::string route_multicast(int socket) {
 }  // namespace
 
 std::string enter_own_network() {
-  if (const std::string obstacle = leave_for_another(); !obstacle.empty()) {
+  if (const std::string obstacle = enter_namespaces(); !obstacle.empty()) {
     return obstacle;
   }
   const base::posix::Fd socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (const std::string obstacle = raise_loopback(socket.get()); !obstacle.empty()) {
+  if (const std::string obstacle = enable_loopback(socket.get()); !obstacle.empty()) {
     return obstacle;
   }
   return route_multicast(socket.get());

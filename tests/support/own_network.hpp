@@ -1,4 +1,4 @@
-// A network of a test program's own, in which multicast goes over the loopback interface: nothing
+// A network for one test program, in which multicast goes over the loopback interface: nothing
 // leaves it, and programs with fixed ports do not meet those of other tests.
 //
 //   const std::string obstacle = enter_own_network();   // first thing, before there are threads
@@ -8,7 +8,8 @@
 
 namespace millrace::tests {
 
-/// Puts this process, and all that it starts from now on, into it. Why that cannot be, else.
+/// Moves this process, and all that it starts later, into it. Returns why that is impossible, or an
+/// empty text.
 std::string enter_own_network();
 
 }  // namespace millrace::tests

@@ -47,9 +47,9 @@ Pipe make_pipe() {
   return {Fd(ends[0]), Fd(ends[1])};
 }
 
-/// Between fork and exec: only calls that are safe there. Never returns.
+/// Runs between fork and exec, so it makes only calls that are safe there. Never returns.
 [[noreturn]] void become(const std::vector<char*>& arguments, pid_t parent, int out, int error) {
-  constexpr int cannot_execute = 127;  // as a shell says it
+  constexpr int cannot_execute = 127;  // as in a shell
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) {
     ::_exit(cannot_execute);
@@ -65,7 +65,7 @@ Pipe make_pipe() {
 }  // namespace
 
 struct Process::Impl {
-  /// Of a child that has just been forked; anything else would make kill() reach strangers.
+  /// The id of a child that this object has forked; with any other, kill() would hit strangers.
   const pid_t pid;
   const std::string command;
   Fd pidfd;
@@ -101,7 +101,7 @@ struct Process::Impl {
     }
   }
 
-  /// The test fails, and why may be known to another process than the one that it waited for.
+  /// The test fails, and the reason may be in the output of another process.
   void tell() const {
     constexpr std::size_t most = 8192;
     const auto end_of = [](const std::string& text) {
@@ -119,7 +119,7 @@ struct Process::Impl {
     exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
 
-  /// True once the process has ended; waits that long for it.
+  /// Waits up to `timeout`; true once the process has ended.
   bool ended(std::chrono::milliseconds timeout) {
     if (!exit_code) {
       pollfd wanted{pidfd.get(), POLLIN, 0};

@@ -1,4 +1,5 @@
-// A program under test as a real process: started, watched by its output, ended by its process id.
+// A program under test as a real process: the test starts it, reads its output and ends it by its
+// process id.
 //
 //   Process cnc({binary("millrace-cnc"), "--listen", "127.0.0.1:0"});
 //   const std::string port = cnc.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
@@ -6,8 +7,8 @@
 //   cnc.terminate();
 //   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 //
-// Whatever happens to the test, the process ends with it; of one that fails by an exception, each
-// of its processes shows what it wrote.
+// The process ends with the test in any case. If a test fails by an exception, each of its
+// processes shows its output.
 #pragma once
 
 #include <chrono>
@@ -20,13 +21,13 @@
 
 namespace millrace::tests {
 
-/// Longer than any healthy program needs on a busy machine; a test that reaches it has failed.
+/// Longer than any healthy program needs on a busy machine; a test fails when it is over.
 inline constexpr std::chrono::seconds patience{30};
 
 /// The path of a program of this build.
 std::string binary(std::string_view name);
 
-/// Not copyable; each object is one process. Standard input is empty.
+/// Not copyable; each object is one process. Its standard input is empty.
 class Process {
  public:
   /// Starts `command`, the first element being the path of the program.
@@ -48,11 +49,11 @@ class Process {
   std::vector<std::string> await_error(const std::string& pattern,
                                        std::chrono::milliseconds timeout = patience);
 
-  /// Sends a signal; nothing if the process has been waited for.
+  /// Sends a signal; does nothing if the process has been waited for.
   void signal(int number);
-  /// Asks it to end, as an operator does (SIGTERM).
+  /// Asks it to end (SIGTERM).
   void terminate();
-  /// Ends it as a crash does (SIGKILL) and waits.
+  /// Kills it (SIGKILL), like a crash, and waits.
   void kill();
 
   /// Waits for the end: its exit code, or 128 + the signal that killed it.
@@ -61,7 +62,7 @@ class Process {
   /// False once it has ended.
   [[nodiscard]] bool running();
 
-  /// What it has written so far; everything once wait() has returned.
+  /// The output so far; complete once wait() has returned.
   [[nodiscard]] std::string output() const;
   [[nodiscard]] std::string error_output() const;
 

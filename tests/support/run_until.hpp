@@ -10,8 +10,8 @@
 
 namespace millrace::tests {
 
-/// Runs `context` until `done` is true or `limit` is over; returns what `done` said last. Once it
-/// said true it is not asked again.
+/// Runs `context` until `done` is true or `limit` is over; returns the last result of `done`, which
+/// is not called again after it was true.
 inline bool run_until(boost::asio::io_context& context, const std::function<bool()>& done,
                       std::chrono::milliseconds limit = std::chrono::seconds(10)) {
   const auto end = std::chrono::steady_clock::now() + limit;

@@ -1,4 +1,4 @@
-// The Service Interface of one channel as the kernel keeps it, with both sides' rules, for tests
+// The Service Interface of one channel, with the rules for both sides as in the kernel, for tests
 // that need no controller.
 //
 //   ServiceInterface channel({.auto_clear = true});
@@ -17,18 +17,18 @@
 
 namespace millrace::tests {
 
-/// What the vendor's pages leave open (IB/tf5200_service_interface/356533387.html); the gateway
-/// must work with each.
+/// The vendor's pages leave these rules open (IB/tf5200_service_interface/356533387.html); the
+/// gateway must work with each.
 struct KernelRules {
   /// Writing RESPONSE_STATE over ADS sets REQUEST_STATE to 0.
   bool auto_clear = false;
   /// Writing REQUEST_STATE over ADS sets RESPONSE_STATE to 0, as the program's write does.
   bool ads_clears = false;
-  /// How long after its acknowledgement an ADS write of these takes effect.
+  /// The time between acknowledgement and effect of an ADS write of these variables.
   std::chrono::milliseconds response_after{0};
   std::chrono::milliseconds request_state_after{0};
   std::chrono::milliseconds response_state_after{0};
-  /// The kernel sets REQUEST_STATE to 0 so long after a write of RESPONSE_STATE ≠ 0 has taken
+  /// The kernel sets REQUEST_STATE to 0 this long after a write of RESPONSE_STATE ≠ 0 has taken
   /// effect, unless the program has written it since, and ignores writes of 0 over ADS.
   std::optional<std::chrono::milliseconds> kernel_clears_after{};
 };
@@ -52,13 +52,13 @@ class ServiceInterface {
   void set_uuid(const std::string& uuid) { values_.uuid = uuid; }
   void set_request(const std::string& text) { values_.request = text; }
   void set_response(const std::string& text) { values_.response = text; }
-  /// A controller that starts again.
+  /// The controller restarts.
   void reset() {
     values_ = {};
     late_.clear();
     clears_at_.reset();
   }
-  /// Lets take effect what is due.
+  /// Applies the writes that are due.
   void advance(gateway::SteadyTime now) {
     now_ = now;
     for (auto first = late_.begin(); first != late_.end();) {

@@ -1,4 +1,4 @@
-// A link to a controller that carries nothing, for those who want a part of one.
+// A link to a controller that does nothing, as a base for tests that need part of one.
 #pragma once
 
 #include "gateway/machines/controller.hpp"

@@ -1,11 +1,11 @@
-// A program whose event loop hangs, while its other threads (those of DDS among them) go on: the
-// thread of the loop stands still as under a debugger. That is the main thread, and in a service
-// the one called "loop".
+// A program whose event loop hangs while its other threads, those of DDS included, go on: the
+// thread of the loop stands still as under a debugger. It is the main thread, or in a service the
+// one named "loop".
 //
 //   {
 //     const StuckLoop stuck(gateway);        // or (service, "loop")
 //     …
-//   }                                        // and goes on
+//   }                                        // it continues
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,7 @@
 
 namespace millrace::tests {
 
-/// To be used in one thread, which must not wait for the process meanwhile.
+/// To be used in one thread, which must not wait for the process while the loop hangs.
 class StuckLoop {
  public:
   /// Returns when the thread stands still. Throws std::runtime_error if it may not be stopped.

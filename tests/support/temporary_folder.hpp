@@ -1,4 +1,4 @@
-// A folder of its own for one test, gone afterwards.
+// A folder for one test, deleted afterwards.
 //
 //   const TemporaryFolder folder;
 //   std::ofstream(folder.path() / "message.txt") << …;

@@ -69,7 +69,7 @@ bool Terminal::read_some(std::chrono::milliseconds timeout) {
     return true;
   }
   std::array<char, 4096> buffer{};
-  // A terminal whose last program has ended fails with EIO.
+  // Once the last program of a terminal has ended, reading it fails with EIO.
   const ssize_t size = ::read(terminal_, buffer.data(), buffer.size());
   if (size <= 0) {
     return false;

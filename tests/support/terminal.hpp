@@ -1,4 +1,4 @@
-// A program under test on a terminal, as a person has it: what it draws, and keys.
+// A program under test on a terminal, as a user has it: its screen, and keys.
 //
 //   Terminal sut({binary("millrace"), "watch"}, {.rows = 24, .columns = 80});
 //   sut.await("CHANNEL");
@@ -16,14 +16,14 @@ namespace millrace::tests {
 
 class Terminal {
  public:
-  /// Why there can be none here (no /dev/pts, for one); empty if there can.
+  /// The reason why terminals are unavailable here (for example no /dev/pts); empty if they are.
   static std::string obstacle();
 
   struct Size {
     unsigned short rows = 24;
     unsigned short columns = 80;
   };
-  /// Starts `command` on a terminal of its own, of type xterm. Throws std::system_error.
+  /// Starts `command` on a new terminal of type xterm. Throws std::system_error.
   explicit Terminal(const std::vector<std::string>& command, Size size);
   Terminal(const std::vector<std::string>& command) : Terminal(command, Size{}) {}
   /// Kills the process if it still runs.
@@ -31,19 +31,19 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  /// Waits until `text` has come since the start. Throws std::runtime_error with all output if the
-  /// process ends or the time is up before.
+  /// Waits until `text` has been written since the start. Throws std::runtime_error with all output
+  /// if the process ends or the timeout is over before.
   void await(const std::string& text, std::chrono::milliseconds timeout = patience);
   /// Sends keys.
   void type(const std::string& keys);
   /// Waits for the end: its exit code, or 128 + the signal that killed it. Throws
   /// std::runtime_error with all output if the time is up before.
   int wait(std::chrono::milliseconds timeout = patience);
-  /// Everything so far, control sequences included.
+  /// All output so far, control sequences included.
   [[nodiscard]] const std::string& output() const { return output_; }
 
  private:
-  /// Reads what there is within `timeout`; false if the terminal is closed.
+  /// Reads what arrives within `timeout`; false if the terminal is closed.
   bool read_some(std::chrono::milliseconds timeout);
 
   int terminal_ = -1;

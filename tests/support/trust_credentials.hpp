@@ -1,4 +1,4 @@
-// What `millrace trust` makes for the programs of a test, as the desk of a plant does.
+// The credentials that `millrace trust` makes for the programs of a test.
 //
 //   const TrustCredentials material(folder, {uuid});
 //   Process gateway({binary("millrace-gateway"), "--fabric-config", material.profile("gateway"),
@@ -14,22 +14,22 @@ namespace millrace::tests {
 class TrustCredentials {
  public:
   /// Fills FOLDER/plant with three participants: "gateway" of the machine cnc, "service" of
-  /// `uuids`, and "office", which operates, observes and tests.
-  /// @throws std::runtime_error with what the command has said if it is not done
+  /// `uuids`, and "office" with the roles operator, observer and tester.
+  ///
+  /// @throws std::runtime_error with the command's output if it fails
   TrustCredentials(std::filesystem::path folder, const std::vector<std::string>& uuids,
                    std::string protection = "SIGN");
 
-  /// What that participant shows.
+  /// The folder with that participant's credentials.
   [[nodiscard]] std::filesystem::path of(const std::string& holder) const {
     return folder_ / "plant" / holder;
   }
-  /// A fabric.textproto of a program that is this participant, and otherwise says `rest`.
+  /// A fabric.textproto for a program that is this participant, with `rest` added to it.
   [[nodiscard]] std::string profile(const std::string& holder, const std::string& rest = {}) const;
 
-  /// The participant that a program of this name is: the gateway, the operator's command, or a
-  /// service.
+  /// The participant for a program of this name: the gateway, the operator's command, or a service.
   static std::string member_of(const std::string& program);
-  /// Another command: {"renew", "PKI", …}, in which PKI stands for the folder.
+  /// Runs another command: {"renew", "PKI", …}, in which PKI stands for the folder.
   void run(std::vector<std::string> command) const;
 
  private:

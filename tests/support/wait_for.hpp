@@ -1,4 +1,4 @@
-// Runs a coroutine in a test to its end, on the io_context that also serves everything else.
+// Runs a coroutine to its end in a test, on the io_context that also runs everything else.
 //
 //   const auto state = wait_for(io, client.state(552));
 #pragma once
@@ -15,7 +15,7 @@
 
 namespace millrace::tests {
 
-/// Throws what the coroutine throws, or std::runtime_error if it does not end.
+/// Rethrows the coroutine's exception; throws std::runtime_error if it does not end.
 inline void wait_for(boost::asio::io_context& io, boost::asio::awaitable<void> work) {
   bool done = false;
   std::exception_ptr failure;
@@ -31,13 +31,13 @@ inline void wait_for(boost::asio::io_context& io, boost::asio::awaitable<void> w
   }
 }
 
-/// Keeps what `work` returns; T needs no default constructor.
+/// Keeps the result of `work`; T needs no default constructor.
 template <typename T>
 boost::asio::awaitable<void> keep(boost::asio::awaitable<T> work, std::optional<T>& result) {
   result.emplace(co_await std::move(work));
 }
 
-/// The same for a coroutine that returns something.
+/// The same for a coroutine with a result.
 template <typename T>
 T wait_for(boost::asio::io_context& io, boost::asio::awaitable<T> work) {
   std::optional<T> result;

@@ -19,7 +19,7 @@ namespace millrace::bench {
 namespace {
 
 constexpr std::size_t warm_up = 1000;
-/// Bytes of a request on the wire, about.
+/// Approximate size of a request on the wire in bytes.
 constexpr std::size_t message_size = 200;
 
 void print(const char* what, Series series, double floor) {
@@ -27,7 +27,7 @@ void print(const char* what, Series series, double floor) {
              series.median() / floor);
 }
 
-/// What calls cost with one service that answers them in one way or another; `also` goes on.
+/// Measures calls with one service of this kind; `also` is called before the end.
 void measure_ours(const std::string& kind, std::size_t calls, Series& replied,
                   const std::function<void(MemoryGateway&)>& also = {}) {
   const tests::Domain domain;
@@ -74,8 +74,8 @@ bool measure_call() {
   fmt::print("one call at a time, {} x {} calls, microseconds\n", rounds, calls);
   fmt::print("  {:<34}{:>10}{:>10}{:>10}\n", "", "median", "p99", "ratio");
   print("raw Cyclone ping-pong (listener)", raw, floor);
-  print("gateway: accepted -> reply is here", ours, floor);
-  print("the same, if it slept at once", dozing, floor);
+  print("gateway: accepted -> reply received", ours, floor);
+  print("the same, sleeping without spinning", dozing, floor);
   print("the same, a thread for the handler", threaded, floor);
   for (auto& [name, series] :
        {std::pair{"gRPC unary", &grpc}, std::pair{"LCM request/response", &lcm}}) {
@@ -109,7 +109,7 @@ double processor_seconds_of(const std::vector<tests::Process>& processes) {
 constexpr std::size_t many_channels = 256;
 constexpr std::uint32_t many_instances = 4;
 
-/// The best of several rounds, and what a call costs the processor, on average.
+/// The best of several rounds, and the average processor time of a call.
 struct Throughput {
   double calls_per_second = 0;
   double gateway_time = 0;
@@ -179,7 +179,7 @@ bool measure_cost() {
   for (const std::size_t number : {std::size_t{1}, std::size_t{1000}}) {
     const tests::Domain domain;
     const auto instance = start_service(domain.number(), 1, "inline");
-    // The looks at channels that wait are no part of a call: once a second.
+    // Reads of waiting channels are not part of a call: they happen once a second.
     MemoryGateway gateway(domain.number(), number, number, std::chrono::seconds(1));
     gateway.await_instances(1);
     gateway.run(warm_up);

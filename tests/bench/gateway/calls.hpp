@@ -1,10 +1,10 @@
-// What a call costs, beside what the same costs without a gateway in between. False if a goal is
+// The cost of a call, compared with the same without a gateway in between. False if a goal is
 // missed.
 #pragma once
 
 namespace millrace::bench {
 
-/// One at a time, accepted -> reply, against raw Cyclone, gRPC and LCM.
+/// One at a time, from acceptance to reply, against raw Cyclone, gRPC and LCM.
 bool measure_call();
 /// 256 channels and 4 instances, against raw Cyclone.
 bool measure_throughput();

@@ -24,14 +24,14 @@ using Flags = std::vector<std::string>;
 
 constexpr std::chrono::seconds long_patience{120};
 
-/// A virtual CNC, and what serves it.
+/// A virtual CNC with its gateway or services.
 class Bench {
  public:
-  /// The gateway reaches it over plain ADS, or over Secure ADS with a pre-shared key.
+  /// The gateway uses plain ADS, or Secure ADS with a pre-shared key.
   explicit Bench(bool secure = false) : secure_(secure) {}
 
-  /// With `pauses` a program waits 20 to 40 ms after each answer, so that each request comes at
-  /// another moment of whoever polls.
+  /// With `pauses` a program waits 20 to 40 ms after each answer, so that requests come at varying
+  /// moments of a polling period.
   Process cnc(std::size_t channels, std::size_t calls, bool pauses = false) {
     const auto program = folder_.path() / "calls.nc";
     std::ofstream(program) << fmt::format(
@@ -101,7 +101,7 @@ class Bench {
   std::string port_ = "1";
 };
 
-/// "1, 2, 3": a gateway does not look for more than 32 channels by itself.
+/// "1, 2, 3": by default a gateway does not search more than 32 channels.
 std::string first(std::size_t channels) {
   std::string list;
   for (std::size_t channel = 1; channel <= channels; ++channel) {
@@ -110,7 +110,7 @@ std::string first(std::size_t channels) {
   return list;
 }
 
-/// The times that --timings printed, without the first of each channel, which waited for a start.
+/// The times that --timings printed, except the first of each channel, which waited for a start.
 Series timings(const std::string& output) {
   Series series;
   const std::regex line("call (\\d+): [^\\n]*: ([0-9.]+) ms");
@@ -122,7 +122,7 @@ Series timings(const std::string& output) {
   return series;
 }
 
-/// The mean of the "requests N" lines but the first.
+/// The mean of the "requests N" lines except the first.
 double mean_requests(const std::string& output) {
   double sum = 0;
   int count = -1;
@@ -133,7 +133,7 @@ double mean_requests(const std::string& output) {
   return count > 0 ? sum / count : 0;
 }
 
-/// As the gateway tells it.
+/// From the gateway's own statistics.
 double requests_per_second(const Bench& bench) {
   Process machines({tests::binary("millrace"), "machines", "--json", "--domain",
                     std::to_string(bench.peer("").domain)});
@@ -168,8 +168,8 @@ Series program_with_polling(std::size_t calls, std::uint32_t period, bool pauses
 
 namespace {
 
-/// A gateway that is told of requests, against a service that looks every 10 ms. Each line ends
-/// with its ratio.
+/// A gateway with notifications, against a service that polls every 10 ms. Each line ends with its
+/// ratio.
 bool measure_push() {
   constexpr std::size_t calls = 300;
   constexpr std::size_t rounds = 3;
@@ -194,7 +194,7 @@ bool measure_push() {
   return met;
 }
 
-/// ADS requests per second of an idle machine of ten channels that is pushed.
+/// ADS requests per second of an idle machine of ten channels with notifications.
 bool measure_pushed_load() {
   constexpr std::size_t channels = 10;
   constexpr double goal = 5;
@@ -314,7 +314,7 @@ bool measure_idle() {
   return memory <= memory_goal && percent <= processor_goal;
 }
 
-/// A gateway's memory with so many machines of one controller, which are connected.
+/// A gateway's memory with this many machines of one controller, all connected.
 double memory_with_machines(std::size_t machines, bool secure) {
   Bench bench(secure);
   const Process cnc = bench.cnc(1, 0);

@@ -10,7 +10,7 @@ namespace millrace::bench {
 Fleet::Fleet(const PeerOptions& each, std::uint32_t instances, std::uint32_t processes) {
   PeerOptions options = each;
   for (std::uint32_t i = 0; i < processes; ++i) {
-    // As even as it goes.
+    // Spread as evenly as possible.
     options.count = instances / processes + (i < instances % processes ? 1 : 0);
     processes_.push_back(launch_peer(options));
     options.number += options.count;

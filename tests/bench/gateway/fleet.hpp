@@ -1,4 +1,4 @@
-// The services, or the raw peers, of a measurement: so many instances, spread over processes.
+// The services, or the raw peers, of a measurement, spread over processes.
 //
 //   Fleet services({.kind = "inline", .domain = 1}, 64, 4);    // 16 in each of 4 processes
 //   services.await_ready(limit);
@@ -17,20 +17,21 @@ namespace millrace::bench {
 
 class Fleet {
  public:
-  /// Starts the processes as fast as it can and waits for none of them. `each` says what an
-  /// instance is; raw peers are numbered on from its number.
+  /// Starts the processes without waiting for them. `each` describes an instance; raw peers get
+  /// consecutive numbers from its number on.
   Fleet(const PeerOptions& each, std::uint32_t instances, std::uint32_t processes);
 
-  /// True once every process says that it is ready; false when `limit` is over or one has ended.
+  /// True once every process has reported that it is ready; false when `limit` is over or one has
+  /// ended.
   bool await_ready(std::chrono::milliseconds limit);
 
-  /// When the last of them had been started.
+  /// When the last of them was started.
   [[nodiscard]] Clock::time_point started() const { return started_; }
   /// Processor time of all that still run, since their start.
   [[nodiscard]] double processor_seconds() const;
-  /// What a process has written to its standard error: the first that has, nothing if none has.
+  /// The standard error of the first process that has written there; empty if none has.
   [[nodiscard]] std::string problem() const;
-  /// How those that have ended did so, as a shell says it; nobody was asked to.
+  /// The exit codes of processes that have ended, as in a shell; none was asked to.
   [[nodiscard]] std::vector<int> ended();
 
  private:

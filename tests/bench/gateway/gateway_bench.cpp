@@ -1,17 +1,17 @@
-// What the gateway costs, beside its peers in the same run.
+// The cost of the gateway, compared with its peers in the same run.
 //
 //   gateway_bench call         accept -> reply, against raw Cyclone, gRPC and LCM
 //   gateway_bench throughput   256 channels, 4 instances, against raw Cyclone
 //   gateway_bench cost         processor time of a call with 1,000 channels, against one
-//   gateway_bench program      what an NC program sees, against a service that polls by itself
-//   gateway_bench load         ADS requests per second, against services that poll by themselves
+//   gateway_bench program      a call from an NC program, against a polling service
+//   gateway_bench load         ADS requests per second, against polling services
 //   gateway_bench idle         memory with 1,000 channels, processor time of 10 idle ones
 //   gateway_bench secure       Secure ADS against plain ADS: reads, calls, handshakes, memory
 //   gateway_bench takeover     kill -9 of an instance until its call runs on another
 //   gateway_bench alarm [SECONDS]   instances lost by mistake while both cores are loaded
 //   gateway_bench scaling      1, 4, 16 and 64 instances of one UUID, against raw Cyclone
 //   gateway_bench presence     10 to 200 idle service processes, against raw Cyclone
-//   gateway_bench presence --uuids 1000   one process with so many UUIDs
+//   gateway_bench presence --uuids 1000   one process with this many UUIDs
 //   gateway_bench scale        instances, UUIDs, channels, machines, gateways, observers and hosts
 //                              each grown alone; hosts need root (network namespaces)
 //
@@ -71,7 +71,7 @@ void serve_peer(const PeerOptions& options) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Measures the gateway beside its peers."};
+  CLI::App app{"Measures the gateway and its peers."};
   std::string what;
   std::uint32_t seconds = 60;
   std::vector<std::uint32_t> instances;
@@ -87,20 +87,21 @@ int run(int argc, char** argv) {
   app.add_option("--instances", instances, "scaling, presence: one row for each number, N,N,…")
       ->delimiter(',')
       ->check(CLI::Range(1, 1000));
-  app.add_option("--processes", scaling.processes, "scaling: that share the instances of a row")
+  app.add_option("--processes", scaling.processes,
+                 "scaling: processes that share the instances of a row")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--rounds", scaling.rounds, "scaling: of each row")
+  app.add_option("--rounds", scaling.rounds, "scaling: rounds of each row")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   std::uint32_t idle_seconds = 0;
   app.add_option("--idle", idle_seconds,
-                 "presence, scale: seconds of each row without a call; 24 and 8 if not given")
+                 "presence, scale: seconds of each row without a call (default 24 and 8)")
       ->check(CLI::Range(1, 3600));
-  app.add_option("--uuids", presence.uuids, "presence: one process with so many UUIDs instead")
+  app.add_option("--uuids", presence.uuids, "presence: one process with this many UUIDs instead")
       ->check(CLI::Range(1, 100'000));
   app.add_flag("--no-raw", presence.without_raw, "presence: leave raw Cyclone out");
-  app.add_option("--of", scale.of, "scale: what is grown, WORD,WORD,…; all if not given")
+  app.add_option("--of", scale.of, "scale: the growing dimensions, WORD,WORD,… (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(dimensions()));
   app.add_option("--sizes", scale.sizes, "scale: one row for each, N,N,…")->delimiter(',');

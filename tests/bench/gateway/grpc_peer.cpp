@@ -1,4 +1,4 @@
-// gRPC unary calls over TCP on loopback, as a peer to compare with.
+// gRPC unary calls over TCP on loopback, for comparison.
 #include "echo.grpc.pb.h"
 #include <grpcpp/grpcpp.h>
 

@@ -81,7 +81,7 @@ bool measure_takeover() {
   }
   const double worst = times.quantile(1) / 1e6;
   fmt::print(
-      "kill -9 of an instance -> the call is given to another, {} rounds: median {:.2f} s, "
+      "kill -9 of an instance -> the call is dispatched to another, {} rounds: median {:.2f} s, "
       "worst {:.2f} s   {}\n",
       rounds, times.median() / 1e6, worst, verdict(worst, goal_seconds, true));
   return worst <= goal_seconds;

@@ -1,14 +1,14 @@
-// Instances that are lost: how soon their calls run elsewhere, and whether any is taken for lost
-// that is not. False if a goal is missed.
+// Lost instances: how soon their calls run elsewhere, and whether a running one is regarded as
+// lost. False if a goal is missed.
 #pragma once
 
 #include <chrono>
 
 namespace millrace::bench {
 
-/// kill -9 of an instance until its call is given to another.
+/// kill -9 of an instance until its call is dispatched to another.
 bool measure_takeover();
-/// Instances lost by mistake in so much time, while both cores are loaded.
+/// Instances regarded as lost by mistake during this time, while both cores are loaded.
 bool measure_alarms(std::chrono::seconds time);
 
 }  // namespace millrace::bench

@@ -63,7 +63,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
     return options;
   }
 
-  /// Its place among the channels of all machines, from 1.
+  /// Its index among the channels of all machines, from 1.
   [[nodiscard]] std::size_t index_of(const fabric::ChannelKey& key) const {
     return key.channel + (plant.machines.size() == 1 ? 0 : before.at(key.machine));
   }
@@ -109,7 +109,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
     core.set_readers({of_events, of_channels, Level::warn});
   }
 
-  /// To a controller in this process.
+  /// A link to a controller in this process.
   class MemoryLink final : public tests::SilentLink {
    public:
     MemoryLink(Impl& gateway, std::string machine)
@@ -156,7 +156,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
   }
   void append(const JournalEntry& entry, const Ticket& ticket) override {
     if (const auto* dispatched = std::get_if<DispatchedEntry>(&entry)) {
-      // In the same step as its acceptance.
+      // In the same step as the acceptance.
       places[index_of(dispatched->key)].seen = Clock::now();
     }
     journal->append(entry, ticket);
@@ -205,7 +205,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
     alarm.async_wait([&over](boost::system::error_code) { over = true; });
     run([&] { return over || done(); });
     const bool reached = !over || done();
-    // Whoever waits for the timer refers to `over`: let him end here.
+    // The coroutine that waits for the timer refers to `over`: let it end here.
     alarm.cancel();
     run([&] { return over; });
     return reached;
@@ -214,7 +214,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
   MemoryPlant plant;
   std::size_t calling_machines = plant.machines.size();
   const std::vector<std::string> uuids = numbered_uuids(plant.uuids);
-  /// Channels of the machines before each.
+  /// The number of channels of the machines before each.
   std::map<std::string, std::size_t> before;
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
@@ -225,7 +225,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
   shell::WakeTimer timer;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
   Result result;
-  /// Links that are up.
+  /// The number of links that are up.
   std::size_t up = 0;
   std::size_t to_start = 0;
   std::size_t finished = 0;

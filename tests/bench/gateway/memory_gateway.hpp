@@ -1,4 +1,4 @@
-// The gateway's core on a real fabric, with controllers in memory: what a call costs without ADS.
+// The gateway's core on a real fabric, with controllers in memory: the cost of a call without ADS.
 #pragma once
 
 #include <chrono>
@@ -15,16 +15,17 @@
 
 namespace millrace::bench {
 
-/// What a gateway serves, and where.
+/// The machines of a gateway, and its network.
 struct MemoryPlant {
   std::uint32_t domain = 0;
-  /// Of each machine, 1 to this; so many of them call as fast as they can.
+  /// Each machine has the channels 1 to this; `active` of them call as fast as they can.
   std::size_t channels = 1;
   std::size_t active = 1;
-  /// Between two looks at a channel that is idle or waits.
+  /// Time between two reads of an idle or waiting channel.
   std::chrono::milliseconds idle{10};
   std::vector<std::string> machines{"cnc"};
-  /// The channels call so many UUIDs in turn, those of the peers "uuids"; 0: the one of the others.
+  /// The channels call this many UUIDs in turn, those of the peers "uuids"; 0: the UUID of the
+  /// others.
   std::uint32_t uuids = 0;
   /// The network interface; empty: the loopback.
   std::string interface {};
@@ -33,50 +34,50 @@ struct MemoryPlant {
 class MemoryGateway {
  public:
   explicit MemoryGateway(const MemoryPlant& plant);
-  /// Channels 1 to `channels`, whose programs call as fast as they can, `active` of them. `idle` is
-  /// the time between two looks at a channel that is idle or waits.
+  /// Channels 1 to `channels`, of which `active` run programs that call as fast as they can. `idle`
+  /// is the time between two reads of an idle or waiting channel.
   MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,
                 std::chrono::milliseconds idle = std::chrono::milliseconds(10));
   ~MemoryGateway();
 
-  /// Runs until so many instances are ready.
+  /// Runs until this many instances are ready.
   void await_instances(std::size_t count);
 
   struct Result {
-    /// From a call's acceptance until its reply is here.
+    /// From a call's acceptance to the arrival of its reply.
     Series replied;
     /// From a program's REQUEST_STATE to its RESPONSE_STATE.
     Series released;
     double calls_per_second = 0;
-    /// Processor time of this process for each call.
+    /// Processor time of this process per call.
     double microseconds_per_call = 0;
   };
-  /// From now on the first channel of the first machine calls, and no other.
+  /// From now on only the first channel of the first machine calls.
   void call_on_one_channel();
-  /// From now on the gateway's thread sleeps at once while it waits for an answer.
+  /// From now on the gateway's thread sleeps while it waits for an answer, without spinning.
   void doze();
-  /// Runs so many calls.
+  /// Runs this many calls.
   Result run(std::size_t calls);
   /// The same; nothing if they are not answered within `limit`.
   std::optional<Result> run_within(std::size_t calls, std::chrono::milliseconds limit);
 
-  /// Runs until `done` says so.
+  /// Runs until `done` is true.
   void run_until(const std::function<bool()>& done);
   /// The same; false if `limit` is over before.
   bool run_until(const std::function<bool()>& done, std::chrono::milliseconds limit);
-  /// Instances that are ready.
+  /// The number of ready instances.
   [[nodiscard]] std::size_t instances() const;
-  /// Instances that were lost since the start.
+  /// The number of instances lost since the start.
   [[nodiscard]] std::size_t lost() const;
-  /// The last time a call was given out, and to whom.
+  /// The time and the instance of the last dispatch.
   [[nodiscard]] Clock::time_point given_at() const;
   [[nodiscard]] fabric::InstanceId given_to() const;
   [[nodiscard]] std::uint32_t given_attempt() const;
   /// The process of an instance.
   [[nodiscard]] std::uint32_t pid_of(const fabric::InstanceId& instance) const;
-  /// The programs take their requests back and call no more.
+  /// The programs withdraw their requests and stop calling.
   void withdraw();
-  /// The programs begin to call; as often as `calls` in all.
+  /// The programs begin to call, `calls` times altogether.
   void begin(std::size_t calls);
 
  private:

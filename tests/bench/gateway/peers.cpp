@@ -103,7 +103,7 @@ void wait_for_ever() {
 void serve_sdk(const PeerOptions& options) {
   const bool stuck = options.kind == "stuck";
   const bool uuids = options.kind == "uuids";
-  // That an inline handler has lost its place changes what is measured.
+  // The warning of an inline handler that has lost its place explains a measurement.
   const auto log = base::program::make_log("bench", spdlog::level::warn);
   const auto participant = std::make_shared<services::sdk::SharedParticipant>(
       fabric::dds::ParticipantOptions{.domain = options.domain,

@@ -1,5 +1,5 @@
-// The other side of each measurement, a process of its own: `gateway_bench --peer KIND …` runs one
-// until it is killed, after a line "ready" on standard output.
+// The other side of each measurement, a separate process: `gateway_bench --peer KIND …` prints a
+// line "ready" and runs until it is killed.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct PeerOptions {
   std::uint32_t channels = 1;
   std::uint32_t period_ms = 2;
   std::uint16_t port = 0;
-  /// gateway: how many machines and UUIDs.
+  /// gateway: the numbers of machines and UUIDs.
   std::uint32_t machines = 1;
   std::uint32_t uuids = 0;
   /// services of the library, gateway: the network interface; empty: the loopback.
@@ -32,17 +32,16 @@ struct PeerOptions {
 
 /// The UUIDs of the services of a peer of the kind "uuids".
 std::vector<std::string> numbered_uuids(std::uint32_t count);
-/// What makes a participant use the network interface; nothing if it is empty.
+/// Makes a participant use the network interface; nothing if it is empty.
 std::string dds_configuration(const std::string& interface);
 
-/// `count` services of the library that answer at once, from a thread of their own (kind "service")
-/// or from the one that receives ("inline"; "uuids": each of a UUID of its own), or after a minute
-/// ("stuck").
+/// `count` services of the library that answer at once, from their own thread (kind "service") or
+/// from the receiving one ("inline"; "uuids": each with its own UUID), or after a minute ("stuck").
 void serve_sdk(const PeerOptions& options);
 /// Bare Cyclone readers and writers that answer in the listener, on one participant (kind "raw").
 void serve_raw(const PeerOptions& options);
 /// The vendor's design: services that poll every channel of the controller themselves (kind
-/// "polling"); `number` services in this process, each with its connection.
+/// "polling"); `number` services in this process, each with its own connection.
 void serve_polling(const PeerOptions& options);
 void serve_grpc(const PeerOptions& options);
 void serve_lcm(const PeerOptions& options);
@@ -50,16 +49,16 @@ void serve_lcm(const PeerOptions& options);
 /// A gateway with its controllers in memory (kind "gateway"): scale.hpp.
 void serve_gateway(const PeerOptions& options);
 
-/// What starts one, behind the name of this program.
+/// The arguments that start one, after the name of this program.
 std::vector<std::string> peer_arguments(const PeerOptions& options);
 /// Starts one and waits until it is ready.
 tests::Process start_peer(const PeerOptions& options);
-/// Starts one of the library.
+/// Starts one of the library and waits until it is ready.
 tests::Process start_service(std::uint32_t domain, std::uint32_t concurrency,
                              const std::string& kind = "service");
-/// Starts one; it says "ready" some time later.
+/// Starts one without waiting; it prints "ready" later.
 tests::Process launch_peer(const PeerOptions& options);
-/// Tells the starter that this peer is ready.
+/// Reports to the parent process that this peer is ready.
 void peer_is_ready(const std::string& word = {});
 /// Never returns: a peer is killed.
 void wait_for_ever();

@@ -1,5 +1,5 @@
-// The vendor's design, as its manual describes the SDK: each service process has an ADS connection
-// of its own and polls every channel for a request of its UUID.
+// The vendor's design, as its manual describes the SDK: each service process has its own ADS
+// connection and polls every channel for a request with its UUID.
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -49,7 +49,7 @@ asio::awaitable<void> answer(ServiceInterface& channel) {
   }
 }
 
-/// Looks at all channels once a period.
+/// Reads all channels once a period.
 asio::awaitable<void> poll(const PeerOptions& options, std::uint32_t number,
                            cnc::ads::Client& client) {
   auto connected = co_await client.connect();
@@ -68,7 +68,7 @@ asio::awaitable<void> poll(const PeerOptions& options, std::uint32_t number,
   while (true) {
     for (ServiceInterface& channel : channels) {
       auto state = co_await channel.read(ServiceVariable::request_state);
-      // Only the first one is meant; the others have UUIDs of their own.
+      // Only the first one is called; the others have different UUIDs.
       if (number == 0 && state && std::get<std::uint32_t>(*state) != 0) {
         co_await answer(channel);
       }
@@ -94,7 +94,7 @@ void serve_polling(const PeerOptions& options) {
       }
     });
   }
-  // What the controller had to answer, once a second.
+  // Counts the controller's responses, once a second.
   asio::steady_timer timer(io);
   std::uint64_t before = 0;
   std::function<void()> count = [&] {

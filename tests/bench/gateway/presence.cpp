@@ -21,12 +21,12 @@ namespace {
 
 using std::chrono::seconds;
 
-/// How long a row waits, from the last start on, for all to be known and to settle.
+/// The longest wait of a row, from the last start on, until all are known and settled.
 constexpr seconds patience{60};
-/// For calls to be answered, those to warm up and those that are measured.
+/// For the warm-up calls and for the measured ones.
 constexpr seconds patience_of_calls{20};
 constexpr std::size_t calls = 2000;
-/// At least, and a few for each instance.
+/// At least this many, plus a few for each instance.
 constexpr std::size_t warm_up = 500;
 constexpr std::size_t warm_up_of_instance = 5;
 
@@ -34,10 +34,10 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Lets so much time pass; the gateway's loop runs meanwhile.
+/// Lets this much time pass while the gateway's loop runs.
 using Pass = std::function<void(seconds)>;
 
-/// Processor time of this process and of the others, told apart.
+/// Processor time of this process and of the others, separately.
 class Use {
  public:
   explicit Use(const std::vector<const Fleet*>& fleets) : fleets_(fleets) { restart(); }
@@ -70,8 +70,8 @@ class Use {
   double others_ = 0;
 };
 
-/// Waits until two seconds that follow each other take about the same processor time, and the cores
-/// have some left: what is done once is done then. When the first of them began; nothing after
+/// Waits until two consecutive seconds take about the same processor time and the cores are not
+/// fully used: start-up work is then done. Returns when the first of them began; nothing after
 /// `patience`.
 std::optional<Clock::time_point> settle(Use& use, Clock::time_point started, const Pass& pass) {
   constexpr double same = 0.15;
@@ -90,9 +90,9 @@ std::optional<Clock::time_point> settle(Use& use, Clock::time_point started, con
   return std::nullopt;
 }
 
-/// Settles and counts, from `started` on; the names of the figures begin with `prefix`.
-void tell_idle(const std::string& prefix, const std::vector<const Fleet*>& fleets,
-               Clock::time_point started, const PresenceOptions& options, const Pass& pass) {
+/// Settles and measures, from `started` on; the names of the figures begin with `prefix`.
+void report_idle(const std::string& prefix, const std::vector<const Fleet*>& fleets,
+                 Clock::time_point started, const PresenceOptions& options, const Pass& pass) {
   Use use(fleets);
   if (const auto settled = settle(use, started, pass)) {
     tell_row({{prefix + "settled", std::chrono::duration<double>(*settled - started).count()}});
@@ -105,9 +105,10 @@ void tell_idle(const std::string& prefix, const std::vector<const Fleet*>& fleet
       {{prefix + "own", own}, {prefix + "others", others}, {prefix + "processor", own + others}});
 }
 
-/// One call at a time, after some to warm up; nothing if they are not answered.
+/// One call at a time after a warm-up; nothing if they are not answered.
 template <typename Run>
-std::optional<double> tell_calls(const std::string& prefix, std::size_t instances, const Run& run) {
+std::optional<double> report_calls(const std::string& prefix, std::size_t instances,
+                                   const Run& run) {
   if (!run(std::max(warm_up, warm_up_of_instance * instances))) {
     return std::nullopt;
   }
@@ -145,16 +146,16 @@ void measure_with_gateway(std::uint32_t instances, const PresenceOptions& option
   if (!know(1)) {
     return;
   }
-  const auto alone = tell_calls("one_", 1, run);
+  const auto alone = report_calls("one_", 1, run);
 
   Fleet others(service, instances - 1, instances - 1);
   if (know(instances)) {
     tell_row({{"known", seconds_since(others.started())}});
   }
-  tell_idle("", {&first, &others}, others.started(), options,
-            [&](seconds time) { gateway.run_until([] { return false; }, time); });
+  report_idle("", {&first, &others}, others.started(), options,
+              [&](seconds time) { gateway.run_until([] { return false; }, time); });
   const auto lost = gateway.lost();
-  if (const auto many = tell_calls("", instances, run); many && alone) {
+  if (const auto many = report_calls("", instances, run); many && alone) {
     tell_row({{"ratio", *many / *alone}});
   }
   auto died = first.ended();
@@ -177,14 +178,15 @@ void measure_with_raw(std::uint32_t peers, const PresenceOptions& options) {
     return;
   }
   tell_row({{"raw_known", seconds_since(echoes.started())}});
-  tell_idle("raw_", {&echoes}, echoes.started(), options,
-            [](seconds time) { std::this_thread::sleep_for(time); });
-  tell_calls("raw_", peers, [&](std::size_t count) {
+  report_idle("raw_", {&echoes}, echoes.started(), options,
+              [](seconds time) { std::this_thread::sleep_for(time); });
+  report_calls("raw_", peers, [&](std::size_t count) {
     return rate_and_times(requester.run(count, 1, patience_of_calls), &RawResult::round_trips);
   });
 }
 
-/// One process with so many UUIDs: from its start until the gateway knows all, and what it took.
+/// One process with this many UUIDs: the time from its start until the gateway knows all, and its
+/// resources.
 void measure_uuids(const PresenceOptions& options) {
   const tests::Domain domain;
   MemoryGateway gateway(domain.number(), 1, 1);
@@ -206,7 +208,7 @@ constexpr double goal_known = 3;
 constexpr double goal_ratio = 1.3;
 constexpr double goal_settled = 10;
 constexpr double goal_uuids = 5;
-/// Rows up to so many instances are held to the first three goals, all of them to the fourth.
+/// The first three goals apply to rows up to this many instances, the fourth to all.
 constexpr std::uint32_t judged = 100;
 
 std::string line(std::uint32_t instances, const Row& row) {
@@ -237,22 +239,23 @@ bool within(const Row& row, const std::string& name, double goal) {
   return row.has(name) && row.get(name) <= goal;
 }
 
-/// What of the row missed its goal, in words; nothing if all is well.
+/// The missed goals of the row as text; nothing if all are met.
 std::string missed(std::uint32_t instances, const Row& row) {
   std::string what;
-  const auto hold_to = [&](bool met, const std::string& goal) {
+  const auto check_goal = [&](bool met, const std::string& goal) {
     what += met ? "" : (what.empty() ? "" : ", ") + goal;
   };
   if (instances <= judged) {
-    hold_to(within(row, "processor", goal_processor),
-            fmt::format("idle at most {:g} % of a core", goal_processor));
-    hold_to(within(row, "known", goal_known), fmt::format("known within {:g} s", goal_known));
-    hold_to(within(row, "ratio", goal_ratio),
-            fmt::format("p50 at most {:g} of that with 1", goal_ratio));
+    check_goal(within(row, "processor", goal_processor),
+               fmt::format("idle at most {:g} % of a core", goal_processor));
+    check_goal(within(row, "known", goal_known), fmt::format("known within {:g} s", goal_known));
+    check_goal(within(row, "ratio", goal_ratio),
+               fmt::format("p50 at most {:g} of that with 1", goal_ratio));
   }
-  hold_to(within(row, "settled", goal_settled), fmt::format("settled within {:g} s", goal_settled));
-  hold_to(row.has("calls_per_second"), "calls are answered");
-  hold_to(within(row, "died", 0), "none died");
+  check_goal(within(row, "settled", goal_settled),
+             fmt::format("settled within {:g} s", goal_settled));
+  check_goal(row.has("calls_per_second"), "calls are answered");
+  check_goal(within(row, "died", 0), "none died");
   return what;
 }
 

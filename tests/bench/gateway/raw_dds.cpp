@@ -79,7 +79,7 @@ struct RawRequester::Impl {
   Impl& operator=(const Impl&) = delete;
   ~Impl() { dds_set_listener(reader, nullptr); }
 
-  /// A call under way on one key; touched by the one thread that has its turn.
+  /// A call under way on one key; used by one thread at a time.
   struct Place {
     bench_RawMessage request{};
     Clock::time_point started;
@@ -98,7 +98,7 @@ struct RawRequester::Impl {
     place.request.state = 1;
   }
 
-  /// False if as many have been asked as were wanted.
+  /// False when all wanted calls have been made.
   bool ask(std::size_t key) {
     if (to_start.fetch_sub(1) <= 0) {
       return false;

@@ -1,7 +1,7 @@
-// Bare Cyclone DDS request and reply: the floor under a call. Each peer has a reader and a writer
-// in a partition of its own; the one that asks has a writer for each of them.
+// Bare Cyclone DDS request and reply: the minimum for a call. Each peer has a reader and a writer
+// in its own partition; the requester has a writer for each of them.
 //
-//   RawRequester requester(domain, 4);             // beside the peers 0 to 3 (PeerOptions, kind "raw")
+//   RawRequester requester(domain, 4);      // with the peers 0 to 3 (PeerOptions, kind "raw")
 //   if (requester.await_peers(limit)) requester.run(10'000, 256, limit);
 #pragma once
 
@@ -20,12 +20,12 @@ namespace millrace::bench {
 struct RawResult {
   Series round_trips;
   double calls_per_second = 0;
-  /// Processor time of this process for each call.
+  /// Processor time of this process per call.
   double microseconds_per_call = 0;
 };
 
-/// A participant with DDS's ordinary lease and the fabric's configuration of Cyclone, and what a
-/// raw peer makes in it.
+/// A participant with DDS's default lease and the fabric's configuration of Cyclone, and the
+/// endpoints of a raw peer.
 class RawEndpoint {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
@@ -58,9 +58,9 @@ class RawRequester {
   /// True once all peers are matched, both ways; false when `limit` is over.
   bool await_peers(std::chrono::milliseconds limit);
 
-  /// `in_flight` calls at a time, each on a key of its own; `calls` in all, which the peers share
-  /// evenly. The next call of a key is written in the listener that got its reply. Nothing if they
-  /// are not answered within `limit`; then it is of no further use.
+  /// Makes `calls` calls, `in_flight` at a time, each on its own key; the peers share them evenly.
+  /// The next call of a key is written in the listener that got its reply. Nothing if they are not
+  /// answered within `limit`; then the requester is unusable.
   std::optional<RawResult> run(std::size_t calls, std::size_t in_flight,
                                std::chrono::milliseconds limit);
 
@@ -69,7 +69,7 @@ class RawRequester {
   std::unique_ptr<Impl> impl_;
 };
 
-/// `calls` beside `processes` peers that it starts, each a process of its own.
+/// Makes `calls` calls with `processes` peers that it starts as processes.
 RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_flight,
                       std::uint32_t processes);
 

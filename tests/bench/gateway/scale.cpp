@@ -13,12 +13,12 @@ namespace millrace::bench {
 
 namespace {
 
-/// A process of a row that hangs costs its row only.
+/// The limit for a row, in case a process hangs.
 constexpr std::chrono::seconds limit_of_row{300};
 
 struct Dimension {
   const char* name;
-  /// What stays as it is.
+  /// What stays constant.
   const char* beside;
   std::vector<std::uint32_t> sizes;
   PlantSize (*plant)(std::uint32_t size);
@@ -67,11 +67,11 @@ const Dimension& find(const std::string& name) {
   return *found;
 }
 
-/// A figure that tells that something gives way: beside that of the smallest size, or by itself.
+/// A figure that shows a bottleneck: relative to that of the smallest size, or by itself.
 struct Sign {
   const char* figure;
   const char* name;
-  /// Times that of the smallest size; 0: `limit` counts.
+  /// This many times that of the smallest size; 0: `limit` counts.
   double worse = 0;
   double limit = 0;
 };
@@ -111,9 +111,9 @@ std::string line(const Dimension& of, std::uint32_t size, const Row& row) {
       row.text("idle_gateways", 1), row.text("idle_services", 1), row.text("idle_observers", 1));
 }
 
-/// Beside the smallest size, at the first where anything does.
-std::string what_gives_way(const Dimension& of,
-                           const std::vector<std::pair<std::uint32_t, Row>>& rows) {
+/// The first size at which a sign exceeds that of the smallest size.
+std::string first_bottleneck(const Dimension& of,
+                             const std::vector<std::pair<std::uint32_t, Row>>& rows) {
   for (const auto& [size, row] : rows) {
     std::string what;
     for (const Sign& sign : signs) {
@@ -122,10 +122,10 @@ std::string what_gives_way(const Dimension& of,
       }
     }
     if (!what.empty()) {
-      return fmt::format("  the first to give way, with {} {}: {}\n", size, of.name, what);
+      return fmt::format("  first bottleneck, with {} {}: {}\n", size, of.name, what);
     }
   }
-  return "  nothing gives way\n";
+  return "  no bottleneck\n";
 }
 
 bool measure(const Dimension& of, const ScaleOptions& options) {
@@ -141,7 +141,7 @@ bool measure(const Dimension& of, const ScaleOptions& options) {
     complete &= row.has("idle");
     rows.emplace_back(size, row);
   }
-  fmt::print("{}", what_gives_way(of, rows));
+  fmt::print("{}", first_bottleneck(of, rows));
   return complete;
 }
 

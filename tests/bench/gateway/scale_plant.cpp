@@ -27,13 +27,13 @@ namespace {
 using std::chrono::seconds;
 using tests::cluster::Task;
 
-/// For all to be known, and for the calls of a phase.
+/// For discovery, and for the calls of a phase.
 constexpr seconds patience{60};
 constexpr double seconds_of_flood = 3;
 constexpr std::size_t single_calls = 400;
 constexpr std::uint32_t most_concurrency = 256;
 
-// ---- The gateway, a process that goes from phase to phase when it is told to
+// ---- The gateway, a process that goes to its next phase on demand
 
 std::atomic<int> wanted_phase = 0;
 
@@ -96,7 +96,7 @@ struct Processes {
       ::kill(task->pid(), SIGUSR1);
     }
   }
-  /// What each of them says of the phase, by the groups of the pattern.
+  /// The figures that each of them prints for the phase, by the groups of the pattern.
   std::vector<std::vector<double>> await(const std::string& pattern, seconds limit) const {
     std::vector<std::vector<double>> said;
     for (const auto& task : tasks) {
@@ -127,7 +127,7 @@ class Site {
 
   [[nodiscard]] std::string interface() const { return site_ ? "eth0" : ""; }
 
-  /// On one host after the other.
+  /// Distributed over the hosts in turn.
   std::unique_ptr<Task> start_service(const PeerOptions& options, std::uint32_t number) {
     return start(site_ ? name_of(number % hosts_ + 1) : "", options);
   }
@@ -190,7 +190,7 @@ class GrownPlant {
   }
 
   void flood() {
-    // Known is not settled: what discovery has to say yet is no part of a call.
+    // Endpoints are known, but discovery is still busy, which is not part of a call.
     std::this_thread::sleep_for(seconds(3));
     const double before = services_.processor_seconds();
     gateways_.begin_phase();
@@ -219,7 +219,7 @@ class GrownPlant {
   }
 
   void be_idle(seconds time) {
-    // What the calls have left is taken back within a second or two.
+    // Cleaning up after the calls takes a second or two.
     std::this_thread::sleep_for(seconds(3));
     const auto start = Clock::now();
     const std::vector<std::pair<const char*, const Processes*>> all{

@@ -24,20 +24,20 @@ constexpr std::size_t warm_up = 2000;
 constexpr double seconds_of_round = 2;
 constexpr std::size_t least_calls = 2000;
 constexpr std::size_t most_calls = 400'000;
-/// For the instances to be known, and for a round.
+/// For discovery of the instances, and for a round.
 constexpr seconds patience{60};
 
 constexpr double goal_of_many = 0.8;
 constexpr double goal_beside_raw = 0.5;
 constexpr double goal_of_services = 1.5;
 
-/// How many calls a round takes if the warm-up went at this pace.
+/// The number of calls in a round at the pace of the warm-up.
 std::size_t calls_of_round(double calls_per_second) {
   return std::clamp(static_cast<std::size_t>(seconds_of_round * calls_per_second), least_calls,
                     most_calls);
 }
 
-/// The best rate of the rounds, and what a call cost on average.
+/// The best rate of the rounds, and the average cost of a call.
 struct Rounds {
   double calls_per_second = 0;
   double asking = 0;
@@ -55,7 +55,7 @@ struct Rounds {
   throw std::runtime_error(fmt::format("{} within {} s", what, patience.count()));
 }
 
-/// A round of a gateway or a raw requester: warms up, then measures as many calls as fill its time.
+/// A round of a gateway or a raw requester: warms up, then measures the calls that fit in its time.
 template <typename Requester>
 void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Requester& run) {
   const auto warm = run(warm_up);
@@ -105,7 +105,7 @@ std::string line(std::uint32_t instances, const Row& row) {
                      row.text("raw_requester", 1), row.text("raw_peers", 1));
 }
 
-/// One goal: says how it stands, and whether it is met.
+/// Prints the result for one goal and returns whether it is met.
 bool judge(const std::string& what, double value, double goal, bool at_most) {
   fmt::print("  {:<56}{:.2f}   {}\n", what, value, verdict(value, goal, at_most));
   return at_most ? value <= goal : value >= goal;

@@ -28,7 +28,7 @@ constexpr std::uint16_t port = 552;
 constexpr ads::Index place{1, 1};
 constexpr std::uint32_t size = 128;
 
-/// A certificate that its holder has signed himself.
+/// A self-signed certificate.
 struct Holder {
   explicit Holder(const std::string& name)
       : certificate(base::openssl::self_signed(
@@ -40,7 +40,7 @@ struct Holder {
   base::openssl::Certificate certificate;
 };
 
-/// How a client reaches a server, and what came of it.
+/// A connection from a client to a server, and its results.
 struct Way {
   std::string name;
   double most_ms = 0;
@@ -50,14 +50,14 @@ struct Way {
   Series connects{};
 };
 
-Way plain_way() {
+Way plain_connection() {
   Way way{.name = "plain ADS", .most_ms = 0};
   way.client.target = way.server.session.net_id;
   return way;
 }
 
-Way psk_way() {
-  Way way = plain_way();
+Way psk_connection() {
+  Way way = plain_connection();
   way.name = "pre-shared key";
   way.most_ms = 60;
   const ads::Psk psk{"millrace", "secret"};
@@ -66,8 +66,8 @@ Way psk_way() {
   return way;
 }
 
-Way certificate_way() {
-  Way way = plain_way();
+Way certificate_connection() {
+  Way way = plain_connection();
   way.name = "certificates";
   way.most_ms = 150;
   const Holder theirs("controller");
@@ -81,7 +81,7 @@ Way certificate_way() {
   return way;
 }
 
-/// A controller in a thread of its own, as it would be in a process of its own.
+/// A controller in its own thread, which stands for its own process.
 class Controller {
  public:
   explicit Controller(const ads::ServerOptions& options)
@@ -121,7 +121,7 @@ asio::awaitable<void> read(ads::Client& client, std::size_t times) {
   }
 }
 
-/// The same over one link by so many at once, each so many times.
+/// The same over one link by `at_once` readers at once, each `times` times.
 void read(asio::io_context& io, ads::Client& client, std::size_t at_once, std::size_t times) {
   std::size_t readers = at_once;
   for (std::size_t i = 0; i < at_once; ++i) {
@@ -162,7 +162,7 @@ bool measure_secure_links() {
   constexpr std::size_t reads = 48'000;
   constexpr double goal = 0.75;
   bool met = true;
-  std::vector<Way> all{plain_way(), psk_way(), certificate_way()};
+  std::vector<Way> all{plain_connection(), psk_connection(), certificate_connection()};
   fmt::print("ADS reads of {} bytes per second over one connection, medians of {} rounds\n", size,
              rounds);
   for (const std::size_t at_once : {1U, 16U}) {

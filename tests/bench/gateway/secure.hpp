@@ -1,9 +1,9 @@
-// What Secure ADS costs beside plain ADS: a connection by itself, and a gateway with it.
+// The cost of Secure ADS compared with plain ADS: for a connection alone, and for a gateway.
 #pragma once
 
 namespace millrace::bench {
 
-/// Reads per second, the time until a link is up. True if the goals are met.
+/// Reads per second, and the time to connect. True if the goals are met.
 bool measure_secure_links();
 
 }  // namespace millrace::bench

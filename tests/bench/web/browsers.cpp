@@ -26,11 +26,11 @@ namespace {
 
 constexpr int lines_of_a_browser = 6;
 constexpr auto between_lines = std::chrono::milliseconds(500);
-/// The tables come with each fourth answer for the lines.
+/// The tables come with each fourth response for the lines.
 constexpr int lines_a_table = 4;
 
-/// Each in a thread. The first one takes apart what it is told, the others read. Those
-/// that show machine data have another thread that asks for it.
+/// One thread for each browser. The first one parses the events, the others only read them. Those
+/// that show machine data request it in a second thread.
 class Browsers {
  public:
   Browsers(std::uint16_t port, int count, int with_data) {
@@ -62,7 +62,7 @@ class Browsers {
   }
   ~Browsers() { finish(); }
 
-  /// Waits until each has heard something more, or the end.
+  /// Waits until each has received something more, or the end.
   void finish() {
     over_ = true;
     for (std::thread& thread : threads_) {
@@ -71,10 +71,10 @@ class Browsers {
     threads_.clear();
   }
 
-  /// From the end of a call to when it was heard of; to be read when they have finished.
+  /// From the end of a call to its event; to be read when they have finished.
   Histogram delays;
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  /// From the question to the answer for the lines of a browser; to be read when they have
+  /// From the request to the response for the lines of a browser; to be read when they have
   /// finished.
   Histogram lines;
 
@@ -133,14 +133,14 @@ double ms(std::chrono::nanoseconds time) {
 template <typename Value>
 void put(int fd, Value value) {
   if (::write(fd, &value, sizeof value) != static_cast<ssize_t>(sizeof value)) {
-    throw std::runtime_error("the process of the browsers is gone");
+    throw std::runtime_error("the process of the browsers has ended");
   }
 }
 template <typename Value>
 Value get(int fd) {
   Value value{};
   if (::read(fd, &value, sizeof value) != static_cast<ssize_t>(sizeof value)) {
-    throw std::runtime_error("the process of the browsers is gone");
+    throw std::runtime_error("the process of the browsers has ended");
   }
   return value;
 }
@@ -199,7 +199,7 @@ void BrowserProcess::serve(int count, int with_data) {
   }
   if (browsers) {
     browsers->finish();
-    print_times("told to a browser after", "calls", browsers->delays);
+    print_times("event in a browser after", "calls", browsers->delays);
     print_times("lines of machine data", "times", browsers->lines);
     std::fflush(stdout);
   }

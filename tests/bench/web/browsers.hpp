@@ -1,4 +1,4 @@
-// Browsers of `millrace web`, as many as are asked for, each of which reads all that it is told.
+// Browsers of `millrace web`, each of which reads all events.
 //
 //   BrowserProcess browsers(50, 10);
 //   browsers.start(port);
@@ -14,24 +14,24 @@
 
 namespace millrace::bench {
 
-/// `what`, how many of `things` were timed, and how long they took.
+/// Prints `what`, the number of measured `things`, and their times.
 void print_times(const char* what, const char* things, const tools::recording::Histogram& times);
 
-/// Browsers are on other hosts: here they are a process of their own, which gives way.
+/// In reality browsers are on other hosts: here they are a separate process with low priority.
 class BrowserProcess {
  public:
-  /// `with_data` of `count` have the view of machine data open. To be made before there are
+  /// `with_data` of `count` have the view of machine data open. Construct it before there are
   /// threads.
   BrowserProcess(int count, int with_data);
   ~BrowserProcess();
   BrowserProcess(const BrowserProcess&) = delete;
   BrowserProcess& operator=(const BrowserProcess&) = delete;
 
-  /// They read what the server on this port of the loopback tells.
+  /// They read from the server on this port of the loopback.
   void start(std::uint16_t port) const;
-  /// Bytes that all of them have read.
+  /// The bytes that all of them have read.
   [[nodiscard]] std::uint64_t bytes() const;
-  /// Prints what they measured. The server has ended.
+  /// Prints their measurements. The server has ended.
   void finish();
 
  private:

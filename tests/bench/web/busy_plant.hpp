@@ -1,5 +1,5 @@
 // A plant on the fabric without machines: a gateway's side of 20 machines with 10 channels each,
-// which calls one service at a steady rate and tells machine data all the time.
+// which calls one service at a steady rate and publishes machine data.
 //
 //   BusyPlant plant(domain, 1);
 //   const Histogram times = plant.run(10, 1000);
@@ -56,7 +56,7 @@ class BusyPlant : public fabric::endpoints::CallEndpointListener {
     Clock::time_point begun;
   };
 
-  /// Every value is another one each time.
+  /// Publishes data in which every value has changed.
   void tell_data();
   /// Calls in one channel after the other.
   void keep_going();

@@ -1,13 +1,13 @@
-// What `millrace web` costs: browsers that are told of a plant which calls all the time.
+// The cost of `millrace web` with browsers at a plant with continuous calls.
 //
 //   web_load [SECONDS [BROWSERS [CALLS_PER_SECOND [WITH_DATA]]]]
 //
 // A gateway's side of the fabric with 20 machines of 10 channels, 100 values of each of 4 of them
-// ten times a second, one service as a process of its own, `millrace web` as another, and as many
-// browsers as are asked for, each of which reads all it is told. WITH_DATA of them (10 unless
-// given) have the view of machine data open: six lines twice a second, all values and the programs
-// of a machine every two seconds. Prints what a call takes without and with them, how long after
-// its end a browser is told of a call, how long lines take, and what the web server uses.
+// ten times a second, one service as a process, `millrace web` as another, and BROWSERS browsers,
+// each of which reads all events. WITH_DATA of them (default 10) have the view of machine data
+// open: six lines twice a second, all values and the programs of a machine every two seconds.
+// Prints the duration of a call without and with them, the delay from its end to the browser's
+// event, the duration of requests for lines, and the resources of the web server.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

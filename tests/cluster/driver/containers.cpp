@@ -31,7 +31,7 @@ std::string engine_namespace() {
 
 struct Image {
   std::string name;
-  /// The image has the program itself. The tests' own programs come from this build.
+  /// The image has the program itself; test programs come from this build.
   bool complete = true;
 };
 
@@ -58,7 +58,7 @@ class ContainerTask : public Task {
   ContainerTask& operator=(const ContainerTask&) = delete;
 
   void kill() override {
-    // Not through the engine: the moment of the crash must be known.
+    // Directly, not through the engine, so that the moment of the crash is known.
     ::kill(pid(), SIGKILL);
     wait();
   }
@@ -122,7 +122,7 @@ void Containers::write_compose_file(const std::vector<std::string>& names) const
 )",
                         name, container(name), address(name));
   }
-  // The bridge's own address must not be that of a host.
+  // No host may have the bridge's own address.
   file << "networks:\n  default:\n    ipam:\n      config:\n"
           "        - {subnet: 10.77.0.0/24, gateway: 10.77.0.254}\n";
 }

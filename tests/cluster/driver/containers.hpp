@@ -1,5 +1,5 @@
-// Hosts as containers on a compose network whose bridge is replaced by our switch; programs run in
-// the images of docker/Dockerfile, each in a container that shares the network of its host.
+// Hosts as containers on a compose network whose bridge is replaced by our switch. Programs run in
+// the images of docker/Dockerfile, each in a container that shares its host's network.
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 
 namespace millrace::tests::cluster {
 
-/// Needs the engine and the images that docker/test makes; it names the engine's folder in
+/// Needs the engine and the images of docker/test, which names the engine's folder in
 /// MILLRACE_ENGINE.
 class Containers : public Hosts {
  public:
@@ -18,18 +18,18 @@ class Containers : public Hosts {
   std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                            const std::vector<std::string>& arguments) override;
 
-  /// Why there can be none here; empty if there can.
+  /// The reason why they are unavailable here; empty if they are available.
   static std::string obstacle();
 
  private:
   [[nodiscard]] std::string container(const std::string& host) const;
   void write_compose_file(const std::vector<std::string>& names) const;
   void compose(std::vector<std::string> arguments) const;
-  /// Takes the host off the network's bridge, and puts it on a port of our switch.
+  /// Moves the host from the network's bridge to a port of our switch.
   void connect(const Port& port);
   void remove_all() noexcept;
 
-  /// Of the engine, as `ip` calls it.
+  /// The engine's, with its name for `ip`.
   const std::string network_namespace_;
   const std::string project_;
   /// By host.

@@ -1,5 +1,5 @@
-// The driver under all scenarios: hosts on a network of their own that can be cut and made bad.
-// The back ends: driver/namespaces.hpp, driver/containers.hpp.
+// The interface of all scenarios to their hosts, on a network that a test can cut and degrade. Its
+// back ends are driver/namespaces.hpp and driver/containers.hpp.
 #pragma once
 
 #include <filesystem>
@@ -22,12 +22,12 @@ class Hosts {
   Hosts(const Hosts&) = delete;
   Hosts& operator=(const Hosts&) = delete;
 
-  /// Starts a program of this build on a host. It finds folder() at the same path.
+  /// Starts a program of this build on a host, with folder() at the same path.
   virtual std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                                    const std::vector<std::string>& arguments) = 0;
   /// cut, heal, loss, delay.
   Network& network() { return *network_; }
-  /// The IPv4 address of a host; the n-th that the hosts were made with has 10.77.0.n.
+  /// The IPv4 address of a host; the n-th constructor argument has 10.77.0.n.
   [[nodiscard]] const std::string& address(const std::string& host) const {
     return addresses_.at(host);
   }
@@ -35,7 +35,7 @@ class Hosts {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
 
  protected:
-  /// Made by the back end once the hosts are there, and gone before they go.
+  /// Made by the back end after the hosts, and destroyed before them.
   std::optional<Network> network_;
 
  private:
@@ -44,10 +44,10 @@ class Hosts {
   std::map<std::string, std::string> addresses_;
 };
 
-/// Where the hosts come from.
+/// The kinds of hosts.
 enum class Backend { namespaces, containers };
 
-/// The back ends to be tested here: containers where docker/test has made an engine, else
+/// The back ends to test here: containers where docker/test has made an engine, otherwise
 /// namespaces.
 std::vector<Backend> backends_here();
 
@@ -55,7 +55,7 @@ std::vector<Backend> backends_here();
 std::unique_ptr<Hosts> make_hosts(Backend backend, const std::vector<std::string>& names,
                                   std::uint64_t seed);
 
-/// Why a back end cannot be used here; empty if it can.
+/// The reason why a back end cannot be used here; empty if it can.
 std::string obstacle(Backend backend);
 
 }  // namespace millrace::tests::cluster

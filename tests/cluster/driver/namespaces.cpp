@@ -13,7 +13,7 @@ namespace millrace::tests::cluster {
 namespace {
 
 const std::filesystem::path all_namespaces = "/run/netns";
-/// Of each host, as the profiles name it.
+/// The device of each host, as in the profiles.
 constexpr const char* device = "eth0";
 
 /// Namespaces of runs whose process is gone.
@@ -102,7 +102,8 @@ std::string Namespaces::obstacle() {
   if (!std::filesystem::exists("/dev/net/tun")) {
     return "this kernel has no TAP devices (/dev/net/tun)";
   }
-  // Found out once: a plain container, or a root that may not mount, has them and cannot use them.
+  // Tried once: a plain container, or a root user that may not mount, has namespaces and cannot use
+  // them.
   static const std::string trial = [] {
     const std::string name = fmt::format("millrace-{}-trial", ::getpid());
     std::string failure;

@@ -5,8 +5,8 @@
 
 namespace millrace::tests::cluster {
 
-/// Needs root and iproute2. The namespaces are called millrace-PID-HOST and vanish with this
-/// object; those of runs that were killed vanish when the next one starts.
+/// Needs root and iproute2. The namespaces are called millrace-PID-HOST. This object removes them;
+/// the next run removes those of killed runs.
 class Namespaces : public Hosts {
  public:
   Namespaces(const std::vector<std::string>& names, std::uint64_t seed);
@@ -15,7 +15,7 @@ class Namespaces : public Hosts {
   std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                            const std::vector<std::string>& arguments) override;
 
-  /// Why there can be none here; empty if there can.
+  /// The reason why they are unavailable here; empty if they are available.
   static std::string obstacle();
 
  private:

@@ -1,4 +1,4 @@
-// What a process has of its host, as /proc tells it.
+// The resources of a process, from /proc.
 #pragma once
 
 #include <cstddef>

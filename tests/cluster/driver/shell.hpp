@@ -1,4 +1,4 @@
-// Commands of the system that the back ends are made of.
+// Commands of the system that the back ends use.
 #pragma once
 
 #include <string>

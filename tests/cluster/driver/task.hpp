@@ -14,8 +14,8 @@
 
 namespace millrace::tests::cluster {
 
-/// Ends with its object, whatever happens to the test. A back end says otherwise where the process
-/// only stands for the program.
+/// Ends with its object in any case. A back end overrides functions where the process only
+/// represents the program.
 class Task {
  public:
   explicit Task(std::vector<std::string> command) : process_(std::move(command)) {}
@@ -23,9 +23,9 @@ class Task {
   Task(const Task&) = delete;
   Task& operator=(const Task&) = delete;
 
-  /// Waits for a line of standard output in which `pattern` (ECMAScript) is found: the whole match
-  /// and its groups. Throws std::runtime_error with all output if the program ends or the time is
-  /// up before.
+  /// Waits for a line of standard output in which `pattern` (ECMAScript) is found; returns the
+  /// whole match and its groups. Throws std::runtime_error with all output if the program ends or
+  /// the time is up before.
   std::vector<std::string> await(const std::string& pattern,
                                  std::chrono::milliseconds timeout = patience) {
     return process_.await(pattern, timeout);
@@ -40,15 +40,15 @@ class Task {
   /// Standard error so far.
   [[nodiscard]] std::string log() const { return process_.error_output(); }
 
-  /// As a crash does (SIGKILL).
+  /// Like a crash (SIGKILL).
   virtual void kill() { process_.kill(); }
-  /// As an operator does (SIGTERM).
+  /// Like an operator (SIGTERM).
   virtual void terminate() { process_.terminate(); }
   /// Freezes the program until resume().
   virtual void pause() { process_.signal(SIGSTOP); }
   virtual void resume() { process_.signal(SIGCONT); }
 
-  /// The id of the program's process, as this process sees it; it must run.
+  /// The id of the program's process, as this process sees it; the program must run.
   [[nodiscard]] virtual pid_t pid() const { return process_.pid(); }
 
   /// Waits for the end: the exit code, or 128 + the signal.

@@ -36,7 +36,7 @@ void ExecutionLog::add(const char* step, fabric::CallId call, std::uint32_t atte
                        const fabric::ChannelKey& channel) {
   const std::string line = fmt::format("{} {} {} {} {}\n", step, service_, call.to_string(),
                                        attempt, channel.to_string());
-  // One write of a short line to a file opened with O_APPEND is never mixed with another one.
+  // A single write of a short line to a file opened with O_APPEND is never mixed with another one.
   if (::write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
     throw std::system_error(errno, std::generic_category(), "cannot record an execution");
   }

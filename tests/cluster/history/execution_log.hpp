@@ -1,5 +1,5 @@
-// What services did, as they wrote it down themselves: one line per step, added to one file by all
-// of them, so that nothing is lost with a process that is killed.
+// What services did, by their own records: all append to one file, one line per step, so that
+// nothing is lost with a killed process.
 //
 //   started slow-1 5f3a9c01-17 1 cnc/2
 #pragma once

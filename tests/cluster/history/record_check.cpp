@@ -10,7 +10,7 @@ namespace {
 
 using fabric::EventKind;
 
-/// What the recording says about one call.
+/// The recorded samples of one call.
 struct Story {
   bool seen = false;
   bool over = false;
@@ -43,15 +43,16 @@ class Reader {
   void judge(const std::set<std::string>& ended) {
     for (const auto& [call, story] : stories_) {
       if (story.answers.size() > 1) {
-        blame("I1: call {} was answered with {} different answers", call, story.answers.size());
+        add_violation("I1: call {} was answered with {} different answers", call,
+                      story.answers.size());
       }
       if (story.seen && !story.over && !ended.contains(call)) {
-        blame("I5: call {} was seen and is neither answered nor withdrawn", call);
+        add_violation("I5: call {} was seen and is neither answered nor withdrawn", call);
       }
       for (const auto& [attempt, instances] : story.attempts) {
         if (instances.size() > 1) {
-          blame("I9: attempt {} of call {} was given to {} instances", attempt, call,
-                instances.size());
+          add_violation("I9: attempt {} of call {} was given to {} instances", attempt, call,
+                        instances.size());
         }
       }
     }
@@ -62,20 +63,20 @@ class Reader {
  private:
   void written(const fabric::Event& event, const std::string& call, Story& story) {
     if (story.withdrawn) {
-      blame("I3: call {} was written after its program had withdrawn it", call);
+      add_violation("I3: call {} was written after its program had withdrawn it", call);
     }
     const auto last = last_seen_.find(event.key);
-    // A recorder that lost sight of the gateway for a moment has missed what was told meanwhile.
+    // A recorder that lost the gateway for a moment has missed its samples.
     if (story.seen && last != last_seen_.end() && last->second != call) {
-      blame("I2: call {} was written while call {} stood in {}", call, last->second,
-            event.key.to_string());
+      add_violation("I2: call {} was written while call {} stood in {}", call, last->second,
+                    event.key.to_string());
     }
     story.over = true;
     story.answers.insert(fmt::format("{} {}", event.state, event.text));
   }
 
   template <typename... Arguments>
-  void blame(fmt::format_string<Arguments...> what, Arguments&&... arguments) {
+  void add_violation(fmt::format_string<Arguments...> what, Arguments&&... arguments) {
     violations.push_back(fmt::format(what, std::forward<Arguments>(arguments)...));
   }
 

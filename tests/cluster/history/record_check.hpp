@@ -1,4 +1,4 @@
-// Judges a scenario by what a recorder on the fabric wrote down. Pure.
+// Checks a scenario by its recording. Pure.
 #pragma once
 
 #include <set>
@@ -9,15 +9,15 @@
 
 namespace millrace::tests::cluster {
 
-/// One sentence for each violation, with the call; empty if there is none. `ended` are the calls
-/// that the gateway's journal knows as ended: a gateway that was killed between the last write of
-/// an answer and the word about it does not tell of it again.
+/// One sentence for each violation, with the call; empty without violations. `ended` are the calls
+/// that the gateway's journal knows as ended: a gateway that is killed between the last write of an
+/// answer and the event about it does not publish it again.
 ///
-/// I1  all writings of a call's answer write the same answer
+/// I1  all writes of a call's answer have the same answer
 /// I2  what is written belongs to the call that was seen last in that channel
 /// I3  nothing is written for a call that its program has withdrawn
 /// I5  every call that was seen is answered or withdrawn
-/// I9  an attempt is given to one instance only
+/// I9  an attempt is dispatched to one instance only
 std::vector<std::string> violations_recorded(const std::vector<tools::recording::Entry>& recording,
                                              const std::set<std::string>& ended);
 

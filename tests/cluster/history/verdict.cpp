@@ -11,14 +11,14 @@ namespace millrace::tests::cluster {
 
 namespace {
 
-/// What the journal says about one call.
+/// The journal's entries about one call.
 struct Story {
   std::uint32_t attempts = 0;
   bool at_most_once = false;
   std::uint32_t answers = 0;
   std::uint32_t answered_attempt = 0;
   bool ended = false;
-  /// A step of the answer was taken before the one that must stand before it.
+  /// A step of the answer was done before the one that must precede it.
   bool out_of_order = false;
 };
 
@@ -47,15 +47,15 @@ struct Reader {
   void operator()(const gateway::EndedEntry& entry) const {
     stories[entry.call.to_string()].ended = true;
   }
-  // What messages of queues come to, their calls show.
+  // Messages of queues are checked by their calls.
   void operator()(const gateway::MessageEntry&) const {}
   void operator()(const gateway::MessageEndedEntry&) const {}
   void operator()(const gateway::LastGetEntry&) const {}
-  // For people.
+  // For people only.
   void operator()(const gateway::BlockedEntry&) const {}
 };
 
-/// Where the handler of one call was started.
+/// The starts of one call's handler.
 struct Starts {
   std::multiset<std::string> services;
   std::multiset<std::uint32_t> attempts;
@@ -72,12 +72,12 @@ std::map<std::string, Starts> starts_of(const std::vector<Execution>& executions
   return calls;
 }
 
-class Judge {
+class Checker {
  public:
   void story(const std::string& call, const Story& story) {
     expect(story.answers <= 1, "I1: call {} was answered {} times", call, story.answers);
     expect(story.answered_attempt <= story.attempts,
-           "I2: call {} was answered for attempt {}, which was not given out", call,
+           "I2: call {} was answered for attempt {}, which was not dispatched", call,
            story.answered_attempt);
     expect(!story.out_of_order, "I3: the answer of call {} was not written step by step", call);
     expect(story.ended, "I5: call {} has not ended", call);
@@ -117,12 +117,12 @@ std::vector<std::string> violations(const History& history) {
   for (const gateway::JournalEntry& entry : history.journal) {
     std::visit(Reader{stories}, entry);
   }
-  Judge judge;
+  Checker checker;
   for (const auto& [call, story] : stories) {
-    judge.story(call, story);
+    checker.story(call, story);
   }
   for (const auto& [call, starts] : starts_of(history.executions)) {
-    judge.starts(call, starts, stories[call]);
+    checker.starts(call, starts, stories[call]);
   }
   std::set<std::string> ended = history.ended_before;
   for (const auto& [call, story] : stories) {
@@ -131,8 +131,8 @@ std::vector<std::string> violations(const History& history) {
     }
   }
   const auto recorded = violations_recorded(history.recording, ended);
-  judge.violations.insert(judge.violations.end(), recorded.begin(), recorded.end());
-  return judge.violations;
+  checker.violations.insert(checker.violations.end(), recorded.begin(), recorded.end());
+  return checker.violations;
 }
 
 }  // namespace millrace::tests::cluster

@@ -41,7 +41,7 @@ TEST(Verdict, IsEmptyForACallThatMovedToAnotherInstanceAndWasAnsweredOnce) {
   EXPECT_THAT(violations(history), IsEmpty());
 }
 
-// Killed before it could say so; the next one begins its journal without what has ended.
+// The gateway was killed before the event; the next one begins its journal without ended calls.
 TEST(Verdict, TakesACallForEndedThatAnEarlierGatewaysJournalKnowsAsEnded) {
   fabric::Event seen;
   seen.kind = fabric::EventKind::seen;

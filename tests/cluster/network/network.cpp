@@ -69,7 +69,7 @@ struct Network::Impl {
     }
   }
 
-  /// Until a frame comes in or is due.
+  /// Waits until a frame arrives or is due.
   void wait(std::vector<pollfd>& waited) {
     std::optional<Switch::Time> next;
     {

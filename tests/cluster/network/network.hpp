@@ -3,7 +3,7 @@
 //   Network network({{"gateway", "/run/netns/x-gateway"}, …}, seed);    // each has an eth0 now
 //   network.cut("service-1");
 //
-// Needs root. No way leads out: nothing but these devices is connected.
+// Needs root. The network has no connection to the outside.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct Port {
   std::string host;
   /// Its network namespace, as a file.
   std::filesystem::path network_namespace;
-  /// The device that is made there; down and without an address.
+  /// The new device; down and without an address.
   std::string device = "eth0";
 };
 
@@ -32,17 +32,17 @@ class Network {
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
-  /// Nothing comes from or gets to the host.
+  /// The host neither sends nor receives.
   void cut(const std::string& host);
   /// Nothing gets from one host to the other.
   void cut_one_way(const std::string& from, const std::string& to);
-  /// Neither takes multicast from the host nor brings it any.
+  /// The host neither sends nor receives multicast.
   void stop_multicast(const std::string& host);
   /// Undoes every cut.
   void heal();
-  /// All ways lose this share of their frames, 0 to 1.
+  /// All connections lose this share of their frames, 0 to 1.
   void loss(double share);
-  /// All ways take delay ± jitter.
+  /// All connections delay frames by delay ± jitter.
   void delay(std::chrono::microseconds delay, std::chrono::microseconds jitter);
 
   [[nodiscard]] Switch::Counters counters() const;

@@ -19,7 +19,7 @@ std::string_view source(std::string_view frame) {
   return frame.substr(address_length, address_length);
 }
 
-bool is_everybody(std::string_view address) {
+bool is_broadcast(std::string_view address) {
   return address == "\xff\xff\xff\xff\xff\xff";
 }
 
@@ -54,7 +54,7 @@ void Switch::take(std::size_t port, std::string frame, Time now) {
 void Switch::send(std::size_t from, std::size_t to, const std::string& frame, Time now) {
   const Way& way = this->way(from, to);
   const std::string_view address = destination(frame);
-  const bool stopped = !way.multicast && is_group(address) && !is_everybody(address);
+  const bool stopped = !way.multicast && is_group(address) && !is_broadcast(address);
   if (way.cut || stopped || std::bernoulli_distribution(way.loss)(chance_)) {
     ++counters_.lost;
     return;

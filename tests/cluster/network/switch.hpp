@@ -1,5 +1,5 @@
-// An Ethernet switch with bad cables: which frame goes where, when, or not at all. Pure; all chance
-// comes from a seed.
+// An Ethernet switch with bad cables: it decides where each frame goes, and when, or whether it is
+// lost. Pure; all randomness comes from a seed.
 //
 //   Switch sut(3, seed);
 //   sut.way(0, 1).loss = 0.1;
@@ -20,7 +20,7 @@ namespace millrace::tests::cluster {
 /// One direction between two ports.
 struct Way {
   bool cut = false;
-  /// Frames for groups get through (those for everybody always do, or there would be no ARP).
+  /// Frames for groups pass. Broadcasts always do, because ARP needs them.
   bool multicast = true;
   /// Share of the frames that are lost, 0 to 1.
   double loss = 0;
@@ -47,15 +47,15 @@ class Switch {
 
   Switch(std::size_t ports, std::uint64_t seed);
 
-  /// Good until somebody changes it.
+  /// A direction, which the caller may change.
   [[nodiscard]] Way& way(std::size_t from, std::size_t to);
 
-  /// A frame that came in at `port`. It goes where its destination has been seen, else to all other
-  /// ports.
+  /// A frame that arrived at `port`. It goes where its destination was last seen, otherwise to all
+  /// other ports.
   void take(std::size_t port, std::string frame, Time now);
-  /// The frames that go out by now.
+  /// The frames that are due.
   std::vector<Delivery> due(Time now);
-  /// When the next frame is due; none if no frame is on its way.
+  /// When the next frame is due; nothing if no frame is under way.
   [[nodiscard]] std::optional<Time> next() const;
 
   [[nodiscard]] const Counters& counters() const { return counters_; }
@@ -65,7 +65,7 @@ class Switch {
 
   std::size_t ports_;
   std::vector<Way> ways_;
-  /// Where each sender was last seen, by its address.
+  /// The last port of each sender, by its address.
   std::map<std::string, std::size_t, std::less<>> seen_;
   std::multimap<Time, Delivery> on_the_way_;
   std::mt19937_64 chance_;

@@ -19,7 +19,7 @@ class Tap {
   [[nodiscard]] int descriptor() const { return descriptor_; }
   /// The next frame, or an empty string if there is none. Never blocks.
   [[nodiscard]] std::string read() const;
-  /// A frame that the host has no room for is lost, as on a wire.
+  /// The frame is lost if the host has no room for it, as on a wire.
   void write(const std::string& frame) const;
 
  private:

@@ -1,4 +1,4 @@
-// I6: what the archiver has acknowledged is in the archive, whatever became of its process.
+// I6: what the archiver has acknowledged is in the archive, even if its process was killed.
 #include <fstream>
 #include <regex>
 #include <set>
@@ -24,7 +24,7 @@ class TheArchive : public Scenario {
     sut().start("service-1", name, "millrace-archiver", {"--config", config});
   }
 
-  /// The calls whose rows are in the archive, as often as they are.
+  /// The calls with rows in the archive, once for each row.
   std::multiset<std::string> kept() {
     const auto query =
         sut().hosts().up("service-1", "millrace-archiver",

@@ -12,21 +12,21 @@ using testing::HasSubstr;
 
 class AnAtMostOnceCallOfAHost : public Scenario {
  protected:
-  /// Two instances on two hosts; the first has every call of the channel, since it names it, and
-  /// works on its first one for long.
+  /// Two instances on two hosts; the first names the channel, so it gets every call, and its first
+  /// call takes long.
   void start() {
     sut().service("service-1", "first",
                   {"--delivery", "at-most-once", "--work", "600", "--channel", "cnc/1"});
     sut().service("service-2", "second", {"--delivery", "at-most-once"});
     sut().gateway();
-    // It finds each at that one's next announcement.
+    // It finds each one with that one's next announcement.
     sut().task("gateway").await_log("is ready: first");
     sut().task("gateway").await_log("is ready: second");
     sut().cnc({.channels = 1, .calls = 5});
     sut().task("first").await_log("call .* attempt 1");
   }
 
-  /// Waits until the gateway holds the call, and answers it in the service's place.
+  /// Waits until the gateway has blocked the call, and answers it in the service's place.
   void answer_as_an_operator() {
     sut().task("gateway").await_log("must not run twice");
     EXPECT_THAT(sut().millrace("recorder", {"channels"}), HasSubstr("held"));

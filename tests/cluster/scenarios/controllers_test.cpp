@@ -1,4 +1,4 @@
-// Controllers on a network, found by asking everybody.
+// Controllers on a network, found by a broadcast.
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ using testing::Not;
 
 class Controllers : public Scenario {
  protected:
-  /// A virtual CNC that answers who asks everybody, as a controller does.
+  /// A virtual CNC that answers broadcasts, as a controller does.
   std::unique_ptr<Task> controller(const std::string& host, const std::string& name) {
     Hosts& hosts = sut().hosts();
     const std::filesystem::path file = hosts.folder() / (name + ".textproto");
@@ -25,7 +25,7 @@ class Controllers : public Scenario {
     task->await("^ready: ");
     return task;
   }
-  /// What `millrace controller find` says on a host.
+  /// The output of `millrace controller find` on a host.
   std::string find(const Flags& flags) {
     Flags command{"controller", "find", "--json"};
     command.insert(command.end(), flags.begin(), flags.end());

@@ -1,4 +1,4 @@
-// How soon a service that was just started answers.
+// The time from the start of a service to its first answer.
 #include <algorithm>
 
 #include "tests/cluster/scenarios/scenario.hpp"
@@ -27,7 +27,7 @@ TEST_P(AService, AnswersAWaitingCallSoonAfterItsStart) {
   }
   std::ranges::nth_element(times, times.begin() + rounds / 2);
   report("from the start of a service to its first answer, median", times[rounds / 2]);
-  if (GetParam() == Backend::namespaces) {  // the start of a container is the engine's business
+  if (GetParam() == Backend::namespaces) {  // the engine starts containers, at its own speed
     EXPECT_LE(times[rounds / 2], allowed);
   }
 }

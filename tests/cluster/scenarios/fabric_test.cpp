@@ -1,5 +1,5 @@
-// Who belongs together: hosts without multicast, several fabrics on one network, the profiles that
-// are shipped.
+// The extent of a fabric: hosts without multicast, several fabrics on one network, the shipped
+// profiles.
 #include <gmock/gmock.h>
 
 #include "tests/cluster/scenarios/scenario.hpp"
@@ -63,7 +63,7 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNobodyIsFound) {
   sut().service("service-1", "slow-1");
   const std::string well = sut().millrace("gateway", {"doctor", "--wait", "1s"}, 1);
   EXPECT_THAT(well, ContainsRegex("slow-1 .*serves c0ffee00"));
-  EXPECT_THAT(well, HasSubstr("problem  cnc has no connection"));  // it has not been started
+  EXPECT_THAT(well, HasSubstr("problem  cnc has no connection"));  // it is not started
 
   sut().network().stop_multicast("service-2");
   const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);

@@ -1,4 +1,4 @@
-// The gateway dies or is restarted in the middle of calls.
+// The gateway is killed or restarted during calls.
 #include <gmock/gmock.h>
 
 #include "tests/cluster/scenarios/scenario.hpp"
@@ -20,7 +20,7 @@ class AGatewayInMidCall : public Scenario {
     sut().task("slow-1").await_log("call .* attempt 1");
   }
 
-  /// Each call was given out once and ran once, whoever asked for its answer afterwards.
+  /// Each call was dispatched once and ran once, even if a later gateway handled its answer.
   void expect_first_attempts_only() {
     EXPECT_THAT(sut().history().executions, Each(Field(&Execution::attempt, 1)));
   }

@@ -1,5 +1,5 @@
-// A hundred instances on four hosts, and everything that happens to them in a week, in half a
-// minute: whatever becomes of them, no call is lost, and none is answered twice.
+// A hundred instances on four hosts, with a week's events in half a minute: no call is lost, and
+// none is answered twice.
 #include <algorithm>
 #include <fstream>
 #include <map>
@@ -20,16 +20,16 @@ using std::chrono_literals::operator""ms;
 constexpr int hosts = 4;
 constexpr std::uint32_t channels = 16;
 constexpr std::uint32_t calls = 100;
-/// Each call takes so long, so that the load lasts for as long as things happen.
+/// The duration of each call, so that the load lasts during all events.
 constexpr const char* work = "100";
-/// For what is done to them to show, with other work on both cores.
+/// Time for an event to show, with other work on both cores.
 constexpr std::chrono::seconds allowed{60};
 
 std::string host_of(int host) {
   return fmt::format("service-{}", host);
 }
 
-/// Which instances the gateway has ready, by what it logs.
+/// The instances that are ready, by the gateway's log.
 class Presence {
  public:
   /// `log`: all of it so far.
@@ -39,7 +39,7 @@ class Presence {
       read_ = end + 1;
     }
   }
-  /// Those whose names begin so.
+  /// The number of names with this prefix.
   [[nodiscard]] std::size_t count(const std::string& prefix) const {
     std::size_t found = 0;
     for (const auto& [id, name] : names_) {
@@ -73,11 +73,11 @@ class Presence {
 
 class AHundredInstances : public Scenario {
  protected:
-  /// Containers are too dear for as many.
+  /// Containers are too expensive for that many.
   static int per_host() { return GetParam() == Backend::namespaces ? 25 : 3; }
 
   void start() {
-    // More than its usual 20 programs on a host.
+    // More participants than the usual 20 on a host.
     std::ofstream(sut().hosts().folder() / "crowded.fabric.textproto")
         << "interface: \"eth0\" unprotected: true\n";
     sut().gateway({"--log-level", "info"});
@@ -97,7 +97,7 @@ class AHundredInstances : public Scenario {
   static std::string name_of(int host, int number) { return fmt::format("h{}-{}", host, number); }
   static std::string of_host(int host) { return fmt::format("h{}-", host); }
 
-  /// Waits until so many instances whose names begin so are ready.
+  /// Waits until this many instances with names of this prefix are ready.
   void await_present(const std::string& prefix, std::size_t count) {
     const Stopwatch watch;
     do {
@@ -110,7 +110,7 @@ class AHundredInstances : public Scenario {
     } while (presence_.count(prefix) != count);
   }
 
-  /// Calls are answered all the while, as long as the programs make some.
+  /// Expects further answers, as long as the programs make calls.
   void expect_calls_go_on(std::size_t number = 2 * channels) {
     const std::size_t left =
         channels * calls - std::min<std::size_t>(channels * calls, sut().finished());
@@ -147,21 +147,21 @@ TEST_P(AHundredInstances, LoseNoCallAndDoubleNoneWhateverHappensToThem) {
   kill_one_after_the_other(1, killed);
   await_present(of_host(1), all - static_cast<std::size_t>(killed));
 
-  // Neither way.
+  // Cut in both directions.
   sut().network().cut(host_of(2));
   await_present(of_host(2), 0);
   expect_calls_go_on();
   sut().network().heal();
   await_present(of_host(2), all);
 
-  // It is not heard, and hears: takes no part, and is not told.
+  // It hears the others and is not heard: it takes no part, and does not notice.
   sut().network().cut_one_way(host_of(3), "gateway");
   await_present(of_host(3), 0);
   expect_calls_go_on();
   sut().network().heal();
   await_present(of_host(3), all);
 
-  // It is heard, and hears nothing: its heartbeats come, and no call gets there.
+  // It is heard and hears nothing: its heartbeats arrive, but calls do not reach it.
   sut().network().cut_one_way("gateway", host_of(3));
   expect_calls_go_on();
   expect_calls_go_on();
@@ -171,8 +171,8 @@ TEST_P(AHundredInstances, LoseNoCallAndDoubleNoneWhateverHappensToThem) {
   replace_one_by_one(4);
   await_present(of_host(4), 0);
   await_present("new4-", all);
-  report("all that happened to them", watch.time());
-  fmt::print("measured: {} of {} calls finished meanwhile\n", sut().finished(), channels * calls);
+  report("all events", watch.time());
+  fmt::print("measured: {} of {} calls finished by then\n", sut().finished(), channels * calls);
   sut().expect_all_answered(std::chrono::minutes(2));
 }
 

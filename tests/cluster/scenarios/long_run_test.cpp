@@ -1,4 +1,4 @@
-// I8: what the programs take of their hosts does not grow with the calls.
+// I8: the resources of the programs do not grow with the number of calls.
 #include <algorithm>
 #include <map>
 
@@ -16,8 +16,8 @@ constexpr std::uint32_t channels = 4;
 constexpr std::uint32_t calls = 2500;
 /// Buffers and tables have their final size by then.
 constexpr std::size_t settled = 2000;
-/// What an allocator keeps or gives back, and the last 8,192 events that a gateway keeps for a
-/// recorder which lags, up to 1,300 bytes each.
+/// For memory that an allocator keeps, and for the last 8,192 events that a gateway keeps for a
+/// slow recorder, up to 1,300 bytes each.
 constexpr std::size_t slack = 16U << 20U;
 
 class ALongRun : public Scenario {};

@@ -1,4 +1,4 @@
-// What networks do: a controller that is unplugged, frames that are lost and late.
+// Network faults: a disconnected controller, lost and late frames.
 #include "tests/cluster/scenarios/scenario.hpp"
 #include "tests/cluster/scenarios/stopwatch.hpp"
 

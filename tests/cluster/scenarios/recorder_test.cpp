@@ -1,4 +1,4 @@
-// I7: a recording opens, or can be made to, whatever became of its recorder. I9: status queries
+// I7: a recording can be opened, or repaired, even if its recorder was killed. I9: status queries
 // reach every instance.
 #include <gmock/gmock.h>
 
@@ -40,7 +40,7 @@ TEST_P(TheRecorder, ThatIsKilledLosesItsLastQuarterOfASecondAndNobodyNotices) {
   const auto repaired = tools::mcap::repaired_name(part);
   const auto report = tools::mcap::repair_file(part, repaired, "test");
   ASSERT_TRUE(report) << report.error();
-  // A call takes 10 ms and more, a chunk is closed after 250 ms.
+  // A call takes at least 10 ms; a chunk is closed after 250 ms.
   EXPECT_GE(written_calls(repaired), 100U - 50U);
   std::filesystem::remove(part);
   sut().record_again();

@@ -1,5 +1,5 @@
-// What the scenarios share: each runs on network namespaces, and on containers when docker/test
-// starts it.
+// The common part of the scenarios: each runs on network namespaces, and with docker/test on
+// containers.
 #pragma once
 
 #include <cstdlib>
@@ -14,8 +14,8 @@
 
 namespace millrace::tests::cluster {
 
-/// Skips the test, with the reason, where its back end cannot run. Prints what all programs wrote
-/// if the test failed, or if MILLRACE_CLUSTER_LOGS is set.
+/// Skips the test, with the reason, where its back end cannot run. Prints the output of all
+/// programs if the test failed, or if MILLRACE_CLUSTER_LOGS is set.
 class Scenario : public testing::TestWithParam<Backend> {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// Services spread over hosts answer by UUID.
+// Services on several hosts answer by UUID.
 #include "tests/cluster/scenarios/scenario.hpp"
 
 namespace millrace::tests::cluster {

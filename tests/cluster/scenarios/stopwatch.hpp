@@ -1,4 +1,4 @@
-// Measures a number that the project promises, and prints it.
+// Measures and prints a number that the project promises.
 #pragma once
 
 #include <chrono>

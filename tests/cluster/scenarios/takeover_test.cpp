@@ -13,7 +13,7 @@ constexpr std::chrono::seconds allowed{1};
 
 class ASecondInstance : public Scenario {
  protected:
-  /// Two instances on two hosts; the first has every call of the channel, since it names it.
+  /// Two instances on two hosts; the first names the channel, so it gets every call.
   void start() {
     sut().service("service-1", "first", {"--work", "200", "--channel", "cnc/1"});
     sut().service("service-2", "second", {"--work", "20"});
@@ -43,7 +43,7 @@ TEST_P(ASecondInstance, TakesOverFromAHostThatWasCutOffAndDoesNotRunItsCallsTwic
   expect_takeover_in_time();
   sut().task("first").await_log("call .* answered");
   sut().network().heal();
-  // It is back and has every call of its channel again.
+  // It has returned and gets every call of its channel again.
   sut().task("gateway").await_log(
       "instance .* is ready: first .*\n(.*\n)*.*instance .* is ready: first");
   sut().expect_all_answered();
@@ -57,7 +57,7 @@ TEST_P(ASecondInstance, TakesOverFromOneThatIsFrozen) {
   sut().expect_all_answered();
 }
 
-// Whoever comes back proves again what he is, across hosts: the times are another matter.
+// A restarted instance must prove its identity again, across hosts, which takes more time.
 class ATrustedPlant : public Scenario {};
 
 TEST_P(ATrustedPlant, LosesNoCallWhenAnInstanceAHostAndTheGatewayAreLostOneAfterTheOther) {

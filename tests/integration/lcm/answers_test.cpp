@@ -1,4 +1,4 @@
-// What programs that speak LCM answer, well and badly.
+// Valid and invalid answers of LCM programs.
 #include <functional>
 #include <optional>
 
@@ -12,12 +12,12 @@ namespace {
 
 using testing::HasSubstr;
 
-/// What a program says to a call.
+/// A program's reaction to a call.
 class LcmAnswer : public Lcm {
  protected:
   using Say = std::function<void(Speaker&, const request_t&)>;
 
-  /// The NC program's answer if the program says this.
+  /// Returns the NC program's answer for this reaction.
   fabric::Reply answer(const Say& say) {
     if (!sut) {
       start();
@@ -73,8 +73,7 @@ TEST_F(LcmAnswer, CountsFromTheProgramThatWasAskedAlone) {
   std::optional<Speaker> stranger;
   const auto say = [&](Speaker& asked, const request_t& request) {
     stranger.emplace(uuid, "stranger");
-    // In its own name, which it has announced by then or not, and in that of the one that was
-    // asked.
+    // In its own name, announced before or not, and in the name of the program that was asked.
     stranger->answer(request, "mine");
     stranger->send(asked.reply_to(request, "forged"));
     sut->await_error("answers (attempt 1 of )?call " + request.call.id +

@@ -1,4 +1,4 @@
-// millrace-lcm beside a chain, in a network of its own: LCM multicasts.
+// millrace-lcm with a chain, in a separate network, because LCM multicasts.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 
 namespace millrace::tests::integration {
 
-// Those of deploy/examples/lcm.
+// The UUIDs of deploy/examples/lcm.
 inline const std::string root_uuid = "6c1f3f0a-54a4-4a43-9b8d-2f3a8c1f7e51";
 inline const std::string countdown_uuid = "0d7e3b1c-6f0c-4c39-8a55-0a2d9f4b7c66";
 inline const std::string uuid = "e2b6ae2c-3d6a-4b7b-8f5d-1f6f0d3f9a10";
@@ -54,14 +54,14 @@ class Lcm : public testing::Test {
     }
     return *caller_;
   }
-  /// What a gateway asks once a program of `uuid` is there.
+  /// A gateway's request, once a program of `uuid` is present.
   fabric::Request ask(const std::string& text) {
     EXPECT_TRUE(caller().await_instance(uuid));
     fabric::Request request = caller().request(uuid, text);
     caller().publish(request);
     return request;
   }
-  /// `millrace call`, which decides as a gateway does.
+  /// `millrace call`, which makes the same decisions as a gateway.
   [[nodiscard]] Process call(const std::string& of, const std::string& text) const {
     return chain.millrace({"call", of, text});
   }

@@ -13,14 +13,14 @@ namespace {
 
 using testing::HasSubstr;
 
-/// What LCM's own logger keeps of a group.
+/// The log of LCM's own logger for a group.
 class LcmLog : public Lcm {
  protected:
   [[nodiscard]] Process logger(const std::string& into, const std::string& group) const {
-    // It says nothing when it is ready; what it has heard is seen in its file.
+    // It prints nothing when it is ready; its file shows what it has received.
     return Process({"/usr/bin/lcm-logger", "--flush-interval=10", "--lcm-url=" + group, into});
   }
-  /// Until what was published is in the log, and the log ends in order.
+  /// Waits until what was published is in the log, then ends the logger properly.
   static void await_events(const std::filesystem::path& log, const std::string& what,
                            std::size_t many) {
     await("the log", [&] { return count(log, what) >= many; });
@@ -48,13 +48,13 @@ class LcmLog : public Lcm {
 TEST_F(LcmLog, OfTheMirrorReplays) {
   start("", {"--mirror"});
   Process keeps = logger(file, here);
-  // A plain service, not one of LCM: the mirror shows the fabric.
+  // A plain service, not an LCM one: the mirror shows the fabric.
   const Process service = chain.square_root();
   const std::string of = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
   const Speaker flowing(uuid);
   await_events(file, "MILLRACE_PRESENCE", 1);
-  // This caller lives on and uses one channel per call, so a mirror that discovers it late still
-  // gets all three requests.
+  // This caller stays and uses one channel per call, so a mirror that discovers it late still gets
+  // all three requests.
   ASSERT_TRUE(caller().await_instance(of));
   std::uint16_t channel = 0;
   for (const char* number : {"2", "9", "x"}) {
@@ -68,7 +68,7 @@ TEST_F(LcmLog, OfTheMirrorReplays) {
   EXPECT_EQ(replay.wait(), 0) << replay.output() << replay.error_output();
   EXPECT_THAT(replay.output(), HasSubstr("3 calls"));
 
-  // What LCM's player sends from it is the same again.
+  // LCM's player sends the same messages again.
   Process hears = logger(again, elsewhere);
   await("the logger", [&] {
     Process player(

@@ -1,4 +1,4 @@
-// millrace-lcm and programs that speak LCM: they come, answer, fall silent, are killed, leave.
+// millrace-lcm and LCM programs: they start, answer, fall silent, are killed, leave.
 #include <fstream>
 #include <optional>
 
@@ -95,7 +95,7 @@ TEST_F(Lcm, FindsACallAgainThatItsProgramWentOnWithWhenTheBridgeWasKilled) {
   sut->kill();
   start();
   caller.await("^\"counted 4\" state 1, ok");
-  // Not run a second time, but asked for a second time.
+  // It does not run a second time, but is requested a second time.
   EXPECT_THAT(sut->error_output(),
               AllOf(HasSubstr("\"4\", state 1, attempt 2"), Not(HasSubstr("\"still 4\""))));
 }
@@ -108,7 +108,7 @@ TEST_F(Lcm, TellsAProgramThatItsCallIsWithdrawn) {
   EXPECT_EQ(heard.text, "text");
   caller().withdraw(request);
   EXPECT_EQ(program.await_withdrawal().call.id, heard.call.id);
-  // It goes on as if it had not heard it, and hears it again.
+  // It behaves as if it had not received the withdrawal, and gets it again.
   EXPECT_EQ(program.await_withdrawal().call.id, heard.call.id);
   program.answer(heard, "late");
   sut->await_error("was answered after it was cancelled; nothing is sent");
@@ -130,7 +130,7 @@ TEST_F(Lcm, StopsAProgramInCppWhenNobodyWaitsAnyMore) {
   caller.terminate();
   caller.wait();
   sut->await_error("call \\S+ is cancelled");
-  // Its place is free for the next one.
+  // Its room is free for the next call.
   Process next = call(countdown_uuid, "1");
   next.await("^\"counted 1\" state 1, ok");
 }
@@ -152,7 +152,7 @@ TEST_F(Lcm, TakesAProgramOffThatSaysThatItLeavesWhenItHasAnsweredEverything) {
   const fabric::Request request = ask("last");
   const request_t heard = program.await_request();
   program.change([](presence_t& presence) { presence.draining = 1; });
-  // No more for those who have something new.
+  // A draining program gets no new calls.
   EXPECT_TRUE(caller().await_no_instance(uuid));
   program.answer(heard, "done");
   EXPECT_EQ(caller().await_reply(request).text, "done");
@@ -165,7 +165,7 @@ TEST_F(Lcm, SharesTheCallsOutAmongTwoProgramsOfAUuid) {
   Speaker other(uuid, "other");
   Process first = call(uuid, "first");
   Process second = call(uuid, "second");
-  // Each has one, and none has that of the other.
+  // Each has one call, and not that of the other.
   const request_t for_one = one.await_request();
   const request_t for_other = other.await_request();
   EXPECT_NE(for_one.call.id, for_other.call.id);
@@ -188,7 +188,7 @@ TEST_F(Lcm, AsksAgainForWhatGotLost) {
   sut->await_error("call \\S+ from cnc/1: \"text\"");
   program.be_deaf(false);
   const request_t heard = program.await_request();
-  // Done, but its answer got lost: it is asked again, and answers the same.
+  // It has finished the call, but its answer was lost: it is asked again, and answers the same.
   program.change([](presence_t& presence) { presence.calls.clear(); });
   const request_t again = program.await_request();
   EXPECT_EQ(again.call.id, heard.call.id);
@@ -219,7 +219,7 @@ TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   program.answer(heard, "done");
   EXPECT_EQ(caller().await_reply(request).text, "done");
   EXPECT_EQ(sut->wait(), 0) << sut->error_output();
-  // It is the bridge that leaves, not the program.
+  // The bridge leaves, not the program.
   EXPECT_EQ(program.drains(), 0U);
 }
 

@@ -20,7 +20,7 @@ std::int64_t drawn() {
   return static_cast<std::int64_t>(random()) << 30 | random();
 }
 
-/// The first one, taken out, once there is one.
+/// Waits for a first message and removes it.
 template <typename Message>
 Message await_one(const char* what, std::mutex& lock, std::vector<Message>& from) {
   Message one;
@@ -87,7 +87,7 @@ void Speaker::take(const std::string& channel, const std::string& bytes) {
   const std::lock_guard held(lock_);
   if (const auto request = decode<request_t>(bytes); request && request->program == number_) {
     if (request->call.id == answered_.call.id) {
-      // Its answer got lost; a flood does that.
+      // Its answer was lost, as in a flood.
       answered_.call = request->call;
       publish(reply_channel(), encode(answered_));
     } else if (!deaf_) {
@@ -104,7 +104,7 @@ void Speaker::take(const std::string& channel, const std::string& bytes) {
   }
 }
 
-/// With the lock.
+/// The caller holds the lock.
 void Speaker::forget(const std::string& call) {
   std::erase_if(presence_.calls, [&](const call_t& one) { return one.id == call; });
 }

@@ -1,6 +1,6 @@
-// An LCM program, spoken with liblcm, that does what a test wants and nothing else.
+// A test's own LCM program, written with liblcm: it does only what the test asks for.
 //
-//   Speaker program(uuid);                       // says five times a second that it is there
+//   Speaker program(uuid);                       // announces itself five times a second
 //   const request_t call = program.await_request();
 //   program.answer(call, "2");
 #pragma once
@@ -30,13 +30,12 @@ class Speaker {
   Speaker& operator=(const Speaker&) = delete;
 
   [[nodiscard]] std::int64_t number() const { return number_; }
-  /// Hears no request, as if they were lost.
+  /// Ignores all requests, as if they were lost.
   void be_deaf(bool deaf) { deaf_ = deaf; }
-  /// What it says of itself. A request that it is given is in there, until it is answered.
+  /// Changes its presence. A request that it receives is in there until it is answered.
   void change(const std::function<void(presence_t&)>& change);
 
-  /// The next request for it that was not awaited yet; again one that was repeated before it was
-  /// answered.
+  /// The next request that the test has not awaited yet; also a repeated one that is not answered.
   request_t await_request();
   withdrawal_t await_withdrawal();
   [[nodiscard]] std::size_t drains() const { return drains_; }
@@ -63,7 +62,7 @@ class Speaker {
   presence_t presence_{};
   std::vector<request_t> requests_;
   std::vector<withdrawal_t> withdrawals_;
-  /// The last answer: given again when it is asked for again.
+  /// The last answer; sent again on a repeated request.
   reply_t answered_{};
   std::atomic<bool> deaf_ = false;
   std::atomic<std::size_t> drains_ = 0;

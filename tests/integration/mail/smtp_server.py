@@ -4,12 +4,12 @@
     smtp_server.py FOLDER [--port N] [--cert FILE --key FILE [--implicit] [--user NAME --password WORD]]
 
 Prints "ready: PORT". Accepted mails are FOLDER/1.mail, 2.mail ...: the envelope in the lines "from" and "to",
-an empty line, the message. FOLDER/answer, read whenever a mail arrives, says what happens instead:
+an empty line, the message. FOLDER/answer, read whenever a mail arrives, contains what happens instead:
 
-    rcpt 550 5.1.1 nobody     this reply to each recipient
-    stall eva@example.com     no reply when this recipient is named
+    rcpt 550 5.1.1 unknown    this reply to each recipient
+    stall eva@example.com     no reply for this recipient
     data 451 4.7.1 later      this reply to the end of the message
-    hold                      keeps the mail and says nothing more
+    hold                      keeps the mail and sends nothing more
     drop                      keeps the mail and closes the connection
     no goodbye                takes the mail and does not answer QUIT
 """

@@ -1,4 +1,4 @@
-// The square root service with its last digit wrong: what a replay with --verify must find.
+// The square root service with a wrong last digit, which a replay with --verify must find.
 #include "services/sdk/main.hpp"
 
 #include "services/square_root/root.hpp"

@@ -6,7 +6,7 @@ namespace millrace::tests::interop::fastdds {
 
 namespace {
 
-/// The text as the wire has it: bytes.
+/// The text as bytes, as on the wire.
 std::vector<std::uint8_t> bytes_of(const std::string& text) {
   return {text.begin(), text.end()};
 }
@@ -48,7 +48,7 @@ CallScheduler::Call* CallScheduler::find(const Request& request) {
   return nullptr;
 }
 
-/// Calls of this key but one.
+/// Gives up all calls of this key except one.
 void CallScheduler::give_up(const RequestKey& key, std::uint64_t but_number) {
   const auto is_over = [&](const Call& call) {
     return key_of(call.request) == key && call.request.number() != but_number;
@@ -62,7 +62,7 @@ void CallScheduler::give_up(const RequestKey& key, std::uint64_t but_number) {
   }
 }
 
-/// The earlier calls that this one says are given up.
+/// Gives up the earlier calls that this request supersedes.
 void CallScheduler::supersede(const Request& by) {
   RequestKey key = key_of(by);
   give_up(key, by.number());
@@ -87,7 +87,7 @@ std::optional<Reply> CallScheduler::take(const Request& request, Nanoseconds now
   }
   supersede(request);
   if (Call* const call = find(request)) {
-    // Asked for again while it is here: its answer goes to the latest attempt.
+    // Requested again while it runs: its answer goes to the latest attempt.
     call->request.attempt(request.attempt());
     call->over = false;
     return std::nullopt;

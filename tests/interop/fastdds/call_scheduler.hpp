@@ -1,5 +1,5 @@
-// What a service does with what comes in: the section "A call" of docs/reference/wire.md. Pure:
-// requests and results in, replies out; it owns no thread, clock or socket.
+// A service's reaction to requests: the section "A call" of docs/reference/wire.md. Pure: requests
+// and results in, replies out; it owns no thread, clock or socket.
 //
 //   CallScheduler scheduler(id, 4);
 //   auto reply = scheduler.take(request, now);      // a repeat, or that there is no room
@@ -22,8 +22,8 @@ namespace millrace::tests::interop::fastdds {
 /// Nanoseconds since 1970 UTC.
 using Nanoseconds = std::int64_t;
 
-/// What a gateway asks of a channel: it has one call of it at a time. The DDS key of a request is
-/// this and the instance.
+/// The channel of a request, which has one call at a time. The DDS key of a request is this and the
+/// instance.
 struct RequestKey {
   std::string machine;
   std::uint16_t channel = 0;
@@ -35,22 +35,22 @@ RequestKey key_of(const Request& request);
 
 class CallScheduler {
  public:
-  /// `room`: calls that it takes at once.
+  /// `room`: the number of calls at once.
   CallScheduler(const Id& own, std::size_t room) : own_(own), room_(room) {}
 
-  /// A request that came in, and what is to be said to it at once.
+  /// Takes a request; returns an immediate reply, if there is one.
   std::optional<Reply> take(const Request& request, Nanoseconds now);
-  /// The request was taken back: nobody waits for its answer.
+  /// The request was withdrawn: its call is cancelled.
   void take_back(const RequestKey& key);
-  /// A call that may run now; nothing if there is none, or no room.
+  /// The next call to run; nothing without one, or without room.
   std::optional<Request> begin(Nanoseconds now);
-  /// The answer to a call that ran; nothing if nobody waits for it any more.
+  /// The answer to a call that ran; nothing if it was cancelled.
   std::optional<Reply> finish(const Request& request, const std::string& text, std::uint32_t state,
                               Nanoseconds now);
 
-  /// It takes nothing new.
+  /// Takes no new calls.
   void leave() { leaving_ = true; }
-  /// For the next heartbeat.
+  /// The load for the next heartbeat.
   [[nodiscard]] InstanceLoad load() const;
   [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }
 
@@ -74,9 +74,9 @@ class CallScheduler {
   bool leaving_ = false;
   std::deque<Call> waiting_;
   std::deque<Call> running_;
-  /// The last answer to each: only that call can be asked for again.
+  /// The last answer of each key: only that call can be requested again.
   std::map<RequestKey, Reply> answered_;
-  /// Number and attempt of the last one that was declined: it stays so.
+  /// Number and attempt of the last declined call, which stays declined.
   std::map<RequestKey, std::pair<std::uint64_t, std::uint32_t>> declined_;
   InstanceLoad counters_;
 };

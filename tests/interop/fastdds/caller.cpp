@@ -11,8 +11,8 @@ namespace millrace::tests::interop::fastdds {
 
 namespace {
 
-/// Longer than that of the services: these announce themselves to a group in which they do not
-/// listen, so it is for the caller to lose them first.
+/// Longer than that of the services: they announce themselves to a group that they do not read, so
+/// the caller must be the one to lose them first.
 constexpr int lease_seconds = 100;
 
 std::string text_of(const dds::UserDataQosPolicy& data) {
@@ -113,7 +113,7 @@ std::optional<Reply> Caller::call(std::uint16_t channel, const std::string& text
   lock.lock();
   changed_.wait_for(lock, limit, [this] { return reply_.has_value(); });
   lock.unlock();
-  // Answered or not, nobody waits for it any more.
+  // The call ends, answered or not.
   request.attempt(0);
   requests_->write(&request);
   requests_->dispose(&request, dds::HANDLE_NIL);
@@ -126,7 +126,7 @@ void Caller::on_data_available(dds::DataReader* reader) {
   while (reader->take_next_sample(&reply, &info) ==
          eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
     const std::lock_guard lock(mutex_);
-    // What the writer says of itself counts, not what the sample says.
+    // The identity of the writer counts, not the instance in the sample.
     const auto writer = writers_.find(info.sample_identity.writer_guid());
     if (info.valid_data && writer != writers_.end() && writer->second == writer_data(called_) &&
         reply.instance() == called_ && reply.epoch() == epoch_ && reply.number() == number_ &&

@@ -1,4 +1,4 @@
-// A caller of the fabric's services on Fast DDS: finds an instance by what is announced, puts
+// A caller of the fabric's services on Fast DDS: finds an instance by its announcement, writes
 // requests into its partition and takes the replies.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace millrace::tests::interop::fastdds {
 
-// A participant's listener is one of readers too.
+// A participant's listener is also one for its readers.
 class Caller final : dds::DomainParticipantListener {
  public:
   Caller(std::uint32_t domain, const std::string& fabric, std::string uuid);
@@ -22,8 +22,8 @@ class Caller final : dds::DomainParticipantListener {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  /// Waits for an instance of the UUID that takes calls, and for its endpoints. False if none is
-  /// there in time.
+  /// Waits for an instance of the UUID that takes calls, and for its endpoints. False if there is
+  /// none in time.
   bool await_instance(std::chrono::seconds limit);
   /// The final reply to the next call of this channel; nothing if none comes in time.
   std::optional<Reply> call(std::uint16_t channel, const std::string& text,
@@ -46,7 +46,7 @@ class Caller final : dds::DomainParticipantListener {
   std::condition_variable changed_;
   /// By request reader.
   std::map<Guid, Identity> instances_;
-  /// What reply writers say of themselves.
+  /// The identities of reply writers.
   std::map<Guid, std::string> writers_;
   std::optional<Reply> reply_;
   Id called_{};

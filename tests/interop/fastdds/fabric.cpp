@@ -28,7 +28,7 @@ void set_user_data_of(Qos& qos, const std::string& text) {
   qos.user_data().setValue(std::vector<eprosima::fastrtps::rtps::octet>(text.begin(), text.end()));
 }
 
-/// What both sides of a topic have in common.
+/// The common settings of both sides of a topic.
 template <typename Qos>
 void set_common(Qos& qos, const EndpointOptions& options) {
   qos.reliability().kind =
@@ -40,14 +40,14 @@ void set_common(Qos& qos, const EndpointOptions& options) {
   qos.resource_limits().max_instances = options.max_instances;
   qos.resource_limits().max_samples = 0;
   qos.resource_limits().max_samples_per_instance = 1;
-  // Its shared memory, which Cyclone does not know.
+  // Fast DDS's shared memory, which Cyclone does not support.
   qos.data_sharing().off();
   if (!options.user_data.empty()) {
     set_user_data_of(qos, options.user_data);
   }
 }
 
-/// The folder of a member as Fast DDS is told of it.
+/// Gives Fast DDS the credentials in a participant's folder.
 void show(dds::DomainParticipantQos& qos, const std::string& folder, bool encrypt) {
   auto& properties = qos.properties().properties();
   const auto add = [&](const std::string& name, const std::string& value) {
@@ -73,8 +73,8 @@ void show(dds::DomainParticipantQos& qos, const std::string& folder, bool encryp
 
 Fabric::Fabric(const Options& options) : options_(options) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
-  // Over UDP on the loopback interface and nothing else; the built-in transports would take every
-  // interface, and shared memory.
+  // Only UDP on the loopback interface; the built-in transports would use every interface, and
+  // shared memory.
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().use_builtin_transports = false;
@@ -125,7 +125,7 @@ dds::DataWriter* Fabric::write(const std::string& topic_name, const dds::TypeSup
   }
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   set_common(qos, options);
-  // What is lost shows by the next heartbeat; Fast DDS has one every 3 s.
+  // A loss is detected by the next heartbeat; Fast DDS's default is one every 3 s.
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   qos.writer_data_lifecycle().autodispose_unregistered_instances = false;
   dds::Topic* const on = topic(topic_name, type);
@@ -143,7 +143,7 @@ void Fabric::set_user_data(dds::DataReader& reader, const std::string& text) {
 }  // namespace millrace::tests::interop::fastdds
 
 #ifdef __SANITIZE_ADDRESS__
-/// Fast DDS 2.9 deletes its readers as something smaller than they are.
+/// Fast DDS 2.9 deletes its readers through a smaller type.
 extern "C" const char* __asan_default_options() {
   return "new_delete_type_mismatch=0";
 }

@@ -17,18 +17,18 @@ namespace millrace::tests::interop::fastdds {
 
 namespace dds = eprosima::fastdds::dds;
 
-/// What an endpoint is beyond its topic.
+/// The properties of an endpoint other than its topic.
 struct EndpointOptions {
   std::string partition;
-  /// Of a writer that is in several at once.
+  /// For a writer in several partitions.
   std::vector<std::string> more_partitions{};
   std::string user_data{};
   bool best_effort = false;
-  /// How many keys it may know at once; 0 = no limit.
+  /// The number of keys it may know at once; 0 = no limit.
   int max_instances = 0;
 };
 
-/// RAII: its endpoints go with it. From one thread.
+/// RAII: its endpoints are destroyed with it. For one thread.
 class Fabric {
  public:
   struct Options {
@@ -36,7 +36,7 @@ class Fabric {
     std::string name = "millrace";
     /// Of the participant.
     int lease_seconds = 20;
-    /// What `millrace trust issue` has made; empty without trust. SIGN, unless `encrypt`.
+    /// The folder from `millrace trust issue`; empty without trust. SIGN, unless `encrypt`.
     std::string trust{};
     bool encrypt = false;
     dds::DomainParticipantListener* listener = nullptr;
@@ -50,13 +50,14 @@ class Fabric {
 
   [[nodiscard]] const std::string& name() const { return options_.name; }
 
-  /// Reliable, transient local, keep last 1, unless the options say best effort: then volatile.
+  /// Reliable, transient local, keep last 1; or best effort and volatile, if the options ask for
+  /// it.
   dds::DataReader* read(const std::string& topic, const dds::TypeSupport& type,
                         const EndpointOptions& options, dds::DataReaderListener* listener);
   dds::DataWriter* write(const std::string& topic, const dds::TypeSupport& type,
                          const EndpointOptions& options,
                          dds::DataWriterListener* listener = nullptr);
-  /// Changes what an endpoint says of itself.
+  /// Changes the identity of an endpoint.
   static void set_user_data(dds::DataReader& reader, const std::string& text);
 
  private:

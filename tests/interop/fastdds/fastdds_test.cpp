@@ -1,4 +1,4 @@
-// Another vendor's DDS on the fabric: a service and a caller on Fast DDS, beside our gateway, our
+// Another vendor's DDS on the fabric: a service and a caller on Fast DDS, with our gateway, our
 // services and the virtual CNC.
 #include <chrono>
 #include <csignal>
@@ -22,7 +22,7 @@ using testing::Not;
 const std::string foreign_uuid = "fa57dd50-0000-4000-8000-000000000001";
 const std::string square_root_uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-/// How often `words` stand in `text`.
+/// How often `text` contains `words`.
 std::size_t times(const std::string& text, const std::string& words) {
   std::size_t found = 0;
   for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) {
@@ -31,9 +31,9 @@ std::size_t times(const std::string& text, const std::string& words) {
   return found;
 }
 
-/// What the process has written may still be on its way to us.
+/// The output of the process may still be on its way.
 void expect_times(const Process& process, const std::string& words, std::size_t count) {
-  await("what it has written", [&] { return times(process.output(), words) >= count; });
+  await("its output", [&] { return times(process.output(), words) >= count; });
   EXPECT_EQ(times(process.output(), words), count) << process.output();
 }
 
@@ -63,7 +63,7 @@ class AForeignService : public OnFastDds {
     return one;
   }
 
-  /// A controller whose channels make so many calls each and look whether each answer is its own.
+  /// A controller whose channels make this many calls each and check that each answer is their own.
   Process controller(std::uint32_t channels, std::uint32_t calls_of_each) {
     const std::string program = chain.counting_program(foreign_uuid, calls_of_each);
     Flags flags{"--channels", std::to_string(channels), "--exit-when-idle"};
@@ -89,8 +89,8 @@ class AForeignService : public OnFastDds {
   std::uint32_t calls_ = 0;
 };
 
-// Fast DDS counts the keys of a reader, and its own limit is 10 of them: those of the calls must
-// not be among them.
+// Fast DDS limits the number of a reader's keys, by default to 10: the keys of calls must not be
+// among them.
 TEST_F(AForeignService, AnswersFiveThousandCallsOfSeveralChannels) {
   Process sut = service({"--concurrency", "8", "--max-instances", "10"});
   Process cnc = controller(8, 625);
@@ -130,7 +130,7 @@ TEST_P(AForeignServiceThatShowsWhatItIs, AnswersCallsAndIsSeen) {
   });
 }
 
-// Nor may it be another UUID's because it is another vendor's.
+// Being of another vendor does not give it another UUID.
 TEST_P(AForeignServiceThatShowsWhatItIs, AnswersNothingThatItsCertificateDoesNotSay) {
   chain.trust().run(
       {"issue", "PKI", "other", "--role", "service", "--uuid", square_root_uuid, "--foreign"});
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(, AForeignServiceThatShowsWhatItIs, testing::Values("SI
 
 TEST_F(AForeignService, IsListedAsEveryOther) {
   const Process sut = service({"--name", "foreign one", "--concurrency", "3"});
-  // Fast DDS may take a second to answer a newcomer, which is more than the command waits.
+  // Fast DDS may take a second to answer a new participant, which is longer than the command waits.
   std::string listed;
   await("the foreign service to be listed", [&] {
     Process services = chain.millrace({"services"});
@@ -188,7 +188,7 @@ TEST_F(AForeignService, ThatIsKilledHasItsCallGivenToAnotherInstance) {
   Process second = service({"--name", "second", "--work", "400"});
   gateway.await_error("is ready: first");
   gateway.await_error("is ready: second");
-  // Whichever begins a call now.
+  // Whichever instance begins a call now.
   const std::size_t of_first = times(first.output(), "run ");
   const std::size_t of_second = times(second.output(), "run ");
   await("a call that begins", [&] {
@@ -227,18 +227,17 @@ TEST_F(AForeignService, GivesUpWhatIsTakenBack) {
   sut.await("run ");
   caller.withdraw(request);
   sut.await("taken back: channel 7");
-  // One of another channel is answered; had there been an answer to the first it would have come
-  // before.
+  // One of another channel is answered; an answer to the first would have arrived before.
   EXPECT_EQ(caller.call(foreign_uuid, "five", 8).text, "five");
   fabric::Reply none;
   EXPECT_FALSE(caller.poll_reply(request, none));
 }
 
-// It says that it runs at most four, and has it for one: as if three came from elsewhere.
+// It announces room for four calls and has room for one, as if three came from elsewhere.
 TEST_F(AForeignService, DeclinesWhatItHasNoRoomForAndAnotherOneHasIt) {
   const Process full =
       service({"--name", "full", "--concurrency", "4", "--room", "1", "--work", "20"});
-  // It takes its time, so that the gateway hears of the other one before all calls are made.
+  // Slow, so that the gateway finds the other instance before all calls are made.
   const Process other = service({"--name", "other", "--concurrency", "4", "--work", "80"});
   Process cnc = controller(4, 25);
   Process gateway = chain.gateway({"--log-level", "debug"});
@@ -280,7 +279,7 @@ TEST_F(AForeignService, RunsACallOnceWhoseGatewayIsKilledAndStartedAnew) {
 
 TEST_F(AForeignService, ThatIsToldToLeaveAnswersWhatItHasAndTakesNothingNew) {
   Process sut = service({"--work", "100"});
-  Process cnc = controller(1, 30);  // still calling when the gateway hears of the other one
+  Process cnc = controller(1, 30);  // still calling when the gateway finds the other one
   Process gateway = chain.gateway();
   sut.await("run 2 ");
   Process other = service({"--name", "other"});

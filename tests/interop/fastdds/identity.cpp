@@ -27,7 +27,7 @@ std::string escaped(std::string_view value) {
   return text;
 }
 
-bool stands_behind_a_dash(std::size_t byte) {
+bool follows_dash(std::size_t byte) {
   return byte == 4 || byte == 6 || byte == 8 || byte == 10;
 }
 
@@ -48,7 +48,7 @@ Id random_id() {
 std::string text_of(const Id& id) {
   std::string text;
   for (std::size_t i = 0; i < id.size(); ++i) {
-    if (stands_behind_a_dash(i)) {
+    if (follows_dash(i)) {
       text += '-';
     }
     text += hexadecimal[id.at(i) / 16U];
@@ -61,7 +61,7 @@ std::optional<Id> parse_id(std::string_view text) {
   Id id{};
   std::size_t at = 0;
   for (std::size_t i = 0; i < id.size(); ++i) {
-    at += stands_behind_a_dash(i) ? 1U : 0U;
+    at += follows_dash(i) ? 1U : 0U;
     for (int half = 0; half < 2; ++half, ++at) {
       const auto digit = at < text.size() ? hexadecimal.find(text[at]) : std::string_view::npos;
       if (digit == std::string_view::npos) {

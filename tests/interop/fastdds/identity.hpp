@@ -1,5 +1,5 @@
-// Who an instance is, as docs/reference/wire.md has it: ids, and the text that stands in the
-// user_data of its endpoints.
+// The identity of an instance, as in docs/reference/wire.md: ids, and the text in the user_data of
+// its endpoints.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace millrace::tests::interop::fastdds {
 /// The 16 bytes of a UUID.
 using Id = std::array<std::uint8_t, 16>;
 
-/// Version 4, drawn anew.
+/// A random UUID of version 4.
 Id random_id();
 /// 36 characters, lower case.
 std::string text_of(const Id& id);
@@ -26,7 +26,7 @@ struct Identity {
   /// For people, as the name.
   std::string host;
   std::uint32_t pid = 0;
-  /// Calls that it takes at once.
+  /// Number of calls at once.
   std::uint32_t concurrency = 1;
   bool draining = false;
   std::uint32_t lease_ms = 500;
@@ -36,7 +36,8 @@ struct Identity {
 std::string reader_data(const Identity& identity);
 /// For the user_data of the reply writer.
 std::string writer_data(const Id& instance);
-/// What a caller needs of a request reader's user_data: id and UUID; nothing if it is no instance.
+/// The parts of a request reader's user_data that a caller needs: id and UUID; nothing if it is not
+/// an instance's.
 std::optional<Identity> parse_reader_data(std::string_view text);
 
 }  // namespace millrace::tests::interop::fastdds

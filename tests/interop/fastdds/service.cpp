@@ -43,7 +43,7 @@ Service::Service(Fabric& fabric, Options options, Handler handler)
   for (std::uint32_t i = 0; i < options_.room; ++i) {
     threads_.emplace_back([this] { work(); });
   }
-  // Last: who sees it may call.
+  // Last: a caller that sees it may call.
   requests_ = fabric.read("millrace/v4/request", dds::TypeSupport(new RequestPubSubType()),
                           {.partition = of_uuid + "/" + text_of(options_.identity.id),
                            .user_data = reader_data(options_.identity),
@@ -96,11 +96,11 @@ void Service::take(const Request& request, const dds::SampleInfo& info) {
       to_send_.push_back(std::move(*reply));
     }
   }
-  // Without a writer: its gateway may come back for the answer.
+  // Without a writer: its gateway may return for the answer.
   changed_.notify_all();
 }
 
-/// Sends what is to be sent, and runs what may run.
+/// Sends what is due, and runs the calls that may run.
 void Service::work() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
@@ -140,7 +140,7 @@ void Service::heartbeat() {
     lock.unlock();
     heartbeats_->write(&heartbeat);
     lock.lock();
-    // Late ones are not made up for.
+    // Missed ones are not made up for.
     next = std::max(next + period, std::chrono::steady_clock::now());
     changed_.wait_until(lock, next, [this] { return stopping_; });
   }

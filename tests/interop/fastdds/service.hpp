@@ -1,5 +1,4 @@
-// A service of the fabric on Fast DDS: its three endpoints, the threads that work, and the
-// heartbeat.
+// A service of the fabric on Fast DDS: its three endpoints, its worker threads, and the heartbeat.
 #pragma once
 
 #include <chrono>
@@ -27,16 +26,16 @@ class Service final : dds::DataReaderListener {
  public:
   struct Options {
     Identity identity;
-    /// Calls that it takes, whatever its identity says.
+    /// Number of calls that it takes, whatever its identity says.
     std::uint32_t room = 1;
-    /// Of its reader and writers: Fast DDS's own limit is 10.
+    /// Limit of keys of its reader and writers; Fast DDS's default is 10.
     int max_instances = 0;
     /// With trust: the common name of its certificate, for its identity.
     std::string certificate{};
-    /// Called in the listener, in Fast DDS's own thread, for each request that comes.
+    /// Called in the listener, in Fast DDS's own thread, for each request.
     std::function<void(const Request&)> on_request;
   };
-  /// The handler runs in threads of its own, as many as there is room.
+  /// The handler runs in as many threads as there is room for calls.
   using Handler = std::function<Answer(const Request&)>;
 
   Service(Fabric& fabric, Options options, Handler handler);
@@ -44,7 +43,7 @@ class Service final : dds::DataReaderListener {
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
-  /// Takes nothing new, and returns when what it has is answered.
+  /// Takes no new calls, and returns when the present ones are answered.
   void leave();
 
  private:

@@ -1,13 +1,13 @@
-// fastdds_service: answers with its request's own text, and says on standard output what it does.
+// fastdds_service: answers with its request's own text, and prints what it does.
 //
 //   --domain N --fabric NAME --uuid UUID --name NAME
-//   --trust FOLDER        what `millrace trust issue` has made for it; --protection SIGN or ENCRYPT
-//   --certificate NAME    with --trust: the name in its certificate, which its identity says
-//   --concurrency N       calls that it says it takes at once
-//   --room N              calls that it takes; the others it declines
-//   --work MS             how long each takes
+//   --trust FOLDER        from `millrace trust issue`; --protection SIGN or ENCRYPT
+//   --certificate NAME    with --trust: the name in its certificate, for its identity
+//   --concurrency N       calls at once, as announced
+//   --room N              calls at once, actually; it declines the others
+//   --work MS             duration of each call
 //   --max-instances N     keys that its reader and writer may know at once, 0 = no limit
-//   --block TEXT          the request of this text blocks it for 0.5 s in its listener, once
+//   --block TEXT          the request with this text blocks it for 0.5 s in its listener, once
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -36,7 +36,7 @@ void say(const std::string& what, const millrace::Request& request) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // For this thread alone, and so before there are others.
+  // Blocked before other threads start, so that only this one takes SIGTERM.
   sigset_t leave;
   sigemptyset(&leave);
   sigaddset(&leave, SIGTERM);

@@ -19,7 +19,7 @@ void Explorer::begin() {
   changed_ = 0;
   current_ = 0;
   planned_ = 0;
-  // On the way to where this run leaves the one before, nothing is new.
+  // Nothing is new before the point where this run differs from the one before.
   repeating_ = !path_.empty() && !path_.back().found.empty();
 }
 
@@ -98,8 +98,7 @@ Meaning Explorer::state(const std::vector<Happening>& waiting) const {
   return all;
 }
 
-/// The order in which they were planned differs between runs that come to the same state; what
-/// brought them about does not.
+/// Runs that come to the same state may plan events in different orders, but for the same causes.
 void Explorer::sort(std::vector<std::size_t>& found, const std::vector<Happening>& waiting) const {
   std::ranges::sort(found, {}, [&](std::size_t i) {
     return std::tuple(waiting[i].timer, cause_of(waiting[i]), waiting[i].number);

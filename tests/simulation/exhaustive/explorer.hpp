@@ -8,12 +8,12 @@
 //     plant.run();                       // calls explorer.start()
 //   } while (explorer.next());
 //
-// A run that comes to a state already seen is not followed any further. A state is: what each party
-// has come to, what is on its way, and what those who judge remember. What a party has come to is
-// what it says of itself, if somebody describes it, and else all that has happened to it.
+// A run ends at a state that was seen before. A state consists of the state of each party, the
+// events under way, and what the checks remember. The state of a party is its description, if it
+// has one, otherwise its whole past.
 //
-// With Bounds::draw each run takes any order, to its end: whatever such runs come to, a walk must
-// have seen.
+// With Bounds::draw each run takes a random order to its end. A walk must have seen everything that
+// such runs lead to.
 #pragma once
 
 #include <array>
@@ -30,13 +30,13 @@
 namespace millrace::tests::simulation {
 
 struct Bounds {
-  /// So often a timer fires although something else could still happen before it.
+  /// How many times a timer may fire before another event that is possible.
   unsigned early_timers = 1;
   /// Timers this close to the first one count as due together.
   Time together{};
-  /// Gives up after so many runs.
+  /// Gives up after this many runs.
   std::size_t most_runs = 1'000'000;
-  /// Takes any order, drawn from this seed, each run to its end.
+  /// Takes random orders, drawn from this seed, each run to its end.
   std::optional<std::uint64_t> draw{};
 };
 
@@ -45,25 +45,25 @@ class Explorer final : public Order {
   explicit Explorer(Bounds bounds) : bounds_(bounds), random_(bounds.draw.value_or(0)) {}
 
   void begin();
-  /// Until now everything has happened in its time; from now on, in every order.
+  /// Until here events happen in the order of their times; from now on, in every order.
   void start() { started_ = true; }
-  /// False when all has been seen, or the bound is reached.
+  /// False when every order was taken, or the bound is reached.
   bool next();
-  /// Nothing is left.
+  /// No order is left.
   [[nodiscard]] bool complete() const { return path_.empty(); }
-  /// In this run `party` says of itself what it has come to.
+  /// Describes the state of `party` in this run.
   void describe(Party party, std::function<Meaning()> words) {
     described_.at(party) = std::move(words);
     changed_ |= std::uint64_t{1} << party;
   }
-  /// Called wherever there is a choice that was not made before.
+  /// Called at each new choice.
   std::function<void()> on_new_choice = [] {};
 
-  /// The run is in a state that was followed before.
+  /// The run has come to a state that was seen before.
   [[nodiscard]] bool known() const { return known_; }
   [[nodiscard]] std::size_t states() const { return states_.size(); }
   [[nodiscard]] std::size_t runs() const { return runs_; }
-  /// Repeats these choices, then takes the first of each.
+  /// Repeats these choices, then always takes the first one.
   void repeat(const std::vector<std::size_t>& choices);
   [[nodiscard]] std::vector<std::size_t> choices() const;
 
@@ -79,19 +79,19 @@ class Explorer final : public Order {
  private:
   static constexpr std::size_t most_parties = 64;
 
-  /// What tells a state from others.
+  /// What distinguishes a state from others.
   struct Marks {
-    /// What each party has come to.
+    /// The state of each party.
     std::array<Meaning, most_parties> parties{};
-    /// A sum, as the order of facts that have nothing to do with each other makes no difference.
+    /// What the checks remember. A sum, because the order of unrelated facts makes no difference.
     Meaning judged = 0;
-    /// Of what is on its way, by its number: what brought it about, or what it means.
+    /// The cause or the meaning of each event under way, by its number.
     std::unordered_map<std::uint64_t, Meaning> causes;
   };
   struct Choice {
     std::size_t taken = 0;
     std::size_t of = 1;
-    /// Which of those that wait they are, and what was known then; not if only repeated.
+    /// The waiting events to choose from, and the marks at that time; empty in a repeated run.
     std::vector<std::size_t> found{};
     Marks before{};
   };
@@ -100,7 +100,7 @@ class Explorer final : public Order {
   [[nodiscard]] Meaning cause_of(const Happening& one) const;
   [[nodiscard]] Meaning state(const std::vector<Happening>& waiting) const;
   void sort(std::vector<std::size_t>& found, const std::vector<Happening>& waiting) const;
-  /// One of several; nothing if the state was followed before.
+  /// Picks one of these events; nothing if the state was seen before.
   std::optional<std::size_t> pick(std::vector<std::size_t> found,
                                   const std::vector<Happening>& waiting);
 
@@ -118,7 +118,7 @@ class Explorer final : public Order {
   std::array<std::function<Meaning()>, most_parties> described_;
   /// The parties that have changed in this event.
   std::uint64_t changed_ = 0;
-  /// What happens now.
+  /// The cause of the current event.
   Meaning current_ = 0;
   std::uint64_t planned_ = 0;
 };

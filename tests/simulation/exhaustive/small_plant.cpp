@@ -8,10 +8,10 @@ namespace {
 
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-/// All that can be wrong for good shows within this, in virtual time.
+/// Virtual time within which every lasting violation shows.
 constexpr Time longest = 20s;
 
-/// After which a process that was killed starts again.
+/// Time until a killed process restarts.
 constexpr Time restart_after = 200ms;
 
 constexpr Party controller_party = 1;
@@ -24,7 +24,7 @@ constexpr std::uint64_t bit(Party party) {
   return std::uint64_t{1} << party;
 }
 
-/// Everybody has found everybody by then.
+/// Discovery is complete by then.
 constexpr Time settled = 800ms;
 
 Random chance(const SmallPlan& plan, std::uint64_t seed) {
@@ -82,7 +82,7 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   gateway_.plug(controller_, cable_);
 }
 
-/// Whom the mishap changes at once, beside those who say of themselves what they have come to.
+/// The parties that the mishap changes at once, in addition to those with a description.
 std::uint64_t SmallPlant::struck() const {
   const std::uint64_t described =
       bit(controller_party) | bit(gateway_inbox) | bit(first_party) | bit(second_party);
@@ -135,8 +135,8 @@ bool SmallPlant::done() const {
   return controller_.done() && struck_ && gateway_.running() && gateway_.open_calls() == 0;
 }
 
-/// A gateway knows too much to be put in words while it runs: what it has come to is what has
-/// happened to it since it started.
+/// A running gateway knows too much for a description: its state is all that has happened to it
+/// since its start.
 void SmallPlant::describe() {
   const auto hash = std::hash<std::string>{};
   explorer_.describe(controller_party, [this, hash] { return hash(controller_.place()); });
@@ -161,14 +161,14 @@ std::vector<std::string> SmallPlant::run() {
   second_.start();
   gateway_.start();
   describe();
-  // All are there when the program begins.
+  // Everything has started when the program begins.
   while (agenda_.now() < settled && agenda_.step()) {
   }
   explorer_.start();
   controller_.start_programs();
   struck_ = plan_.mishap == Mishap::none;
   if (!struck_) {
-    // Tried first wherever it can happen.
+    // Tried first wherever it is possible.
     agenda_.after(Time{}, {.means = Meaning{0}}, [this] { strike(); });
   }
   while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
@@ -179,8 +179,8 @@ std::vector<std::string> SmallPlant::run() {
       }
     }
   }
-  // What was on its way when a program that is reset asks anew may wipe what it asks: nobody can
-  // help that.
+  // The program was reset and has sent a new request; a write for the earlier one may wipe it,
+  // which no gateway can prevent.
   const bool wiped = plan_.mishap == Mishap::program_reset && controller_.channel(1).crossed;
   if (history_.violations().empty() && agenda_.now() >= longest && !wiped) {
     history_.violated("I5: the program still waits");

@@ -1,5 +1,4 @@
-// One channel, one gateway, two instances of a service, and one thing that goes wrong, at any
-// moment.
+// One channel, one gateway, two instances of a service, and one mishap at any moment.
 #pragma once
 
 #include <array>
@@ -22,7 +21,7 @@ enum class Mishap : std::uint8_t {
   instance_killed,
   instance_drained,
   link_cut,
-  /// Nothing comes through for a while, and nobody is told.
+  /// The link carries nothing for a while, and neither side notices.
   link_silent,
   program_reset,
 };
@@ -48,7 +47,7 @@ struct SmallPlan {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   cnc::simulator::ServiceRules rules{};
-  /// Whether a controller does what it has received on a connection that is gone.
+  /// Whether a controller executes what it has received on a connection that is gone.
   bool leftovers_dropped = false;
   std::size_t calls = 1;
   WriteHabits writes{};
@@ -59,10 +58,10 @@ class SmallPlant {
  public:
   SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace trace = {});
 
-  /// Until the program has come to its end and no call is open, or the explorer ends it; violations
-  /// then.
+  /// Runs until the program has finished and no call is open, or until the explorer ends it;
+  /// returns the violations.
   std::vector<std::string> run();
-  /// What can be seen of it: what a person would look at, not what tells states apart.
+  /// A description for people; it does not distinguish all states.
   [[nodiscard]] std::string sight() const;
 
  private:
@@ -81,7 +80,7 @@ class SmallPlant {
   Controller controller_;
   GatewayProcess gateway_;
   ServiceProcess first_;
-  /// Gets the call, so this is the one that is struck.
+  /// Gets the call, so the mishap hits this one.
   ServiceProcess second_;
   bool struck_ = false;
 };

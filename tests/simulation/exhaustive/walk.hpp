@@ -1,4 +1,4 @@
-// A walk through the orders of one small plant, and what it has found.
+// A walk through the orders of one small plant, and its result.
 //
 //   const Walk walk = walk_through({.mishap = Mishap::link_cut}, {.early_timers = 0});
 //   if (!walk.violations.empty()) { for (auto& line : retell(plan, bounds, walk)) … }
@@ -13,23 +13,23 @@
 namespace millrace::tests::simulation {
 
 struct Walk {
-  /// Of the first run that broke a promise; it was the last.
+  /// Violations in the first run that has any; the walk ends there.
   std::vector<std::string> violations;
-  /// Those of the last run.
+  /// The choices of the last run.
   std::vector<std::size_t> choices;
   std::size_t states = 0;
   std::size_t runs = 0;
-  /// There is no other order.
+  /// All orders were taken.
   bool complete = false;
 };
 
 Walk walk_through(const SmallPlan& plan, const Bounds& bounds);
 
-/// The last run of the walk, line by line.
+/// The trace of the walk's last run.
 std::vector<std::string> retell(const SmallPlan& plan, Bounds bounds, const Walk& walk);
 
-/// All that can be seen of the plant (SmallPlant::sight) wherever several things could happen next:
-/// by a walk, or by so many runs in orders drawn from a seed, which leave no state out.
+/// All sights (SmallPlant::sight) at points where several events are possible: of a walk, or of
+/// that many runs in random orders, which do not stop at known states.
 std::set<std::string> sights(const SmallPlan& plan, const Bounds& bounds);
 
 }  // namespace millrace::tests::simulation

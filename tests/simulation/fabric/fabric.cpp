@@ -74,7 +74,7 @@ void Fabric::leave(EndNumber end, bool told) {
     Side& side = is_instance ? pair->of_instance : pair->of_gateway;
     if (told && side.path && ends_[is_instance ? pair->gateway : pair->instance]->awake) {
       agenda_.touches(parties(*pair));
-      // Before the good-bye came its last samples.
+      // Its last samples arrive before the farewell.
       if (is_instance) {
         arrive_replies(pair);
       }
@@ -104,7 +104,7 @@ void Fabric::thawed(EndNumber end, Time after) {
   }
   for (const PairPointer& pair : pairs_of(end)) {
     if (after > weather.lease) {
-      // It has heard from nobody for longer than their leases.
+      // It has received nothing from the others for longer than their leases.
       Side& other = pair->instance == end ? pair->of_gateway : pair->of_instance;
       lose_known(pair, pair->gateway == end);
       other.heard = false;
@@ -157,7 +157,7 @@ void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function
 
 Time Fabric::delay(bool again) {
   if (again || random_.chance(weather.lost)) {
-    // The next heartbeat, and the sample once more.
+    // The time to the next heartbeat and the repeated sample.
     return random_.between(10ms, 100ms);
   }
   return random_.between(weather.delay_least, weather.delay_most);

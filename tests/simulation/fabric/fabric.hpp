@@ -1,13 +1,13 @@
-// The DDS side between gateways and instances, with what reliable, transient local, keep last 1
-// promises and nothing more:
+// The DDS side between gateways and instances, with only the guarantees of reliable, transient
+// local, keep last 1:
 //
-// - a writer keeps the newest sample of each key; a reader that is matched gets it, also late; what
-//   is overwritten before it is sent is never seen; the samples of one writer come in their order;
-// - a sample taken back is seen as such by who is matched and had it, not by who comes later; it
-//   may overtake the sample itself; so may the news that its writers are gone;
-// - each side finds and loses the other on its own, by hearing from it (discovery, lease); who
-//   loses a writer and finds it again gets its samples once more;
-// - a process that is killed leaves nothing; one that is frozen is lost by lease and loses others.
+// - A writer keeps the newest sample of each key, also for a reader that is matched late. A sample
+//   that is overwritten before it is sent is never seen. Samples of one writer keep their order.
+// - The disposal of a sample is seen by matched readers that had it, not by later ones. It may
+//   overtake the sample itself; so may the loss of its writers.
+// - Each side finds and loses the other separately (discovery, lease). A reader that loses a writer
+//   and finds it again gets its samples once more.
+// - A killed process leaves nothing; a frozen one is lost by its lease and loses others.
 #pragma once
 
 #include <map>
@@ -35,7 +35,7 @@ class GatewayListener {
   virtual void on_instance_gone(const fabric::InstanceId& instance) = 0;
   virtual void on_load(const fabric::InstanceLoad& load) = 0;
   virtual void on_reply(const fabric::Reply& reply) = 0;
-  /// A reply in the name of an instance that has not written it.
+  /// A reply in the name of an instance, from a writer that is not the instance's.
   virtual void on_stranger(const fabric::Reply& reply) = 0;
 };
 
@@ -49,10 +49,10 @@ class InstanceListener {
 };
 
 struct FabricWeather {
-  /// A sample's way.
+  /// The delay of a sample.
   Time delay_least = 50us;
   Time delay_most = 2ms;
-  /// So many in a hundred are lost and sent again after a heartbeat.
+  /// This percentage is lost and sent again after a heartbeat.
   unsigned lost = 0;
   Time lease = 500ms;
   Time discovery_least = 1ms;
@@ -69,36 +69,36 @@ class Fabric {
   EndNumber join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch);
   EndNumber join(Process& process, InstanceListener& listener,
                  const fabric::InstanceIdentity& identity);
-  /// `told`: it says good-bye; otherwise the others find out by its lease.
+  /// `told`: it sends a farewell; otherwise the others lose it by its lease.
   void leave(EndNumber end, bool told);
-  /// Its process was frozen, or goes on after so long.
+  /// Its process was frozen, or continues after this time.
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
 
-  /// False if the partition of its instance is not open yet.
+  /// False if the partition of the instance is not open yet.
   bool publish(EndNumber gateway, const fabric::Request& request);
   void withdraw(EndNumber gateway, const fabric::RequestKey& key);
-  /// What an instance does, for whoever hears it now; a heartbeat that is lost is lost.
+  /// Publishes the instance's load to the ends that hear it now; a lost heartbeat is not repeated.
   void heartbeat(EndNumber instance, const fabric::InstanceLoad& load);
   void publish(EndNumber instance, const fabric::Reply& reply);
   void change_identity(EndNumber instance, const fabric::InstanceIdentity& identity);
 
-  /// Whether anything comes through from one end to the other.
+  /// Opens or closes the path from one end to the other.
   void set_path(EndNumber from, EndNumber to, bool open);
   void open_all_paths();
-  /// Between gateways.
+  /// The topics between gateways.
   [[nodiscard]] GatewayTalk& talk() { return talk_; }
   [[nodiscard]] const GatewayTalk& talk() const { return talk_; }
-  /// The ends that are there.
+  /// The ends that exist.
   [[nodiscard]] std::vector<EndNumber> ends() const;
-  /// What has come to this end and what it knows of the others. For who tries all orders.
+  /// What has arrived at this end and what it knows of the others; for a walk through all orders.
   [[nodiscard]] std::string place_of(EndNumber end) const;
 
  private:
   template <typename Value>
   struct Sample {
     std::uint64_t number = 0;
-    /// None: taken back.
+    /// None: disposed.
     std::optional<Value> value;
   };
   template <typename SampleKey, typename Value>
@@ -106,11 +106,11 @@ class Fabric {
     std::uint64_t last = 0;
     std::map<SampleKey, Sample<Value>> samples;
   };
-  /// Which request, and in whose name it is answered.
+  /// The request that is answered, and the instance in whose name.
   using ReplyKey = std::pair<fabric::RequestKey, fabric::InstanceId>;
   /// As fabric::wire::InstanceState.
   enum class InstanceState : std::uint8_t { alive, disposed, no_writers };
-  /// What a reader has and its process has not taken.
+  /// A sample in a reader that its process has not taken yet.
   struct Cached {
     fabric::Request value;
     InstanceState instance_state = InstanceState::alive;
@@ -122,30 +122,30 @@ class Fabric {
     bool awake = true;
     GatewayListener* gateway = nullptr;
     InstanceListener* instance = nullptr;
-    // A gateway's.
+    // Of a gateway.
     fabric::registry::InstanceRegistry registry;
-    /// All that the registry was told and has told.
+    /// Everything that went into the registry and came out of it.
     Meaning registry_knows = 0;
-    /// The partitions of instances.
+    /// Requests, by the partition of the instance.
     std::map<fabric::InstanceId, Writer<fabric::RequestKey, fabric::Request>> requests;
-    /// With the end that has written it.
+    /// Replies, by the end that has written them.
     std::map<std::pair<ReplyKey, EndNumber>, fabric::Reply> replies_in;
     bool discovery_due = false;
-    // An instance's.
+    // Of an instance.
     fabric::InstanceIdentity identity;
     Writer<ReplyKey, fabric::Reply> replies;
     std::map<fabric::RequestKey, Cached> requests_in;
-    /// Gateways that have a request here.
+    /// The gateways that have written a request here.
     std::map<fabric::RequestKey, std::set<EndNumber>> requested_by;
     bool drain_due = false;
   };
   /// One end as the other knows it.
   struct Side {
     bool path = true;
-    /// The other hears this one.
+    /// The other end hears this one.
     bool heard = false;
-    /// What the gateway knows of the instance: its request reader, its reply writer; the instance
-    /// knows both or none.
+    /// Whether the gateway has found the request reader and the reply writer of the instance; the
+    /// instance finds both of a gateway or neither.
     bool reader = false;
     bool writer = false;
     std::uint64_t epoch = 0;
@@ -153,7 +153,7 @@ class Fabric {
   struct Pair {
     EndNumber gateway = 0;
     EndNumber instance = 0;
-    /// What the gateway has of the instance, and the instance of the gateway.
+    /// What the gateway knows of the instance, and the instance of the gateway.
     Side of_instance;
     Side of_gateway;
     /// Numbers of the newest samples that arrived.
@@ -166,7 +166,7 @@ class Fabric {
   using PairPointer = std::shared_ptr<Pair>;
 
   EndNumber add(Process& process);
-  /// Of an instance's end.
+  /// Endpoints of an instance.
   static fabric::registry::EndpointHandle reader_of(EndNumber end) { return 2 * end + 1; }
   static fabric::registry::EndpointHandle writer_of(EndNumber end) { return 2 * end + 2; }
   void pair_up(EndNumber gateway, EndNumber instance);
@@ -188,17 +188,17 @@ class Fabric {
   [[nodiscard]] std::string place_of_gateway(const End& end, EndNumber number) const;
   [[nodiscard]] std::string place_of_instance(const End& end, EndNumber number) const;
   [[nodiscard]] Time delay(bool again);
-  /// What changes when something comes to this end.
+  /// The parties that change when something arrives at this end.
   [[nodiscard]] static std::uint64_t hearing(const End& end) {
     return end.gateway != nullptr ? end.process->inbox() : end.process->parties();
   }
   [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
   void within(const PairPointer& pair, Time delay, std::function<void()> act);
-  /// For who tries all orders: the newest sample of an end. It has one channel then, and the text
-  /// follows from the call.
+  /// For a walk through all orders: the newest sample of an end. It then has one channel, and the
+  /// text follows from the call.
   void lay_out(const End& end, const fabric::CallId& call, std::uint32_t what,
                const fabric::InstanceId& instance, std::uint64_t number);
-  /// What one end has laid out arrives at the other.
+  /// The published samples of one end arrive at the other.
   void fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act);
   [[nodiscard]] std::vector<PairPointer> pairs_of(EndNumber end) const;
 

@@ -1,4 +1,4 @@
-// Who finds and loses whom.
+// Discovery and loss of ends.
 #include <algorithm>
 #include <utility>
 
@@ -42,7 +42,7 @@ void Fabric::find(const PairPointer& pair, bool of_instance) {
     send_replies(pair);
     return;
   }
-  // Its two endpoints show in any order.
+  // Its two endpoints are discovered in any order.
   const bool reader_first = random_.chance(50);
   discover(pair, reader_first);
   agenda_.after(random_.between(Time{}, 2ms), {.parties = parties(*pair), .timer = true},

@@ -1,4 +1,4 @@
-// What the ends of the fabric have come to, in words.
+// The state of the fabric's ends as text.
 #include <fmt/ranges.h>
 
 #include "tests/simulation/fabric/fabric.hpp"

@@ -1,4 +1,4 @@
-// The ways of requests and replies.
+// The delivery of requests and replies.
 #include <algorithm>
 #include <utility>
 
@@ -26,7 +26,7 @@ void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {
   if (writer == end.requests.end()) {
     return;
   }
-  // Also of what an earlier run of this gateway has left there.
+  // Also samples that an earlier run of this gateway has left there.
   auto& sample = writer->second.samples[key];
   if (sample.number != 0 && !sample.value) {
     return;
@@ -124,7 +124,8 @@ void Fabric::arrive_requests(const PairPointer& pair) {
   }
 }
 
-/// What a gateway has asked has no writer any more, unless another one with its journal asks too.
+/// A gateway's requests have no writer any more, unless another gateway with its journal publishes
+/// them too.
 void Fabric::orphan(EndNumber number, EndNumber gateway) {
   End& instance = *ends_[number];
   bool news = false;
@@ -160,7 +161,8 @@ void Fabric::take_requests(EndNumber number) {
   end.drain_due = false;
   for (const auto& [key, cached] : std::exchange(end.requests_in, {})) {
     switch (cached.instance_state) {
-      // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
+      // The request may be here too, not taken yet: a disposal, or the loss of its writer,
+      // overtakes it.
       case InstanceState::disposed:
         end.instance->on_withdrawn(key);
         break;
@@ -208,7 +210,7 @@ void Fabric::take_replies(EndNumber number) {
     agenda_.touches(end.process->parties());
   }
   for (const auto& [key, reply] : std::exchange(end.replies_in, {})) {
-    // As fabric::endpoints::CallEndpoint judges it.
+    // The same decision as in fabric::endpoints::CallEndpoint.
     if (end.registry.speaks_for(writer_of(key.second), reply.instance)) {
       end.gateway->on_reply(reply);
     } else {

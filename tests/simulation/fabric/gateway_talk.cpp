@@ -26,7 +26,7 @@ void GatewayTalk::leave(EndNumber end, bool told) {
   ends_.at(end).there = false;
   for (const WayPointer& way : ways_) {
     if (way->from == end && told && way->heard && ends_.at(way->to).awake) {
-      // Before the good-bye came its last words.
+      // Its last samples arrive before the farewell.
       arrive(way);
       ++way->epoch;
       way->heard = false;
@@ -50,7 +50,7 @@ void GatewayTalk::thawed(EndNumber end, Time after) {
   ends_.at(end).awake = true;
   for (const WayPointer& way : ways_) {
     if (way->to == end && after > weather_.lease) {
-      // It has heard from nobody for longer than their leases.
+      // It has received nothing from the others for longer than their leases.
       lose(way);
       way->heard = false;
       ++way->epoch;
@@ -229,7 +229,8 @@ void GatewayTalk::wake(EndNumber number) {
 
 void GatewayTalk::take(End& end) {
   end.due = false;
-  // What they did last comes first: the end of a gateway is judged by it.
+  // Samples are delivered before the loss of their writer: a gateway's loss is judged by its last
+  // ones.
   for (const auto& [key, status] : std::exchange(end.channels_in, {})) {
     end.listener->on_channel(status);
   }

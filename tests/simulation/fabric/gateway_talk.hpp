@@ -1,6 +1,6 @@
-// What gateways tell each other: the topics of machines and of channels, as
-// fabric::endpoints::GatewayMonitor hears them. Reliable, transient local, keep last 1, by the same
-// rules as in fabric.hpp.
+// What gateways publish to each other: the topics of machines and channels, as
+// fabric::endpoints::GatewayMonitor receives them. Reliable, transient local, keep last 1, by the
+// same rules as in fabric.hpp.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@
 namespace millrace::tests::simulation {
 
 struct FabricWeather;
-/// Numbers of the ends in the fabric; each life of a process has its own.
+/// Numbers of the ends in the fabric; each run of a process has its own.
 using EndNumber = std::size_t;
 
 /// fabric::endpoints::GatewayMonitorListener.
@@ -46,17 +46,17 @@ class GatewayTalk {
   void publish(EndNumber end, const fabric::ChannelStatus& status);
   void let_go(EndNumber end, const std::string& machine);
   void let_go(EndNumber end, const Key& key);
-  /// From now on this end hears of channels too, as they are and as they change.
+  /// From now on this end receives channels too: their present state and each change.
   void subscribe_channels(EndNumber end);
 
-  /// Whether all that `from` says has come to `to`, and nothing keeps the next word from it.
+  /// Whether all that `from` has published has arrived at `to`, and nothing blocks the next sample.
   [[nodiscard]] bool hears(EndNumber to, EndNumber from) const;
 
  private:
   template <typename Value>
   struct Sample {
     std::uint64_t number = 0;
-    /// None: taken back.
+    /// None: disposed.
     std::optional<Value> value;
   };
   struct End {
@@ -66,14 +66,14 @@ class GatewayTalk {
     bool there = true;
     bool awake = true;
     bool watches_channels = false;
-    // What it says.
+    // The number of its last sample.
     std::uint64_t last = 0;
     std::map<std::string, Sample<fabric::MachineStatus>> machines;
     std::map<Key, Sample<fabric::ChannelStatus>> channels;
-    // What it was told and has not taken; no value: that gateway is gone.
+    // Samples that have arrived and are not taken yet; no value: the gateway is gone.
     std::map<std::pair<std::string, EndNumber>, std::optional<fabric::MachineStatus>> machines_in;
     std::map<Key, fabric::ChannelStatus> channels_in;
-    /// The gateways of the ends it ever heard of, by machine.
+    /// The gateway of each end it has ever heard, by machine.
     std::map<std::pair<std::string, EndNumber>, fabric::InstanceId> known;
     bool due = false;
   };

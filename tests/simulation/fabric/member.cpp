@@ -4,7 +4,7 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-/// Any moment will do.
+/// An arbitrary time.
 constexpr fabric::Time epoch{std::chrono::hours(24 * 365 * 55)};
 
 }  // namespace

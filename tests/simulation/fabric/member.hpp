@@ -1,4 +1,4 @@
-// A program of the plant with an end on the fabric: what gateways and services have in common.
+// A process with an end on the fabric: the common part of gateways and services.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,10 @@ class Member {
   Member(const Member&) = delete;
   Member& operator=(const Member&) = delete;
 
-  /// As by SIGSTOP, and by SIGCONT.
+  /// Like SIGSTOP and SIGCONT.
   void freeze();
   void thaw();
-  /// Somebody sets the clock of its host.
+  /// The clock of its host is set.
   void step_clock(Time by) { clock_error_ += by; }
 
   [[nodiscard]] bool running() const { return process_.running(); }
@@ -36,11 +36,11 @@ class Member {
   [[nodiscard]] Fabric& fabric() { return fabric_; }
   [[nodiscard]] const Fabric& fabric() const { return fabric_; }
   [[nodiscard]] Time now() const { return process_.agenda().now(); }
-  /// What its wall clock shows.
+  /// The time of its wall clock.
   [[nodiscard]] fabric::Time wall() const;
   void note(const std::string& what) { history_.note(name_, what); }
   void joined(EndNumber end) { end_ = end; }
-  /// `told`: it says good-bye to the others.
+  /// `told`: it sends a farewell to the others.
   void leave(bool told) { fabric_.leave(*std::exchange(end_, {}), told); }
 
  private:

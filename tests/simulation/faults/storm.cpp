@@ -53,7 +53,7 @@ Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
   }
   pause_ = random_.between(20ms, 400ms);
   if (random_.chance(20)) {
-    // One or two kinds alone, often.
+    // Only one or two kinds, but often.
     kinds_ = {random_.pick(all()), random_.pick(all())};
     pause_ = random_.between(2ms, 60ms);
   }
@@ -125,7 +125,7 @@ Controller& Storm::some_controller() {
   return picked;
 }
 
-/// Its calls, and what may be given to it.
+/// One with calls, or one that may get them.
 ServiceProcess& Storm::some_service() {
   ServiceProcess& picked = *random_.pick(plant_.services());
   befalls([&](const auto&, const fabric::ChannelStatus& status) {

@@ -1,5 +1,5 @@
-// What goes wrong, drawn from the seed: each simulation has some kinds of faults and not others, so
-// that rare ones are not drowned by frequent ones.
+// Faults, drawn from the seed. Each simulation has some kinds of faults only, so that frequent
+// kinds do not hide rare ones.
 #pragma once
 
 #include <array>
@@ -20,19 +20,19 @@ class Storm {
  public:
   Storm(Plant& plant, Random random);
 
-  /// Faults from now on, for so long.
+  /// Faults happen from now on, for this duration.
   void begin(Time duration);
-  /// All is mended, as far as it is not by itself.
+  /// Repairs everything that does not recover by itself.
   void end();
   [[nodiscard]] bool over() const { return over_; }
-  /// Of all kinds of faults.
+  /// The names of all kinds of faults.
   static std::vector<std::string> names();
-  /// How often each kind befell a channel that had come so far, as its gateways say: "cut-link",
+  /// How often each kind hit a channel in each state, as its gateways report it: "cut-link",
   /// "running".
   using Reach = std::map<std::pair<std::string_view, std::string_view>, std::uint64_t>;
-  /// The states of a channel; of answering also what is on its way or written: its first variable,
-  /// REQUEST_STATE = 0, what releases the program. Beside these: a call that runs at most once, and
-  /// one of a message queue.
+  /// The states of a channel. Answering is divided by the write that is under way or done: the
+  /// first variable, REQUEST_STATE = 0, the completion signal. In addition: an at-most-once call,
+  /// and a call of a message queue.
   static constexpr std::array steps{
       std::string_view("link down"), std::string_view("idle"),    std::string_view("unserved"),
       std::string_view("waiting"),   std::string_view("running"), std::string_view("interim"),
@@ -48,7 +48,7 @@ class Storm {
   };
   static const std::vector<Fault>& all();
   void strike();
-  /// The fault that has come about befalls these.
+  /// Counts the fault that has just happened for these channels.
   using Befallen = std::function<bool(const GatewayProcess&, const fabric::ChannelStatus&)>;
   void befalls(const Befallen& befallen);
   void befalls_all();
@@ -57,7 +57,7 @@ class Storm {
   ServiceProcess& some_service();
   void soon(Time delay, std::function<void()> act);
   static constexpr Time longest_fault = std::chrono::milliseconds(3000);
-  /// Undone at the end at the latest.
+  /// Calls `undo` after a while, at the latest at the end of all faults.
   void for_a_while(std::function<void()> undo);
 
   // faults/storm_machines.cpp

@@ -4,7 +4,7 @@
 namespace millrace::tests::simulation {
 
 void Storm::cut_path() {
-  // One way, or both.
+  // In one direction, or in both.
   const auto ends = plant_.fabric().ends();
   if (ends.size() < 2) {
     return;
@@ -28,7 +28,7 @@ void Storm::cut_path() {
 }
 
 void Storm::cut_off() {
-  // One end from all others.
+  // One end is cut off from all others.
   const auto ends = plant_.fabric().ends();
   if (ends.empty()) {
     return;
@@ -50,7 +50,7 @@ void Storm::cut_off() {
 }
 
 void Storm::part_gateways() {
-  // Each goes on with its controllers and services and takes the other for gone.
+  // Each continues with its controllers and services and regards the other as gone.
   const auto& gateways = plant_.gateways();
   if (gateways.size() < 2) {
     return;

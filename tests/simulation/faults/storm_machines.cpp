@@ -1,4 +1,4 @@
-// Faults of controllers and of the way to them.
+// Faults of controllers and of the links to them.
 #include "tests/simulation/faults/storm.hpp"
 
 namespace millrace::tests::simulation {

@@ -59,7 +59,7 @@ void Storm::reload_gateway() {
     if (random_.chance(30)) {
       machine.intervals.idle = std::chrono::milliseconds(10 + random_.below(80));
     }
-    // From a source of its own: what else a seed means stays what it was.
+    // A separate random source, so that the rest of a seed keeps its meaning.
     if (Random chance(~random_.state()); chance.chance(30)) {
       std::erase_if(machine.queues, [&](auto&) { return chance.chance(60); });
     } else if (chance.chance(20)) {
@@ -69,7 +69,7 @@ void Storm::reload_gateway() {
       }
     }
     if (random_.chance(20)) {
-      // Another address of the same controller.
+      // A different address of the same controller.
       ++machine.tcp_port;
     }
   }

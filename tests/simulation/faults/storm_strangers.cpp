@@ -1,4 +1,4 @@
-// What is said of calls by those who were not asked.
+// Samples about calls from processes that were not asked.
 #include <algorithm>
 
 #include "tests/simulation/faults/storm.hpp"
@@ -26,7 +26,7 @@ void Storm::stranger_speaks() {
 }
 
 void Storm::speak_for_another() {
-  // Its writer is that of an instance all the same.
+  // The writer belongs to the instance nevertheless.
   const auto status = some_call();
   const ServiceProcess& service = *random_.pick(plant_.services());
   if (!status || !service.running() || service.frozen() || service.instance() == status->instance) {

@@ -14,7 +14,7 @@ namespace {
 
 /// cnc/ads/client.hpp
 constexpr Time timeout = 2000ms;
-/// Nothing of an old connection is executed later than this after its end; a new one takes longer.
+/// Nothing of an old connection is executed later than this after its end; connecting takes longer.
 constexpr Time leftovers = 60ms;
 
 }  // namespace
@@ -44,7 +44,7 @@ void AdsLink::abandon() {
   leave_to_controller();
 }
 
-/// What is sent already may still be done, or not.
+/// What is already sent may still be executed, or not.
 void AdsLink::leave_to_controller() {
   Time at = process_.agenda().now();
   for (const RequestPointer& request : std::exchange(queued_, {})) {
@@ -78,7 +78,7 @@ void AdsLink::connect() {
   const std::uint64_t connection = ++connection_;
   const bool refused = !controller_.powered() && !cable_.silent && cable_.plugged;
   const Time until = refused ? 1ms : (cable_.plugged && !cable_.silent ? 4 * delay() : 3000ms);
-  // Connect, the first ReadState, and the survey of the channels.
+  // Connecting, the first ReadState, and the survey of the channels.
   process_.after_reading(controller_.parties(), until, [self = shared_from_this(), connection] {
     if (self->connection_ != connection) {
       return;

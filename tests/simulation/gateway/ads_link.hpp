@@ -1,9 +1,9 @@
-// The way from a gateway to a controller, as gateway/machine_link and cnc/ads behave: one
-// connection that comes back by itself, requests in their order, everything pending fails when it
-// ends.
+// The link from a gateway to a controller, which behaves like gateway/machine_link and cnc/ads: one
+// connection, which is restored automatically; requests keep their order; at its end everything
+// pending fails.
 //
-// What a controller has received on a connection that is gone it executes before it answers on a
-// new one of the same host, or never; how a real one behaves is not documented.
+// A controller executes what it has received on a connection that is gone before it answers on a
+// new one of the same host, or never; the behaviour of real controllers is not documented.
 #pragma once
 
 #include <map>
@@ -19,28 +19,28 @@
 
 namespace millrace::tests::simulation {
 
-/// How a controller keeps its word to tell of changes. In a hundred questions or tellings.
+/// How reliable a controller's notifications are. Numbers are percentages.
 struct NotificationHabits {
   bool refuses = false;
-  /// Grants it and tells nothing, or nothing but the first values.
+  /// Grants the subscription and notifies nothing, or only the first values.
   bool silent = false;
   bool first_only = false;
   unsigned lost = 0;
-  /// Says that the handle is not valid any more.
+  /// Reports that the handle is not valid any more.
   unsigned dropped = 0;
-  /// After the sample.
+  /// Delay after the sample.
   Time late{};
-  /// Of its task: what changes and changes back in between is not told.
+  /// Cycle of its task: a change that is undone within a cycle is not notified.
   Time cycle = 1ms;
 };
 
-/// How long after its acknowledgement a controller applies a write: always as long for the same
-/// variable, so that writes of one variable keep their order and those of two may not.
+/// How long after its acknowledgement a controller applies a write. The delay of each variable is
+/// constant: writes of one variable keep their order, writes of two may not.
 struct WriteHabits {
   Time response{};
   Time request_state{};
   Time response_state{};
-  /// In a hundred: acknowledged, and never done.
+  /// Percentage that is acknowledged and never applied.
   unsigned lost = 0;
   [[nodiscard]] Time delay_of(gateway::Variable variable) const {
     switch (variable) {
@@ -56,32 +56,32 @@ struct WriteHabits {
   }
 };
 
-/// What lies between them; outlives both.
+/// The network between gateway and controller; outlives both.
 struct Cable {
   NotificationHabits notifications{};
   WriteHabits writes{};
   bool plugged = true;
-  /// Nothing comes through, and nobody is told.
+  /// It carries nothing, and neither side notices.
   bool silent = false;
-  /// One way.
+  /// In one direction.
   Time delay_least = 100us;
   Time delay_most = 2ms;
-  /// Until then what was asked while the link was slow may still be under way, and what was asked
-  /// since waits for it.
+  /// Until then, requests from the time when the link was slow may still be under way; later
+  /// requests wait for them.
   Time late_until{};
-  /// In a hundred requests: refused by the controller, or lost by it.
+  /// Percentages of requests that the controller refuses or loses.
   unsigned refused = 0;
   unsigned lost = 0;
 };
 
-/// A write, and what it is about.
+/// A write and its context.
 struct AdsWrite {
   gateway::Variable variable{};
   gateway::Value value;
   fabric::CallId call;
   gateway::PendingRequest request;
   std::optional<gateway::Answer> answer;
-  /// When the read began after which the gateway asked for it.
+  /// The beginning of the read that the gateway's decision is based on.
   Time read{};
 };
 
@@ -89,7 +89,7 @@ struct AdsWrite {
 class LinkObserver {
  public:
   virtual ~LinkObserver() = default;
-  /// The next on_read() tells what was read from `first` until now.
+  /// The next on_read() has what was read from `first` until now.
   virtual void on_looked(Time first) = 0;
   virtual AdsWrite describe(const Key& key, gateway::Variable variable,
                             const gateway::Value& value) = 0;
@@ -97,23 +97,23 @@ class LinkObserver {
 
 class AdsLink : public std::enable_shared_from_this<AdsLink> {
  public:
-  /// Without `channels` all that the controller has.
+  /// Without `channels`, all channels of the controller.
   AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
           std::vector<std::uint16_t> channels, gateway::machines::ControllerEvents& events,
           LinkObserver& observer, History& history, Random random);
 
   void start();
-  /// The gateway is gone: no event comes any more.
+  /// The gateway is gone: it gets no further events.
   void abandon();
   [[nodiscard]] bool abandoned() const { return abandoned_; }
   void read(std::uint16_t channel, gateway::ReadSet set);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
-  /// What else is asked of the controller than its Service Interfaces.
+  /// A request to the controller that is not about Service Interfaces.
   struct Work {
-    /// At the controller, whole.
+    /// Runs at the controller, as a whole.
     std::function<void()> carry_out;
-    /// At the gateway, never from within ask(), and never if the link is taken away. `failure` is
-    /// empty if it is carried out.
+    /// Runs at the gateway, never from within ask(), and never if the link is destroyed before.
+    /// `failure` is empty if the request was carried out.
     std::function<void(const std::string& failure)> told;
   };
   void ask(Work work);
@@ -149,9 +149,9 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void stop_telling();
   [[nodiscard]] bool still(std::uint64_t connection) const;
   [[nodiscard]] Time delay();
-  /// All that a request comes to at the controller, and its answer at the gateway.
+  /// All consequences of a request at the controller, and its response at the gateway.
   [[nodiscard]] std::optional<Meaning> meaning(const Request& request, const char* step) const;
-  /// `act` runs in the gateway only if this link still lives.
+  /// `act` runs in the gateway only if this link still exists.
   void later(Time delay, void (AdsLink::*act)(const RequestPointer&),
              const RequestPointer& request);
 
@@ -172,19 +172,19 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   std::uint64_t controller_life_ = 0;
   Time last_execution_{};
   unsigned silent_timeouts_ = 0;
-  /// The gateway waits for these, and the controller has not done those.
+  /// Requests that the gateway waits for, and those that the controller has not executed.
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;
-  /// What the controller has told of the channels that it was asked to watch.
+  /// What the controller has notified of the channels that it was asked to watch.
   struct Telling {
     std::map<gateway::Variable, std::uint32_t> last;
     bool sampling = false;
   };
   std::map<std::uint16_t, Telling> tellings_;
-  /// Counts what was asked of a channel, so that an answer knows its question.
+  /// Counts the requests about each channel, to match responses with them.
   std::map<std::uint16_t, std::uint64_t> questions_;
   Time last_telling_{};
-  /// When the last read of a channel began that was answered.
+  /// When the last answered read of each channel began.
   std::map<std::uint16_t, Time> reads_;
 };
 

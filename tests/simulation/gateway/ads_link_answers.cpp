@@ -1,4 +1,4 @@
-// What a controller does with a request, and how the gateway hears of it.
+// What a controller does with a request, and how the gateway gets the response.
 #include <algorithm>
 #include <utility>
 
@@ -91,8 +91,8 @@ void AdsLink::execute(const RequestPointer& request) {
     return;
   }
   request->executed = true;
-  // From a source of its own: what else a seed means stays what it was. Where a kernel clears
-  // REQUEST_STATE late after an interim state, nobody can tell that a release was lost.
+  // A separate random source, so that the rest of a seed keeps its meaning. Where a kernel clears
+  // REQUEST_STATE late after an interim state, no gateway can detect that a release was lost.
   if (cable_.writes.lost > 0 && !controller_.kernel_clears() &&
       Random(~random_.state()).chance(cable_.writes.lost)) {
     history_.note(Key{controller_.name(), request->channel}.to_string(), "a write is lost");
@@ -107,7 +107,7 @@ void AdsLink::execute(const RequestPointer& request) {
   if (late == Time{}) {
     apply(request);
   } else {
-    // Acknowledged first; the controller does it whatever becomes of the connection.
+    // Acknowledged first; the controller applies it whatever happens to the connection.
     process_.agenda().after(
         late, {.parties = controller_.parties(), .means = meaning(*request, "apply")},
         [self = shared_from_this(), request] {
@@ -157,7 +157,7 @@ void AdsLink::sample(const RequestPointer& request, std::size_t next) {
     answer(request, delay());
     return;
   }
-  // One after the other, so a program may write in between.
+  // Variable by variable, so a program may write in between.
   process_.agenda().after(
       random_.between(Time{}, 500us),
       {.parties = controller_.parties(), .means = meaning(*request, "sample")},

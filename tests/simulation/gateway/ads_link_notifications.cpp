@@ -1,5 +1,5 @@
-// How a controller tells of changes: it samples in the cycle of its task, and what it has to tell
-// keeps its order. It may refuse, forget, be late, and say nothing.
+// How a controller notifies changes: it samples in the cycle of its task, and notifications keep
+// their order. It may refuse or forget a subscription, be late, and send nothing.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -13,7 +13,7 @@ using gateway::Variable;
 namespace {
 
 constexpr std::array told_states{Variable::request_state, Variable::response_state};
-/// Of a question that is lost: cnc/ads/client.hpp.
+/// For a lost request: cnc/ads/client.hpp.
 constexpr Time question_timeout = 2000ms;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What a gateway asks of a controller, on its way there and back; ads_link*.cpp alone know it.
+// A request of a gateway to a controller, on its way there and back; only for ads_link*.cpp.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ struct AdsLink::Request {
   std::vector<gateway::Variable> variables;
   Time first{};
   bool refused = false;
-  /// The controller will never do it.
+  /// The controller will never execute it.
   bool dropped = false;
   bool executed = false;
-  /// The gateway knows how it ended.
+  /// The gateway knows the result.
   bool settled = false;
   std::uint64_t connection = 0;
   std::uint64_t controller_life = 0;

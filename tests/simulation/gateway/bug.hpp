@@ -1,5 +1,5 @@
-// Mistakes that can be made on purpose, to prove that the simulation finds them. They sit in
-// what the simulation has around the decisions of gateways and services; production code has none.
+// Deliberate mistakes, to prove that the simulation finds them. They are in the simulated
+// surroundings of gateways and services; production code has none.
 #pragma once
 
 #include <array>

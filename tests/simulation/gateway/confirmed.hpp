@@ -1,5 +1,5 @@
 // What the journal of a gateway has confirmed, and what may not leave the gateway before that
-// (gateway/journal_entry.hpp): a step that a power cut can make undone runs a call twice.
+// (gateway/journal_entry.hpp): a power cut that undoes such a step makes a call run twice.
 #pragma once
 
 #include <deque>
@@ -17,11 +17,11 @@ namespace millrace::tests::simulation {
 
 class Confirmed {
  public:
-  /// The gateway starts with what its journal holds.
+  /// The gateway starts with the content of its journal.
   void on_start(const std::vector<gateway::CallRecord>& calls,
                 const gateway::NumbersEntry& numbers);
   void on_append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
-  /// With this one all that was appended before.
+  /// Confirms this entry and all that were appended before it.
   void on_recorded(const gateway::Ticket& ticket);
 
   [[nodiscard]] bool number(const fabric::CallId& call) const;
@@ -33,7 +33,7 @@ class Confirmed {
   [[nodiscard]] bool clearing(const fabric::CallId& call) const {
     return clearings_.contains(call);
   }
-  /// What has been read of this element of a queue.
+  /// Whether a message read from this element of a queue is confirmed.
   [[nodiscard]] bool message(const Key& queue, std::uint32_t element) const;
 
  private:

@@ -28,7 +28,7 @@ bool Disk::cut_power() {
   const std::size_t kept = file.forced + random_.below(file.bytes.size() - file.forced);
   file.bytes.resize(kept);
   if (kept > file.forced && random_.chance(30)) {
-    // A block that the disk had only announced.
+    // A block that was allocated but not written.
     std::fill(file.bytes.begin() +
                   static_cast<std::ptrdiff_t>(file.forced + random_.below(kept - file.forced)),
               file.bytes.end(), '\0');
@@ -92,7 +92,7 @@ void Disk::start_new_file(std::vector<gateway::JournalEntry> entries) {
 }
 
 void Disk::start_replace() {
-  // What comes while it is forced may or may not be covered.
+  // Bytes that arrive during a force may or may not be covered.
   process_.after(a_while(), [this, upto = new_file_->bytes.size()] {
     if (const std::string failure = force(*new_file_, upto); !failure.empty()) {
       writer->on_replaced(failure);

@@ -1,5 +1,5 @@
-// The disk of a gateway: what a crash of the process leaves, what a power cut leaves, and when it
-// is full.
+// The disk of a gateway: it defines what remains after a crash of the process and after a power
+// cut, and it can be full.
 #pragma once
 
 #include <functional>
@@ -18,12 +18,12 @@ class Disk final : public gateway::journal::JournalFile {
  public:
   Disk(Process& process, Random random, Bug bug) : process_(process), random_(random), bug_(bug) {}
 
-  /// What a new process finds.
+  /// The file that a new process finds.
   [[nodiscard]] const std::string& file() const { return named_->bytes; }
-  /// What was not forced is lost, all or some of it, and its end is torn. A name that was not
-  /// forced may lead to the file it led to before. True if something is lost.
+  /// Loses some or all of what was not forced, and tears the file's end. A name that was not forced
+  /// may lead to the previous file. True if something is lost.
   bool cut_power();
-  /// The folder is emptied.
+  /// Empties the folder.
   void wipe();
 
   bool full = false;
@@ -31,7 +31,7 @@ class Disk final : public gateway::journal::JournalFile {
   Time slow_least = 100us;
   Time slow_most = 5ms;
 
-  /// Where the journal's answers go in this life of the process.
+  /// Gets the results for the journal in this run of the process.
   gateway::journal::JournalWriter* writer = nullptr;
   std::function<void(const gateway::Ticket&)> on_recorded;
   std::function<void(const std::string&)> on_write_error;
@@ -48,7 +48,7 @@ class Disk final : public gateway::journal::JournalFile {
  private:
   struct File {
     std::string bytes{};
-    /// So much of it survives a power cut.
+    /// This many bytes survive a power cut.
     std::size_t forced = 0;
   };
   using Opened = std::shared_ptr<File>;
@@ -61,10 +61,10 @@ class Disk final : public gateway::journal::JournalFile {
   Process& process_;
   Random random_;
   Bug bug_;
-  /// Where the name of the journal leads, and where it may lead after a power cut, if elsewhere.
+  /// The file with the journal's name, and the one with that name after a power cut, if different.
   Opened named_ = std::make_shared<File>();
   Opened before_;
-  /// What this life of the process has opened.
+  /// The file that this run of the process has opened.
   Opened file_;
   Opened new_file_;
 };

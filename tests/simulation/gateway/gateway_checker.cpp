@@ -13,7 +13,7 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-/// A call is late once, and so is what each of its instances says.
+/// A call is late once, and each of its instances may also be late.
 constexpr unsigned too_often = 20;
 
 }  // namespace
@@ -110,7 +110,7 @@ void GatewayChecker::on_last_get(const Key& queue, std::uint32_t element) {
   }
 }
 
-/// An interim answer may come to its end when the final one is there.
+/// The writes of an interim answer may be completed when the final one has arrived.
 void GatewayChecker::judge_confirmed(const Current& current, gateway::Variable variable,
                                      const gateway::Value& value) {
   const auto* const state = std::get_if<std::uint32_t>(&value);
@@ -239,7 +239,7 @@ void GatewayChecker::on_reply(const fabric::Reply& reply, const std::function<vo
 AdsWrite GatewayChecker::describe(const Key& key, gateway::Variable variable,
                                   const gateway::Value& value) const {
   const Current& current = current_.at(key);
-  // An interim answer may still be on its way when the final one is there.
+  // An interim answer may still be under way when the final one has arrived.
   const bool text_last = current.completion_signal == fabric::CompletionSignal::response;
   const bool releases =
       variable == (text_last ? gateway::Variable::response : gateway::Variable::response_state);
@@ -271,13 +271,13 @@ void GatewayChecker::on_window_written(const Key& key, gateway::Variable variabl
                                        const gateway::Value& value,
                                        const gateway::ServiceSnapshot& all) {
   const AdsWrite write = describe(key, variable, value);
-  // The next message may be there already, before RESPONSE, where that is written last.
+  // Where RESPONSE is written last, the next message may be there before it.
   const std::uint32_t request_state =
       all.request_state == write.request.state ? all.request_state : 0;
   history_.add(WriteDone{number_, seen_as(key), write.call, write.request, variable, write.answer,
                          value, all.response, request_state});
   if (write.answer) {
-    // A gateway that forgets that shows the message again.
+    // A gateway that forgets the call shows the message again.
     shown_.erase(key);
     history_.add(ProgramReleased{seen_as(key), write.request, false, all.response,
                                  all.response_state, variable == gateway::Variable::response});

@@ -1,4 +1,4 @@
-// What is seen of a gateway: makes facts for the history of what it takes in and decides.
+// Observes a gateway: makes facts for the history of what it receives and decides.
 #pragma once
 
 #include <functional>
@@ -26,7 +26,7 @@ class GatewayChecker {
   void on_start(const std::vector<gateway::CallRecord>& open_calls,
                 const gateway::NumbersEntry& numbers, gateway::Policies policies);
   void on_end();
-  /// For calls that are claimed from now on.
+  /// Policies for calls that are accepted from now on.
   void on_policies(gateway::Policies policies) { policies_ = std::move(policies); }
 
   void on_ready(const fabric::InstanceIdentity& instance) { ready_[instance.id] = instance; }
@@ -42,41 +42,41 @@ class GatewayChecker {
   /// It is about to write LastGet.
   void on_last_get(const Key& queue, std::uint32_t element);
   void on_write(const Key& key, gateway::Variable variable, const gateway::Value& value);
-  /// A reply comes; `take` has the gateway decide what becomes of it.
+  /// A reply arrives; `take` lets the gateway decide about it.
   void on_reply(const fabric::Reply& reply, const std::function<void()>& take);
   void on_retried(const fabric::CallId& call);
 
-  // Of a message queue, whose channel the gateway plays itself.
-  /// What is shown is looked at.
+  // For a message queue, in whose channel the gateway itself writes the requests: what it shows
+  // counts as read.
   void on_shown(const Key& key, const gateway::ServiceSnapshot& all);
   void on_window_written(const Key& key, gateway::Variable variable, const gateway::Value& value,
                          const gateway::ServiceSnapshot& all);
   [[nodiscard]] Key seen_as(const Key& key) const { return key_at(key, number_); }
 
-  /// What the write is about.
+  /// A write with its context.
   [[nodiscard]] AdsWrite describe(const Key& key, gateway::Variable variable,
                                   const gateway::Value& value) const;
   /// The channel's call; an empty id if there is none.
   [[nodiscard]] fabric::CallId call_of(const Key& key) const;
-  /// Its final answer is there.
+  /// It has the call's final answer.
   [[nodiscard]] bool answering(const Key& key) const;
-  /// How far the channel's call has come (faults/storm.hpp), of one that is in this state.
+  /// The progress of the channel's call, which is in this state (faults/storm.hpp).
   [[nodiscard]] std::string_view step_of(const Key& key, fabric::ChannelState state) const;
   [[nodiscard]] bool at_most_once(const Key& key) const;
 
  private:
-  /// The call of a channel, as the actions told of it.
+  /// The call of a channel, according to the gateway's actions.
   struct Current {
     fabric::CallId call;
     gateway::PendingRequest request;
     std::optional<gateway::Answer> answer;
     gateway::Policy policy;
-    /// The instances it was given to.
+    /// The instances that it was dispatched to.
     std::set<fabric::InstanceId> asked{};
     bool over = false;
     fabric::CompletionSignal completion_signal{};
     fabric::Delivery delivery{};
-    /// Of its answer, or of an interim one before there is an answer.
+    /// The last variable written of its answer, or of an interim one before there is an answer.
     std::optional<gateway::Variable> written{};
   };
 
@@ -93,17 +93,17 @@ class GatewayChecker {
   Confirmed confirmed_;
   gateway::Policies policies_;
   std::map<Key, Current> current_;
-  /// Of calls that are not over.
+  /// The channels of calls that are not over.
   std::map<fabric::CallId, Key> keys_;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
   std::map<fabric::CallId, fabric::InstanceId> given_;
-  /// The last message of each queue that is known to the history.
+  /// The last message of each queue that is in the history.
   std::map<Key, gateway::PendingRequest> shown_;
-  /// What instances are asked, and which calls these are.
+  /// The published requests and their calls.
   std::map<fabric::RequestKey, fabric::CallId> published_;
-  /// How often it has said of a call that it, or a reply, is late.
+  /// How often it has reported that a call, or a reply to it, is late.
   std::map<fabric::CallId, unsigned> lates_;
-  /// The call that it said last of that an answer is refused.
+  /// The last call for which it has reported that an answer is refused.
   fabric::CallId refusal_told_;
 };
 

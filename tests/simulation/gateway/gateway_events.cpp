@@ -1,4 +1,4 @@
-// What comes to a gateway: from instances, from other gateways, over its links.
+// The inputs of a gateway: from instances, from other gateways, over its links.
 #include <utility>
 
 #include <fmt/format.h>
@@ -82,7 +82,7 @@ void GatewayProcess::on_link_down(const std::string& machine, const std::string&
 }
 
 void GatewayProcess::on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) {
-  // A gateway that stood still may take the link away before it looks at what was read.
+  // A gateway that stood still may remove the link before it handles what was read.
   core_->on_other_event();
   if (link_to(key.machine)) {
     history().add(Looked{plan_.number, key, snapshot, looked_from_});

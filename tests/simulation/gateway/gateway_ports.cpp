@@ -1,4 +1,4 @@
-// What a gateway does.
+// The outputs of a gateway.
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace millrace::tests::simulation {
 
 using gateway::WriteOutcome;
 
-/// A gateway's hold on its link, where it makes its mistakes.
+/// A gateway's reference to its link; the place of some mistakes.
 class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
  public:
   WatchedLink(GatewayProcess& process, std::string machine, std::shared_ptr<AdsLink> link)
@@ -97,7 +97,7 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
   std::map<Key, RingLink> queues_;
 };
 
-/// The core, and what the gateway shows its own calls of message queues.
+/// The core, and the requests that the gateway shows it for message queues.
 class GatewayProcess::WatchedCore final : public gateway::core::Core {
  public:
   WatchedCore(GatewayProcess& process, gateway::core::CoreOptions options,
@@ -132,7 +132,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     Core::on_lost(machine, reason);
   }
   void on_link_dropped(const std::string& machine, const std::string& reason) override {
-    // Also one that it served no more and whose answer it finished.
+    // Also a channel that it had left and whose answer it finished.
     process_.leaves_all_of(machine);
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
     Core::on_link_dropped(machine, reason);
@@ -255,7 +255,7 @@ void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
 }
 
 void GatewayProcess::log(gateway::Level, const std::string& text) {
-  // That a call is given out again is said before anything comes of it.
+  // A repeated dispatch is reported before anything results from it.
   if (const auto call = std::exchange(retrying_, {}); call != fabric::CallId{}) {
     checker_.on_retried(call);
   }

@@ -11,11 +11,10 @@ using gateway::WriteOutcome;
 
 namespace {
 
-/// It sends heartbeats eight times in its lease of half a second, and takes two seconds to end at
-/// the most.
+/// Eight heartbeats in its lease of half a second, and at most two seconds to end.
 constexpr unsigned most_heartbeats_to_end = 64;
 
-/// All that a gateway knows when it starts, but for times.
+/// All that a gateway knows when it starts, except times.
 std::string words_for(const journal::JournalState& journal_state) {
   std::string words =
       fmt::format("{} {}", journal_state.numbers().epoch, journal_state.numbers().reserved);
@@ -126,7 +125,7 @@ void GatewayProcess::kill(bool power) {
   if (plan_.in_memory) {
     disk_.wipe();
   }
-  // With `always` nothing is lost that somebody relies on, and nothing is forgiven.
+  // With `always`, nothing is lost that anything relies on, and no loss is excused.
   const bool relied_on = plan_.journal.sync == journal::Sync::always && !plan_.in_memory;
   if ((lost || plan_.in_memory) && !relied_on) {
     lost_memory_ = true;
@@ -168,8 +167,8 @@ std::size_t GatewayProcess::open_calls() const {
   if (!journal_writer_) {
     return 0;
   }
-  // One that is answered may stay until its program asks again, where no read shows that it is
-  // over.
+  // An answered call may stay until its program sends the next request, where no read shows that it
+  // is over.
   const auto calls = journal_writer_->state().open_calls();
   return static_cast<std::size_t>(std::ranges::count_if(
       calls, [](const gateway::CallRecord& call) { return !call.answer || !call.clearing; }));
@@ -192,7 +191,7 @@ void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
 }
 
 void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
-  // That it stood still is nothing that becomes of the retry.
+  // The pause is not a result of the retry.
   core_->on_other_event();
   retrying_ = call;
   core_->on_retry(key, call, "operator");

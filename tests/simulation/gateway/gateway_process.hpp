@@ -19,7 +19,7 @@
 
 namespace millrace::tests::simulation {
 
-/// What its configuration file says of machines and policies.
+/// The machines and policies of its configuration file.
 struct GatewayFile {
   std::vector<gateway::settings::MachineSettings> machines;
   gateway::Policies policies;
@@ -29,9 +29,10 @@ struct GatewayPlan {
   GatewayNumber number = 0;
   GatewayFile file;
   gateway::journal::FileOptions journal;
-  /// It has no journal folder: a restart forgets all.
+  /// It has no journal folder: a restart forgets everything.
   bool in_memory = false;
-  /// It watches whether it stood still; without, no timer of its own disturbs who counts them.
+  /// It detects its own pauses. Without this it has no timer of its own, which a walk that counts
+  /// timers needs.
   bool watches_itself = true;
   Bug bug = Bug::none;
 };
@@ -47,31 +48,31 @@ class GatewayProcess final : public Member,
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
                  simulation::Fabric& fabric, Random random);
 
-  /// The machine of this name is there, over this cable, which outlives this.
+  /// Connects it to this machine over this cable, which outlives it.
   void plug(Controller& controller, Cable& cable);
 
   void start();
-  /// kill -9, or the power of its host.
+  /// kill -9, or a power cut of its host.
   void kill(bool power);
-  /// SIGTERM: it ends once the answers at hand are written, or after two seconds.
+  /// SIGTERM: it ends once the present answers are written, or after two seconds.
   void stop();
-  /// Its file is changed, and a SIGHUP sent if it runs.
+  /// Changes its file, and sends SIGHUP if it runs.
   void reload(GatewayFile file);
   void cut_links(const std::string& machine, const std::string& reason);
 
   [[nodiscard]] GatewayNumber number() const { return plan_.number; }
-  /// Counts its lives.
+  /// Counts its runs.
   [[nodiscard]] std::uint64_t life() const { return process().life(); }
   [[nodiscard]] const GatewayFile& file() const { return plan_.file; }
   Disk& disk() { return disk_; }
 
-  /// What has come to it over the fabric. For who tries all orders.
+  /// What has arrived from the fabric; for a walk through all orders.
   [[nodiscard]] std::string hearing() const { return end() ? fabric().place_of(*end()) : ""; }
 
-  /// Somebody asks about variables; it runs.
+  /// A request about variables arrives while it runs.
   void ask(const fabric::VariableRequest& request);
   std::function<void(const fabric::VariableReply&)> on_variable_reply;
-  /// And how long it has stood still lately.
+  /// With the length of its last pause.
   std::function<void(const fabric::DataSample&, Time)> on_sample;
 
   /// What an operator sees and can do.
@@ -79,32 +80,32 @@ class GatewayProcess final : public Member,
   [[nodiscard]] const GatewayChecker& checker() const { return checker_; }
   void answer(const Key& key, const fabric::CallId& call);
   void retry(const Key& key, const fabric::CallId& call);
-  /// Messages of its queues that are not answered, and calls that the journal holds open; nothing
+  /// The number of unanswered messages in its queues, and of calls that are open in the journal; 0
   /// while it does not run.
   [[nodiscard]] std::size_t waiting_messages() const;
   [[nodiscard]] std::size_t open_calls() const;
   /// It serves the channel now.
   [[nodiscard]] bool serves(const Key& key) const { return served_.contains(key); }
-  /// It has started with less than it had journalled: a program may wait for an answer that nobody
-  /// remembers.
+  /// It has started with less than it had journalled: a program may wait for an answer to a call
+  /// that no gateway remembers.
   [[nodiscard]] bool lost_memory() const { return lost_memory_; }
 
  private:
   class WatchedLink;
   class WatchedCore;
 
-  // The fabric.
+  // From the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance) override;
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
   void on_instance_gone(const fabric::InstanceId& instance) override;
   void on_load(const fabric::InstanceLoad& load) override;
   void on_reply(const fabric::Reply& reply) override;
   void on_stranger(const fabric::Reply& reply) override;
-  // Other gateways.
+  // From other gateways.
   void on_machine(const fabric::MachineStatus& status) override;
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
   void on_channel(const fabric::ChannelStatus& status) override;
-  // What its links say, on the way to the core.
+  // From its links, on the way to the core.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override;
@@ -117,7 +118,7 @@ class GatewayProcess final : public Member,
   void on_answer(const std::string& machine, const gateway::machines::Answer& answer) override;
   void on_queue_answer(const Key& queue, gateway::queues::StepAnswer answer) override;
   void on_queue_event(const Key& queue) override;
-  // What is seen of a link.
+  // Observations of a link.
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,
                     const gateway::Value& value) override {
@@ -157,7 +158,7 @@ class GatewayProcess final : public Member,
   void served_no_more(const std::string& machine);
   void leaves(const Key& key);
   void leaves_all_of(const std::string& machine);
-  /// The link to the machine, unless the gateway has taken it away.
+  /// The link to the machine, unless the gateway has removed it.
   [[nodiscard]] std::shared_ptr<AdsLink> link_to(const std::string& machine) const;
 
   GatewayPlan plan_;
@@ -171,23 +172,23 @@ class GatewayProcess final : public Member,
   };
   std::map<std::string, Machine> plugged_;
 
-  // Of this life of the process.
+  // Of this run of the process.
   std::optional<gateway::journal::JournalWriter> journal_writer_;
   std::unique_ptr<gateway::core::Core> core_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
-  /// Counts what wake_at() has asked for.
+  /// Counts the wake-ups that wake_at() has planned.
   std::uint64_t wakes_ = 0;
   bool ending_ = false;
   unsigned heartbeats_to_end_ = 0;
   bool in_trouble_ = false;
-  /// An operator wants it to be given out again.
+  /// The call that an operator wants to be dispatched again.
   fabric::CallId retrying_{};
   Time looked_from_{};
-  /// What its last on_serve named.
+  /// The channels in its last on_serve.
   std::set<Key> served_;
 
   bool lost_memory_ = false;
-  /// The steady clock of its host.
+  /// Offset of the steady clock of its host.
   Time booted_{};
   std::map<Key, fabric::ChannelStatus> statuses_;
 };

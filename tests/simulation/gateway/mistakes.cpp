@@ -85,7 +85,7 @@ void Mistakes::on_read(const Key& key, const ServiceSnapshot& snapshot) {
   }
 }
 
-/// Once it is released nothing is left of that.
+/// Once the program is released, this is forgotten.
 ServiceSnapshot Mistakes::taken_for(const Key& key, ServiceSnapshot snapshot) {
   auto found = acknowledged_.find(key);
   if (!makes(Bug::acknowledged_is_seen) || found == acknowledged_.end() ||

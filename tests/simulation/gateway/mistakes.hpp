@@ -22,24 +22,24 @@ class Mistakes {
   [[nodiscard]] fabric::InstanceIdentity seen(const fabric::InstanceIdentity& instance) const;
   [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply,
                                     const GatewayChecker& checker) const;
-  /// Nobody cares for this reply.
+  /// The gateway ignores this reply.
   [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
-  /// A look that is made up instead of taken.
+  /// An invented read in place of a real one.
   std::optional<gateway::ServiceSnapshot> instead_of(const Key& key, gateway::ReadSet set,
                                                      const GatewayChecker& checker);
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot);
-  /// What the gateway takes it for.
+  /// What the gateway believes to have read.
   [[nodiscard]] gateway::ServiceSnapshot taken_for(const Key& key,
                                                    gateway::ServiceSnapshot snapshot);
   [[nodiscard]] gateway::machines::Answer taken_for(const std::string& machine,
                                                     gateway::machines::Answer answer);
   void on_write(const Key& key, gateway::WriteOutcome outcome);
-  /// The write is not done, and nobody notices.
+  /// The write is not done and reported as done.
   bool keeps(const Key& key, const gateway::Write& write, const GatewayChecker& checker);
-  /// What is written once more.
+  /// A write to repeat.
   std::optional<gateway::Write> again(const Key& key, gateway::WriteOutcome outcome,
                                       const std::string& reason) const;
-  /// The journal is not told of it.
+  /// This entry is not journalled.
   [[nodiscard]] bool skips(const gateway::JournalEntry& entry) const;
 
  private:

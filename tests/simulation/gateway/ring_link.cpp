@@ -74,7 +74,7 @@ void RingLink::ask(const queues::Step& step) {
                      ring.seen(gateway, found->sight);
                    }
                    if (!alive.expired()) {
-                     // This may end with the event: where the gateway has stood still.
+                     // The event may destroy this object, if the gateway has stood still.
                      events_.on_queue_answer(Key(queue_), std::move(found->answer));
                    }
                  }});

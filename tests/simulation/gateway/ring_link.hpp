@@ -1,4 +1,4 @@
-// The way from a gateway to a message queue, over the connection to its controller.
+// The link from a gateway to a message queue, over the connection to its controller.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ class RingLink {
   Key queue_;
   gateway::machines::ControllerEvents& events_;
   Random random_;
-  /// How late the controller tells; some changes it does not tell at all.
+  /// The delay of notifications; some changes are not notified at all.
   Time late_;
   unsigned lost_;
   std::shared_ptr<int> life_ = std::make_shared<int>(0);

@@ -26,12 +26,12 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   Channel& channel = channels_[fact.key];
   close(channel, now);
   for (const Stretch& one : channel.stretches) {
-    // Word for word what it has asked before: it may get the same answer again.
+    // A repetition of its previous request: it may get the same answer again.
     if (one.answered_by && one.request == fact.request) {
       finals_.erase(*one.answered_by);
     }
   }
-  // Word for word the same: a 0 that was written before may be meant for it as well.
+  // A repetition: a 0 that was written before may be meant for it as well.
   channel.cleared = channel.cleared && channel.asked == fact.request;
   channel.asked = fact.request;
   channel.stretches.push_back({fact.request, now, {}, {}});
@@ -45,14 +45,14 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   Channel& channel = channels_[fact.key];
   channel.texts_left = fact.texts_stay;
   const auto& stretches = channel.stretches;
-  // The last of all may be of a request that was given up before, and whose answer came late.
+  // The last stretch may be of a request that was given up before and answered late.
   auto last = stretches.rbegin();
   if (last != stretches.rend() && !last->answered_by) {
     last = std::find_if(last, stretches.rend(),
                         [&](const Stretch& one) { return one.request == channel.asked; });
   }
   if (fact.texts_stay && last != stretches.rend() && last->answered_by) {
-    // Both states are 0 and the texts are ours: as if the last write had never arrived.
+    // Both states are 0 and the texts are unchanged: as if the last write had never arrived.
     finals_.erase(*last->answered_by);
     channel.wiped = true;
   } else if (!fact.texts_stay) {
@@ -102,12 +102,12 @@ void AnswerCheck::judge_value(const WriteAsked& fact) {
   };
   if (const auto* text = std::get_if<std::string>(&fact.value)) {
     expect(text->size() <= fabric::max_text && text->find('\0') == std::string::npos,
-           "what no channel can take");
-    expect(!text->starts_with(strange), "the word of a stranger");
-    expect(!text->starts_with(unwanted), "what a handler returned that was told to stop");
+           "not valid for a channel");
+    expect(!text->starts_with(strange), "from a stranger's reply");
+    expect(!text->starts_with(unwanted), "the result of a cancelled handler");
   } else if (fact.variable == gateway::Variable::response_state &&
              fact.completion_signal == fabric::CompletionSignal::response_state) {
-    expect(fact.value != gateway::Value{std::uint32_t{0}}, "0, which releases nobody");
+    expect(fact.value != gateway::Value{std::uint32_t{0}}, "0, which releases no program");
   }
 }
 
@@ -127,24 +127,24 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
       read != reads_.end() && read->second.call == fact.call) {
     if (read->second.anew) {
       violations_.push_back(fmt::format(
-          "I2: {} of {} is written, although it has read that its program asks anew since",
+          "I2: {} of {} is written, although its gateway has read a later request of the program",
           name_of(fact.variable).substr(12), fact.call.to_string()));
     }
   }
-  // It may be done, or not; the gateway may never learn.
+  // It may be executed or not; the gateway may never know.
   channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
   const auto look = looks_.find({fact.gateway, fact.key});
   if (look == looks_.end()) {
-    violations_.push_back(fmt::format("I2: {} is written to {} without a look",
+    violations_.push_back(fmt::format("I2: {} is written to {} without a read",
                                       fact.call.to_string(), fact.key.to_string()));
     return;
   }
   const auto answered = answered_.find({fact.gateway, fact.call});
-  // What a gateway plays itself takes no time to look at.
+  // For a channel that the gateway writes itself, reading takes no time.
   const bool at_once = !fabric::queue_of(fact.key.machine).empty();
   if (fact.variable == gateway::Variable::request_state && answered != answered_.end() &&
       look->second.end + Time(at_once ? 1 : 0) <= answered->second) {
-    violations_.push_back(fmt::format("I2: {} is answered without a look since its answer came",
+    violations_.push_back(fmt::format("I2: {} is answered without a read since its answer arrived",
                                       fact.call.to_string()));
     return;
   }
@@ -156,8 +156,8 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   });
   const bool seems_to_wait =
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
-  // Where the kernel clears REQUEST_STATE nobody can tell the answer of a gateway that is not heard
-  // from an interim one; and a text that releases a program may be anybody's.
+  // Where the kernel clears REQUEST_STATE, the answer of a gateway out of hearing looks like an
+  // interim one; and a text that releases a program may be any gateway's.
   const auto others = [&](const std::set<GatewayNumber>& writers) {
     return writers.size() > writers.count(fact.gateway);
   };
@@ -177,7 +177,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   }
 }
 
-/// Whether the gateway has cleared REQUEST_STATE or the program, nobody can tell from now on.
+/// From now on no gateway can tell whether a gateway or the program has cleared REQUEST_STATE.
 void AnswerCheck::blur(Channel& channel, const gateway::PendingRequest& request) {
   if (channel.stretches.empty()) {
     return;
@@ -204,13 +204,14 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   const auto stands = [&](const Stretch& one) { return !one.until && one.request == fact.request; };
   const bool crossed = std::ranges::none_of(channel.stretches, stands);
   if (crossed && fact.variable != gateway::Variable::response) {
-    // The answer was on its way when the program moved on. What it has written looks as if the call
-    // still stood.
+    // The write was under way when the program moved on. Afterwards the call seems to be still
+    // there.
     channel.stretches.push_back({fact.request, now, {}, {}});
   }
   if (!fact.answer) {
     if (fact.variable == gateway::Variable::request_state) {
-      // So late it may have wiped RESPONSE_STATE, whoever wrote that, and the program waits again.
+      // Such a late write may have wiped RESPONSE_STATE, whichever gateway wrote that, and the
+      // program waits again.
       finals_.erase(fact.call);
       for (const Stretch& one : channel.stretches) {
         if (one.answered_by && one.request == fact.request) {
@@ -231,8 +232,8 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
         fmt::format("I1: {} is answered {} times", fact.call.to_string(), finals_[fact.call]));
   }
   if (fact.request_state != 0) {
-    // The program asks the same again already. It may go on with this answer, and its request
-    // stands all the same: nobody can tell. Who finds the call open in its journal answers it then.
+    // The program has repeated its request already. It may continue with this answer while its
+    // request stays; no gateway can tell. A gateway with the call in its journal then answers it.
     if (!channel.stretches.empty() && channel.stretches.back().request == fact.request) {
       finals_.erase(fact.call);
     }
@@ -246,7 +247,7 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
 }
 
-/// It is what the instance has said of this call that the answer names.
+/// The answer must be a reply of the instance to this call.
 void AnswerCheck::judge_writer(const WriteDone& fact) {
   const gateway::Answer& answer = *fact.answer;
   const auto said = [&](const fabric::Reply& reply) {
@@ -274,7 +275,7 @@ void AnswerCheck::on(const Resumed& fact, Time) {
 }
 
 void AnswerCheck::on(const JournalLost&, Time) {
-  // A program that asks the same again gets the answer of a call whose end is forgotten.
+  // A program that repeats its request gets the answer of a call whose end is forgotten.
   finals_.clear();
 }
 

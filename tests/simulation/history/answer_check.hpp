@@ -1,9 +1,9 @@
 // I1 At most one final answer is written to a channel per call.
-// I2 What is written belongs to the call that stands in the channel: at the last look before the
-//    write, its program still waited for it.
-// I3 RESPONSE is complete before RESPONSE_STATE ≠ 0, or comes last where the program waits for it
-//    alone; a program reads the answer to its own question.
-// And: what is written is what a channel can take, and no stranger's word.
+// I2 What is written belongs to the call in the channel: at the last read before the write, its
+//    program still waited for it.
+// I3 RESPONSE is complete before RESPONSE_STATE ≠ 0, or is written last where the program waits for
+//    it alone; a program reads the answer to its own request.
+// And: what is written is valid for a channel and does not come from a stranger.
 #pragma once
 
 #include <map>
@@ -31,28 +31,27 @@ class AnswerCheck final : public Check {
   };
   struct Channel {
     std::vector<Stretch> stretches;
-    /// What the program has asked last. The last stretch may be of a request that it had given up.
+    /// The program's last request. The last stretch may be of a request that it had given up.
     std::optional<gateway::PendingRequest> asked{};
-    /// REQUEST_STATE is cleared for an answer: a program that takes its request back now changes
-    /// nothing that can be seen.
+    /// REQUEST_STATE is cleared for an answer: a withdrawal of the request is now invisible.
     bool cleared = false;
-    /// The request was answered, and RESPONSE_STATE is 0 again although nothing else was asked.
+    /// The request was answered, and RESPONSE_STATE is 0 again without a new request.
     bool wiped = false;
-    /// What the program has asked last it has taken back, or gone on from, and its texts stand
-    /// there still.
+    /// The program has withdrawn its last request, or continued after it, and the texts are
+    /// unchanged.
     bool texts_left = false;
-    /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
-    /// other's; nothing once the program has emptied it.
+    /// The gateway that has written RESPONSE (two gateways that do not hear each other overwrite
+    /// each other's text); nothing once the program has emptied it.
     std::optional<GatewayNumber> text_by{};
-    /// Nobody else clears REQUEST_STATE.
+    /// Only the kernel and this channel's gateways clear REQUEST_STATE.
     bool kernel_clears = false;
-    /// What was meant for an earlier request has met the one that stands.
+    /// A write for an earlier request has hit the present one.
     bool crossed = false;
-    /// Who has written since the program asked.
+    /// The gateways that have written since the program's request.
     std::set<GatewayNumber> writers;
-    /// The same, for the request before that.
+    /// The same for the request before.
     std::set<GatewayNumber> writers_before;
-    /// Who has ever written.
+    /// All gateways that have ever written.
     std::set<GatewayNumber> all_writers;
   };
   struct LookAt {
@@ -61,12 +60,12 @@ class AnswerCheck final : public Check {
     gateway::PendingRequest shown{};
   };
 
-  /// What a gateway has read of REQUEST_STATE since it has the call.
+  /// The REQUEST_STATE that a gateway has read since it has the call.
   struct Read {
     fabric::CallId call;
     std::uint32_t asked = 0;
-    /// Another value; then that of the request again: its program has written it anew, also if it
-    /// is the same word for word.
+    /// It was another value and is that of the request again: the program has written its request
+    /// again, perhaps with the same texts.
     bool moved = false;
     bool anew = false;
   };
@@ -97,13 +96,13 @@ class AnswerCheck final : public Check {
   std::map<std::pair<GatewayNumber, Key>, Read> reads_;
   /// The final answers of instances, by call.
   std::map<fabric::CallId, std::vector<fabric::Reply>> replies_;
-  /// When a gateway had the answer of a call.
+  /// When a gateway received the answer of a call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, Time> answered_;
   std::map<fabric::CallId, int> finals_;
   /// The request whose REQUEST_STATE a gateway has set to 0, until it sees other texts. A 0 beside
-  /// these texts may be that one, whatever the program has done meanwhile.
+  /// these texts may be that write, whatever the program has done since.
   std::map<std::pair<GatewayNumber, Key>, gateway::PendingRequest> zeroed_;
-  /// Whose REQUEST_STATE a gateway has set out to clear.
+  /// The calls whose REQUEST_STATE a gateway has begun to clear.
   std::set<fabric::CallId> clearing_;
   std::vector<std::string> violations_;
 };

@@ -1,4 +1,4 @@
-// A call goes to one instance that is there, takes new calls and has room for it.
+// A call goes to one instance that is present, takes new calls and has room for it.
 #pragma once
 
 #include <vector>

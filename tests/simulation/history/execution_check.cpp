@@ -47,7 +47,7 @@ void ExecutionCheck::on(const WriteDone& fact) {
       !questions.empty() && (fact.crossed || questions.back().request != fact.request);
   if (!questions.empty() &&
       (crossed ? fact.variable != gateway::Variable::response : fact.answer.has_value())) {
-    // What was on its way to a request that the program had left may wipe its next one.
+    // A write for an abandoned request may wipe the program's next one.
     questions.back().stands = false;
   }
   for (auto& [call, story] : calls_) {
@@ -74,7 +74,7 @@ void ExecutionCheck::on(const Claimed& fact) {
          fact.call.to_string(), fact.request.uuid, fact.request.text, fact.request.state);
   if (asked != questions.rend()) {
     story.question = static_cast<std::size_t>(questions.rend() - asked) - 1;
-    // What it has looked at may be from before the other one's write.
+    // Its read may be older than the other gateway's write.
     story.shaken = std::ranges::any_of(
         asked->writers, [&](const GatewayNumber writer) { return writer != fact.gateway; });
   }
@@ -117,7 +117,7 @@ void ExecutionCheck::on(const Ended& fact) {
 
 void ExecutionCheck::on(const Resumed& fact) {
   if (fact.call == fabric::CallId{}) {
-    // What it had heard it has forgotten.
+    // It has forgotten what it had heard.
     std::erase_if(heard_, [&](const auto& one) { return one.first.first == fact.gateway; });
     for (auto& [call, story] : calls_) {
       story.forgotten = story.forgotten || (story.ended && story.gateway == fact.gateway);
@@ -143,14 +143,15 @@ void ExecutionCheck::on(const Refused& fact) {
 
 void ExecutionCheck::on(const Started& fact) {
   const auto found = calls_.find(fact.request.call);
-  expect(found != calls_.end(), "{} runs, which nobody has claimed", fact.request.call.to_string());
+  expect(found != calls_.end(), "{} runs, which no gateway has accepted",
+         fact.request.call.to_string());
   if (found == calls_.end()) {
     return;
   }
   Story& story = found->second;
   const std::string call = found->first.to_string();
-  expect(fact.request.assigned == fact.instance, "I9: {} runs at an instance that does not have it",
-         call);
+  expect(fact.request.assigned == fact.instance,
+         "I9: {} runs at an instance that it was not dispatched to", call);
   expect(story.chances.try_emplace(fact.instance, 1).first->second-- > 0,
          "I9: an instance runs {} twice", call);
   expect(fact.request.text == story.request.text && fact.request.state == story.request.state,
@@ -187,14 +188,14 @@ void ExecutionCheck::on(const Retried& fact) {
 
 void ExecutionCheck::on(const JournalLost& fact) {
   std::set<std::pair<Key, std::size_t>> pardoned;
-  // The request is still there, the memory of it is not: it is claimed anew.
+  // The request stays in the channel while the journal has lost it: it is accepted again.
   for (const auto& [key, questions] : questions_) {
     if (!questions.empty()) {
       pardoned.emplace(key, questions.size() - 1);
     }
   }
-  // Or the last attempt is forgotten, and one before it, which was declined, is taken for it; also
-  // of a call whose end is forgotten with it, if the program asks the same again.
+  // Or the last attempt is forgotten, so that an earlier, declined one counts as the last. The same
+  // holds for a call whose end is forgotten too, if the program repeats its request.
   for (auto& [call, story] : calls_) {
     if (story.given && (!story.ended || story.gateway == fact.gateway)) {
       ++story.retries;

@@ -1,13 +1,13 @@
 // I4 The handler of an at-most-once call starts at most once per call, across instances and
-//    restarts, unless an operator has it given out again; and at most once per request of the
-//    program, unless a journal was lost.
-// I9 An attempt is run by the one instance it was given to, and no instance runs a call twice, but
-//    anew after it was told that nobody waits for it.
-// And: a call id is given once, what a service is asked is what the program asked, and a call that
-//      was accepted is not forgotten as long as its program waits for it.
+//    restarts, unless an operator dispatches it again; and at most once per request of the program,
+//    unless a journal was lost.
+// I9 An attempt runs on the one instance it was dispatched to. An instance runs a call twice only
+//    after a cancellation.
+// And: a call id is used once, a service gets the program's request unchanged, and an accepted call
+//      is not forgotten as long as its program waits for it.
 //
-// A gateway that takes the place of another may give a request out once more if it could not know
-// of the other's call when it accepted the request.
+// A gateway that takes over from another may dispatch a request once more if it could not know of
+// the other's call when it accepted the request.
 #pragma once
 
 #include <map>
@@ -28,15 +28,15 @@ class ExecutionCheck final : public Check {
     GatewayNumber gateway = 0;
     gateway::PendingRequest request;
     Key key;
-    /// Of the facts so far, when it was claimed.
+    /// The number of facts when it was accepted.
     std::uint64_t claimed = 0;
     bool given = false;
     bool ended = false;
-    /// Its gateway has started again since it ended.
+    /// Its gateway has restarted since it ended.
     bool forgotten = false;
-    /// Its gateway has started again since, or left the channel to another one.
+    /// Its gateway has restarted since, or left the channel to another one.
     bool shaken = false;
-    /// Which of the channel's requests it stands for.
+    /// The index of its request in the channel.
     std::size_t question = 0;
     unsigned starts = 0;
     unsigned retries = 0;
@@ -46,7 +46,7 @@ class ExecutionCheck final : public Check {
   struct Question {
     gateway::PendingRequest request;
     bool stands = true;
-    /// The gateways that have written to the channel meanwhile.
+    /// The gateways that have written to the channel since this request.
     std::set<GatewayNumber> writers{};
     unsigned once_starts = 0;
     unsigned pardons = 0;
@@ -73,7 +73,7 @@ class ExecutionCheck final : public Check {
 
   std::map<fabric::CallId, Story> calls_;
   std::map<Key, std::vector<Question>> questions_;
-  /// When a gateway first heard of another's call.
+  /// When a gateway first heard of another gateway's call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, std::uint64_t> heard_;
   std::uint64_t facts_ = 0;
   std::vector<std::string> violations_;

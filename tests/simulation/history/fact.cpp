@@ -22,7 +22,7 @@ std::string text_of(const gateway::PendingRequest& request) {
 
 std::string text_of(const fabric::Reply& reply) {
   return fmt::format("{}\"{}\" state {} to {}",
-                     reply.kind == fabric::ReplyKind::interim    ? "meanwhile "
+                     reply.kind == fabric::ReplyKind::interim    ? "interim "
                      : reply.kind == fabric::ReplyKind::declined ? "declines "
                                                                  : "",
                      gateway::printable(reply.text), reply.state, reply.call.to_string());
@@ -62,11 +62,11 @@ struct Words {
     return fmt::format("{}  program empties RESPONSE", one.key.to_string());
   }
   std::string operator()(const ProgramReleased& one) const {
-    return fmt::format("{}  program goes on with state {}, \"{}\"", one.key.to_string(), one.state,
-                       gateway::printable(one.text));
+    return fmt::format("{}  program continues with state {}, \"{}\"", one.key.to_string(),
+                       one.state, gateway::printable(one.text));
   }
   std::string operator()(const Looked& one) const {
-    return fmt::format("{}  gateway {} looked:{}", one.key.to_string(), one.gateway,
+    return fmt::format("{}  gateway {} read:{}", one.key.to_string(), one.gateway,
                        text_of(one.snapshot));
   }
   std::string operator()(const WriteAsked& one) const {
@@ -82,11 +82,11 @@ struct Words {
                        one.call.to_string());
   }
   std::string operator()(const Claimed& one) const {
-    return fmt::format("{}  gateway {} claims {} as {}", one.key.to_string(), one.gateway,
+    return fmt::format("{}  gateway {} accepts {} as {}", one.key.to_string(), one.gateway,
                        text_of(one.request), one.call.to_string());
   }
   std::string operator()(const GivenOut& one) const {
-    return fmt::format("{}  gateway {} gives {} to {}, attempt {}", one.key.to_string(),
+    return fmt::format("{}  gateway {} dispatches {} to {}, attempt {}", one.key.to_string(),
                        one.gateway, one.call.to_string(), short_of(one.instance), one.attempt);
   }
   std::string operator()(const Ended& one) const {
@@ -112,12 +112,12 @@ struct Words {
     return fmt::format("instance {} has finished {}", short_of(one.instance), one.call.to_string());
   }
   std::string operator()(const Cancelled& one) const {
-    return fmt::format("instance {} is told that nobody waits for {}", short_of(one.instance),
+    return fmt::format("instance {} gets a cancellation of {}", short_of(one.instance),
                        one.call.to_string());
   }
   std::string operator()(const Replied& one) const {
-    return fmt::format("{}  instance {} says {}", one.reply.key.to_string(), short_of(one.instance),
-                       text_of(one.reply));
+    return fmt::format("{}  instance {} replies {}", one.reply.key.to_string(),
+                       short_of(one.instance), text_of(one.reply));
   }
   std::string operator()(const ReplyTaken& one) const {
     return fmt::format("{}  gateway {} takes {}{}", one.reply.key.to_string(), one.gateway,
@@ -147,7 +147,7 @@ struct Words {
                        one.crossed ? " too late" : "", fmt::join(one.messages, ", "));
   }
   std::string operator()(const NobodyCanTell& one) const {
-    return fmt::format("{}  nobody can tell: {}", one.key.to_string(), one.why);
+    return fmt::format("{}  no gateway can tell: {}", one.key.to_string(), one.why);
   }
   std::string operator()(const MessageTaken& one) const {
     return fmt::format("{}  gateway {} takes number {} from element {}: \"{}\"",

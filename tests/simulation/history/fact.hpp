@@ -1,4 +1,4 @@
-// What happened in a simulation, as somebody sees it who sees everything.
+// What happened in a simulation, as an observer that sees everything records it.
 #pragma once
 
 #include <cstdint>
@@ -17,44 +17,44 @@ namespace millrace::tests::simulation {
 
 using Key = fabric::ChannelKey;
 
-/// A gateway of the simulation, counted from 0; it keeps its number when it starts again.
+/// A gateway of the simulation, counted from 0; it keeps its number across restarts.
 using GatewayNumber = std::size_t;
 
-/// The program wrote REQUEST_STATE ≠ 0, or a text beside it: from now on it waits for an answer to
-/// this.
+/// The program wrote REQUEST_STATE ≠ 0, or one of its texts: from now on it waits for the answer to
+/// this request.
 struct ProgramAsked {
   Key key;
   gateway::PendingRequest request;
-  /// What was meant for an earlier request has met REQUEST_STATE, which it has not written since.
+  /// A write for an earlier request has hit REQUEST_STATE, which the program has not written since.
   bool crossed = false;
 };
-/// It wrote something else: what it asked before stands no more as it was.
+/// It wrote something else: its previous request is not there as it was.
 struct ProgramMoved {
   Key key;
   std::string why;
-  /// Nothing but the states changed.
+  /// Only the states have changed.
   bool texts_stay = true;
 };
-/// Its kernel clears REQUEST_STATE itself, and takes no 0 from outside.
+/// Its kernel clears REQUEST_STATE itself, and ignores a 0 over ADS.
 struct KernelClears {
   Key key;
 };
-/// It wrote RESPONSE itself, before it asks.
+/// It wrote RESPONSE itself before its request.
 struct ResponseEmptied {
   Key key;
 };
-/// RESPONSE_STATE let it go on; this is what it read then.
+/// RESPONSE_STATE released it; with the values that it read then.
 struct ProgramReleased {
   Key key;
   gateway::PendingRequest request;
-  /// An answer was on its way to the channel when the program asked something else.
+  /// An answer was under way to the channel when the program wrote something else.
   bool crossed = false;
   std::string text;
   std::uint32_t state = 0;
-  /// It waited for RESPONSE alone: the answer may not be complete.
+  /// It waited for RESPONSE alone: the answer may be incomplete.
   bool by_text = false;
 };
-/// A look of a gateway: what it read, and between which times.
+/// A read of a gateway: its values, and the times of its beginning and end.
 struct Looked {
   GatewayNumber gateway = 0;
   Key key;
@@ -69,7 +69,7 @@ struct WriteAsked {
   gateway::PendingRequest request;
   gateway::Variable variable{};
   gateway::Value value;
-  /// What the program waits for, as the gateway knows.
+  /// The completion signal that the gateway knows.
   fabric::CompletionSignal completion_signal{};
 };
 /// A gateway has the final answer of this call.
@@ -77,7 +77,7 @@ struct Answered {
   GatewayNumber gateway = 0;
   fabric::CallId call;
 };
-/// It takes place; the channel as it is then.
+/// The write takes effect; with the state of the channel after it.
 struct WriteDone {
   GatewayNumber gateway = 0;
   Key key;
@@ -89,7 +89,7 @@ struct WriteDone {
   gateway::Value value;
   std::string response;
   std::uint32_t request_state = 0;
-  /// The program had moved on by itself before it took effect.
+  /// The program had moved on before the write took effect.
   bool crossed = false;
 };
 struct Claimed {
@@ -97,10 +97,10 @@ struct Claimed {
   Key key;
   fabric::CallId call;
   gateway::PendingRequest request;
-  /// The journal had said that it cannot be written.
+  /// The journal had reported that it cannot be written.
   bool in_trouble = false;
 };
-/// The gateway decides who gets the call. `load` calls it had given to that instance before.
+/// The gateway dispatches the call. It had dispatched `load` calls to that instance before.
 struct GivenOut {
   GatewayNumber gateway = 0;
   Key key;
@@ -108,25 +108,25 @@ struct GivenOut {
   std::uint32_t attempt = 0;
   fabric::InstanceId instance;
   fabric::Delivery delivery{};
-  /// The instance is there, of this service, for this channel, and not draining.
+  /// The instance is present, of this service, suitable for this channel, and not draining.
   bool ready = true;
   std::uint32_t load = 0;
   std::uint32_t room = 1;
 };
-/// The gateway forgets the call; answered, or because its program has moved on.
+/// The gateway forgets the call: answered, or because its program has moved on.
 struct Ended {
   GatewayNumber gateway = 0;
   Key key;
   fabric::CallId call;
   bool answered = false;
 };
-/// It starts and finds the call in its journal; an empty call stands for none.
+/// It starts and finds the call in its journal; an empty call means none.
 struct Resumed {
   GatewayNumber gateway = 0;
   Key key;
   fabric::CallId call;
   gateway::PendingRequest request;
-  /// It had been about to clear REQUEST_STATE, or had done so.
+  /// It was about to clear REQUEST_STATE, or had cleared it.
   bool clearing = false;
 };
 /// It hears that another gateway has this call.
@@ -150,33 +150,33 @@ struct Finished {
   fabric::InstanceId instance;
   fabric::CallId call;
 };
-/// Its handler, if it runs, is told that nobody waits.
+/// The call is cancelled; its handler, if it runs, learns it.
 struct Cancelled {
   fabric::InstanceId instance;
   fabric::CallId call;
 };
-/// An instance says something of a call.
+/// An instance publishes a reply to a call.
 struct Replied {
   fabric::InstanceId instance;
   fabric::Reply reply;
 };
-/// A gateway takes what the writer of an instance has said, and what comes of it at once.
+/// A gateway takes a reply from an instance's writer, with what immediately results from it.
 struct ReplyTaken {
   GatewayNumber gateway = 0;
   fabric::Reply reply;
-  /// The call stands in its channel, unanswered, and was given to this instance.
+  /// The call is in its channel, unanswered, and was dispatched to this instance.
   bool completion_signal = false;
-  /// What its program waits for.
+  /// The completion signal that its program waits for.
   fabric::CompletionSignal program_awaits{};
-  /// Of the policy under which the call was accepted.
+  /// The rule for refused answers, of the policy under which the call was accepted.
   std::optional<gateway::Rule> refused;
-  /// What the call in the channel was answered with before, and is now.
+  /// The answer of the channel's call before and after.
   std::optional<gateway::Answer> before;
   std::optional<gateway::Answer> now;
-  /// The gateway says that it refuses it.
+  /// The gateway reports that it refuses the answer.
   bool refusal_told = false;
 };
-/// An operator has the call given out again.
+/// An operator dispatches the call again.
 struct Retried {
   fabric::CallId call;
 };
@@ -199,7 +199,7 @@ struct MessageWritten {
   std::uint32_t element = 0;
   std::string text;
 };
-/// These stand there no more, and it was no gateway.
+/// These messages are gone, and no gateway has read them.
 struct MessagesGone {
   Key key;
   std::string why;
@@ -210,18 +210,17 @@ struct MessagesRead {
   GatewayNumber gateway = 0;
   Key key;
   std::vector<std::uint64_t> messages;
-  /// Somebody else had moved LastGet since the gateway looked.
+  /// Another client had moved LastGet since the gateway's read.
   bool crossed = false;
-  /// None is left.
+  /// No message is left.
   bool empty = false;
 };
-/// What has happened in the queue until now can have misled a gateway, until somebody has read it
-/// to its end.
+/// Past events of the queue can have misled a gateway, until a reader has emptied the queue.
 struct NobodyCanTell {
   Key key;
   std::string why;
 };
-/// A gateway has a message journalled, under its number.
+/// A gateway has journalled a message, with its number.
 struct MessageTaken {
   GatewayNumber gateway = 0;
   Key key;
@@ -229,7 +228,7 @@ struct MessageTaken {
   std::uint32_t element = 0;
   std::string text;
 };
-/// … and that it is answered.
+/// A gateway has journalled that the message is answered.
 struct MessageEnded {
   GatewayNumber gateway = 0;
   Key key;
@@ -248,7 +247,7 @@ using Fact =
                  QueuePlanned, MessageWritten, MessagesGone, MessagesRead, NobodyCanTell,
                  MessageTaken, MessageEnded, Note>;
 
-/// What is said of a channel. Each gateway plays one of its own for a message queue: "m0.q@1/1".
+/// The channel of a fact. Each gateway has its own channel for a message queue: "m0.q@1/1".
 Key key_at(const Key& key, GatewayNumber gateway);
 
 /// One line, without the time.

@@ -18,8 +18,8 @@ double seconds(Time time) {
   return std::chrono::duration<double>(time).count();
 }
 
-/// Whether a check remembers it beyond the life of the one that it is about. What was looked at and
-/// heard is in the memory of the gateway only.
+/// Whether a check remembers the fact beyond the life of its process. What a gateway has read and
+/// heard is only in its memory.
 bool lasts(const Fact& fact) {
   return !std::holds_alternative<Looked>(fact) && !std::holds_alternative<Heard>(fact) &&
          !std::holds_alternative<Finished>(fact) && !std::holds_alternative<Replied>(fact) &&

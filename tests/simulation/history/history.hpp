@@ -1,5 +1,5 @@
-// The history of one simulation: each fact is judged as it happens, and traced if somebody reads
-// it.
+// The history of one simulation: each fact is checked as it happens, and traced if a trace is
+// wanted.
 //
 //   History history(agenda, [](const std::string& line) { std::puts(line.c_str()); });
 //   history.add(Started{…});
@@ -15,13 +15,13 @@
 
 namespace millrace::tests::simulation {
 
-/// Watches one invariant or a few that belong together.
+/// Checks one invariant, or a few that belong together.
 class Check {
  public:
   virtual ~Check() = default;
-  /// A sentence for each violation.
+  /// Returns a sentence for each violation.
   virtual std::vector<std::string> on(const Fact& fact, Time now) = 0;
-  /// All faults are over, and everything has had its time.
+  /// Called when all faults are over and everything has had its time.
   virtual std::vector<std::string> at_the_end() { return {}; }
 };
 
@@ -29,7 +29,7 @@ class History {
  public:
   using Trace = std::function<void(const std::string& line)>;
 
-  /// Without a trace no line is made.
+  /// Without a trace it formats no lines.
   explicit History(Agenda& agenda, Trace trace = {});
 
   void add(const Fact& fact);

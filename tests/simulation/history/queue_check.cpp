@@ -74,8 +74,8 @@ void QueueCheck::on(const NobodyCanTell& fact) {
 
 void QueueCheck::on(const MessageTaken& fact) {
   Ring& ring = rings_[fact.key];
-  // What was read may stand there no more: a program has initialised the queue and filled it again
-  // between two looks. Whether it was read before, the order and the calls tell.
+  // The message that was read may be gone: a program has initialised the queue and filled it again
+  // between two reads. The order and the calls show whether it was read before.
   const std::vector<std::uint64_t>& stood = ring.elements[fact.element];
   const auto last = std::ranges::find_if(stood.rbegin(), stood.rend(), [&](std::uint64_t message) {
     return ring.messages[message - 1].text == fact.text;
@@ -99,8 +99,8 @@ void QueueCheck::on(const MessageEnded& fact) {
   }
 }
 
-// A configuration may name another service and the first one again: what is called then is another
-// request, also where nobody has had the one in between.
+// After a change of the configured service and back, a call of the first one is a new request, even
+// if no gateway has seen the change.
 void QueueCheck::on(const ProgramAsked& fact) {
   const auto name = names_.find(fact.key);
   if (name == names_.end()) {
@@ -113,7 +113,7 @@ void QueueCheck::on(const ProgramAsked& fact) {
   if (one != nullptr && one->calls[gateway].uuid != fact.request.uuid) {
     Message::Called& called = one->calls[gateway];
     called = {fact.request.uuid, called.services + 1, {}};
-    // Also behind a later message whose call the journal lost before anybody relied on it.
+    // Also behind a later message whose call the journal lost before anything relied on it.
     std::uint64_t& last = ring.claimed[gateway];
     last = std::min(last, number->second);
   }
@@ -176,7 +176,7 @@ void QueueCheck::on(const JournalLost& fact) {
       one.calls.erase(fact.gateway);
     }
     ring.claimed.erase(fact.gateway);
-    // What stands where a message stood whose end the journal has lost may be taken for it.
+    // A message in the element of one whose end the journal has lost may be taken for it.
     ring.misleading = ring.misleading || ring.repeats;
   }
   ++losses_[fact.gateway];

@@ -1,10 +1,10 @@
-// What is promised of the messages of a queue (docs/how-to/message-queues.md): none that stayed in
-// the queue is lost, each gateway brings its own in their order, and a repeat has the id of its
-// call. LastGet covers no message that is not in the journal, or, with WHEN_ANSWERED, not answered.
+// The guarantees for messages of a queue (docs/how-to/message-queues.md): none that stayed in the
+// queue is lost, each gateway handles its own in their order, and a repetition has the id of its
+// call. LastGet covers only messages that are in the journal or, with WHEN_ANSWERED, answered.
 //
-// What nobody can see (docs/how-to/message-queues.md) is pardoned: a queue that somebody else has
-// moved and that looks as before, or between a look and a write; and what a gateway did whose
-// journal was lost.
+// Violations that no gateway can avoid (docs/how-to/message-queues.md) are excused: another client
+// has moved LastGet so that the queue looks as before, or between a read and a write; and
+// everything after the loss of a journal.
 #pragma once
 
 #include <map>
@@ -25,12 +25,12 @@ class QueueCheck final : public Check {
  private:
   struct Message {
     std::string text;
-    /// It may be lost, or called again.
+    /// Its loss or repetition is excused.
     bool pardoned = false;
     bool answered = false;
     std::set<GatewayNumber> taken_by{};
     std::set<GatewayNumber> answered_by{};
-    /// Its call, of each gateway: another one where the configuration names another service.
+    /// Its call, by gateway: a different one where the configuration names another service.
     struct Called {
       std::string uuid{};
       unsigned services = 0;
@@ -43,12 +43,12 @@ class QueueCheck final : public Check {
     bool repeats = false;
     /// Counted from 1.
     std::vector<Message> messages;
-    /// The messages that have stood in each element.
+    /// The messages that each element has held.
     std::map<std::uint32_t, std::vector<std::uint64_t>> elements{};
-    /// The message of each number, the last that was claimed, of each gateway.
+    /// The last accepted message of each number, by gateway.
     std::map<std::pair<GatewayNumber, std::uint64_t>, std::uint64_t> numbers{};
     std::map<GatewayNumber, std::uint64_t> claimed{};
-    /// Anything may be read of it; and somebody may still take messages of it for others.
+    /// A read of it may return any content, and a reader may still confuse its messages.
     bool muddled = false;
     bool misleading = false;
   };
@@ -68,22 +68,22 @@ class QueueCheck final : public Check {
   void on(const Other&) {}
   template <typename... Arguments>
   void expect(bool right, const char* what, const Arguments&... arguments);
-  /// Null if it is none of the messages of this queue.
+  /// Null if it is not a message of this queue.
   static Message* find(Ring& ring, std::uint64_t message);
 
   std::map<Key, Ring> rings_;
-  /// Where calls have come from.
+  /// The origin of a call.
   struct Origin {
     GatewayNumber gateway = 0;
     Key key;
     std::uint64_t message = 0;
-    /// How often it had lost its journal by then.
+    /// How often the gateway had lost its journal by then.
     unsigned losses = 0;
     unsigned services = 0;
   };
   std::map<GatewayNumber, unsigned> losses_;
   std::map<fabric::CallId, Origin> calls_;
-  /// Claims name a queue as its gateway does.
+  /// The queue of each channel name that a gateway uses for it.
   std::map<Key, std::pair<Key, GatewayNumber>> names_;
   std::vector<std::string> violations_;
 };

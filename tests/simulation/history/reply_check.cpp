@@ -39,10 +39,10 @@ void ReplyCheck::on(const GivenOut& fact) {
 
 void ReplyCheck::on(const Replied& fact) {
   expect(!fact.reply.text.starts_with(unwanted),
-         "its handler returned it after it was told that nobody waits, and it is sent", fact.reply);
+         "its handler returned it after a cancellation, and it is sent", fact.reply);
 }
 
-/// Its time may be over in the same moment: then the gateway has answered it.
+/// The call may time out in the same moment: then the gateway has answered it.
 bool ReplyCheck::unchanged(const ReplyTaken& fact) {
   return fact.now == fact.before || fact.now->instance == fabric::InstanceId{};
 }
@@ -53,7 +53,7 @@ void ReplyCheck::on(const ReplyTaken& fact) {
   const bool known = refused_[fact.gateway].contains(said);
   if (!fact.completion_signal || known || reply.kind != fabric::ReplyKind::final) {
     expect(unchanged(fact) && !fact.refusal_told,
-           "it is not an answer to the call, and changes what becomes of it", reply);
+           "it is not an answer to the call, and has an effect on it", reply);
     return;
   }
   const bool writable =
@@ -66,17 +66,17 @@ void ReplyCheck::on(const ReplyTaken& fact) {
   const bool in_its_place = fact.now && fact.now->instance == fabric::InstanceId{};
   expect(in_its_place ||
              fact.now == gateway::Answer{reply.instance, reply.attempt, reply.text, reply.state},
-         "it is the answer, and is not taken for it", reply);
+         "it is the answer, and is not accepted as such", reply);
 }
 
 void ReplyCheck::judge_refused(const ReplyTaken& fact) {
   const fabric::Reply& reply = fact.reply;
-  expect(fact.refusal_told, "it cannot be written, and nobody says so", reply);
+  expect(fact.refusal_told, "it cannot be written, and the gateway does not report this", reply);
   if (fact.refused && fact.refused->response_state == 0) {
-    expect(unchanged(fact), "it cannot be written, and the call is not held", reply);
+    expect(unchanged(fact), "it cannot be written, and the call is not blocked", reply);
     return;
   }
-  // If the service itself says that it refuses its answer, what it says instead is the program's.
+  // If the service itself replaces an answer that it refuses, the program gets the replacement.
   const auto instead = gateway::Response::of(reply.text, reply.state, fact.program_awaits);
   const std::uint32_t otherwise = instead ? reply.state : gateway::refused_state;
   const std::uint32_t state = fact.refused ? fact.refused->response_state : otherwise;

@@ -1,12 +1,12 @@
-// What instances say, and what comes of it at once.
+// Replies of instances, and their immediate effects.
 //
-// - An answer that can be written is the answer, as it is. One that cannot be (too long, with a
-//   NUL, of state 0, or without a text if its program waits for that) gives the program an error at
-//   once: state 500, or what the policy says under which the call was accepted, which may be to
-//   hold it.
-// - What an instance says of a call that it was not given, or that is answered or over, changes
-//   nothing, nor does an interim answer.
-// - What a handler returns after it was told that nobody waits is never sent.
+// - A valid answer reaches the program unchanged. For an invalid one (too long, with a NUL, of
+// state
+//   0, or without a text if its program waits for that) the program gets an error at once: state
+//   500, or what the policy of the accepted call demands, which may be to block it.
+// - A reply has no effect on a call that was not dispatched to its instance, or that is answered or
+//   over. Nor has an interim answer.
+// - What a handler returns after a cancellation is never sent.
 #pragma once
 
 #include <map>
@@ -33,9 +33,9 @@ class ReplyCheck final : public Check {
   [[nodiscard]] static bool unchanged(const ReplyTaken& fact);
   void judge_refused(const ReplyTaken& fact);
 
-  /// An answer: of which attempt, and when it was given.
+  /// An answer: its attempt, and its time.
   using Said = std::tuple<fabric::CallId, fabric::InstanceId, std::uint32_t, fabric::Time>;
-  /// What gateways have refused since they started. It may be delivered again.
+  /// The answers that gateways have refused since they started. They may be delivered again.
   std::map<GatewayNumber, std::set<Said>> refused_;
   std::vector<std::string> violations_;
 };

@@ -111,8 +111,8 @@ void MachineChannel::report(bool request_state) {
   asked_ = agenda_.now();
   wrote_before_ = std::exchange(writers, {});
   standing_ = now;
-  // Only REQUEST_STATE takes back what a write of RESPONSE_STATE for the request before has done,
-  // or has the kernel do a little later.
+  // Only a write of REQUEST_STATE undoes the effect of a RESPONSE_STATE for the previous request,
+  // immediate or a little later by the kernel.
   crossed = !request_state && (crossed || state(Variable::response_state) != 0);
   if (now.state != 0) {
     history_.add(ProgramAsked{key_, now, crossed});
@@ -206,8 +206,8 @@ void MachineChannel::power_up() {
         report(variable == Variable::request_state);
       } else if (standing_.state != 0 && (text(Variable::uuid) != standing_.uuid ||
                                           text(Variable::request) != standing_.text)) {
-        // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts,
-        // and until one of them differs nobody can see that.
+        // A gateway or the kernel has cleared REQUEST_STATE. The program now writes its next texts,
+        // which is invisible until one of them differs.
         if (crossed || !std::exchange(released_, false)) {
           move_on();
         }

@@ -1,5 +1,5 @@
-// One channel of a controller: the virtual CNC's real channel, with its Service Interface, the
-// kernel's rules and the interpreter, and a history of what its program asks.
+// One channel of a controller: the virtual CNC's real channel with its Service Interface, the
+// kernel's rules and the interpreter, and a history of its program's requests.
 #pragma once
 
 #include <algorithm>
@@ -28,53 +28,52 @@ class MachineChannel {
   bool write(gateway::Variable variable, const gateway::Value& value);
 
   [[nodiscard]] const cnc::simulator::ServiceRules& rules() const { return rules_; }
-  /// What the kernel does by itself is due.
+  /// The kernel's own writes that are due.
   void advance();
 
-  // What the program does.
+  // The program's writes.
   void set(gateway::Variable variable, const gateway::Value& value);
   [[nodiscard]] std::uint32_t state(gateway::Variable variable) const;
   [[nodiscard]] std::string text(gateway::Variable variable) const;
 
-  /// The program of a name that a program may call beside the cycles that come with the CNC.
+  /// A program that others may call by its name, in addition to the cycles that come with the CNC.
   void add_program(const std::string& name, const std::string& text) { programs_.put(name, text); }
-  /// Every mistake in one text if the interpreter does not take it.
+  /// Returns all errors in one text if the interpreter refuses the program.
   tl::expected<void, std::string> start(const std::string& text);
-  /// One operation of the decoder; what it told.
+  /// One operation of the decoder; returns its events.
   std::vector<cnc::nc::Event> tick();
   [[nodiscard]] bool active() const;
 
   /// NC reset.
   void reset();
-  /// The controller starts: all is zero again.
+  /// The controller starts with all values 0.
   void power_up();
 
-  /// What stands in the channel as a request; state 0 = nothing. A gateway's own writes change
-  /// nothing of it.
+  /// The request in the channel; state 0 = none. A gateway's own writes do not change it.
   [[nodiscard]] const gateway::PendingRequest& standing() const { return standing_; }
-  /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it,
-  /// or after another gateway had written too: what this one asked for earlier meets another
+  /// The program has withdrawn its request, or sent another, before RESPONSE_STATE had released it
+  /// or after another gateway had written: what this gateway asked for earlier meets another
   /// request.
   [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
     return moved_on_ > time || (asked_ > time && gave_up_before_) ||
            (asked_ > time &&
             std::ranges::any_of(wrote_before_, [&](GatewayNumber one) { return one != gateway; }));
   }
-  /// A write of an answer is acknowledged and lost, until one that releases the program is not.
+  /// A write of an answer is acknowledged and lost, which holds until a later release succeeds.
   void set_lost_by(std::optional<GatewayNumber> gateway) { lost_by_ = gateway; }
-  /// The gateway ends, or leaves the channel: what it has written and not seen, nobody repeats.
+  /// The gateway ends or leaves the channel: a write that was lost unseen is not repeated.
   void left_by(GatewayNumber gateway) { orphaned_ = orphaned_ || lost_by_ == gateway; }
-  /// Nobody knows of the answer that the program waits for.
+  /// No gateway knows of the answer that the program waits for.
   [[nodiscard]] bool orphaned() const { return orphaned_; }
-  /// Who has written anything since the program asked.
+  /// The gateways that have written since the program's request.
   std::set<GatewayNumber> writers{};
-  /// Something was written for another request than the one that stands: it was on its way when the
-  /// program asked anew, and nobody can help that.
+  /// A write was under way when the program sent a new request, and has hit that one; no gateway
+  /// can prevent this.
   bool crossed = false;
-  /// The variables and what stands in them, in words.
+  /// The variables and their values as text.
   [[nodiscard]] std::string place() const;
 
-  /// Called after something may have changed, by whoever watches the channel.
+  /// Called after a possible change, by observer of the channel.
   std::map<const void*, std::function<void()>> watchers;
   /// Called after each write over ADS.
   std::function<void()> on_ads_write = [] {};
@@ -82,7 +81,7 @@ class MachineChannel {
  private:
   void changed();
   [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
-  /// The program has written a request, or a text beside one.
+  /// The program has written a request, or one of its texts.
   void report(bool request_state);
   void move_on();
   void cleared(const std::string& why);
@@ -104,15 +103,15 @@ class MachineChannel {
   struct Kernel;
   std::shared_ptr<Kernel> kernel_;
   gateway::PendingRequest standing_;
-  /// RESPONSE_STATE has told the program to go on.
+  /// RESPONSE_STATE has released the program.
   bool released_ = false;
   Time moved_on_{-1};
   std::optional<GatewayNumber> lost_by_{};
   bool orphaned_ = false;
-  /// It has done so since it asked, or with the request before.
+  /// The program has given up a request since it asked, or gave up the one before.
   bool gave_up_ = false;
   bool gave_up_before_ = false;
-  /// When it asked last, and who had written anything for the request before.
+  /// When it asked last, and the gateways that had written for the request before.
   Time asked_{-1};
   std::set<GatewayNumber> wrote_before_{};
 };

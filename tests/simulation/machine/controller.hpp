@@ -49,15 +49,16 @@ class Controller {
   void switch_off();
   void switch_on();
 
-  /// What it received on connections that are gone and has not done, by gateway.
+  /// The requests from connections that are gone which it has not executed, by gateway.
   std::map<GatewayNumber, unsigned> leftovers;
-  /// When the last write to a variable of a channel takes effect. Writes to one variable are
-  /// applied in their order, also where how late they are changes meanwhile.
+  /// When the last write to a variable of a channel takes effect. Writes to one variable keep their
+  /// order, also where their delay changes.
   std::map<std::pair<std::uint16_t, gateway::Variable>, Time> effective;
 
   [[nodiscard]] bool done() const;
   void calm_down();
-  /// All that its future follows from, but for what is on its way to it. For who tries all orders.
+  /// Everything that determines its future, except what is on its way to it; for a walk through all
+  /// orders.
   [[nodiscard]] std::string place() const;
 
  private:

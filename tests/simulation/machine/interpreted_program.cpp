@@ -12,11 +12,11 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-/// What the program tells: before each call, and with each answer.
+/// The program's messages: before each call, and with each answer.
 constexpr std::string_view next_call = "next";
 constexpr std::string_view answer = "answer ";
 
-/// As in a channel that is slow, or busy.
+/// As in a slow or busy channel.
 constexpr std::size_t most_operations = 6;
 
 constexpr std::string_view wrong_cycle =
@@ -112,7 +112,7 @@ std::string InterpretedProgram::write_call(std::size_t number) {
                           1 + random_.below(static_cast<std::size_t>(habits_.patience / 1ms)))
                     : "  L CYCLE [NAME=\"SysServiceWait.cyc\", @P1=V.P.STATE]\n";
   // Where writing REQUEST_STATE clears RESPONSE_STATE, an interim state that ended the wait may be
-  // 0 by the time it is read: not yet. With the mistake, that would hide it.
+  // 0 when the program reads it: it waits on. With the mistake, that would hide it.
   text += fmt::format(
       "  V.P.STATE = V.G.SERVICE.RESPONSE_STATE\n"
       "  V.P.WAITS = 0\n"

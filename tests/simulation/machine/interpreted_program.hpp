@@ -1,5 +1,5 @@
-// A program of the NC language, written from the seed, in the interpreter of the virtual CNC, with
-// the SysServiceWait.cyc that comes with it.
+// A program in the NC language, written from the seed and run by the interpreter of the virtual
+// CNC, with the SysServiceWait.cyc that comes with it.
 #pragma once
 
 #include "tests/simulation/machine/program.hpp"
@@ -19,7 +19,7 @@ class InterpretedProgram final : public Program {
   [[nodiscard]] std::size_t answered() const override { return answered_; }
 
  private:
-  /// What is left of its calls, as NC text.
+  /// Its remaining calls as NC text.
   std::string write();
   std::string write_call(std::size_t number);
   void cycle();

@@ -47,9 +47,9 @@ void MessageRing::seen(GatewayNumber gateway, Sight sight) {
   const auto before = sights_.find(gateway);
   if (before != sights_.end() && before->second.moves != sight.moves) {
     const Sight& known = before->second;
-    // Read and written anew to where it was; or texts that all look alike.
+    // Others have moved LastGet back to where it was; or all texts are the same.
     if (plan_.repeats || known.last_get == sight.last_get || known.written == sight.last_get) {
-      history_.add(NobodyCanTell{key_, "somebody else has moved LastGet, to where it was"});
+      history_.add(NobodyCanTell{key_, "another client has moved LastGet to where it was"});
     }
   }
   sights_[gateway] = sight;
@@ -81,13 +81,13 @@ void MessageRing::write_last_get(std::uint32_t element, GatewayNumber gateway) {
   const bool crossed = known == sights_.end() || known->second.moves != sight(gateway).moves;
   MessagesRead fact{gateway, key_, {}, crossed};
   if (crossed) {
-    history_.add(NobodyCanTell{key_, "LastGet was moved between a look and a write"});
+    history_.add(NobodyCanTell{key_, "LastGet was moved between a read and a write"});
   } else if (!valid()) {
-    wrong("whose control structure cannot be");
+    wrong("whose control structure is invalid");
   } else if (const auto count =
                  queues::steps(static_cast<std::uint32_t>(last_get_), element, plan_.elements);
              count > filled(control())) {
-    wrong("where no message stands");
+    wrong("where there is no message");
   } else {
     fact.messages = standing();
     fact.messages.resize(count);
@@ -104,7 +104,7 @@ void MessageRing::write_last_get(std::uint32_t element, GatewayNumber gateway) {
   }
 }
 
-/// The first ones that stand there.
+/// The first messages in it.
 void MessageRing::lose(const std::string& why, std::size_t messages) {
   auto gone = standing();
   gone.resize(messages);
@@ -171,11 +171,11 @@ void MessageRing::initialise() {
   after(random_.between(Time{}, plan_.cycle), &MessageRing::begin);
 }
 
-/// SSDQ, as far as the element.
+/// SSDQ, up to the element.
 void MessageRing::write() {
   const auto position = cnc::nc::run::next_position({last_filled_, last_get_}, plan_.elements);
   if (!position) {
-    // It is aborted, and somebody starts it again.
+    // It is aborted, and restarted later.
     history_.note(key_.to_string(), "program is aborted:" + position.error().text);
     after(random_.between(20ms, 400ms), &MessageRing::begin);
     return;
@@ -187,7 +187,7 @@ void MessageRing::write() {
   after(random_.between(Time{}, plan_.cycle), &MessageRing::fill);
 }
 
-/// And LastFilled.
+/// The rest of SSDQ: LastFilled.
 void MessageRing::fill() {
   last_filled_ = position_;
   numbers_[position_ - 1] = ++written_;

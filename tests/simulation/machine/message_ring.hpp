@@ -1,5 +1,5 @@
-// A message queue in a controller, the program that writes into it, and sometimes a second reader:
-// who sees all of them knows each message, whatever its text.
+// A message queue in a controller, the program that writes into it, and sometimes a second reader.
+// It sees all of them, so it identifies each message whatever its text.
 //
 //   MessageRing ring(key, plan, agenda, party, history, random);
 //   ring.start();                                     // SSDQInit, SSDQ, SSDQ …
@@ -20,20 +20,20 @@
 namespace millrace::tests::simulation {
 
 struct RingPlan {
-  /// What gateways are told of it.
+  /// Its settings in the gateways' configurations.
   gateway::queues::QueueSettings settings;
   std::uint32_t elements = 3;
   std::size_t messages = 10;
-  /// Between two messages; an element and LastFilled are written within a cycle.
+  /// The time between two messages; an element and LastFilled are written within a cycle.
   Time pause = 20ms;
   Time cycle = 2ms;
-  /// Of a hundred messages: so often the program initialises the queue before, somebody else reads
-  /// after.
+  /// Percentages of messages before which the program initialises the queue, and after which
+  /// another client reads.
   unsigned initialises = 0;
   unsigned read_by_others = 0;
-  /// Only two texts.
+  /// Messages have two different texts only.
   bool repeats = false;
-  /// What stands in it outlasts that the controller is switched off.
+  /// Its content survives when the controller is switched off.
   bool keeps = true;
 };
 
@@ -48,28 +48,28 @@ class MessageRing {
   [[nodiscard]] gateway::queues::Control control() const;
   [[nodiscard]] const std::vector<std::string>& texts() const { return texts_; }
   void write_last_get(std::uint32_t element, GatewayNumber gateway);
-  /// What a look at the control structure shows, and how often others than this gateway had moved
-  /// LastGet by then.
+  /// The control structure as read, and how often other clients than this gateway had moved LastGet
+  /// by then.
   struct Sight {
     std::uint64_t moves = 0;
     std::int64_t last_get = 0;
-    /// Which it has written since.
+    /// The LastGet that the gateway has written since.
     std::optional<std::int64_t> written{};
   };
   [[nodiscard]] Sight sight(GatewayNumber gateway) const;
-  /// The gateway has it.
+  /// The gateway receives this sight.
   void seen(GatewayNumber gateway, Sight sight);
-  /// It connects, and will compare what it knows with what it finds.
+  /// The gateway connects, and will compare what it knows with what it finds.
   void connected(GatewayNumber gateway);
 
-  // The program.
+  // Starts the program.
   void start();
   void stop();
   void calm_down();
   void power_up();
   [[nodiscard]] bool done() const;
 
-  /// Called after something has changed.
+  /// Called after a change.
   std::map<const void*, std::function<void()>> watchers;
 
  private:
@@ -91,7 +91,7 @@ class MessageRing {
   History& history_;
   Random random_;
   std::vector<std::string> texts_;
-  /// The number of the message that was written into an element last; 0 = none.
+  /// The number of the last message written into each element; 0 = none.
   std::vector<std::uint64_t> numbers_;
   std::int64_t last_filled_ = 0;
   std::int64_t last_get_ = 0;
@@ -105,7 +105,7 @@ class MessageRing {
   bool calm_ = false;
   std::uint64_t life_ = 0;
   std::uint64_t written_ = 0;
-  /// The element that is written, before LastFilled says so.
+  /// The element that is being written, before LastFilled has its number.
   std::uint32_t position_ = 0;
 };
 

@@ -11,50 +11,50 @@
 namespace millrace::tests::simulation {
 
 struct ProgramHabits {
-  /// What it calls, in any order.
+  /// The services it calls, in any order.
   std::vector<std::string> uuids;
   std::size_t calls = 5;
-  /// In a hundred calls.
+  /// Percentage of calls.
   unsigned impatient = 10;
   unsigned repeats_itself = 0;
-  /// It writes one of the three variables of its request anew while it waits.
+  /// It rewrites one of the three variables of its request while it waits.
   unsigned changes = 0;
-  /// The longest that an impatient one waits.
+  /// The longest wait of an impatient one.
   Time patience = 1500ms;
-  /// It waits until RESPONSE, which it empties before, has a text, and looks at no state.
+  /// It empties RESPONSE, then waits until it has a text; it does not look at a state.
   bool waits_for_text = false;
-  /// All services that it calls know that: then its haste does no harm, but after an answer that no
-  /// service gave.
+  /// All services that it calls know that: then its haste does no harm, except after an answer that
+  /// no service gave.
   bool services_know = false;
-  /// Between two writes, and until RESPONSE_STATE is looked at again.
+  /// The time between two writes, and between two looks at RESPONSE_STATE.
   Time cycle = 2ms;
   Time pause = 50ms;
-  /// It is a program of the NC language, run by the interpreter of the virtual CNC.
+  /// It is a program in the NC language, run by the interpreter of the virtual CNC.
   bool interpreted = false;
   /// Its SysServiceWait.cyc waits for REQUEST_STATE to become 0: a mistake (bug.hpp).
   bool waits_for_the_request = false;
 };
 
-/// What the program of a channel does, whoever runs it.
+/// The program of a channel, scripted or interpreted.
 class Program {
  public:
   virtual ~Program() = default;
 
-  /// Runs what is left of its calls.
+  /// Runs its remaining calls.
   virtual void start() = 0;
   /// It ends where it is.
   virtual void stop() = 0;
-  /// From now on it waits as long as it takes and begins at most one more call.
+  /// From now on it waits without limit and begins at most one more call.
   virtual void calm_down() = 0;
   [[nodiscard]] virtual bool active() const = 0;
   [[nodiscard]] virtual bool done() const = 0;
   [[nodiscard]] virtual std::size_t answered() const = 0;
-  /// It may wait for what does not come. It began its request before the answer to the one before
-  /// was complete, whose last writes wiped it; or the text it waits for was overwritten by a
-  /// gateway that did not hear of the one that answered.
+  /// It may wait in vain: it began its request before the previous answer was complete, whose last
+  /// writes wiped it; or the text it waits for was overwritten by a gateway that did not hear the
+  /// answering one.
   [[nodiscard]] virtual bool may_be_stuck() const { return false; }
-  /// Where it is: two that are at the same go on in the same way. For who tries all orders; empty
-  /// if it cannot be told.
+  /// Its position: two programs at the same one continue in the same way. For a walk through all
+  /// orders; empty if it is unknown.
   [[nodiscard]] virtual std::string place() const { return {}; }
 };
 

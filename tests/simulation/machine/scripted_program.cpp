@@ -76,7 +76,7 @@ void ScriptedProgram::begin() {
   }
   --left_;
   ++call_;
-  // Who looks at no state cannot tell.
+  // A program that does not look at a state cannot tell.
   hasty_ = habits_.waits_for_text && (!habits_.services_know || settled_) && call_ > 1 &&
            (channel_.state(Variable::request_state) != 0 ||
             channel_.state(Variable::response_state) == 0 ||
@@ -161,7 +161,7 @@ void ScriptedProgram::look() {
     return;
   }
   if (state == 0) {
-    // Between the last two writes of an answer that follows an interim one: not yet.
+    // Between the last two writes of an answer that follows an interim one: it waits on.
     return;
   }
   waiting_ = false;

@@ -1,4 +1,4 @@
-// A program as a script: what one written with SysServiceWait does, write by write, at any pace.
+// A script with the writes of a program that uses SysServiceWait, one by one, at any pace.
 #pragma once
 
 #include "tests/simulation/machine/program.hpp"

@@ -1,4 +1,4 @@
-// What the handlers of a service do.
+// The handlers of a service.
 #include "tests/simulation/service/service_process.hpp"
 #include "tests/simulation/service/words.hpp"
 
@@ -35,8 +35,8 @@ void ServiceProcess::handle(const RunPointer& run) {
 }
 
 void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& response) {
-  // As sdk::Call does, which throws for such a text. It asks whether the call has its answer, too;
-  // that may come just after it has asked.
+  // As in sdk::Call, which throws for such a text. It also asks whether the call has its answer,
+  // which may arrive immediately afterwards.
   const bool takes = plan_.foreign || sdk::check_text(response.text).empty();
   if (takes && !run->cancelled && runs_[run->request.call] == run) {
     perform(scheduler_->on_interim(run->request.call, response, moment()));

@@ -177,7 +177,7 @@ void ServiceProcess::perform(const sdk::Start& start) {
   run->request = start.request;
   run->obeys = random_.chance(plan_.habits.obeys);
   runs_[start.request.call] = run;
-  // The handler's thread wakes.
+  // The time until the handler's thread wakes.
   process().after(random_.between(Time{}, 200us), [this, run] { handle(run); });
 }
 

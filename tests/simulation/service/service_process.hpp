@@ -1,5 +1,5 @@
-// An instance of a service: the real call scheduler of the SDK, with the simulation for its runner
-// and its handlers. Each start is an instance of its own.
+// An instance of a service: the real call scheduler of the SDK, with simulated runner and handlers.
+// Each start is a new instance.
 #pragma once
 
 #include <map>
@@ -14,16 +14,16 @@
 
 namespace millrace::tests::simulation {
 
-/// In a hundred calls.
+/// Percentages of calls.
 struct HandlerHabits {
   unsigned slow = 10;
   unsigned fails = 5;
-  /// Answers what cannot be written: an interim answer, or the last one.
+  /// Returns an invalid answer, as an interim or as the final one.
   unsigned refused = 0;
   unsigned interim = 10;
-  /// Never comes to an end.
+  /// Never ends.
   unsigned stuck = 0;
-  /// Ends early when it is told that nobody waits.
+  /// Ends early when it is cancelled.
   unsigned obeys = 0;
 };
 
@@ -31,16 +31,16 @@ struct ServicePlan {
   std::string name;
   std::string uuid;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  /// Of those whose programs wait for RESPONSE alone half of the answers have state 0.
+  /// Half of the answers have state 0 where programs wait for RESPONSE alone.
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   std::uint32_t concurrency = 1;
   std::vector<fabric::ChannelScope> channels;
   HandlerHabits habits;
-  /// Not written with the SDK: what cannot be written goes out as it is.
+  /// Not written with the SDK: an invalid answer is published unchanged.
   bool foreign = false;
-  /// Says what it does, several times a second.
+  /// Publishes its calls several times a second.
   bool heartbeats = false;
-  /// One of those that leaves the attempt out.
+  /// Its heartbeats leave out the attempt.
   bool counts_no_attempts = false;
   Bug bug = Bug::none;
 };
@@ -53,19 +53,20 @@ class ServiceProcess final : public Member, private InstanceListener {
   void start();
   /// kill -9
   void kill();
-  /// Asks for no new call and leaves when the last one is answered.
+  /// Takes no new call and leaves when the last one is answered.
   void drain();
-  /// Says something more of this call if it is the one that it has answered last: after that a
-  /// gateway that has the answer must not listen.
+  /// Publishes a further reply to this call if it is the last that it has answered: a gateway that
+  /// has the answer must ignore it.
   void speak_again(const fabric::CallId& call);
-  /// From now on handlers are well.
+  /// From now on handlers work normally.
   void calm_down();
 
   [[nodiscard]] const ServicePlan& plan() const { return plan_; }
   [[nodiscard]] const fabric::InstanceId& instance() const { return identity_.id; }
   [[nodiscard]] bool stuck() const { return stuck_; }
   [[nodiscard]] bool idle() const { return !scheduler_ || scheduler_->idle(); }
-  /// All that its future follows from, but for what is on its way to it. For who tries all orders.
+  /// Everything that determines its future, except what is on its way to it; for a walk through all
+  /// orders.
   [[nodiscard]] std::string place() const;
 
  private:
@@ -83,7 +84,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   struct Run {
     fabric::Request request;
     bool obeys = false;
-    /// It was told that nobody waits.
+    /// It was cancelled.
     bool cancelled = false;
     bool ended = false;
   };
@@ -97,7 +98,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   [[nodiscard]] bool waits_for_response() const {
     return plan_.completion_signal == fabric::CompletionSignal::response;
   }
-  /// What no channel can take.
+  /// An answer that no channel can take.
   [[nodiscard]] services::sdk::Response garbage(const fabric::Request& request);
   // service_process.cpp
   void open_scheduler();
@@ -110,17 +111,17 @@ class ServiceProcess final : public Member, private InstanceListener {
   Random random_;
   bool calm_ = false;
 
-  // Of this life of the process.
+  // Of this run of the process.
   fabric::InstanceIdentity identity_;
   std::optional<services::sdk::CallScheduler> scheduler_;
-  /// Who has asked, for who mistakes one for the other.
+  /// All requests so far, for the mistake that confuses them.
   std::set<fabric::RequestKey> asked_;
-  /// The newest of each call.
+  /// The newest run of each call.
   std::map<fabric::CallId, RunPointer> runs_;
-  /// Final answers that the SDK would not let out.
+  /// Final answers that the SDK would refuse.
   std::map<fabric::CallId, services::sdk::Response> garbled_;
   fabric::Reply last_answer_;
-  /// All that the scheduler was told, which is all that it knows.
+  /// All inputs of the scheduler, which determine its state.
   Meaning scheduler_knows_ = 0;
   bool closing_ = false;
   bool closed_ = false;

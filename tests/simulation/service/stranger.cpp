@@ -30,7 +30,7 @@ void Stranger::speak_of(const fabric::ChannelStatus& status) {
   fabric::Reply reply =
       words_of_a_stranger(status, for_another ? status.instance : identity_.id, random_);
   if (random_.chance(30)) {
-    // One that was, that is to come, of nobody, or of another channel.
+    // A past call, a future one, one of no gateway, or one of another channel.
     switch (random_.below(4)) {
       case 0:
         reply.call.number -= random_.below(3);

@@ -1,5 +1,5 @@
-// An instance that is on the fabric, takes no call and speaks all the same: of calls that others
-// have, of calls that never were or are long gone, and in the name of others.
+// An instance on the fabric that takes no calls and still sends replies: about calls of others,
+// about calls that never existed or are long over, and in the name of others.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@ namespace millrace::tests::simulation {
 
 class Stranger final : public Member, private InstanceListener {
  public:
-  /// It says that it serves this UUID, and that it is leaving.
+  /// It announces that it serves this UUID, and that it is draining.
   Stranger(std::string uuid, Agenda& agenda, Party party, History& history, Fabric& fabric,
            Random random);
 
   void start();
-  /// Says something of a call that this status shows, or of one that it makes up.
+  /// Publishes a reply to the call in this status, or to an invented one.
   void speak_of(const fabric::ChannelStatus& status);
 
  private:
@@ -28,7 +28,7 @@ class Stranger final : public Member, private InstanceListener {
   fabric::InstanceIdentity identity_;
 };
 
-/// What nobody has asked for, as an answer to this call.
+/// An unrequested reply, as an answer to this call.
 fabric::Reply words_of_a_stranger(const fabric::ChannelStatus& status,
                                   const fabric::InstanceId& instance, Random& random);
 

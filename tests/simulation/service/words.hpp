@@ -1,4 +1,4 @@
-// What the services of a simulation say, so that a program's answer can be told from another's.
+// The texts of simulated services, which distinguish each program's answer from others.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,7 @@ constexpr bool is_interim(std::uint32_t state) {
   return state >= first_interim && state <= last_interim;
 }
 
-/// The answer to a request begins with it: each of the three variables that make the request is in
-/// it.
+/// The beginning of the answer to a request, with the three variables of the request.
 inline std::string answer_to(const std::string& uuid, const std::string& text,
                              std::uint32_t state) {
   return fmt::format("re {}; {} {};", text, uuid.substr(0, 8), state);
@@ -27,24 +26,24 @@ std::string answer_to(const Request& request) {
   return answer_to(request.uuid, request.text, request.state);
 }
 
-/// An interim answer ends with it.
+/// The end of an interim answer.
 inline constexpr const char* in_progress = " soon";
 
-/// An error of the SDK names it.
+/// The SDK's error for this answer.
 inline std::string failure_of(const std::string& answer) {
   return "cannot do " + answer;
 }
 
-/// What the SDK answers for a handler that was told to stop and must not run twice.
+/// The SDK's answer for a handler that was cancelled and must not run twice.
 inline constexpr const char* given_up = "ERROR: the call was cancelled while it ran";
 
-/// What a handler returns begins with it if it was told before that nobody waits.
-inline constexpr const char* unwanted = "nobody waits: ";
+/// The beginning of what a handler returns after its cancellation.
+inline constexpr const char* unwanted = "cancelled: ";
 
-/// What somebody says who has not been asked begins with it.
+/// The beginning of an unrequested reply.
 inline constexpr const char* strange = "stranger: ";
 
-/// What a program gets in place of an answer that cannot be written; it names no request.
+/// What a program gets in place of an invalid answer; it does not repeat the request.
 inline bool stands_for_a_refused_one(const std::string& answer) {
   return answer.starts_with("ERROR: the service") ||
          answer.starts_with("ERROR: the answer in the journal");

@@ -49,7 +49,7 @@ std::optional<Happening> Agenda::take() {
     free_.push_back(place);
     return std::move(waiting_[place]);
   }
-  // Who tries all orders need not try when nothing happens.
+  // A walk need not try orders in which nothing happens.
   std::erase_if(waiting_, [](const Happening& one) { return one.lives.over(); });
   const auto chosen = waiting_.empty() ? std::nullopt : order_->choose(waiting_, now_);
   if (!chosen) {
@@ -68,7 +68,7 @@ bool Agenda::step() {
   }
   now_ = std::max(now_, next->at);
   if (order_ != nullptr) {
-    // What is first and what second is seen by the time.
+    // The order of events shows in their times.
     now_ += 1ns;
     order_->happens(*next);
   }

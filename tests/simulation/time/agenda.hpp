@@ -1,4 +1,4 @@
-// Virtual time: what is to happen, in the order in which it happens. One thread, no clock.
+// Virtual time: planned events, in the order in which they happen. One thread, no clock.
 //
 //   Agenda agenda;
 //   agenda.at(agenda.now() + 5ms, [] { … });
@@ -22,15 +22,15 @@ using namespace std::chrono_literals;
 /// Since the simulation began.
 using Time = std::chrono::nanoseconds;
 
-/// Who an event concerns: a process, or what it has laid out for others to fetch (its outbox).
-/// Whatever a party does follows from what happened to it before: an event changes its own parties
-/// only, and those it says it touches, and reads those and `reads`.
+/// What an event concerns: a process, or the samples that it offers to others (its outbox). A
+/// party's actions follow from its past: an event changes only its own parties and those it touches
+/// explicitly, and reads only those and `reads`.
 using Party = std::uint8_t;
 
-/// What something comes to, as a number: equal only if it is equal.
+/// A state as a number: equal numbers mean equal states.
 using Meaning = std::uint64_t;
 
-/// Of things that have a std::hash.
+/// For values with a std::hash.
 template <typename... Parts>
 Meaning meaning_of(const Parts&... parts) {
   Meaning all = 0;
@@ -54,7 +54,7 @@ Meaning meaning_of(const Parts&... parts) {
   return all;
 }
 
-/// Of one process or two: nothing happens once one of them is over.
+/// The runs of one process or two: nothing happens once one of them is over.
 struct Lives {
   const std::uint64_t* first = nullptr;
   const std::uint64_t* second = nullptr;
@@ -69,16 +69,16 @@ struct Lives {
 
 struct Happening {
   Time at{};
-  /// Orders what happens at the same time, and counts what was ever planned.
+  /// Orders events at the same time, and counts all that were ever planned.
   std::uint64_t number = 0;
   /// Bits of the parties it changes, and of those that it only reads.
   std::uint64_t parties = 0;
   std::uint64_t reads = 0;
-  /// A timer of its party, which may fire late; everything else is on its way and arrives.
+  /// A timer of its party, which may fire late; all other events arrive.
   bool timer = false;
-  /// What a lane carries arrives in its order; 0 = no lane.
+  /// Events on one lane keep their order; 0 = no lane.
   std::uint32_t lane = 0;
-  /// The lives of the processes it was planned in, which may be over.
+  /// The runs of the processes it was planned in, which may be over.
   Lives lives{};
   std::function<void()> act;
 };
@@ -88,31 +88,30 @@ struct Plan {
   std::uint64_t reads = 0;
   bool timer = false;
   std::uint32_t lane = 0;
-  /// Nothing else of what brought it about matters.
+  /// Replaces the cause of the event in comparisons of states.
   std::optional<Meaning> means{};
   Lives lives{};
 };
 
-/// Which of the things that may happen next does. The default takes them in their time.
+/// Chooses the next event. By default the one that is due first.
 class Order {
  public:
   virtual ~Order() = default;
-  /// Index into `waiting`, which is in no order; nothing if all is over.
+  /// Index into `waiting`, which has no order; nothing if all is over.
   virtual std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) = 0;
-  /// What has been chosen is about to happen.
+  /// The chosen event is about to happen.
   virtual void happens(const Happening& /*happening*/) {}
-  /// What happens now changes these parties too.
+  /// The current event changes these parties too.
   virtual void touches(std::uint64_t /*parties*/) {}
-  /// From now on all that matters of these parties is this.
+  /// From now on `meaning` is the whole state of these parties.
   virtual void becomes(std::uint64_t /*parties*/, Meaning /*meaning*/) {}
-  /// Something that whoever judges will remember, also when the party that did it is gone.
+  /// A fact that checks will remember, also when its party is gone.
   virtual void remembers(Meaning /*fact*/) {}
-  /// It needs to know what things come to.
+  /// It needs the states of parties.
   [[nodiscard]] virtual bool watches() const { return true; }
-  /// What was about to happen has happened.
+  /// The current event has happened.
   virtual void happened() {}
-  /// This is on its way from now on. What brought it about does not matter if it is said what it
-  /// means.
+  /// An event is planned. Its cause does not matter if its meaning is given.
   virtual void planned(const Happening& /*happening*/, std::optional<Meaning> /*means*/) {}
 };
 
@@ -135,23 +134,23 @@ class Agenda {
       order_->becomes(parties, meaning);
     }
   }
-  /// Whether somebody tries all orders, and needs to know what things come to.
+  /// Whether all orders are tried, which needs the states of parties.
   [[nodiscard]] bool watched() const { return order_ != nullptr && order_->watches(); }
   void remembers(Meaning fact) {
     if (order_ != nullptr) {
       order_->remembers(fact);
     }
   }
-  /// What these come to, if somebody tries all orders.
+  /// The combined meaning of these; nothing unless all orders are tried.
   template <typename... Parts>
   [[nodiscard]] std::optional<Meaning> meaning(const Parts&... parts) const {
     return watched() ? std::optional(meaning_of(parts...)) : std::nullopt;
   }
-  /// Lets one thing happen; false if there is none.
+  /// Lets one event happen; false if there is none.
   bool step();
 
  private:
-  /// When something happens, and where it is kept.
+  /// When an event happens, and where it is stored.
   struct Due {
     Time at{};
     std::uint64_t number = 0;
@@ -167,8 +166,8 @@ class Agenda {
   Order* order_;
   Time now_{};
   std::uint64_t planned_ = 0;
-  /// In no order. Without somebody who chooses, `due_` is a heap by time, and what has happened
-  /// leaves its place in `free_` for another.
+  /// In no order. Without an Order, `due_` is a heap by time, and the place of a past event is
+  /// reused by way of `free_`.
   std::vector<Happening> waiting_;
   std::vector<Due> due_;
   std::vector<std::size_t> free_;

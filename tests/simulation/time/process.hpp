@@ -1,5 +1,5 @@
-// A process of the simulation: it can be killed, and frozen as by SIGSTOP. What was meant for a
-// killed one is lost; a frozen one finds it when it goes on.
+// A process of the simulation: it can be killed, and frozen as by SIGSTOP. Events for a killed
+// process are lost; those for a frozen one wait until it continues.
 #pragma once
 
 #include <functional>
@@ -12,9 +12,9 @@ namespace millrace::tests::simulation {
 
 class Process {
  public:
-  /// The outbox of a party has its bit so much further up.
+  /// The outbox of a party has its bit shifted by this.
   static constexpr unsigned outboxes = 32;
-  /// And what it could hear, so much.
+  /// Its inbox has it shifted by this.
   static constexpr unsigned inboxes = 16;
 
   Process(Agenda& agenda, Party party) : agenda_(agenda), party_(party) {}
@@ -23,13 +23,14 @@ class Process {
 
   [[nodiscard]] bool running() const { return running_; }
   [[nodiscard]] bool frozen() const { return frozen_; }
-  /// Runs and is not frozen.
+  /// It runs and is not frozen.
   [[nodiscard]] bool awake() const { return running_ && !frozen_; }
   [[nodiscard]] std::uint64_t parties() const { return std::uint64_t{1} << party_; }
-  /// What it has laid out on the fabric, as a party of its own: others fetch it without its doing.
+  /// What it has published on the fabric, as a party of its own: others fetch it without its
+  /// action.
   [[nodiscard]] std::uint64_t outbox() const { return parties() << outboxes; }
-  /// What has come to it over the fabric and it has not taken, as a party of its own: that comes
-  /// without its doing.
+  /// What has arrived from the fabric and is not taken yet, as a party of its own: it arrives
+  /// without the process's action.
   [[nodiscard]] std::uint64_t inbox() const { return parties() << inboxes; }
   [[nodiscard]] Agenda& agenda() const { return agenda_; }
 
@@ -52,11 +53,11 @@ class Process {
     }
   }
 
-  /// In this life of the process only. What goes along one lane stays in its order.
+  /// Runs `act` only in this run of the process. Events on one lane keep their order.
   void after(Time delay, std::function<void()> act, std::uint32_t lane = 0) {
     plan(delay, {.parties = parties(), .lane = lane}, std::move(act));
   }
-  /// The same for what looks at another party.
+  /// The same for an event that reads other parties.
   void after_reading(std::uint64_t reads, Time delay, std::function<void()> act) {
     plan(delay, {.parties = parties(), .reads = reads}, std::move(act));
   }
@@ -65,15 +66,14 @@ class Process {
     plan(delay, {.parties = parties(), .timer = true}, std::move(act));
   }
 
-  /// How long it has stood still, the last time that it did; nothing if it has gone on longer ago
-  /// than that.
+  /// The length of its last pause, if that ended within this time.
   [[nodiscard]] Time stood_still(Time within) const {
     return agenda_.now() - thawed_at_ <= within ? thawed_at_ - frozen_at_ : Time{};
   }
 
-  /// Counts the lives.
+  /// Counts the runs.
   [[nodiscard]] const std::uint64_t& life() const { return life_; }
-  /// Within an event: now, or when it goes on.
+  /// Within an event: now, or when it continues.
   void run(std::uint64_t life, std::function<void()> act) {
     if (!running_ || life != life_) {
       return;

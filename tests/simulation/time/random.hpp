@@ -1,4 +1,4 @@
-// Where all chance of a simulation comes from: one seed, the same numbers everywhere.
+// The source of all randomness in a simulation: one seed gives the same numbers everywhere.
 //
 //   Random random(17);
 //   if (random.chance(5)) …                       // 5 in 100
@@ -18,8 +18,8 @@ namespace millrace::tests::simulation {
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
-  /// Without chance: every delay is the least, every toss of a coin has this outcome. For those who
-  /// try all orders of events themselves.
+  /// Without randomness: every delay is the least, every toss of a coin has this outcome. For
+  /// walks, which try all orders themselves.
   static Random still(std::uint64_t seed, bool toss) {
     Random random(seed);
     random.toss_ = toss;
@@ -41,14 +41,14 @@ class Random {
     }
     return static_cast<std::size_t>(next() % bound);
   }
-  /// True that many times in a hundred.
+  /// True with this probability in percent.
   bool chance(unsigned percent) { return toss_ ? *toss_ && percent > 0 : below(100) < percent; }
   /// Both ends included.
   Time between(Time least, Time most) {
     const auto span = static_cast<std::size_t>((most - least).count()) + 1;
     return least + Time(static_cast<std::int64_t>(below(span)));
   }
-  /// Mostly near `least`, sometimes as long as `most`: how networks and machines behave.
+  /// Mostly near `least`, sometimes as long as `most`: like the delays of networks and machines.
   Time mostly(Time least, Time usual, Time most, unsigned percent) {
     return chance(percent) ? between(usual, most) : between(least, usual);
   }
@@ -56,9 +56,9 @@ class Random {
   auto& pick(Container& items) {
     return items[below(items.size())];
   }
-  /// How far it is.
+  /// The state of the generator.
   [[nodiscard]] std::uint64_t state() const { return state_; }
-  /// A source of its own, so that one part's draws do not shift another's.
+  /// A separate source, so that one part's draws do not shift another's.
   Random fork() {
     Random random(next());
     random.toss_ = toss_;

@@ -1,5 +1,5 @@
-// The variables of a simulated controller: V.E.TIME counts milliseconds, so a value tells when it
-// was read; V.E.NUMBER has what was written last.
+// The variables of a simulated controller: V.E.TIME counts milliseconds, so a value shows when it
+// was read; V.E.NUMBER has the value written last.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@ class ValueStore {
  public:
   explicit ValueStore(Agenda& agenda) : agenda_(agenda) {}
 
-  /// What the controller answers.
+  /// The controller's answer.
   gateway::machines::Answer answer(const gateway::machines::Question& question);
-  /// What a gateway takes it for that the question is not answered.
+  /// The answer that a gateway assumes without one from the controller.
   static gateway::machines::Answer failure(const gateway::machines::Question& question,
                                            cnc::ads::ErrorCode code);
-  /// An answer has come that was made at this time.
+  /// An answer has arrived that was made at this time.
   void on_told(Time made);
-  /// How long an answer has taken that came then or later.
+  /// The longest delay of an answer that arrived at `then` or later.
   [[nodiscard]] Time longest_way_since(Time then) const;
   [[nodiscard]] unsigned times_written(std::int32_t number) const {
     const auto found = written_.find(number);
@@ -41,7 +41,7 @@ class ValueStore {
     Time at{};
     Time way{};
   };
-  /// The last ones.
+  /// The last answers.
   std::deque<Told> told_;
 };
 

@@ -10,14 +10,15 @@ namespace millrace::tests::simulation {
 namespace {
 
 constexpr Time patience = 300ms;
-/// What came so long before the question is an answer too (gateway/variables/write_rules.hpp).
+/// A value read this long before the question also counts (gateway/variables/write_rules.hpp).
 constexpr Time cycle = 2ms;
-/// Values are cut to milliseconds.
+/// Values are rounded down to milliseconds.
 constexpr Time cut = 1ms;
-/// Of a sample: what its request took at most, on a link that is slow or silent for a while.
+/// The greatest age of a sample: the duration of its request, on a link that is slow or silent for
+/// a while.
 constexpr Time oldest_sample = 2500ms;
-/// Without faults: until a link is given up whose controller was switched on again unnoticed, and a
-/// new one is there.
+/// Without faults: the time until a link is given up whose controller was restarted unnoticed, and
+/// a new one is established.
 constexpr Time longest_silence = 12s;
 
 }  // namespace
@@ -90,7 +91,7 @@ void ValueUser::expect_reply(const fabric::InstanceId& token) {
 void ValueUser::on_reply(const fabric::VariableReply& reply) {
   const auto found = open_.find(reply.token);
   if (found == open_.end()) {
-    // Who asked waits no more.
+    // The client has stopped waiting.
     return;
   }
   const Open& open = found->second;

@@ -1,6 +1,6 @@
-// Who reads and writes variables of the controllers through their gateways and follows their data,
-// and judges what comes: a question is answered once, a value was read after it was asked for, what
-// is written is written once. Without faults each question is answered, and data are told.
+// Reads and writes variables of the controllers through their gateways, follows their data and
+// checks the results: each question is answered once, a value was read after its question, each
+// write is done once. Without faults all questions are answered and data are published.
 #pragma once
 
 #include <map>
@@ -43,7 +43,7 @@ class ValueUser {
   bool calm_ = false;
   std::int32_t last_number_ = 0;
   std::map<fabric::InstanceId, Open> open_;
-  /// When the data of a machine were told last, or it was not served.
+  /// When the data of a machine were last published, or it was not served.
   std::map<std::string, Time> told_;
 };
 

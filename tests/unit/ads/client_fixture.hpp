@@ -15,7 +15,7 @@
 
 namespace millrace::cnc::ads {
 
-/// The future result of a coroutine that runs beside the test.
+/// The future result of a coroutine that runs in parallel with the test.
 template <typename T>
 using Later = std::shared_ptr<std::optional<T>>;
 

@@ -303,7 +303,7 @@ TEST_F(ServerTest, SendsANotificationBehindTheAnswerThatAnnouncesIt) {
   auto other = connect();
   send(other, vector("read_request"));
   EXPECT_EQ(receive(other), vector("read_response"));
-  EXPECT_EQ(device.calls, calls + 1) << "nobody samples any more";
+  EXPECT_EQ(device.calls, calls + 1) << "no subscription is left to sample";
 }
 
 TEST_F(ServerTest, ClosesTheConnectionOfAClientThatGivesItsPortBackAfterItsAnswers) {

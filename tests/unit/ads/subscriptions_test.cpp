@@ -174,7 +174,7 @@ TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
   EXPECT_TRUE(strict.add(header, request(Transmission::on_change), now));
 }
 
-// How a server treats its subscriptions.
+// A server's faults with subscriptions.
 class HabitsTest : public SubscriptionsTest {
  protected:
   // The notifications of ten values, one in each cycle.

@@ -55,7 +55,7 @@ TEST_F(BarrierTest, FillsNoLogWithWhatHappensAgainAndAgain) {
   for (int i = 0; i < 1000; ++i) {
     contain("the third test", [] { throw std::runtime_error("again"); });
   }
-  // The 1st, 2nd, 4th … 512th.
+  // The 1st, 2nd, 4th … 512th message.
   ASSERT_EQ(said.size(), 10U);
   EXPECT_THAT(said.back(), HasSubstr("(512 so far)"));
 }

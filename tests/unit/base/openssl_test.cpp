@@ -165,7 +165,7 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
               HasSubstr("not a signed document"));
 }
 
-// Signed in a way that a renewed certificate of the CA verifies too.
+// Signed so that a renewed certificate of the CA verifies it too.
 TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
   const Authority authority;
   const auto lasting = [&](Time end) {

@@ -48,7 +48,7 @@ class PatientSinkTest : public testing::Test {
       }
     });
     const bool in_time = filled.wait_for(tests::await_limit) == std::future_status::ready;
-    EXPECT_TRUE(in_time) << "who logs waits for who reads";
+    EXPECT_TRUE(in_time) << "the logging thread waits for the reader";
     if (!in_time) {
       read_lines(lines);
     }

@@ -1,5 +1,6 @@
-// Each field of each value, other than its default, through each view and back. What no view
-// reaches fails here: a field that is missing in a list does not compile.
+// Each field of each value is set to another value than its default and sent through each view and
+// back. A field that no view transfers fails here; a field that is missing in a list does not
+// compile.
 #include <fstream>
 #include <map>
 #include <set>
@@ -34,7 +35,7 @@ using tests::for_each_sample;
 struct Member {
   std::string name;
   std::uint32_t bound;
-  /// Whether it is anything but zeros in a sample.
+  /// Whether it is not all zeros in a sample.
   bool (*is_set)(const void* sample);
 };
 
@@ -94,7 +95,7 @@ class Reached {
   std::set<std::pair<std::string, std::string>> reached_;
 };
 
-/// Sends a value whose every field is set; what was received.
+/// Sends a value with every field set; returns what was received.
 template <typename Value, typename Look>
 Value sent(const Value& value, const Look& look) {
   const auto sample = Codec<Value>::encode(value);
@@ -176,7 +177,7 @@ std::string plain(std::string_view word) {
   return text;
 }
 
-/// Each number of an enumeration has the same name in the IDL, in a recording, and in words.
+/// Each number of an enumeration has the same name in the IDL, in recordings and in texts.
 template <typename Enum>
 void expect_order(const char* of_idl, const char* of_recording) {
   const auto* const recorded =
@@ -232,8 +233,8 @@ TEST(EveryField, IsRecordedAndReadBack) {
   });
 }
 
-// Each kind as an earlier version wrote it into a file, full, empty and without its text, and
-// showed it as JSON. This one may show more.
+// Each kind as an earlier version recorded it, full, empty and without its text, with that
+// version's JSON. The present version may print more.
 TEST(EveryField, OfAnEarlierRecordingIsRead) {
   std::ifstream json(MILLRACE_TEST_DATA "/recordings/earlier.json");
   const boost::json::value shown = boost::json::parse(json);
@@ -287,7 +288,7 @@ TEST(EveryField, OfTheRecordingSchemaIsReached) {
         pb::MessageFactory::generated_factory()->GetPrototype(type)->New());
     ASSERT_TRUE(message->ParseFromString(tools::recording::encode(entry)));
     note_fields(*message, set);
-    // Protobuf's own bytes, as earlier versions wrote them, mean the same.
+    // Protobuf's own bytes, as written by earlier versions, decode to the same.
     EXPECT_EQ(tools::recording::decode(type->full_name(), message->SerializeAsString(), entry.at),
               entry);
   };
@@ -296,7 +297,7 @@ TEST(EveryField, OfTheRecordingSchemaIsReached) {
     note(entry);
     withhold_text(entry);
     note(entry);
-    // A UUID as a program may write it: no UTF-8.
+    // A UUID that a program may write: not UTF-8.
     const std::string uuid =
         "pr\xFC"
         "fen";

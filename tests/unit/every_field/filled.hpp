@@ -1,5 +1,5 @@
-// Values of the fabric whose every field differs from its default, and from each other where its
-// type has room.
+// Values of the fabric in which every field differs from its default, and from the others where its
+// type allows.
 //
 //   const auto request = filled<fabric::Request>();
 #pragma once
@@ -44,7 +44,7 @@ class Filler {
   void fill(Enum& word) {
     const int number = static_cast<int>(word);
     word = static_cast<Enum>(number + 1);
-    // The default may be the last.
+    // The default may be the last value.
     if constexpr (requires { name_of(word); }) {
       if (name_of(word) == "unknown") {
         word = static_cast<Enum>(number - 1);
@@ -72,14 +72,14 @@ class Filler {
   }
   void fill(fabric::Elements& elements) { elements = std::vector<std::int64_t>{-next(), next()}; }
 
-  /// What fits together.
+  /// Makes related fields consistent.
   template <typename Value>
   void fit(Value&) {}
   void fit(fabric::InstanceLoad& load) {
     load.status.waiting = 1;
     load.status.running = static_cast<std::uint32_t>(load.calls.size()) - 1;
   }
-  /// Each list of values has one with each kind of elements.
+  /// Gives each list of values one for each kind of elements.
   void fit(fabric::Value& value) {
     switch (values_++ % 3) {
       case 0:
@@ -106,7 +106,7 @@ Value filled() {
   return value;
 }
 
-/// The same without the fields for which `is_left_out(options)`.
+/// The same without the fields for which `is_left_out(options)` is true.
 template <typename Value, typename IsLeftOut>
 Value without(Value value, const IsLeftOut& is_left_out) {
   fabric::for_each_field<Value>([&](const auto& field) {
@@ -140,7 +140,7 @@ fabric::observer::Entry entry_of(Value sample) {
   return entry;
 }
 
-/// Calls `use` with the sample of each kind, each without what no observer tells.
+/// Calls `use` with the sample of each kind, without the fields that observers omit.
 template <typename Use>
 void for_each_sample(const Use& use) {
   [&]<std::size_t... index>(std::index_sequence<index...>) {

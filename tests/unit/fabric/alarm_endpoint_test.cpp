@@ -12,7 +12,7 @@
 namespace millrace::fabric {
 namespace {
 
-/// A program here, a tool there.
+/// A publishing program `here`, a reading tool `there`.
 class AnAlarmEndpoint : public testing::Test {
  protected:
   AnAlarmEndpoint() { begin(); }
@@ -21,7 +21,7 @@ class AnAlarmEndpoint : public testing::Test {
     sut.emplace(here, context.get_executor(),
                 Alarm{.key = {.responder = id}, .program = "archiver", .host = "vm", .pid = 17});
   }
-  /// What a tool knows after it has taken what came.
+  /// The alarms that the tool knows after it has taken the samples.
   const std::map<AlarmKey, Alarm>& known() {
     for (const wire::Taken<Alarm>& taken : reader.take()) {
       if (taken.instance_state != wire::InstanceState::alive) {
@@ -99,7 +99,7 @@ TEST_F(AnAlarmEndpoint, SaysAgainWhatStillHolds) {
 TEST_F(AnAlarmEndpoint, IsGoneWhenItsLoopHangsAndBackWhenItTurnsAgain) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
-  // Its own loop stands still meanwhile.
+  // Its own loop stands still while the test waits.
   boost::asio::io_context other;
   EXPECT_TRUE(tests::run_until(
       other, [&] { return known().empty(); }, 2 * endpoints::AlarmEndpoint::lease));

@@ -121,7 +121,7 @@ TEST(AlarmOwners, KeepWhatAnotherWriterSaysUnderTheSameKeyBesideIt) {
   EXPECT_EQ(sut.over(archiver.key, 2), beside);
   EXPECT_FALSE(sut.is_shared(archiver.key));
   EXPECT_EQ(sut.over(archiver.key, 1), archiver.key);
-  EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "nobody says it any more";
+  EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "no writer has it any more";
 }
 
 TEST(AlarmOwners, TakeADisposedSampleForAnAlarmOnlyWhileSeveralWritersHaveItsKey) {
@@ -136,7 +136,7 @@ TEST(AlarmOwners, TakeADisposedSampleForAnAlarmOnlyWhileSeveralWritersHaveItsKey
   ASSERT_TRUE(shared);
   EXPECT_FALSE(shared->is_over);
   EXPECT_EQ(shared->key, archiver.key);
-  EXPECT_FALSE(sut.take(archiver.key, 1, false, true)) << "it says nothing";
+  EXPECT_FALSE(sut.take(archiver.key, 1, false, true)) << "it has no alarm";
 }
 
 TEST(AlarmOwners, GiveNoAlarmToTheOneBesideWhenItsWriterIsGone) {
@@ -146,9 +146,9 @@ TEST(AlarmOwners, GiveNoAlarmToTheOneBesideWhenItsWriterIsGone) {
   EXPECT_THAT(sut.gone({1, 2}), testing::IsEmpty());
   EXPECT_THAT(sut.gone({2}), testing::ElementsAre(archiver.key));
   EXPECT_EQ(sut.said(archiver.key, 2), beside);
-  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key) << "it is there again";
+  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key) << "it has returned";
   EXPECT_THAT(sut.gone({1}), testing::ElementsAre(beside));
-  EXPECT_THAT(sut.gone({}), testing::IsEmpty()) << "DDS says so of the only one";
+  EXPECT_THAT(sut.gone({}), testing::IsEmpty()) << "DDS reports the only one";
 }
 
 TEST(ALongText, IsCutBetweenCharactersAndNeverInSilence) {

@@ -21,8 +21,7 @@ std::vector<std::string> keys_of(const wire::Topic& topic) {
   return keys;
 }
 
-// What is asked by one gateway and what another asks are apart, and so is what each instance is
-// asked.
+// Requests of two gateways have different keys, and so have requests to two instances.
 TEST(Topics, HaveGatewayAndInstanceInTheKeyOfRequestsAndReplies) {
   EXPECT_THAT(keys_of(wire::request_topic), ElementsAre("machine", "channel", "assigned", "epoch"));
   EXPECT_THAT(keys_of(wire::reply_topic), ElementsAre("machine", "channel", "instance", "epoch"));

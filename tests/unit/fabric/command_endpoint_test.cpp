@@ -17,11 +17,11 @@ struct HeardCommands : endpoints::CommandListener {
   std::vector<Command> commands;
 };
 
-/// A gateway or instance here, an operator there.
+/// A gateway or instance `here`, an operator `there`.
 class CommandEndpoints : public testing::Test {
  protected:
   bool until(const std::function<bool()>& done) { return run_until(context, done); }
-  /// Everything that is sent after this reaches the other side.
+  /// Samples that are sent later reach the other side.
   bool until_matched() {
     return until([&] { return !commands.matched().empty(); });
   }

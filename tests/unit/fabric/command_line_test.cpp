@@ -19,7 +19,7 @@ dds::ParticipantOptions parse(std::vector<std::string> arguments,
                               const std::string& of_host = "/no/such/file") {
   CLI::App app;
   const profile::FabricFlags sut(app, {.name = "test"}, of_host);
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them in reverse
   app.parse(arguments);
   return sut.options();
 }
@@ -47,7 +47,7 @@ TEST(FabricFlags, WinOverTheFile) {
   EXPECT_EQ(options.lease, std::chrono::seconds(2));
 }
 
-/// A variable of the environment for the time of a test.
+/// An environment variable for the duration of a test.
 class Variable {
  public:
   Variable(const char* name, const char* value) : name_(name) {

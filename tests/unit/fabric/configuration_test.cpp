@@ -29,7 +29,7 @@ TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
   EXPECT_THAT(dds::cyclone_configuration({}, "<B/>"), EndsWith(",<B/>"));
 }
 
-// Cyclone adds interfaces up: one that both name would be an error.
+// Cyclone combines interfaces: one named by both would be an error.
 TEST(CycloneConfiguration, IgnoresTheEnvironmentOfAProgramWithASettingOfItsOwn) {
   for (const dds::Finding finding : {dds::Finding::hears, dds::Finding::announces}) {
     const dds::ParticipantOptions options{.finding = finding, .configuration = "<A/>"};
@@ -38,7 +38,8 @@ TEST(CycloneConfiguration, IgnoresTheEnvironmentOfAProgramWithASettingOfItsOwn) 
   }
 }
 
-// Or what Cyclone asks for shares a packet with the end of a handshake, which Fast DDS then drops.
+// Otherwise Cyclone's request shares a packet with the end of a handshake, which Fast DDS then
+// drops.
 TEST(CycloneConfiguration, AsksForNothingBeforeAHandshakeIsOver) {
   EXPECT_THAT(dds::cyclone_configuration({.trust = std::make_shared<const dds::Trust>()}, ""),
               HasSubstr("<PreEmptiveAckDelay>40ms"));

@@ -1,4 +1,4 @@
-// A gateway's end of the fabric and those of services, in two DDS domains of one process.
+// The endpoints of a gateway and of services, in two DDS domains of one process.
 #pragma once
 
 #include <chrono>
@@ -39,7 +39,7 @@ inline Reply reply(const Request& to) {
   return {.key = to.key, .instance = to.assigned, .call = to.call, .text = "2.000000", .state = 1};
 }
 
-/// A gateway here and its services there, on one domain.
+/// A gateway `here` and its services `there`, on one domain.
 class Endpoints : public testing::Test {
  protected:
   Endpoints() : Endpoints(std::nullopt) {}
@@ -65,7 +65,7 @@ class Endpoints : public testing::Test {
   bool until_ready(const InstanceIdentity& who) {
     return until([&] { return gateway.ready.contains(who.id); });
   }
-  /// News of the two directions travel on their own; this one comes after all that was sent before.
+  /// The two directions are independent; this sample arrives after all that was sent before.
   bool until_heard(endpoints::CallEndpoint& sut, Instance& instance, std::uint64_t number) {
     const ChannelKey probe{.machine = "probe", .channel = 1};
     EXPECT_TRUE(sut.publish(request(number, instance.end.identity(), probe)));

@@ -1,4 +1,4 @@
-// Gateways that end, fall silent, follow each other, or serve one channel at once.
+// Gateways that end, fall silent, replace each other, or serve one channel at the same time.
 #include <set>
 
 #include <dds/dds.h>
@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using tests::run_until;
 
-/// DDS takes a process for gone sooner than it would.
+/// With a short lease, so that DDS soon takes a process for gone.
 class SilentEndpoints : public Endpoints {
  protected:
   SilentEndpoints() : Endpoints(std::chrono::milliseconds(500)) {}
@@ -28,21 +28,21 @@ TEST_F(Endpoints, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
   sut.reset();
   gateway = {};
 
-  // Its successor finds the answer that was given meanwhile.
+  // Its successor finds the answer that was published in between.
   ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
   sut = open_gateway();
   ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
   EXPECT_THAT(service->heard.withdrawn, IsEmpty());
 }
 
-/// The same call of another gateway.
+/// The same call from another gateway.
 Request of_epoch(std::uint64_t epoch, Request request) {
   request.call.epoch = epoch;
   return request;
 }
 
-// Two gateways that do not hear each other serve one channel; the one that let go of its call
-// withdrew the other's.
+// A regression: two gateways that do not hear each other serve one channel; the one that released
+// its call withdrew that of the other.
 TEST_F(Endpoints, WithdrawNoCallOfAnotherGateway) {
   const auto sut = open_gateway();
   const auto service = start(identity());
@@ -66,7 +66,7 @@ TEST_F(Endpoints, LetNoGatewayPushOutWhatAnotherOneAsks) {
   const auto sut = open_gateway();
   RecordingGateway other_gateway;
   endpoints::CallEndpoint other(here, context.get_executor(), other_gateway);
-  // All samples are there before the first is taken, as in DoNotRunAWithdrawnCall….
+  // All samples have arrived before the first is taken, as in DoNotRunAWithdrawnCall….
   boost::asio::io_context asleep;
   Instance service(here, asleep, identity());
   ASSERT_TRUE(until_ready(service.end.identity()));

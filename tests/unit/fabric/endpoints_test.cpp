@@ -38,7 +38,7 @@ TEST_F(Endpoints, CarryACallAndItsAnswer) {
 }
 
 TEST_F(Endpoints, CarryCallsThatAreGivenOutTogether) {
-  // More than a datagram takes.
+  // More than fit into a datagram.
   constexpr std::uint16_t calls = 200;
   const auto sut = open_gateway();
   const auto service = start(identity());
@@ -54,7 +54,7 @@ TEST_F(Endpoints, CarryCallsThatAreGivenOutTogether) {
   EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
 }
 
-/// Notes what a channel's status was at each change, with `calls` in place of a time.
+/// Records the status of a channel at each change, with `calls` in place of a time.
 class Watcher {
  public:
   explicit Watcher(const dds::Participant& participant)
@@ -83,7 +83,7 @@ TEST_F(Endpoints, ShowChannelsAsTheyAreToWhoComesToLook) {
   show(*sut, 2);
   {
     Watcher first(there);
-    // What nobody saw at its time is not told later.
+    // A change that was not seen in time is not delivered later.
     ASSERT_TRUE(until([&] { return first.take() == std::vector<std::uint64_t>{2}; }));
     show(*sut, 3);
     show(*sut, 4);
@@ -160,8 +160,8 @@ TEST_F(Endpoints, TellARunningServiceOfAWithdrawal) {
 
 TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
   const auto sut = open_gateway();
-  // Within one domain object a write returns when its sample has arrived, and an executor of its
-  // own keeps the instance from taking it: both samples are there before the first is taken.
+  // Within one domain object a write returns when its sample has arrived, and a separate executor
+  // keeps the instance from taking it: both samples have arrived before the first is taken.
   boost::asio::io_context asleep;
   Instance service(here, asleep, identity());
   ASSERT_TRUE(until_ready(service.end.identity()));
@@ -172,7 +172,7 @@ TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
   EXPECT_THAT(service.heard.requests, IsEmpty());
 }
 
-/// A participant without a part in the call, which disposes and unregisters its key.
+/// A participant that is not part of the call disposes and unregisters its key.
 class AStrangerBesideEndpoints : public Endpoints {
  protected:
   void dispose(const Request& request) {
@@ -244,7 +244,7 @@ TEST_F(AStrangerBesideEndpoints, AsksForSoManyChannelsAndNoMore) {
               ElementsAre(HasSubstr("writes more than 4096 DDS instances on millrace/v4/request")));
 }
 
-/// Used by Cyclone's threads while the test looks.
+/// Used by Cyclone's threads while the test checks it.
 class RepliesAtOnce : public endpoints::ReplyEndpointListener {
  public:
   void on_request(const Request& request) override {
@@ -273,7 +273,7 @@ TEST_F(Endpoints, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
   EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
 }
 
-// The receiving thread may be in the listener just then.
+// The receiving thread may be in the listener at that moment.
 TEST_F(Endpoints, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
   const auto sut = open_gateway();
   for (std::uint64_t round = 0; round < 20; ++round) {

@@ -1,5 +1,5 @@
-// What arrives at a gateway that no end of ours has written: another DDS does not keep our limits,
-// and a stranger may say that it is somebody else.
+// Replies to a gateway that were not written by this implementation: another DDS has no such
+// limits, and a stranger may give a false identity.
 #include <dds/dds.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ Reply reply(const InstanceId& instance, std::uint64_t number) {
           .state = 1};
 }
 
-/// A writer of replies without our limits.
+/// A writer of replies without the limits of millrace.
 class RawWriter {
  public:
   RawWriter(const dds::Participant& participant, const std::string& user_data)
@@ -54,7 +54,7 @@ class RawWriter {
   void write(Reply reply) {
     const std::string text = std::exchange(reply.text, "");
     auto sample = *wire::Codec<Reply>::encode(reply);
-    // Only read; Cyclone does not write to it.
+    // Cyclone only reads it.
     sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
     sample.text._length = static_cast<std::uint32_t>(text.size());
     sample.text._maximum = sample.text._length;
@@ -82,7 +82,7 @@ class AForeignReply : public testing::Test {
   endpoints::CallEndpoint sut{here, context.get_executor(), gateway};
 };
 
-// It was dropped on its way, and the call hung without a word.
+// A regression: it was dropped on its way, and its call waited without any log line.
 TEST_F(AForeignReply, ThatIsTooLongArrivesAsItIs) {
   const InstanceId instance = InstanceId::random();
   RawWriter service(there, registry::format_instance(instance));
@@ -128,7 +128,7 @@ TEST_F(AForeignReply, OfACodeThatNobodyKnowsIsNotTakenForAGoodOne) {
   const InstanceId instance = InstanceId::random();
   tests::LawlessWriter service(there, partition, registry::format_instance(instance));
   std::uint64_t number = 0;
-  // 256 is the code of a good one in its last byte.
+  // The last byte of 256 is the code of a good reply.
   for (const std::uint32_t code : {4U, 77U, 256U, 0x7FFFFFFFU}) {
     service.write(reply(instance, ++number), millrace_final_reply, code);
   }
@@ -138,11 +138,11 @@ TEST_F(AForeignReply, OfACodeThatNobodyKnowsIsNotTakenForAGoodOne) {
   }
 }
 
-// The key of a reply has its instance's id, which anybody can write.
+// The key of a reply has its instance's id, which any participant can write.
 TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotPushOutWhatThatHasSaid) {
   const InstanceId instance = InstanceId::random();
-  // Within one domain object a write returns when its sample has arrived: both are there before the
-  // first is taken.
+  // Within one domain object a write returns when its sample has arrived: both have arrived before
+  // the first is taken.
   RawWriter service(here, registry::format_instance(instance));
   RawWriter stranger(here, registry::format_instance(InstanceId::random()));
   service.write(reply(instance, 1));
@@ -158,10 +158,10 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
   const InstanceId instance = InstanceId::random();
   const InstanceId other = InstanceId::random();
   RawWriter service(there, registry::format_instance(instance));
-  RawWriter nobody(there, "");
+  RawWriter writer(there, "");
   service.write(reply(other, 1));
   service.write(reply(other, 2));
-  nobody.write(reply(instance, 3));
+  writer.write(reply(instance, 3));
   service.write(reply(instance, 4));
   ASSERT_TRUE(until([&] { return gateway.replies.size() == 1 && gateway.ignored.size() == 2; }));
   EXPECT_EQ(gateway.replies.front().call.number, 4U);
@@ -187,8 +187,8 @@ TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
     stranger.withdraw(one);
   }
   ASSERT_TRUE(until([&] {
-    // A gateway says such a thing when somebody comes or goes, or heartbeats.
-    const wire::Writer<Reply> somebody(there, partition);
+    // A gateway logs this when a participant joins or leaves, or sends heartbeats.
+    const wire::Writer<Reply> newcomer(there, partition);
     return !gateway.ignored.empty();
   }));
   EXPECT_THAT(gateway.ignored, ElementsAre(HasSubstr("unexpected replies from more than")));
@@ -197,7 +197,7 @@ TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
 TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {
   const InstanceIdentity who = honest();
   RecordingGateway late_gateway;
-  // Looks at nothing while the instance answers and leaves.
+  // Takes nothing while the instance answers and leaves.
   boost::asio::io_context asleep;
   const endpoints::CallEndpoint late(here, asleep.get_executor(), late_gateway);
   {

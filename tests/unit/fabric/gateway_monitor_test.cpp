@@ -1,4 +1,4 @@
-// Who serves which machine, as another gateway hears it.
+// The machines of gateways, as another gateway receives them.
 #include "fabric/endpoints/gateway_monitor.hpp"
 
 #include <set>
@@ -61,7 +61,7 @@ class AWatchedGateway : public testing::Test {
       .machine = "cnc", .gateway = InstanceId::random(), .claimed = Time(std::chrono::hours(1))};
 };
 
-/// The same gateway; a second participant writes its key, too.
+/// The same gateway, with a second participant that writes its key, too.
 class AWatchedGatewayWithAStranger : public AWatchedGateway {
  protected:
   void SetUp() override {
@@ -85,7 +85,7 @@ TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
   }));
 }
 
-// DDS's own threads go on renewing the lease of its process.
+// DDS's own threads continue to renew the lease of its process.
 TEST_F(AWatchedGateway, IsGoneWhenItDoesNotAssertItselfAlthoughItsProcessIsThere) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
@@ -113,8 +113,8 @@ TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
   }));
 }
 
-// The state of a DDS instance is one for all its writers, and a sample of the gateway that is taken
-// together with it shows it, too.
+// The state of a DDS instance is the same for all its writers, and a sample of the gateway that is
+// taken together with it also has that state.
 TEST_F(AWatchedGatewayWithAStranger,
        StaysThereWhenTheStrangerDisposesItsKeyBetweenTwoOfItsSamples) {
   for (int i = 0; i < 20; ++i) {
@@ -129,7 +129,7 @@ TEST_F(AWatchedGatewayWithAStranger,
   }
 }
 
-// Its claim to fewer channels, or a later one, would hand the others to a standby gateway.
+// A claim to fewer channels, or a later one, would hand the other channels to a standby gateway.
 TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
   MachineStatus forged = status;
   forged.claims = {99};

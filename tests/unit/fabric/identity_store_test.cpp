@@ -92,20 +92,20 @@ TEST_F(IdentityStoreTest, KnowsWhetherAGatewayOfAMachineIsThere) {
 
 TEST_F(IdentityStoreTest, TellsOfWhomARevocationIsNews) {
   show();
-  EXPECT_THAT(sut.revoke({"somebody"}), IsEmpty());
-  EXPECT_THAT(sut.revoke({"gateway-1", "somebody"}), ElementsAre(bearer));
+  EXPECT_THAT(sut.revoke({"service-1"}), IsEmpty());
+  EXPECT_THAT(sut.revoke({"gateway-1", "service-1"}), ElementsAre(bearer));
   EXPECT_TRUE(sut.status_of_writer(some_writer).revoked);
   EXPECT_TRUE(sut.is_revoked("gateway-1"));
   EXPECT_THAT(sut.revoke({"gateway-1"}), IsEmpty());
 }
 
-// An older list that is copied over a newer one gives nobody his certificate back.
+// An older list that is copied over a newer one makes no revoked certificate valid again.
 TEST_F(IdentityStoreTest, ForgetsNoRevocationAndTellsWhoIsMissingInAnOlderList) {
   show();
-  EXPECT_THAT(sut.revoke({"gateway-1", "somebody"}), ElementsAre(bearer));
-  EXPECT_THAT(sut.left_out_of({"gateway-1", "somebody", "else"}), IsEmpty());
-  EXPECT_THAT(sut.left_out_of({"somebody"}), ElementsAre("gateway-1"));
-  EXPECT_THAT(sut.revoke({"somebody"}), IsEmpty());
+  EXPECT_THAT(sut.revoke({"gateway-1", "service-1"}), ElementsAre(bearer));
+  EXPECT_THAT(sut.left_out_of({"gateway-1", "service-1", "else"}), IsEmpty());
+  EXPECT_THAT(sut.left_out_of({"service-1"}), ElementsAre("gateway-1"));
+  EXPECT_THAT(sut.revoke({"service-1"}), IsEmpty());
   EXPECT_TRUE(sut.status_of(bearer).revoked);
 }
 

@@ -19,7 +19,7 @@ constexpr SteadyTime start{std::chrono::hours(1)};
 
 class InstanceRegistryTest : public testing::Test {
  protected:
-  void see_both() {
+  void discover_both() {
     sut.reader_seen(reader, {identity, process}, start);
     sut.writer_seen(reply_writer, {identity.id, process});
   }
@@ -27,10 +27,10 @@ class InstanceRegistryTest : public testing::Test {
     sut.matched(reader, is);
     sut.matched(reply_writer, is);
   }
-  /// Ready, and beating from `start` on.
+  /// Ready, with heartbeats from `start` on.
   void with_heartbeats() {
     identity.lease = 500ms;
-    see_both();
+    discover_both();
     match();
     sut.heartbeat_writer_seen(heartbeats, process);
     sut.changes();
@@ -52,12 +52,12 @@ TEST_F(InstanceRegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
 
 TEST_F(InstanceRegistryTest, KnowsAMatchThatIsThereBeforeTheEndpointIsSeen) {
   match();
-  see_both();
+  discover_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
 TEST_F(InstanceRegistryTest, TellsEachChangeOnce) {
-  see_both();
+  discover_both();
   match();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
   const registry::InstanceRegistry::Changes again = sut.changes();
@@ -67,7 +67,7 @@ TEST_F(InstanceRegistryTest, TellsEachChangeOnce) {
 }
 
 TEST_F(InstanceRegistryTest, TellsThatAnIdentityChanged) {
-  see_both();
+  discover_both();
   match();
   sut.changes();
   identity.draining = true;
@@ -76,7 +76,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnIdentityChanged) {
 }
 
 TEST_F(InstanceRegistryTest, TellsAChangeOfAnIdentityOnce) {
-  see_both();
+  discover_both();
   match();
   sut.changes();
   identity.draining = true;
@@ -88,7 +88,7 @@ TEST_F(InstanceRegistryTest, TellsAChangeOfAnIdentityOnce) {
 
 TEST_F(InstanceRegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
   constexpr registry::EndpointHandle second = 3;
-  see_both();
+  discover_both();
   sut.writer_seen(second, {identity.id, process});
   match();
   sut.changes();
@@ -100,7 +100,7 @@ TEST_F(InstanceRegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
 
 TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
   for (const registry::EndpointHandle lost : {reader, reply_writer}) {
-    see_both();
+    discover_both();
     match();
     sut.changes();
     sut.endpoint_gone(lost);
@@ -109,7 +109,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
 }
 
 TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
-  see_both();
+  discover_both();
   match();
   sut.changes();
   match(false);
@@ -120,7 +120,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
 
 TEST_F(InstanceRegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
   sut.match_all();
-  see_both();
+  discover_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
   sut.endpoint_gone(reply_writer);
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
@@ -134,15 +134,15 @@ TEST_F(InstanceRegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
 }
 
 TEST_F(InstanceRegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
-  see_both();
+  discover_both();
   sut.writer_seen(3, {InstanceId::random(), process});
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
   EXPECT_FALSE(sut.speaks_for(3, identity.id)) << "another instance's writer";
-  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a reply_writer that says nothing of itself";
+  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a reply writer without an identity";
 }
 
 TEST_F(InstanceRegistryTest, TakesNoWordFromAWriterThatOnlyCallsItselfTheInstances) {
-  see_both();
+  discover_both();
   sut.writer_seen(3, {identity.id, other_participant});
   EXPECT_FALSE(sut.speaks_for(3, identity.id));
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
@@ -154,7 +154,7 @@ TEST_F(InstanceRegistryTest, TakesTheWordOfAWriterWhoseReaderIsNotSeenYet) {
 }
 
 TEST_F(InstanceRegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
-  see_both();
+  discover_both();
   sut.endpoint_gone(reader);
   sut.endpoint_gone(reply_writer);
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
@@ -201,7 +201,7 @@ TEST_F(InstanceRegistryTest, LooksForSilenceWhenTheFirstOfSeveralProcessesMayBeS
 }
 
 TEST_F(InstanceRegistryTest, ExpectsAHeartbeatOnlyOfWhoPromisesIt) {
-  see_both();
+  discover_both();
   match();
   sut.changes();
   EXPECT_EQ(sut.next_time(), std::nullopt);
@@ -232,7 +232,7 @@ TEST_F(InstanceRegistryTest, TakesAHeartbeatForItsOwnProcessOnly) {
   constexpr registry::EndpointHandle strange = 6;
   sut.heartbeat_writer_seen(strange, other_participant);
   EXPECT_FALSE(sut.heartbeat(strange, start + 300ms)) << "it has no instances";
-  EXPECT_FALSE(sut.heartbeat(7, start + 300ms)) << "nobody has seen it";
+  EXPECT_FALSE(sut.heartbeat(7, start + 300ms)) << "it was never seen";
   EXPECT_FALSE(sut.heartbeats_for(strange, identity.id));
   EXPECT_TRUE(sut.heartbeats_for(heartbeats, identity.id));
   sut.on_time(start + 400ms);
@@ -240,7 +240,7 @@ TEST_F(InstanceRegistryTest, TakesAHeartbeatForItsOwnProcessOnly) {
 }
 
 TEST_F(InstanceRegistryTest, SaysOfWhomThereIsNothingLeft) {
-  see_both();
+  discover_both();
   EXPECT_THAT(sut.take_vanished(), IsEmpty());
   sut.endpoint_gone(reply_writer);
   EXPECT_THAT(sut.take_vanished(), IsEmpty());
@@ -249,10 +249,11 @@ TEST_F(InstanceRegistryTest, SaysOfWhomThereIsNothingLeft) {
   EXPECT_FALSE(sut.is_seen(identity.id));
 }
 
-// Whoever announced an instance's id after it could say that it drains, or answer its calls.
+// A regression: a process that announced the id of an instance later could publish that it drains,
+// or answer its calls.
 TEST_F(InstanceRegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirst) {
   using Seen = registry::InstanceRegistry::Seen;
-  see_both();
+  discover_both();
   match();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
   constexpr registry::EndpointHandle false_reader = 0;
@@ -268,13 +269,13 @@ TEST_F(InstanceRegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirs
   EXPECT_THAT(changes.gone, IsEmpty());
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
   EXPECT_FALSE(sut.speaks_for(false_writer, identity.id));
-  // What the first one says of itself anew does not put it behind the other.
+  // A new announcement by the first process does not make the other one the first.
   InstanceIdentity renamed = identity;
   renamed.name = "renamed";
   EXPECT_EQ(sut.reader_seen(reader, {renamed, process}, start), Seen::taken);
   EXPECT_THAT(sut.changes().changed, ElementsAre(renamed));
   sut.endpoint_gone(reader);
-  EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is there alone now";
+  EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is the only one now";
 }
 
 TEST_F(InstanceRegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
@@ -295,7 +296,7 @@ TEST_F(InstanceRegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
 
 TEST_F(InstanceRegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
   sut.require_authentication();
-  see_both();
+  discover_both();
   match();
   EXPECT_THAT(sut.changes().ready, IsEmpty());
   EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
@@ -309,7 +310,7 @@ TEST_F(InstanceRegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
 TEST_F(InstanceRegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
-  see_both();
+  discover_both();
   match();
   EXPECT_EQ(sut.changes().ready.size(), 1U);
 }
@@ -317,7 +318,7 @@ TEST_F(InstanceRegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
 TEST_F(InstanceRegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
-  see_both();
+  discover_both();
   match();
   sut.changes();
   sut.authenticated(process, std::nullopt);
@@ -328,7 +329,7 @@ TEST_F(InstanceRegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
 TEST_F(InstanceRegistryTest, HearsTheLastWordsOfWhoHasLeft) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
-  see_both();
+  discover_both();
   match();
   sut.changes();
   sut.authenticated_gone(process);
@@ -338,7 +339,7 @@ TEST_F(InstanceRegistryTest, HearsTheLastWordsOfWhoHasLeft) {
 
 TEST_F(InstanceRegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
   sut.require_authentication();
-  see_both();
+  discover_both();
   match();
   EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
   ASSERT_EQ(sut.next_time(), start + registry::InstanceRegistry::authentication_timeout);
@@ -346,14 +347,14 @@ TEST_F(InstanceRegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
   EXPECT_THAT(sut.take_unauthenticated(), ElementsAre(std::pair(identity.id, identity.uuid)));
   sut.on_time(start + 2 * registry::InstanceRegistry::authentication_timeout);
   EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
-  // A foreign program may show its identity last.
+  // A foreign program may publish its identity last.
   sut.authenticated(process, "square-root");
   EXPECT_EQ(sut.changes().ready.size(), 1U);
 }
 
 TEST_F(InstanceRegistryTest, SaysThatSomebodyHasProvedNothingHoweverMuchHeAnnounces) {
   sut.require_authentication();
-  see_both();
+  discover_both();
   const InstanceIdentity more{.id = InstanceId::random(), .uuid = "weather"};
   sut.reader_seen(3, {more, process},
                   start + registry::InstanceRegistry::authentication_timeout / 2);
@@ -365,7 +366,7 @@ TEST_F(InstanceRegistryTest, SaysOnceThatAProcessThatSendsHeartbeatsHasProvedNot
   constexpr SteadyTime late = start + registry::InstanceRegistry::authentication_timeout;
   identity.lease = 500ms;
   sut.require_authentication();
-  see_both();
+  discover_both();
   sut.heartbeat_writer_seen(heartbeats, process);
   sut.heartbeat(heartbeats, late);
   sut.on_time(late);
@@ -380,7 +381,7 @@ TEST_F(InstanceRegistryTest, IsNotKeptFromTheRightOneByWhoHasProvedNothing) {
   sut.reader_seen(squatter, {identity, other_participant}, start);
   sut.matched(squatter, true);
   sut.authenticated(process, "square-root");
-  see_both();
+  discover_both();
   match();
   EXPECT_EQ(sut.changes().ready.size(), 1U);
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));

@@ -17,7 +17,7 @@ TEST(KeyLimit, KeepsSoManyKeysOfEachWriterAndNamesWhoHasMore) {
   EXPECT_EQ(sut.take_flooding(), std::nullopt);
   EXPECT_FALSE(sut.admits(1, 13));
   EXPECT_TRUE(sut.admits(1, 12));
-  EXPECT_TRUE(sut.admits(2, 13)) << "another one has room of its own";
+  EXPECT_TRUE(sut.admits(2, 13)) << "another writer has its own room";
   EXPECT_EQ(sut.take_flooding(), 1U);
   EXPECT_EQ(sut.take_flooding(), std::nullopt);
 }
@@ -40,7 +40,7 @@ TEST(KeyLimit, HasRoomAgainForAKeyThatNoWriterHasAnyMore) {
   EXPECT_TRUE(sut.admits(2, 12));
 }
 
-// Its writer has written it again while the news that nobody has it was taken.
+// Its writer has written it again, before the reader took the loss of all its writers.
 TEST(KeyLimit, ForgetsNoKeyOfWhichASampleHasComeSince) {
   KeyLimit sut(1);
   EXPECT_TRUE(sut.admits(1, 11));
@@ -50,18 +50,18 @@ TEST(KeyLimit, ForgetsNoKeyOfWhichASampleHasComeSince) {
   EXPECT_FALSE(sut.admits(1, 12));
 }
 
-/// A reader, and a writer of ever new keys in another process.
+/// A reader, and a writer of more and more keys in another process.
 class AReader : public testing::Test {
  protected:
   void match() {
     boost::asio::io_context context;
     ASSERT_TRUE(tests::run_until(context, [&] { return !stranger.matched().empty(); }));
   }
-  /// `key` is no other's.
+  /// Each `key` gives a different one.
   static Reply reply(std::size_t key) {
     return {.key = {.machine = "cnc", .channel = 1}, .call = {.epoch = key, .number = 1}};
   }
-  /// What has come as soon as `done`.
+  /// The samples that have arrived when `done`.
   template <typename Done>
   void take_until(const Done& done) {
     boost::asio::io_context context;
@@ -92,11 +92,12 @@ TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
   take_until([&] { return heard >= most && flood; });
   EXPECT_EQ(heard, most);
   ASSERT_TRUE(flood.has_value());
-  EXPECT_THAT(*flood, testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
-                                            "on millrace/v4/reply: further ones are dropped"));
+  EXPECT_THAT(*flood,
+              testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
+                                    "on millrace/v4/reply: further ones are dropped"));
 }
 
-// An instance that answers for months has answered ever new callers.
+// An instance that answers for months has answered more and more callers.
 TEST_F(AReader, HearsAWriterWithoutEndThatLetsItsOldKeysGo) {
   match();
   for (std::size_t key = 1; key <= most + 1'024; ++key) {
@@ -109,7 +110,7 @@ TEST_F(AReader, HearsAWriterWithoutEndThatLetsItsOldKeysGo) {
   EXPECT_EQ(flood, std::nullopt);
 }
 
-// Cyclone asks nobody whether it is to keep such a key.
+// Cyclone keeps such a key without asking the reader.
 TEST_F(AReader, NamesAWriterThatDisposesEverNewKeys) {
   match();
   for (std::size_t key = 1; key <= most + 64; ++key) {

@@ -11,7 +11,7 @@ using testing::IsEmpty;
 
 using Sut = KeyOwners<int, int>;
 constexpr auto first_come = [](int, const Sut::Sample&) { return 0; };
-/// The word itself is the rank.
+/// The value itself is the rank.
 constexpr auto lowest = [](int, const Sut::Sample& sample) { return sample.value; };
 
 TEST(KeyOwners, AreThoseThatSpokeFirst) {

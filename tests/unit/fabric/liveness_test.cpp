@@ -1,4 +1,4 @@
-// Who is there: heartbeats, silence, and what instances say of their load.
+// Which instances are alive: heartbeats, silence, and the load that instances publish.
 #include <utility>
 
 #include <boost/asio/steady_timer.hpp>
@@ -42,7 +42,7 @@ InstanceLoad busy(std::uint8_t number) {
 
 class HeartbeatsTest : public testing::Test {
  protected:
-  /// The first bytes of the instances in the next heartbeat.
+  /// The first byte of each instance's id in the next heartbeat.
   std::vector<int> next() {
     std::vector<int> named;
     for (const InstanceLoad& one : sut.next({}).loads) {
@@ -113,7 +113,7 @@ struct LoadGateway : RecordingGateway {
   std::vector<InstanceLoad> loads;
 };
 
-/// A gateway here; there a process with an instance, which sends heartbeats as long as the test
+/// A gateway `here`; a process with an instance `there`, which sends heartbeats as long as the test
 /// runs its loop.
 class Liveness : public testing::Test {
  protected:
@@ -163,7 +163,7 @@ TEST_F(Liveness, IsNotLostByHeartbeatsThatKeepComing) {
   auto last = Clock::now();
   auto since = last;
   int lost_before = 0;
-  // On a host that is too busy a heartbeat may be heard too late: then it counts from there.
+  // On a busy host a heartbeat may be heard too late: then the time counts from there.
   const auto heard_in_time_for_four_leases = [&] {
     if (gateway.loads.size() == heartbeats_heard) {
       return false;
@@ -188,11 +188,11 @@ TEST_F(Liveness, TellsWhatAnInstanceDoes) {
 
 TEST_F(Liveness, IsNotForAnotherProcessToTell) {
   ASSERT_TRUE(until([&] { return !gateway.loads.empty(); }));
-  // It has an instance of its own, and speaks for ours too.
+  // It has its own instance, and sends heartbeats for ours too.
   dds::Participant elsewhere(processes.there());
   InstanceIdentity strange{.id = InstanceId::random(), .uuid = "weather", .name = "strange"};
-  RecordingInstance nobody;
-  endpoints::ReplyEndpoint other(elsewhere, context.get_executor(), strange, nobody);
+  RecordingInstance ignored;
+  endpoints::ReplyEndpoint other(elsewhere, context.get_executor(), strange, ignored);
   endpoints::HeartbeatEndpoint false_heartbeats(elsewhere);
   ASSERT_TRUE(until([&] { return gateway.ready.contains(strange.id); }));
   const InstanceLoad lie{.status = {.instance = who.id, .answered = 666}};

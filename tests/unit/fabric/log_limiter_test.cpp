@@ -32,7 +32,7 @@ TEST(LogLimiter, AreSaidAgainAfterAMinuteAlsoIfNobodyAsksWhatIsDue) {
   EXPECT_EQ(sut.admit("forged", "a", "fourth", start + 61s), std::nullopt);
 }
 
-// A stranger with 64 writers would silence whoever comes later.
+// A stranger with 64 writers would silence the logs about later ones.
 TEST(LogLimiter, OfManyKindsLeaveRoomForNewOnesOnceTheyAreOver) {
   LogLimiter sut;
   for (std::size_t i = 0; i < LogLimiter::most_kinds; ++i) {
@@ -73,7 +73,7 @@ TEST(Throttle, LetsSoManyThroughInAWindowAndCountsTheOthers) {
   EXPECT_EQ(sut.due(start + 11s), 7U);
   EXPECT_EQ(sut.due(start + 12s), std::nullopt);
   EXPECT_TRUE(sut.admit(start + 12s));
-  EXPECT_EQ(sut.due(start + 30s), std::nullopt) << "all of them were told";
+  EXPECT_EQ(sut.due(start + 30s), std::nullopt) << "all of them were counted";
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ TEST(CanonicalUuid, IsLowerCaseWithoutBracesAndBlanks) {
 }
 
 TEST(CanonicalUuid, LeavesAnIdentifierThatIsNoUuidAsItIs) {
-  // The NC sample of the vendor's manual misses one character of its service's UUID.
+  // In the NC sample of the vendor's manual, one character of the service's UUID is missing.
   EXPECT_EQ(canonical_uuid("560AACBF-6335-44a9-895A-8B27F3ED5E4"),
             "560AACBF-6335-44a9-895A-8B27F3ED5E4");
   EXPECT_EQ(canonical_uuid("  Weather "), "Weather");

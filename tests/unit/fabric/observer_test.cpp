@@ -1,5 +1,4 @@
-// What an observer takes from a participant that speaks in the place of others: nothing, and it
-// says who that is.
+// Samples in the name of others: an observer ignores them and reports their writer.
 #include "fabric/observer/observer.hpp"
 
 #include <algorithm>
@@ -121,7 +120,7 @@ TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
 
 TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
   wire::Writer<Request> stranger(elsewhere, request_partition);
-  // Whoever finds it after the disposal sees nothing.
+  // An observer that finds it after the disposal sees nothing.
   constexpr std::size_t instance_and_observer = 2;
   ASSERT_TRUE(until([&] { return stranger.matched().size() == instance_and_observer; }));
   ASSERT_TRUE(stranger.write(withdrawal_of(key_of(asked))));
@@ -134,7 +133,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
   EXPECT_EQ(all<observer::Withdrawal>().front().call, asked.call);
 }
 
-/// A tool that calls is no gateway.
+/// A tool that calls is not a gateway.
 TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEpoch) {
   Request tools = asked;
   tools.key.machine = "tool";
@@ -205,8 +204,8 @@ TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
   EXPECT_TRUE(all<MachineStatus>()[1].connected);
 }
 
-/// What a stranger said first does not count any more once the gateway is known to claim the
-/// machine, and a second gateway counts once the first one is gone.
+/// An earlier sample of a stranger no longer counts once the gateway is known to claim the machine,
+/// and a second gateway counts once the first one is gone.
 TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
   wire::Writer<ChannelStatus> stranger(elsewhere, "millrace");
   const ChannelKey second{"cnc", 2};

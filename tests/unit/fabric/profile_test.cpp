@@ -73,7 +73,7 @@ TEST(Profile, NamesEveryMistakeWithItsPlace) {
   }
 }
 
-// A network is joined with trust, which has to be made first; nothing else is missing.
+// Joining a network needs trust, which has to be issued first; nothing else is missing.
 TEST(Profile, ReadsTheProfilesThatAreShipped) {
   for (const auto& entry : std::filesystem::directory_iterator(MILLRACE_PROFILES)) {
     const auto sut = profile::read_profile(entry.path());
@@ -87,7 +87,7 @@ TEST(Profile, ReadsTheProfilesThatAreShipped) {
   }
 }
 
-/// What systemd puts into the environment of a unit with LoadCredential=.
+/// The environment that systemd gives a unit with LoadCredential=.
 class HandedBySystemd : public testing::Test {
  protected:
   ~HandedBySystemd() override { ::unsetenv("CREDENTIALS_DIRECTORY"); }

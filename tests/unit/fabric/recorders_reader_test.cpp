@@ -1,4 +1,4 @@
-// What somebody gets who only listens: every call, also one that is over before it could arrive.
+// A pure listener receives every call, also one that is over before it could arrive.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,14 +30,14 @@ class ARecordersReader : public testing::Test {
     ASSERT_TRUE(tests::run_until(context, [&] { return !writer.matched().empty(); }));
   }
 
-  /// Waits until `here` knows the readers that `there` has made: it shows them one after the other.
-  void introduce() {
+  /// Waits until `here` has discovered the readers of `there`, one after the other.
+  void await_discovery() {
     const wire::Reader<Event> last(there, "millrace", wire::Keep::all);
     const wire::Writer<Event> writer(here, "millrace");
     match(writer);
   }
 
-  /// The numbers of the calls that arrive, as soon as there are `count`, or what came until then.
+  /// The numbers of the calls that have arrived, as soon as there are `count`, or at the timeout.
   template <typename Value>
   std::vector<std::uint64_t> numbers(wire::Reader<Value>& reader, std::size_t count) {
     std::vector<std::uint64_t> numbers;
@@ -60,7 +60,7 @@ class ARecordersReader : public testing::Test {
 
 TEST_F(ARecordersReader, GetsTheCallsThatAreOverBeforeItFindsTheirWriter) {
   wire::Reader<Request> sut(there, "millrace/*", wire::Keep::all);
-  introduce();
+  await_discovery();
   wire::Writer<Request> writer(here, "millrace/weather");
   for (std::uint64_t number = 1; number <= 5; ++number) {
     ASSERT_TRUE(writer.write(request(number)));
@@ -71,7 +71,7 @@ TEST_F(ARecordersReader, GetsTheCallsThatAreOverBeforeItFindsTheirWriter) {
 
 TEST_F(ARecordersReader, GetsTheRepliesThatOthersFollowBeforeItFindsTheirWriter) {
   wire::Reader<Reply> sut(there, "millrace/*", wire::Keep::all);
-  introduce();
+  await_discovery();
   wire::Writer<Reply> writer(here, "millrace/weather");
   for (std::uint64_t number = 1; number <= 5; ++number) {
     ASSERT_TRUE(writer.write(reply(number)));

@@ -1,4 +1,4 @@
-// Listeners of both endpoints that note what they are told.
+// Listeners of both endpoints that record their events.
 #pragma once
 
 #include <map>
@@ -43,7 +43,7 @@ struct RecordingInstance : endpoints::ReplyEndpointListener {
   }
   void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_requester(key)); }
   void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
-  /// As who has asked knows it.
+  /// The key in the view of the requester.
   static RequestKey without_requester(RequestKey key) {
     key.requester = 0;
     return key;

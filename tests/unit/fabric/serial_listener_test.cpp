@@ -32,7 +32,8 @@ TEST(SerialListener, RunsOnceMoreForWhatComesDuringTheWork) {
   EXPECT_EQ(runs, 2);
 }
 
-// Whoever came next took it for a thread that runs the work already, and left: the end was deaf.
+// A regression: the next thread assumed that another one ran the work already, and left, so no
+// further samples were taken.
 TEST(SerialListener, GoesOnAfterWorkThatThrows) {
   int runs = 0;
   dds::SerialListener sut([&] {
@@ -50,7 +51,7 @@ TEST(SerialListener, RunsInOneThreadAtATimeAndMissesNothing) {
   constexpr int threads = 4;
   constexpr int each = 20'000;
   std::atomic<int> brought = 0;
-  // Neither is atomic: two threads at once would show, to the thread sanitizer at the latest.
+  // Neither is atomic: the thread sanitizer, at the latest, would find two threads.
   int inside = 0;
   int seen = 0;
   dds::SerialListener sut([&] {

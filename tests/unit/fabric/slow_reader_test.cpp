@@ -1,4 +1,4 @@
-// Whoever watches cannot slow down or stop the calls.
+// An observer cannot slow down or stop calls.
 #include <dds/dds.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace millrace::fabric {
 namespace {
 
-/// Longer than the test, so that the silent side counts as there all the time.
+/// Longer than the test, so that the silent side remains alive for DDS.
 constexpr std::chrono::milliseconds lease = std::chrono::seconds(60);
 
 class SlowReader : public testing::Test {
@@ -64,12 +64,12 @@ TEST_F(SlowReader, DoesNotHoldUpTheCallsOfOtherChannels) {
   }
 }
 
-// Without it Cyclone makes and frees one for each event.
+// Without the hold, Cyclone creates and frees the instance for each event.
 TEST_F(SlowReader, IsNotWhatHoldsTheOneInstanceOfATopicWithoutAKey) {
   wire::Writer<Event> sut(here, "millrace");
   const auto held = sut.hold({.key = {.machine = "any", .channel = 1}});
   EXPECT_TRUE(held) << held.error();
-  EXPECT_FALSE(sut.hold({})) << "an event without a machine is none";
+  EXPECT_FALSE(sut.hold({})) << "an event without a machine is invalid";
 }
 
 }  // namespace

@@ -135,9 +135,9 @@ TEST(Participant, HasANameThatIsOneOfAFolderToo) {
   EXPECT_TRUE(is_participant_name("gateway-1.hall_3"));
 }
 
-// What a partition or a permission would take for a pattern.
+// Characters that make a partition or a permission a pattern.
 TEST(Participant, MayAnswerNoPatternOfUuids) {
-  // A slash: who may answer "a" may read what is in the partitions of "a/b".
+  // A slash: a participant that may answer "a" may read the partitions of "a/b".
   for (const char* pattern :
        {"*", "560a*", "?", "[a]", "a\\b", "a,b", "", "a\nb", "a/b", "\xc3\xa4"}) {
     EXPECT_TRUE(mistake_in({.name = "s", .roles = {Role::service}, .uuids = {pattern}})) << pattern;

@@ -1,4 +1,4 @@
-// Participants that talk over sockets as two processes do, in one test.
+// Participants that communicate over sockets like two processes, in one test.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 
 namespace millrace::fabric {
 
-/// Cyclone shortens the way between participants of one domain object; these have two, on one DDS
-/// domain of the network.
+/// Cyclone has a shortcut between participants of one domain object; these have two objects, on one
+/// DDS domain of the network.
 class TwoProcesses {
  public:
   [[nodiscard]] dds::ParticipantOptions here() const { return {.domain = here_.number()}; }

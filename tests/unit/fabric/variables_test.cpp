@@ -1,4 +1,4 @@
-// Questions about variables on the wire, and their two endpoints.
+// Variable requests on the wire, and their two endpoints.
 #include <map>
 #include <memory>
 #include <optional>
@@ -101,7 +101,7 @@ TEST(VariablesOnTheWire, SayOfATooLongRequestWhatItHasTooMuchOf) {
   EXPECT_THAT(received(request).excess, HasSubstr("5001 elements; at most 4096"));
 }
 
-/// A gateway here, who asks there.
+/// A gateway `here`, a requester `there`.
 class VariableEndpoints : public testing::Test {
  protected:
   struct Requester {

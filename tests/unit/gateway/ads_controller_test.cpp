@@ -244,7 +244,8 @@ TEST_F(AdsControllerTest, WaitsLongerEachTimeForAControllerThatRefusesRapidConne
   connect();
   ASSERT_TRUE(run([&] { return !down.empty(); }));
   EXPECT_THAT(down.front(), HasSubstr("were there many connections in a short time?"));
-  ASSERT_TRUE(run([&] { return !up.empty(); })) << "who asks every 100 ms never gets in";
+  ASSERT_TRUE(run([&] { return !up.empty(); }))
+      << "a client that asks every 100 ms is never accepted";
 }
 
 TEST_F(AdsControllerTest, ComesBackAfterEachEndOfTheConnection) {
@@ -267,8 +268,8 @@ TEST_F(AdsControllerTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
   EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::unknown));
 }
 
-// A read that the gateway asked for when a write had failed was answered in the midst of what it
-// did about that write.
+// A regression: a read that the gateway requested after a failed write was answered while it still
+// handled that write.
 TEST_F(AdsControllerTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) {
   serve();
   connect();
@@ -307,7 +308,7 @@ TEST_F(AdsControllerTest, TellsNothingOfAMessageQueueThatWasOpenedAnewSinceItWas
   sut->open(queue, settings);
   sut->ask(queue, queues::ReadControl{});
   ASSERT_TRUE(run([&] { return !queue_answers.empty(); }));
-  // Whatever is asked after it is answered after it.
+  // Every later request is answered later.
   sut->read(1, ReadSet::state);
   ASSERT_TRUE(run([&] { return !snapshots.empty(); }));
   EXPECT_EQ(queue_answers.size(), 1U);

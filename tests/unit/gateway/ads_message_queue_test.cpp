@@ -35,28 +35,29 @@ class NoPrograms final : public cnc::simulator::ProgramSource {
   }
 };
 
-/// A controller that says of a symbol what is not so.
-class Liar final : public cnc::ads::ForwardingDevice {
+/// A controller with false descriptions of symbols.
+class MisdescribingDevice final : public cnc::ads::ForwardingDevice {
  public:
-  explicit Liar(Device& honest) : ForwardingDevice(honest) {}
+  explicit MisdescribingDevice(Device& honest) : ForwardingDevice(honest) {}
 
-  /// One of the five numbers that a symbol's entry begins with, 0 to 4: its length, index group,
+  /// One of the five numbers at the beginning of a symbol's entry, 0 to 4: its length, index group,
   /// index offset, size and type.
-  struct Lie {
+  struct FalseNumber {
     std::size_t number;
     std::uint32_t value;
   };
-  std::map<std::string, Lie> lies;
+  std::map<std::string, FalseNumber> false_numbers;
 
   cnc::ads::Result<cnc::ads::Bytes> read_write(std::uint16_t port, cnc::ads::Index index,
                                                std::uint32_t read_length,
                                                cnc::ads::BytesView data) override {
     auto entry = ForwardingDevice::read_write(port, index, read_length, data);
-    const auto lie = lies.find(cnc::variables::decode_text(data));
-    if (entry && index.group == cnc::ads::symbol::info_by_name && lie != lies.end()) {
-      const auto number = cnc::ads::ByteWriter().u32(lie->second.value).take();
-      std::ranges::copy(
-          number, entry->begin() + static_cast<std::ptrdiff_t>(lie->second.number * number.size()));
+    const auto false_number = false_numbers.find(cnc::variables::decode_text(data));
+    if (entry && index.group == cnc::ads::symbol::info_by_name &&
+        false_number != false_numbers.end()) {
+      const auto number = cnc::ads::ByteWriter().u32(false_number->second.value).take();
+      std::ranges::copy(number, entry->begin() + static_cast<std::ptrdiff_t>(
+                                                     false_number->second.number * number.size()));
     }
     return entry;
   }
@@ -85,8 +86,8 @@ class AdsMessageQueueTest : public testing::Test {
     symbols.emplace(*device, *names);
     cnc::ads::ServerOptions options;
     options.tcp_port = 0;
-    liar.emplace(*symbols);
-    server.emplace(io.get_executor(), *liar, options, base::program::no_log());
+    false_device.emplace(*symbols);
+    server.emplace(io.get_executor(), *false_device, options, base::program::no_log());
     cnc::ads::ClientOptions client_options;
     client_options.tcp_port = server->tcp_port();
     client_options.target = options.session.net_id;
@@ -117,7 +118,7 @@ class AdsMessageQueueTest : public testing::Test {
   std::optional<cnc::simulator::VirtualDevice> device;
   std::optional<cnc::simulator::objects::SymbolNames> names;
   std::optional<cnc::ads::Symbols> symbols;
-  std::optional<Liar> liar;
+  std::optional<MisdescribingDevice> false_device;
   std::optional<cnc::ads::Server> server;
   std::shared_ptr<cnc::ads::Client> client;
   std::optional<shell::AdsMessageQueue> sut;
@@ -185,22 +186,22 @@ TEST_F(AdsMessageQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
   serve({array("QUEUE", ElementType::number(Type::sgn32), 4),
          structure("CONTROL", ElementType::number(Type::uns32))});
   for (const char* name : {"SD.QUEUE[1]", "SD.CONTROL.LastFilled", "SD.CONTROL.LastGet"}) {
-    liar->lies = {{name, {.number = 3, .value = 8}}};
+    false_device->false_numbers = {{name, {.number = 3, .value = 8}}};
     const auto control = read_control();
     ASSERT_FALSE(control) << name;
     EXPECT_THAT(control.error(), HasSubstr(std::string(name) + " a size of 8 bytes; a "));
   }
-  liar->lies.clear();
+  false_device->false_numbers.clear();
   EXPECT_TRUE(read_control());
 }
 
 TEST_F(AdsMessageQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
-  // 4 bytes more begin anew at 0.
-  liar->lies = {{"SD.CONTROL", {.number = 2, .value = 0}},
-                {"SD.CONTROL.LastFilled", {.number = 2, .value = 0}},
-                {"SD.CONTROL.LastGet", {.number = 2, .value = 0xFFFFFFFC}}};
+  // Four more bytes overflow to 0.
+  false_device->false_numbers = {{"SD.CONTROL", {.number = 2, .value = 0}},
+                                 {"SD.CONTROL.LastFilled", {.number = 2, .value = 0}},
+                                 {"SD.CONTROL.LastGet", {.number = 2, .value = 0xFFFFFFFC}}};
   const auto control = read_control();
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("not whole numbers within SD.CONTROL"));

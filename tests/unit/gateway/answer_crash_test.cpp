@@ -1,5 +1,4 @@
-// An answer that is interrupted at each of its steps, on each kind of kernel: the program gets it
-// once.
+// An answer is interrupted at each of its steps, on each kind of kernel: the program gets it once.
 #include <algorithm>
 
 #include <gmock/gmock.h>
@@ -29,7 +28,7 @@ class InterruptedAnswer : public testing::TestWithParam<std::tuple<bool, bool, b
     return std::ranges::count(fixture.writes, "RESPONSE_STATE=1");
   }
 
-  /// What a service does: answers each call that is given to it, and repeats the answer when asked
+  /// The service: answers each call that is dispatched to it, and repeats the answer when requested
   /// again.
   static void serve(ChannelFixture& fixture) {
     if (fixture.sut->call() != nullptr && !fixture.sut->call()->answer) {
@@ -115,7 +114,7 @@ TEST_P(InterruptedAnswer, NeverWipesTheNextRequest) {
     int actions = 0;
     bool armed = true;
     fixture.before_action = [&] {
-      // A quick program asks again the moment it has its answer.
+      // A quick program sends its next request as soon as it has its answer.
       if (fixture.channel.values().response_state == 1) {
         fixture.call("next", 2);
       }

@@ -1,4 +1,4 @@
-// The steps of an answer, and what a read of the channel shows of what was written.
+// The steps of an answer, and how a read of the channel proves its writes.
 #include "gateway/channel/answer_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ class AnAnswer : public testing::Test {
     return {ReadSet::all, request.uuid, text, request_state, response_state, response};
   }
   Step read(AnswerWriter& sut, ServiceSnapshot snapshot) {
-    // As OpenCall::on_snapshot() has it.
+    // As in OpenCall::on_snapshot().
     zero_read = zero_read || snapshot.request_state == 0;
     const RequestStatus status = zero_read && snapshot.request_state != 0
                                      ? RequestStatus::replaced
@@ -58,7 +58,7 @@ class AWrittenAnswer : public AnAnswer {
     EXPECT_EQ(sut.on_recorded(true), Step::clear);
     EXPECT_EQ(sut.on_written(now), Step::read);
   }
-  /// RESPONSE_STATE was written, and it is unknown whether that took place.
+  /// RESPONSE_STATE was written with an unknown result.
   void release_with_unknown_outcome() {
     EXPECT_EQ(read(sut, shown), Step::write_state);
     EXPECT_EQ(sut.on_unknown(now), Step::read);
@@ -111,7 +111,8 @@ TEST_F(AWrittenAnswer, WritesATextAgainThatNoReadShowsWithinASecondAndReportsIt)
   EXPECT_NE(sut.take_report(), std::nullopt);
   EXPECT_FALSE(sut.problem().empty());
   EXPECT_EQ(sut.on_written(now), Step::read);
-  EXPECT_EQ(wait_and_read(sut, 1999ms, all(0, 0, "")), Step::read) << "after 2 s the next time";
+  EXPECT_EQ(wait_and_read(sut, 1999ms, all(0, 0, "")), Step::read)
+      << "after 2 s for the next repetition";
   EXPECT_EQ(wait_and_read(sut, 1ms, all(0, 0, "")), Step::write_response);
 }
 
@@ -184,10 +185,10 @@ TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatWasAskedForBeforeTheWriteWasLost
   now += 2s;
   const ServiceSnapshot old = all(1, 0, "");
   EXPECT_EQ(sut.on_read(old, RequestStatus::pending, request, {now - 1500ms, now}), Step::read)
-      << "the gateway has stood still meanwhile";
+      << "the gateway has stood still since the read";
 }
 
-// This gateway, or its controller, has stood still: the program may have gone on since.
+// This gateway, or its controller, has stood still: the program may have continued since.
 TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatTookLong) {
   const ServiceSnapshot without_text = all(0, 0, "");
   const auto read_that_takes = [&](std::chrono::milliseconds time) {
@@ -207,8 +208,9 @@ TEST_F(AWrittenAnswer, IsReleasedAgainIfTwoReadsASecondLaterFindTheProgramWaitin
   EXPECT_EQ(read(sut, shown), Step::write_state);
 }
 
-// The program was released and asked again, which clears RESPONSE_STATE, between two reads of one
-// snapshot; the answer was written once more, over its new request. Found by the simulation.
+// The program was released and sent its next request, which clears RESPONSE_STATE, between two
+// reads of one snapshot; the answer was written once more, over its new request. Found by the
+// simulation.
 TEST_F(AWrittenAnswer, IsNotReleasedAgainToAProgramThatAskedAgainDuringARead) {
   release_with_unknown_outcome();
   wait_and_read(sut, 1s, shown);
@@ -254,8 +256,8 @@ TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt
   EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
-// A 0 beside RESPONSE_STATE 0 is the kernel's, after a release that the program has gone on from,
-// or an NC reset.
+// A 0 next to RESPONSE_STATE 0 was written by the kernel, after a release from which the program
+// has continued, or by an NC reset.
 TEST_F(AnAnswer,
        ToAKernelThatClearsRequestStateItselfIsNotReleasedOnceMoreWhereRequestStateIsZero) {
   AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
@@ -328,7 +330,7 @@ TEST_F(AnInterimAnswer, OfUnknownOutcomeMayBeVisibleAfterRequestStateWasClearedB
   EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "half way")), Step::dropped);
 }
 
-/// The program waits for RESPONSE alone, so that it is the last of the writes.
+/// The program waits for RESPONSE alone, so RESPONSE is written last.
 class TextLast : public AnAnswer {
  protected:
   static AnswerWriter writer(std::uint32_t state) {
@@ -337,7 +339,8 @@ class TextLast : public AnAnswer {
   static AnswerWriter resumed(std::uint32_t state, bool clearing) {
     return AnAnswer::resumed(state, clearing, fabric::CompletionSignal::response);
   }
-  /// REQUEST_STATE is cleared, and the program, which has emptied RESPONSE before it asked, waits.
+  /// REQUEST_STATE is cleared, and the program, which has emptied RESPONSE before its request,
+  /// waits.
   const ServiceSnapshot waits = all(0, 0, "");
 };
 
@@ -402,7 +405,7 @@ TEST_F(TextLast, OfAnEarlierRunIsCompletedWhereTheJournalSaysThatTheRequestWasCl
   wait_and_read(sut, 1s, waits);
   EXPECT_EQ(read(sut, waits), Step::write_response);
   sut = resumed(0, false);
-  EXPECT_EQ(read(sut, waits), Step::dropped) << "the program has taken its request back";
+  EXPECT_EQ(read(sut, waits), Step::dropped) << "the program has withdrawn its request";
 }
 
 TEST_F(TextLast, OfAnEarlierRunIsCompletedThatHadWrittenItsState) {

@@ -18,7 +18,7 @@ using cnc::variables::FakeCnc;
 using testing::ElementsAre;
 using testing::SizeIs;
 
-/// A controller that the link reaches, with the variables V.E.A and V.E.B.
+/// A connected controller with the variables V.E.A and V.E.B.
 class AskingForValues : public testing::Test {
  protected:
   AskingForValues() { cnc.values = {{"V.E.A", {1, 0, 0, 0}}, {"V.E.B", {2, 0, 0, 0}}}; }

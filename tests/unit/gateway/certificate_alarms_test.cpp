@@ -34,7 +34,7 @@ settings::MachineSettings machine(const std::string& name, cnc::ads::Security se
   return machine;
 }
 
-/// What is said of a machine whose certificate of its own ends then.
+/// The alarm of a machine whose own certificate expires then.
 fabric::Alarm alarm_at(std::chrono::sys_seconds until) {
   return certificate_alarms(
              {machine("press", cnc::ads::SelfSigned{certificate("hall", until), {}, {}})}, now)

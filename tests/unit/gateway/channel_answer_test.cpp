@@ -1,4 +1,4 @@
-// How a channel brings answers back.
+// How a channel writes answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATim
   EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1"));
 }
 
-// Somebody else has asked that instance under the id of our call.
+// Another client has requested the instance with the id of our call.
 TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
   fixture.dispatched_call();
   fabric::Reply other = fixture.reply("3.000", 1);
@@ -108,8 +108,7 @@ TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
   fixture.settle();
   sut().assign(fixture.assignment(2, 2), fixture.now);
   fixture.settle();
-  EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)))
-      << "it does not hear of the other's call";
+  EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1))) << "it does not know the other's call";
   reply(first);
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1), instance(2)));
@@ -128,8 +127,7 @@ TEST_F(ChannelAnswer, IsFollowedByALookForTheNextRequestAtOnce) {
   fixture.dispatched_call();
   const auto reads = fixture.reads;
   reply(fixture.reply("1.414", 1));
-  // One read before the answer, one before it releases the program and one after that, without any
-  // time passing.
+  // One read before the answer, one before the release and one after it, without any time passing.
   EXPECT_EQ(fixture.reads, reads + 3);
   EXPECT_EQ(*fixture.wake - fixture.now.steady, 2ms);
 }
@@ -167,7 +165,7 @@ TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
   reply(fixture.reply("1.414", 1));
   ASSERT_THAT(fixture.writes, ElementsAre("RESPONSE=1.414"));
   ASSERT_EQ(fixture.unconfirmed.size(), 1U);
-  // Between the polls that go on meanwhile, the program gives up and asks something else.
+  // Between the polls that continue, the program gives up and sends another request.
   fixture.now.steady += 50ms;
   fixture.call("3", 2);
   sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
@@ -250,7 +248,8 @@ TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
   EXPECT_EQ(sut().status().late, 0U);
 }
 
-// It ran twice: the second attempt was taken from an instance that had begun it.
+// A regression: it ran twice, because the second attempt was taken away from an instance that had
+// begun it.
 TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
   fixture.dispatched_call();
   sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
@@ -363,7 +362,7 @@ TEST_F(ChannelAnswer, FollowsAnInterimStateEvenIfTheKernelClearedTheRequest) {
   fixture.wait(2s);
   EXPECT_NE(sut().call(), nullptr);
   reply(fixture.reply("done", 1));
-  // REQUEST_STATE already reads 0 and is left alone.
+  // REQUEST_STATE already reads 0 and is not written.
   EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=5", "RESPONSE=done",
                                           "RESPONSE_STATE=1"));
 }
@@ -378,7 +377,7 @@ TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, interim, withdrawn));
 }
 
-// The gateway writes no other value than 0: whatever else is read later is the program's.
+// The gateway writes only 0: any other value that is read later is the program's.
 TEST_F(ChannelAnswer, IsNotGivenToTheSameWordsThatAreAskedAgainAfterAnInterimState) {
   renew(fixture, {.response_state_after = 50ms});
   fixture.dispatched_call();
@@ -420,8 +419,8 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=done", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
-// The manual's words have the program wait for RESPONSE, its sample for RESPONSE_STATE
-// (IB/tf5200_service_interface/356533387, documented): a service says which (our choice).
+// By the text of the manual, the program waits for RESPONSE; by its sample, for RESPONSE_STATE
+// (IB/tf5200_service_interface/356533387, documented). A service declares which (our choice).
 TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
   fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
@@ -469,15 +468,14 @@ TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
 }
 
-// The program was released with an empty RESPONSE. Found by the simulation.
+// A regression: the program was released with an empty RESPONSE. Found by the simulation.
 TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
   fixture.dispatched_call();
   fixture.before_action = [&] { fixture.journal_works = fixture.writes.empty(); };
   fixture.sut->on_reply(fixture.reply("1.414", 1), fixture.now);
   fixture.settle();
   ASSERT_EQ(fixture.writes, std::vector<std::string>{"RESPONSE=1.414"});
-  ASSERT_THAT(fixture.unconfirmed, testing::SizeIs(1))
-      << "the journal cannot say that it will clear";
+  ASSERT_THAT(fixture.unconfirmed, testing::SizeIs(1)) << "the clearing cannot be journalled";
   fixture.before_action = [] {};
   fixture.journal_works = true;
   fixture.sut->on_link_down("the controller is off", fixture.now);
@@ -492,8 +490,8 @@ TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
   EXPECT_EQ(fixture.channel.values().response, "1.414");
 }
 
-// Another gateway, which this one did not hear, had written an interim state. The program waited
-// for ever. Found by the simulation.
+// A regression: another gateway, which this one did not hear, had written an interim state, and the
+// program waited for ever. Found by the simulation.
 TEST_F(ChannelAnswer, IsWrittenAgainIfALostReleaseLeavesAStateThatStoodBefore) {
   fixture.dispatched_call();
   fixture.channel.write(Variable::response_state, Value{std::uint32_t{1003}});

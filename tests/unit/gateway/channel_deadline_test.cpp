@@ -1,4 +1,4 @@
-// What a program gets when no service answers it: the configured rules, and the operator.
+// The answer of a program that no service answers: the configured rules, and the operator.
 #include <algorithm>
 
 #include <gmock/gmock.h>
@@ -118,7 +118,7 @@ TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
   expect_answer("millrace: its instance is lost, and the call must not run twice", 903);
 }
 
-// It was said at each look. Found by the simulation.
+// A regression: it was logged at each read. Found by the simulation.
 TEST_F(ChannelDeadline, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
   fixture.policy.lost = Rule{2s, 0};
   fixture.delivery = fabric::Delivery::at_most_once;

@@ -1,5 +1,5 @@
-// One channel at work on a Service Interface, for tests: does at once what the channel asks
-// for, and remembers what it saw.
+// One channel with a Service Interface, for tests: executes the channel's actions at once, and
+// records them.
 #pragma once
 
 #include <deque>
@@ -25,18 +25,18 @@ inline fabric::InstanceId instance(std::uint8_t number) {
   return id;
 }
 
-/// An answer that can be written.
+/// A valid answer.
 inline Response response(const std::string& text, std::uint32_t state) {
   return Response::of(text, state).value();
 }
 
-/// What the journal was given while it did not work.
+/// Entries that the journal received while it did not work.
 struct Unconfirmed {
   Ticket ticket;
   JournalEntry entry;
 };
 
-/// What becomes of one write.
+/// The result of one write.
 struct Fate {
   WriteOutcome outcome = WriteOutcome::written;
   bool executed = true;
@@ -51,7 +51,7 @@ class ChannelFixture final : public Outputs {
     channel.advance(now.steady);
   }
 
-  /// Does all that can be done without waiting.
+  /// Does everything that is possible without waiting.
   void settle() {
     follow();
     while (!todo_.empty() && !stop) {
@@ -67,7 +67,7 @@ class ChannelFixture final : public Outputs {
     settle();
   }
 
-  /// Lets time pass, waking the channel whenever it asked for it.
+  /// Lets time pass; wakes the channel whenever it asked for it.
   void wait(std::chrono::milliseconds time) {
     const SteadyTime end = now.steady + time;
     while (!stop && wake && *wake <= end) {
@@ -80,7 +80,7 @@ class ChannelFixture final : public Outputs {
     }
   }
 
-  /// The gateway's process dies and starts again; only journal and channel survive.
+  /// The gateway's process is killed and restarts; only journal and channel survive.
   void restart() {
     todo_.clear();
     wake.reset();
@@ -137,7 +137,7 @@ class ChannelFixture final : public Outputs {
     settle();
   }
 
-  /// Instances that have answered and were not told that nobody waits any more.
+  /// Instances that have answered and whose requests are still published.
   std::vector<fabric::InstanceId> left_be() {
     std::vector<fabric::InstanceId> instances;
     for (const fabric::RequestKey& request : context->answered.take_all()) {
@@ -165,17 +165,17 @@ class ChannelFixture final : public Outputs {
   bool served = true;
   bool deadline_passed = false;
   bool journal_works = true;
-  /// Why no read works; empty: they do.
+  /// The reason why all reads fail; empty if they succeed.
   std::string unreadable;
-  /// Nothing is carried out any more.
+  /// Executes no further actions.
   bool stop = false;
   std::optional<SteadyTime> wake;
-  /// Called before each action, in its place: a program that acts, a process that dies.
+  /// Called before each action, for a program that acts or a process that is killed at that point.
   std::function<void()> before_action = [] {};
-  /// Decides what becomes of each write.
+  /// Decides the result of each write.
   std::function<Fate()> fate = [] { return Fate{}; };
 
-  /// "RESPONSE_STATE=1": every write the channel has seen.
+  /// Every write to the channel: "RESPONSE_STATE=1".
   std::vector<std::string> writes;
   std::vector<fabric::Request> published;
   std::vector<fabric::InstanceId> withdrawn;
@@ -293,7 +293,7 @@ class ChannelFixture final : public Outputs {
   std::deque<std::function<void()>> todo_;
 };
 
-/// Another gateway, journal and channel in its place.
+/// Replaces gateway, journal and channel.
 inline void renew(ChannelFixture& fixture, tests::KernelRules rules = {}) {
   std::destroy_at(&fixture);
   std::construct_at(&fixture, rules);

@@ -12,12 +12,12 @@ using testing::ElementsAre;
 
 class NotifiedChannel : public testing::Test {
  protected:
-  void be_told() {
+  void start_notifications() {
     fixture.link_up();
     fixture.wait(1s);
     sut().set_notified(true, fixture.now);
     fixture.settle();
-    // What was due before.
+    // For earlier timers.
     fixture.wait(500ms);
     fixture.reads = 0;
   }
@@ -30,13 +30,13 @@ class NotifiedChannel : public testing::Test {
 };
 
 TEST_F(NotifiedChannel, IsLookedAtTwiceASecond) {
-  be_told();
+  start_notifications();
   fixture.wait(10s);
   EXPECT_EQ(fixture.reads, 20U);
 }
 
 TEST_F(NotifiedChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
-  be_told();
+  start_notifications();
   fixture.call();
   change();
   EXPECT_EQ(fixture.offers, 1U);
@@ -44,7 +44,7 @@ TEST_F(NotifiedChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
 }
 
 TEST_F(NotifiedChannel, IsAcceptedByTheSameRulesAsEver) {
-  be_told();
+  start_notifications();
   fixture.call("old", 1);
   int actions = 0;
   fixture.before_action = [&] {
@@ -55,11 +55,11 @@ TEST_F(NotifiedChannel, IsAcceptedByTheSameRulesAsEver) {
   change();
   ASSERT_NE(sut().call(), nullptr);
   EXPECT_EQ(sut().call()->request.text, "new");
-  EXPECT_EQ(fixture.reads, 3U) << "what read differently is read once more";
+  EXPECT_EQ(fixture.reads, 3U) << "after a difference there is another read";
 }
 
 TEST_F(NotifiedChannel, IsNotAcceptedWhileItsTextsAreWritten) {
-  be_told();
+  start_notifications();
   fixture.call("old", 1);
   int actions = 0;
   fixture.before_action = [&] {
@@ -75,18 +75,18 @@ TEST_F(NotifiedChannel, IsNotAcceptedWhileItsTextsAreWritten) {
 }
 
 TEST_F(NotifiedChannel, IsFoundWithoutAWordAtTheNextLookForSafety) {
-  be_told();
+  start_notifications();
   fixture.call();
   fixture.wait(500ms);
   EXPECT_EQ(fixture.offers, 1U);
 }
 
 TEST_F(NotifiedChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
-  be_told();
+  start_notifications();
   bool first = true;
   fixture.before_action = [&] {
     if (std::exchange(first, false)) {
-      // The look has been sent; the program writes behind it.
+      // The read has been sent; the program writes after it.
       static_cast<void>(sut().on_change(Variable::request_state, fixture.now));
     }
   };
@@ -95,7 +95,7 @@ TEST_F(NotifiedChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
 }
 
 TEST_F(NotifiedChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
-  be_told();
+  start_notifications();
   sut().set_notified(false, fixture.now);
   fixture.settle();
   fixture.call();
@@ -104,7 +104,7 @@ TEST_F(NotifiedChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
 }
 
 TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
-  be_told();
+  start_notifications();
   sut().on_link_down("cable", fixture.now);
   fixture.settle();
   fixture.link_up();
@@ -113,7 +113,7 @@ TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
 }
 
 TEST_F(NotifiedChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
-  be_told();
+  start_notifications();
   fixture.call();
   change();
   sut().assign(fixture.assignment(), fixture.now);
@@ -128,7 +128,7 @@ TEST_F(NotifiedChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
 }
 
 TEST_F(NotifiedChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
-  be_told();
+  start_notifications();
   change(Variable::response_state);
   EXPECT_EQ(fixture.reads, 0U);
   fixture.call();
@@ -146,7 +146,7 @@ TEST_F(NotifiedChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
 }
 
 TEST_F(NotifiedChannel, IsAnsweredAsEver) {
-  be_told();
+  start_notifications();
   fixture.call();
   change();
   sut().assign(fixture.assignment(), fixture.now);

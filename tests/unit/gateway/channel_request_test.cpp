@@ -1,4 +1,4 @@
-// How a channel finds requests and gives them out.
+// How a channel finds requests and dispatches them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST_F(ChannelRequest, IsReadAgainWhenItsStateMovesMeanwhile) {
   EXPECT_EQ(sut().call()->request.text, "new");
 }
 
-// Each alone: where two of them changed, one that was not compared went unnoticed.
+// Each variable alone: a regression, where one of two changes was not detected.
 TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesMeanwhile) {
   const std::string other = "11111111-2222-3333-4444-555555555555";
   for (const PendingRequest& later :
@@ -94,8 +94,7 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
   EXPECT_EQ(sut().status().uuid, square_root_uuid);
 }
 
-// Other gateways take idle for the end of the calls that they have heard of. Found by the
-// simulation.
+// For other gateways, an idle status ends the calls that they know. Found by the simulation.
 TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
   sut().on_link_up(fixture.now);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
@@ -326,7 +325,7 @@ TEST_F(ChannelRequest, OfAnEarlierRunThatIsGoneIsNotResumed) {
   EXPECT_THAT(fixture.journal_state.open_calls(), IsEmpty());
 }
 
-// The second request had the state of the first, and its texts were half written. Found by the
+// A regression: the second request had the state of the first, and half-written texts. Found by the
 // simulation.
 TEST(RequestReader, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneBefore) {
   channel::RequestReader sut;
@@ -337,7 +336,7 @@ TEST(RequestReader, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneB
   EXPECT_EQ(request, (PendingRequest{"new uuid", "new text", 3}));
 }
 
-// It waited for an instance for ever, whatever the policy said. Found by the simulation.
+// A regression: it waited for an instance for ever, whatever the policy. Found by the simulation.
 TEST(RestartedGateway, LooksAnewAtACallThatItWasAboutToAnswerItself) {
   ChannelFixture fixture;
   fixture.journal_state.apply(DispatchedEntry{{0x5f3a, 1},

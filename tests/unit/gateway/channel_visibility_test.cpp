@@ -13,8 +13,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace std::chrono_literals;
 
-/// A program that asks again in the cycle in which it finds its answer, and a service that repeats
-/// the request in its answer.
+/// A program that sends its next request in the cycle in which it finds its answer, and a service
+/// that repeats the request in its answer.
 class QuickProgram {
  public:
   QuickProgram(ChannelFixture& fixture, bool changing_states)
@@ -130,11 +130,11 @@ TEST_F(Visibility, AnAnswerIsJournalledAsOpenUntilARequestThatTheKernelClearsIsO
   fixture->wait(20ms);
   EXPECT_EQ(fixture->offers, 2U);
   EXPECT_EQ(fixture->journal_state.open_calls().size(), 0U)
-      << "the first is over, the second not given out";
+      << "the first is over, the second not dispatched";
 }
 
-/// The kernel clears REQUEST_STATE 30 ms after RESPONSE_STATE has taken effect, which it does 10 ms
-/// late. The program gives up in between and asks the same again.
+/// The kernel clears REQUEST_STATE 30 ms after RESPONSE_STATE has taken effect, which is 10 ms
+/// late. The program gives up in between and repeats its request.
 class ALateRelease : public Visibility {
  protected:
   ALateRelease() {
@@ -146,7 +146,7 @@ class ALateRelease : public Visibility {
     fixture->wait(2ms);
     EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
   }
-  /// The program goes on with the answer to its first request, and asks something else.
+  /// The program continues with the answer to its first request, and sends another one.
   void go_on() {
     EXPECT_EQ(fixture->channel.values().response_state, 1U);
     EXPECT_EQ(fixture->channel.values().request_state, 1U);
@@ -176,7 +176,7 @@ TEST_F(ALateRelease, OfACallThatIsAskedAgainIsNotFollowedByItsSecondAnswer) {
   fixture->wait(10ms);
   EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
   go_on();
-  EXPECT_EQ(fixture->channel.values().response_state, 0U) << "nobody has answered \"3\"";
+  EXPECT_EQ(fixture->channel.values().response_state, 0U) << "\"3\" is unanswered";
   EXPECT_EQ(fixture->offers, 3U);
 }
 
@@ -192,14 +192,14 @@ TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
   EXPECT_TRUE(sut().is_over());
 }
 
-// Whoever takes the channel over would run it once more.
+// The next gateway of the channel would run it once more.
 TEST_F(Visibility, AnAnswerOfAGatewayThatIsGoneIsNotTakenForARequestWhoseClearingIsLate) {
   fixture->call();
   fixture->channel.write(Variable::response_state, std::uint32_t{1});
   fixture->link_up();
   fixture->wait(900ms);
   EXPECT_EQ(fixture->offers, 0U);
-  EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down) << "not idle, that is";
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down) << "that is, not idle";
   EXPECT_THAT(sut().status().reason, HasSubstr("beside a request"));
   fixture->channel.write(Variable::request_state, std::uint32_t{0});
   fixture->wait(200ms);
@@ -230,7 +230,7 @@ TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIs
   EXPECT_EQ(fixture->channel.values().response_state, 1U);
 }
 
-// The other gateway then finds no request, and the program waited for ever. Found by the
+// A regression: the other gateway found no request, and the program waited for ever. Found by the
 // simulation.
 TEST_F(Visibility, AChannelIsNotHandedOverWhileTheKernelMayStillClearTheRequestOfAnInterimAnswer) {
   fixture->dispatched_call();
@@ -256,8 +256,8 @@ TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
   EXPECT_THAT(fixture->withdrawn, testing::SizeIs(1));
 }
 
-// The text of the answer before is that of this one, and looks as if it were written. Found by the
-// simulation.
+// A regression: the text of the previous answer equals this one, so it seemed to be written
+// already. Found by the simulation.
 TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnection) {
   fixture.emplace(tests::KernelRules{.response_after = 50ms, .response_state_after = 40ms});
   fixture->dispatched_call();
@@ -303,7 +303,7 @@ TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
                                            "RESPONSE_STATE=1"));
 }
 
-// Such a controller may show the variables of a request one after another as well.
+// Such a controller may also show the variables of a request one after another.
 TEST_F(Visibility, ARequestIsReadTwiceAsFarApartAsTheControllerShowsWritesLate) {
   fixture.emplace(tests::KernelRules{.request_state_after = 20ms});
   fixture->dispatched_call();
@@ -332,7 +332,7 @@ TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain)
   }
 }
 
-// Without the wait the 0 might come after the answer, and wipe it or the next request.
+// Without the wait the 0 might take effect after the answer, and wipe it or the next request.
 TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsLostThreeTimes) {
   fixture->link_up();
   for (std::uint32_t state = 1; state <= 4; ++state) {
@@ -356,9 +356,9 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
               ElementsAre("RESPONSE=1.732", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
-// NC resets had shown 0 three times on a controller that clears REQUEST_STATE itself. Its programs
-// gave up after 30 s, before the gateway did, and no call was answered any more. Found by the
-// simulation.
+// A regression: NC resets had shown 0 three times on a controller that clears REQUEST_STATE itself.
+// Its programs gave up after 30 s, before the gateway did, and no call was answered any more. Found
+// by the simulation.
 TEST_F(Visibility, AControllerIsNotTakenForOneThatShowsZeroAfterAnAnswerThatWasWrittenForLong) {
   const auto effects = std::make_shared<WriteEffects>();
   effects->clearings_shown = 3;
@@ -392,7 +392,7 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   EXPECT_THAT(sut().status().reason, HasSubstr("its reads do not show it"));
   EXPECT_THAT(fixture->write_problems, ElementsAre(HasSubstr("written 2 times")));
   fixture->wait(8s);
-  EXPECT_THAT(fixture->write_problems, testing::Contains("").Times(1)) << "it is over once";
+  EXPECT_THAT(fixture->write_problems, testing::Contains("").Times(1)) << "it ends once";
   EXPECT_EQ(fixture->write_problems.back(), "");
   EXPECT_THAT(fixture->writes,
               ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));

@@ -102,7 +102,8 @@ TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
   EXPECT_EQ(sut.after_owners("cnc", at(55s)), at(55s));
 }
 
-// One such sample stopped a machine, and the other made whoever came next wait for ever.
+// Regressions: one such sample stopped a machine, and the other one made the next gateway wait for
+// ever.
 TEST_F(ClaimsTest, OfTimesWithoutGatewaysAreNotListenedTo) {
   using Accepted = machines::Claims::Accepted;
   for (const auto time : {fabric::Time(1ns), fabric::Time::min(), fabric::Time::max()}) {
@@ -146,7 +147,7 @@ TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameTakeNothing) {
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
-// By its own host's, and where none is told, it may be the same one.
+// The address is relative to its own host; without a host name, it may be the same controller.
 TEST_F(ClaimsTest, CountWhereItIsNotKnownWhichControllerIsMeant) {
   sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
   for (const char* address : {"", "nonsense", "127.0.0.1:48898, 127.0.0.1.1.1", "a, b"}) {
@@ -182,8 +183,8 @@ TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
     one.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
     taken += sut.set(one) == Accepted::yes ? 1U : 0U;
   }
-  EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours have room for others all the same";
-  // Room for one more is there when one is gone, and one for ours.
+  EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours leave room for others";
+  // When one is gone there is room for one more; there is always room for ours.
   sut.remove("machine0", gateway(1));
   sut.remove("machine1", gateway(1));
   auto next = claim(1, 1s);

@@ -31,8 +31,8 @@ TEST_F(CoreCallsTest, ReservesCallNumbersWhenALinkComesUp) {
   EXPECT_EQ(records[0].entry, JournalEntry(NumbersEntry{7, 2000}));
 }
 
-// On a full disk a number was given that the journal did not hold; after a power cut it was given
-// again. Found by the simulation.
+// A regression: on a full disk a number was used that the journal did not hold; after a power cut
+// it was used again. Found by the simulation.
 TEST_F(CoreCallsTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
   start();
   const auto up = sut->on_link_up("cnc", {1, 2}, now);
@@ -44,7 +44,8 @@ TEST_F(CoreCallsTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-// Another channel's request was claimed although nobody served it. Found by the simulation.
+// A regression: another channel's request was accepted although no service had its UUID. Found by
+// the simulation.
 TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
   DispatchedEntry dispatched;
   dispatched.call = {7, 1};
@@ -71,7 +72,7 @@ TEST_F(CoreCallsTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
       }
     }
     confirm(actions);
-    // The program asks something else.
+    // The program sends another request.
     sut->on_time(now);
     sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", call + 1, 0, ""}, now);
   }
@@ -210,7 +211,7 @@ TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
   EXPECT_THAT(result.detail, testing::HasSubstr("no service has the UUID"));
 }
 
-// The status said for ever that its instances were draining.
+// A regression: the status showed for ever that its instances were draining.
 TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
   start();
   link_up();
@@ -222,7 +223,7 @@ TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
   EXPECT_THAT(shown.back().status.reason, testing::HasSubstr("draining"));
   sut->on_instance_gone(draining.id, now);
   now.steady += 2s;
-  EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is looked at again";
+  EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is read again";
   const auto again = all<Show>(request(1));
   ASSERT_FALSE(again.empty());
   EXPECT_THAT(again.back().status.reason, testing::HasSubstr("no instance serves"));
@@ -313,14 +314,14 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenARequestHasNoService) {
   now.steady += std::chrono::minutes(8);
   link_up();
   EXPECT_EQ(all<Show>(request(1)).back().status.since, since);
-  // A request that was withdrawn and written anew is another one.
+  // A request that was withdrawn and rewritten is a new one.
   confirm(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now));
   EXPECT_THAT(journal_state.blocked(), IsEmpty());
   EXPECT_EQ(all<Show>(request(1)).back().status.since, now.wall);
 }
 
-// Above a thousand calls a second Cyclone could not free what each withdrawal left behind, and the
-// gateway's memory grew without limit. Found by the long run.
+// A regression: above a thousand calls a second Cyclone could not free the remains of each
+// withdrawal, and the gateway's memory grew without limit. Found by the long run.
 TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
   start_with(instance(1));
   EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());

@@ -1,4 +1,4 @@
-// A core with the channels 1 and 2 of the machine "cnc", what its journal adds up to, and its time.
+// A core with the channels 1 and 2 of the machine "cnc", the state of its journal, and its time.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class CoreCallsTest : public testing::Test {
     sut->on_instance_ready(instance, now);
   }
 
-  /// A request as the channel finds it: state, texts, state again.
+  /// A request in the order in which the channel reads it: state, texts, state again.
   Actions request(std::uint16_t channel, const std::string& wanted = uuid,
                   std::uint32_t state = 1) {
     const fabric::ChannelKey key{"cnc", channel};
@@ -50,7 +50,7 @@ class CoreCallsTest : public testing::Test {
     return sut->on_read(key, {ReadSet::request, wanted, "2", state, 0, ""}, now);
   }
 
-  /// Confirms the records in `actions`; returns what comes of it.
+  /// Confirms the records in `actions`; returns the resulting actions.
   Actions confirm(const Actions& actions) {
     Actions all;
     for (const Action& one : actions) {
@@ -62,7 +62,7 @@ class CoreCallsTest : public testing::Test {
     return all;
   }
 
-  /// A call from its request to the read after its answer; returns what came of all steps.
+  /// A call from its request to the read after its answer; returns the actions of all steps.
   Actions answered_call(std::uint16_t channel) {
     const fabric::ChannelKey key{"cnc", channel};
     ServiceSnapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};

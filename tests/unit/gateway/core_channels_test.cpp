@@ -1,4 +1,4 @@
-// Channels that leave, come back or are taken over, and policies that change, while calls are under
+// Channels that leave, return or are taken over, and policies that change, while calls are under
 // way.
 #include <gmock/gmock.h>
 
@@ -25,7 +25,7 @@ TEST_F(CoreCallsTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
 TEST_F(CoreCallsTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
   start();
   link_up();
-  // The read that the link has begun.
+  // The link has begun this read.
   EXPECT_THAT(all<Hide>(sut->drain({"cnc", 2}, now)), IsEmpty());
   EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
               SizeIs(1));
@@ -43,8 +43,8 @@ TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(2));
 }
 
-// The other gateway, which had stood still, saw an idle channel and gave the call out again. Found
-// by the simulation.
+// A regression: the other gateway, which had stood still, saw an idle channel and dispatched the
+// call again. Found by the simulation.
 TEST_F(CoreCallsTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
   start_with(instance(1));
   confirm(request(1));
@@ -102,13 +102,13 @@ TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
               ElementsAre(Write{Variable::response_state, 1U}));
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), IsEmpty())
-      << "nobody else would write it again if it is lost";
+      << "no other gateway would repeat it if it is lost";
   const ServiceSnapshot released{ReadSet::states, "", "", 0, 1, ""};
   EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 1}, released, now)), SizeIs(1));
 }
 
-// The kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw no request
-// and the program waited for ever. Found by the simulation.
+// A regression: the kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw
+// no request and the program waited for ever. Found by the simulation.
 TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
   start_with(instance(1));
   confirm(request(1));
@@ -133,7 +133,8 @@ TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
   EXPECT_THAT(all<Hide>(seen), SizeIs(1));
 }
 
-// Found by the simulation: the call was given out before its entry was on a slow disk.
+// A regression: the call was dispatched before its entry was on a slow disk. Found by the
+// simulation.
 TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChannelComesLate) {
   start_with(instance(1));
   const auto before = all<Record>(request(1));
@@ -168,8 +169,8 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
               SizeIs(1));
 }
 
-// With two gateways that lost each other, what the first had given out was forgotten when the
-// second left a call of its own. Found by the simulation.
+// A regression: with two gateways that did not hear each other, the calls that the first had
+// dispatched were forgotten when the second left one of its own. Found by the simulation.
 TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
@@ -202,8 +203,8 @@ TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesT
   EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
 }
 
-// A gateway that had left a channel to another one, which died before it took it, gave its own
-// at-most-once call out again. Found by the simulation.
+// A regression: a gateway that had left a channel to another one, which died before it took it,
+// dispatched its own at-most-once call again. Found by the simulation.
 TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
   start_with(at_most_once(1));
   confirm(request(1));
@@ -246,9 +247,8 @@ TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-// Two gateways that had lost each other hear each other again while the look of one is on its way,
-// and that look is from before the request. Found by the simulation (seed 25671): the call ran
-// twice.
+// Two gateways hear each other again while a read of one is under way, and that read is older than
+// the request. Found by the simulation (seed 25671): the call ran twice.
 TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
@@ -281,8 +281,8 @@ TEST_F(CoreCallsTest, KeepsThePolicyUnderWhichACallWasAccepted) {
   EXPECT_THAT(all<Record>(sut->on_time(now)), IsEmpty());
 }
 
-// The deadline of one call had passed, its instance got the call of another channel, which then
-// looked at the link that was gone: the gateway crashed. Found by the simulation.
+// A regression: the deadline of one call had passed, its instance got the call of another channel,
+// which then used the link that was gone: the gateway crashed. Found by the simulation.
 TEST_F(CoreCallsTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
   start({.everywhere = {.deadline = Rule{1s, 902}}});
   link_up();
@@ -292,7 +292,7 @@ TEST_F(CoreCallsTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
   confirm(request(2));
   now.steady += 500ms;
   const auto actions = sut->on_link_dropped("cnc", "this gateway stood still", now);
-  EXPECT_THAT(all<Record>(actions), SizeIs(2)) << "one is answered, one is given out";
+  EXPECT_THAT(all<Record>(actions), SizeIs(2)) << "one is answered, one is dispatched";
   EXPECT_THAT(all<Read>(actions), IsEmpty());
 }
 

@@ -1,5 +1,5 @@
-// The core between its ports: what each of its inputs begins and ends with. What it decides has
-// tests of its own (core_calls_test, core_channels_test, machines_test, message_queues_test).
+// The core between its ports: the beginning and the end of each input. Its decisions have other
+// tests (core_calls_test, core_channels_test, machines_test, message_queues_test).
 #include "gateway/core/core.hpp"
 
 #include <functional>
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 constexpr auto lease = 2s;
 
-/// Counts what it is asked for queues, and answers nothing.
+/// Counts the requests about queues, and answers nothing.
 class CountedLink final : public SilentLink {
  public:
   CountedLink(int& links, int& asked) : links_(links), asked_(asked) { ++links_; }
@@ -112,7 +112,7 @@ TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
   EXPECT_GT(*wakes_at, time.steady);
   const auto listens_until = *wakes_at;
   sut->on_time();
-  EXPECT_EQ(links, 0) << "sooner does no harm";
+  EXPECT_EQ(links, 0) << "earlier is harmless";
   EXPECT_EQ(wakes_at, listens_until);
 }
 
@@ -123,7 +123,7 @@ TEST_F(CoreTest, AsksToBeWokenForAMessageQueueWhereNothingElseHappens) {
   machine.queues = {{.name = "ALARMS", .array = "SD.ALARMS", .control = "SD.CONTROL"}};
   sut->change({machine}, {});
   const queues::QueueSettings& queue = machine.queues.front();
-  // The first look only finds where others have left off.
+  // The first read only finds the position where earlier readers stopped.
   for (int look = 1; look <= 2; ++look) {
     ASSERT_EQ(queue_asked, look);
     sut->on_queue_answer(queue.key("cnc"),
@@ -161,7 +161,8 @@ TEST_F(CoreTest, MayEndAfterTwoSecondsWhereAnAnswerIsHalfWritten) {
   EXPECT_EQ(ended, true);
 }
 
-// The journal's trouble was over while the gateway was ending, and it accepted calls again.
+// A regression: the journal became writable while the gateway was ending, and it accepted calls
+// again.
 TEST_F(CoreTest, AcceptsNothingWhileItEndsAlsoWhenTheJournalCanBeWrittenAgain) {
   serve();
   sut->on_instance_ready(service);
@@ -182,8 +183,8 @@ struct Input {
 
 class EachInput : public CoreTest, public testing::WithParamInterface<Input> {};
 
-// Others may have taken its machines over: the link goes before the event is looked at, which may
-// be the link's own.
+// Other gateways may have taken its machines over: the link is removed before the event is handled,
+// which may be the link's own.
 TEST_P(EachInput, NoticesFirstThatTheGatewayStoodStill) {
   serve();
   time.steady = sut->heartbeat();

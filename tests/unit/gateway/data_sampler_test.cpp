@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-/// A controller whose variables are SGN32 numbers, and the time; both advance at a test's word.
+/// A controller whose variables are SGN32 numbers, and the time; a test advances both.
 class DataSampler : public testing::Test {
  protected:
   void begin(const DataSettings& settings) {
@@ -39,7 +39,7 @@ class DataSampler : public testing::Test {
     now.wall += time;
   }
 
-  /// Does what the sampler wants, for so long; an answer takes `round_trip`.
+  /// Carries out the sampler's requests for this time; a response takes `round_trip`.
   void run(std::chrono::nanoseconds time) {
     const SteadyTime end = now.steady + time;
     while (now.steady < end) {
@@ -183,7 +183,7 @@ TEST_F(DataSampler, ANumberWithinTheDeadbandOfWhatWasToldIsNoNews) {
   }
   EXPECT_THAT(samples, SizeIs(1));
 
-  // Small steps add up: what counts is what was told, not what was read last.
+  // Small steps add up: the reference is the last published value, not the last one read.
   values["V.E.A"] = 3;
   run(100ms);
 
@@ -340,7 +340,7 @@ TEST_F(DataSampler, WhatTheBudgetDoesNotAllowForIsSampledMoreSlowlyAndSaid) {
 
   run(30s);
 
-  // Two requests for each beat: five beats a second of the ten that are wanted.
+  // Two requests for each sample: five samples a second of the ten that are configured.
   EXPECT_NEAR(static_cast<double>(reads.size()), 300, 10);
   ASSERT_THAT(lines, SizeIs(1));
   EXPECT_THAT(lines[0], HasSubstr("press/1: data axes: sampled every"));

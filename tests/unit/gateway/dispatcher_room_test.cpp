@@ -1,4 +1,5 @@
-// Room, as instances say it: declined calls, calls of other gateways, instances that do not hear.
+// The room that instances announce: declined calls, calls of other gateways, instances that do not
+// hear.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ fabric::CallId of_others(std::uint64_t number) {
 }
 
 /// "1→2#1": call 1 goes to instance 2 as attempt 1, "1→2#1 waits" if it waits there; "1 lost", "1
-/// held"; "1: why".
+/// held"; "1: reason".
 std::vector<std::string> words(const dispatch::Decisions& decisions) {
   std::vector<std::string> out;
   for (const dispatch::Decision& decision : decisions) {
@@ -125,7 +126,7 @@ TEST_F(DispatcherRoom, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
   heartbeat(1, {of_others(1)});
   EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
-  EXPECT_THAT(heartbeat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it waits still";
+  EXPECT_THAT(heartbeat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it still waits";
 }
 
 TEST_F(DispatcherRoom, CountsItsOwnCallsInAHeartbeatOnce) {
@@ -144,9 +145,10 @@ TEST_F(DispatcherRoom, TakesACallFromAnInstanceThatSendsHeartbeatsWithoutEverHav
   EXPECT_THAT(heartbeat(1, {}, start + 600ms), IsEmpty());
   EXPECT_THAT(heartbeat(1, {}, start + 700ms), IsEmpty()) << "the answer may be on its way";
   EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 lost", "1→2#2"));
-  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy")) << "who is deaf gets nothing";
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"))
+      << "an instance that does not hear gets no call";
   ASSERT_EQ(sut.next_time(), start + 800ms + 5s);
-  EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "it is tried again";
+  EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "another try";
 }
 
 TEST_F(DispatcherRoom, HoldsAnAtMostOnceCallOfWhoDoesNotHear) {

@@ -48,7 +48,7 @@ CallRecord dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t atte
   return one;
 }
 
-/// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: why".
+/// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: reason".
 std::vector<std::string> words(const dispatch::Decisions& decisions) {
   std::vector<std::string> out;
   for (const dispatch::Decision& decision : decisions) {
@@ -133,7 +133,7 @@ TEST_F(DispatcherTest, GivesTheCallsOfAQueueToWhoNamesItOrItsChannelOrItsMachine
     auto one = instance(number);
     one.channels = {scope};
     const auto given = words(sut.on_instance_ready(one));
-    // The first of them takes the one that has waited.
+    // The first instance takes the waiting call.
     EXPECT_EQ(given.empty(), number != 1);
   }
   EXPECT_THAT(queued(2), ElementsAre("7→3#1"));
@@ -270,8 +270,8 @@ TEST_F(DispatcherTest, ResumesACallAtOnceIfItsInstanceIsKnown) {
   EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), ElementsAre("1→1#3"));
 }
 
-// It was there twice, and the one that was left over was given out in the place of the channel's
-// next call. Found by the simulation.
+// A regression: it was listed twice, and the remaining entry was dispatched in place of the
+// channel's next call. Found by the simulation.
 TEST_F(DispatcherTest, ResumesNoCallThatAnOperatorHasHadGivenOutAgain) {
   sut.add(call(1));
   EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());

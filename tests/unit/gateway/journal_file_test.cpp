@@ -27,7 +27,7 @@ using testing::IsEmpty;
 using tests::run_until;
 using namespace std::chrono_literals;
 
-/// A limit on the size of files stands for a full disk.
+/// A limit on the size of files acts as a full disk.
 class FullDisk {
  public:
   FullDisk() {
@@ -172,7 +172,7 @@ TEST_P(JournalFile, SaysThatTheDiskIsFullAndConfirmsWhenItIsNot) {
     ASSERT_TRUE(run_until(io, [&] { return !errors.empty(); }));
     EXPECT_THAT(errors.back(), HasSubstr("calls.journal cannot be written: File too large"));
     append(dispatched(2));
-    // Several tries pass.
+    // Time for several tries.
     const auto later = std::chrono::steady_clock::now() + 30ms;
     run_until(io, [&] { return std::chrono::steady_clock::now() > later; });
     EXPECT_EQ(recorded, 0);
@@ -196,7 +196,7 @@ TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
   EXPECT_EQ(sut->state().open_calls().front().id.number, 60'000U);
 }
 
-/// Stands for a disk that stands still: who opens a pipe to write waits for a reader.
+/// Acts as a disk that stands still: opening a pipe for writing waits for a reader.
 class StuckFile {
  public:
   explicit StuckFile(const std::filesystem::path& name) : name_(name), other_(name.string() + "_") {
@@ -207,8 +207,8 @@ class StuckFile {
   StuckFile(const StuckFile&) = delete;
   StuckFile& operator=(const StuckFile&) = delete;
 
-  /// Lets whoever waits go on, to find that this cannot be forced to a disk. The next one finds
-  /// nothing.
+  /// Lets the waiting writer continue, which then fails because a pipe cannot be forced. There is
+  /// no pipe for the next one.
   void let_go(boost::asio::io_context& io) {
     reader_ = ::open(other_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     EXPECT_TRUE(run_until(io, [this] {
@@ -251,8 +251,8 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
   EXPECT_EQ(sut->state().open_calls().size(), 101U);
 }
 
-/// Takes calls without end, each of which is open until the tenth after it is recorded, and reports
-/// their numbers.
+/// Accepts calls without end, each open until the tenth after it is recorded, and reports their
+/// numbers.
 [[noreturn]] void journal_until_killed(const FileOptions& options, int report) {
   boost::asio::io_context io;
   const auto journal = open_file(io.get_executor(), options, base::program::no_log());
@@ -274,7 +274,7 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
 }
 
 TEST_P(JournalFile, HasWhatItConfirmedWhenTheProcessIsKilledWhileItIsWrittenAnewAgainAndAgain) {
-  // Each force takes its time.
+  // Each force takes time.
   const std::uint64_t most = GetParam() == Sync::always ? 100 : 400;
   for (std::uint64_t least = 20; least <= most; least += 20) {
     std::filesystem::remove_all(file().parent_path());

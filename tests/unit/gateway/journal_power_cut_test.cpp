@@ -1,4 +1,4 @@
-// What the gateway's journal holds after a power cut, wherever in its work that happens.
+// The contents of the gateway's journal after a power cut at any point of its work.
 #include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 using tests::run_until;
 using namespace std::chrono_literals;
 
-/// The channel has one call after the other: where one is lost, an earlier one is found.
+/// The channel makes one call after the other: where one is lost, an earlier one is found.
 DispatchedEntry call_of_the_channel(std::uint64_t number) {
   DispatchedEntry entry;
   entry.call = {1, number};
@@ -29,12 +29,12 @@ class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
 
   std::unique_ptr<Journal> open(const std::filesystem::path& where) {
     return open_file(io.get_executor(),
-                     // So small that the file is written anew while calls are appended.
+                     // Small enough that the file is rewritten while calls are appended.
                      {.folder = where, .sync = GetParam(), .period = 1ms, .compact_at = 300},
                      base::program::no_log());
   }
 
-  /// Calls one after the other, each begun when the journal has confirmed the one before.
+  /// Calls one after the other, each begun when the journal has confirmed the previous one.
   std::vector<tests::PowerCut> work() {
     std::filesystem::create_directories(journal);
     tests::ForgetfulDisk disk(journal);
@@ -87,7 +87,7 @@ TEST_P(JournalAfterAPowerCut, HasWhatWasConfirmedIfEachEntryIsForced) {
     cut.restore(folder.path() / "left");
     const auto sut = open(folder.path() / "left");
     const std::uint64_t number = found(*sut);
-    // The next one may be there too, or the end alone of the one that was confirmed.
+    // The next call may be present too, or only the end of the confirmed one.
     const std::uint64_t confirmed = cut.promised == 0 ? 0 : cut.promised - 1;
     EXPECT_TRUE(number == confirmed || number == confirmed + 1 || number == 0) << cut.where;
     EXPECT_FALSE(number == 0 && confirmed == calls) << cut.where;

@@ -1,5 +1,5 @@
-// When the journal is written anew, and what is safe when. The disk is a model of one: a crash of
-// the process leaves what was written, a power cut what was forced.
+// When the journal is rewritten, and when entries are safe. The disk is a model: after a crash of
+// the process it has what was written, after a power cut what was forced.
 #include "gateway/journal/journal_writer.hpp"
 
 #include <optional>
@@ -29,7 +29,7 @@ DispatchedEntry dispatched(std::uint64_t number) {
   return entry;
 }
 
-/// Does what is started when it is told to.
+/// Executes its operations one by one on demand.
 class ModelDisk final : public JournalFile {
  public:
   struct File {
@@ -87,7 +87,7 @@ class ModelDisk final : public JournalFile {
   }
   void report_error(const std::string& error) override { errors.push_back(error); }
 
-  /// One step of what is under way; false if nothing is.
+  /// One step of the present operation; false if there is none.
   bool step() {
     const auto next = std::exchange(under_way, {});
     if (next) {
@@ -104,7 +104,7 @@ class ModelDisk final : public JournalFile {
   [[nodiscard]] JournalState after_a_crash() const {
     return read(renamed ? new_file->bytes : file.bytes);
   }
-  /// The same if the power fails: where a name was changed, it may lead to one file or the other.
+  /// The same after a power cut: a changed name may lead to one file or the other.
   [[nodiscard]] std::vector<JournalState> after_a_power_cut() const {
     std::vector<JournalState> found{read(file.bytes.substr(0, file.forced))};
     if (renamed) {
@@ -118,13 +118,13 @@ class ModelDisk final : public JournalFile {
   std::optional<File> new_file;
   bool renamed = false;
   bool full = false;
-  /// What ends the steps that follow, if anything.
+  /// The error of all later steps, if there is one.
   std::string failure;
   std::size_t new_files = 0;
   std::size_t appended = 0;
   std::size_t written_anew = 0;
   std::vector<std::string> errors;
-  /// Of calls, and of entries that reserve numbers.
+  /// The numbers of calls, and of entries that reserve numbers.
   std::vector<std::uint64_t> recorded;
   std::vector<std::uint64_t> recorded_numbers;
 
@@ -173,7 +173,7 @@ class JournalWriterTest : public testing::Test {
     sut->append(dispatched(number), {.owner = Ticket::Owner::channel, .number = number});
   }
   void end(std::uint64_t number) { sut->append(EndedEntry{call(number)}, {}); }
-  /// Calls that come and go, until the file is longer than this.
+  /// Calls that begin and end, until the file is longer than this.
   void fill(std::size_t bytes) {
     while (disk.file.bytes.size() <= bytes) {
       sut->append(dispatched(60'000), {});
@@ -181,7 +181,7 @@ class JournalWriterTest : public testing::Test {
     }
     disk.finish();
   }
-  /// Each call that was confirmed is there.
+  /// Each confirmed call is present.
   void expect_all_recorded(const JournalState& found, const std::string& where) {
     EXPECT_THAT(open_in(found), testing::IsSupersetOf(recorded)) << where;
   }

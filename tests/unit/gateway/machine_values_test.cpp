@@ -14,7 +14,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-/// Keeps what it is asked.
+/// Keeps the requests.
 class AskedLink final : public SilentLink {
  public:
   using SilentLink::ask;
@@ -45,8 +45,6 @@ class AMachinesValues : public testing::Test {
       pump();
     }
   }
-  /// Nothing is under way for calls, for long.
-  void calls_rest() { rests_since = ports.time.steady - 1s; }
 
   void request(fabric::VariableAction action, std::uint16_t channel = 1) {
     fabric::VariableRequest one{.requester = gateway_id(3),
@@ -62,7 +60,7 @@ class AMachinesValues : public testing::Test {
     sut.on_request(one, ports.time);
     pump();
   }
-  /// The oldest question is answered.
+  /// Answers the oldest question.
   void answer() {
     ASSERT_THAT(link.questions, testing::Not(IsEmpty()));
     const machines::Question question = link.questions.front();
@@ -154,7 +152,7 @@ TEST_F(AMachinesValues, WakeWhenTheLinkHasRestedLongEnough) {
   sample();
   EXPECT_EQ(sut.next_time(), ports.time.steady + 50ms);
   rests_since = ports.time.steady;
-  ASSERT_TRUE(sut.is_due(ports.time)) << "whatever happens, the link may rest since";
+  ASSERT_TRUE(sut.is_due(ports.time)) << "the link is idle since then";
   pump();
   EXPECT_EQ(sut.next_time(), ports.time.steady + 1ms);
 }
@@ -182,7 +180,7 @@ TEST_F(AMachinesValues, AreAskedForAnewOverANewLink) {
   pass(1s);
   ASSERT_THAT(link.questions, SizeIs(1));
   answer(before);
-  EXPECT_THAT(link.questions, SizeIs(1)) << "an answer of the link before counts for nothing";
+  EXPECT_THAT(link.questions, SizeIs(1)) << "an answer from the previous link is ignored";
   answer();
   answer();
   EXPECT_EQ(ports.samples.back().values[0].quality, Quality::good);
@@ -278,7 +276,7 @@ TEST_F(AMachinesValues, OfAChannelOfAnotherGatewayAreLeftToIt) {
 TEST_F(AMachinesValues, SayThatTheLinkIsDownAlsoWhereItNeverWasUp) {
   sut.set(settings, ports.time);
   request(fabric::VariableAction::read);
-  EXPECT_THAT(ports.replies, IsEmpty()) << "whose the machine is nobody knows yet";
+  EXPECT_THAT(ports.replies, IsEmpty()) << "the owner of the machine is not known yet";
   sut.on_down("no route to host", ports.time);
   request(fabric::VariableAction::read);
   EXPECT_THAT(reasons(), ElementsAre("the link to press is down: no route to host"));

@@ -1,4 +1,4 @@
-// The machines of a gateway without a controller: one link that is up at once and answers nothing.
+// The machines of a gateway without a controller: each link is up at once and answers nothing.
 #pragma once
 
 #include <chrono>
@@ -78,7 +78,7 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
     changed.push_back(key.channel);
   }
 
-  /// Until it has something to do, and `late` more.
+  /// Lets time pass until it has something to do, and `late` more.
   void time_passes(std::chrono::nanoseconds late = {}) {
     if (const auto next = sut.next_time()) {
       time.steady = *next + late;
@@ -90,7 +90,7 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
     time_passes();
     sut.on_link_up("cnc", {1, 2}, time);
   }
-  /// Another gateway's word.
+  /// A sample of another gateway.
   static fabric::MachineStatus claim(std::chrono::seconds since) {
     fabric::MachineStatus status;
     status.machine = "cnc";

@@ -49,7 +49,7 @@ TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
   EXPECT_TRUE(told.connected);
 }
 
-// Who takes this gateway for gone although it is there has forgotten what it told.
+// A gateway that took this one for gone has forgotten its samples.
 TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
   serve();
   auto later = claim(2h);
@@ -61,7 +61,7 @@ TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
   EXPECT_EQ(times_told, before + 1);
 }
 
-// Else two that share a machine would go on telling each other.
+// Otherwise two gateways with the same machine would publish to each other endlessly.
 TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
   auto first = claim(1s);
   first.claims = {7};
@@ -98,8 +98,8 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
-// A gateway that had stood still heard of a call before it was given out, and not after, and gave
-// it out again. Found by the simulation.
+// A regression: a gateway that had stood still received the state of a call before its dispatch,
+// not after it, and dispatched it again. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
   sut.on_machine(claim(1s), time);
   time_passes();
@@ -109,8 +109,8 @@ TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
-// It was overwritten by what a gateway without a link, or this one itself, said of the channel.
-// Found by the simulation.
+// A regression: it was overwritten by the channel's state from a gateway without a link, or from
+// this one itself. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallOfWhichAnotherGatewayKnowsNothing) {
   sut.on_machine(claim(1s), time);
   time_passes();
@@ -135,8 +135,8 @@ TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
   EXPECT_THAT(predecessor_calls, IsEmpty());
 }
 
-// A gateway that had started again and held a call of its journal was not understood, and the
-// at-most-once call ran twice. Found by the simulation.
+// A regression: the state of a restarted gateway that had blocked a call of its journal was
+// misunderstood, and the at-most-once call ran twice. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
   sut.on_machine(claim(1s), time);
   time_passes();
@@ -146,8 +146,8 @@ TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
 }
 
-// Of two that had not heard each other the one that went on serving did not ask what the other had
-// done. Found by the simulation.
+// A regression: after two gateways had not heard each other, the one that continued to serve
+// ignored what the other had done. Found by the simulation.
 TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
   serve();
   sut.on_machine(claim(2h), time);
@@ -191,7 +191,7 @@ TEST_F(MachinesTest, AreNotStoppedByAClaimThatNobodyCanHaveMade) {
   }
   EXPECT_TRUE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  ASSERT_EQ(said.size(), before + 1) << "said once";
+  ASSERT_EQ(said.size(), before + 1) << "reported once";
   EXPECT_THAT(said.back(), testing::HasSubstr("claimed=1"));
 }
 
@@ -217,7 +217,7 @@ TEST_F(MachinesTest, RememberSoManyChannelsOfOthersAndNoMore) {
     status.key = {"m" + std::to_string(i / 50), static_cast<std::uint16_t>(1 + i % 50)};
     sut.on_channel(status, time);
   }
-  ASSERT_THAT(said, testing::SizeIs(1)) << "said once";
+  ASSERT_THAT(said, testing::SizeIs(1)) << "reported once";
   EXPECT_THAT(said.back(), testing::HasSubstr("of more than 16384 channels"));
 }
 

@@ -31,7 +31,7 @@ TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
   ASSERT_TRUE(sut.settle());
   sut.ring.write("1");
   sut.ring.write("2");
-  sut.ring.last_get = 3;  // somebody else has read both
+  sut.ring.last_get = 3;  // another reader has read both
   sut.ring.write("3");
   ASSERT_TRUE(sut.settle());
   EXPECT_THAT(texts_of(sut), ElementsAre("3"));
@@ -40,8 +40,8 @@ TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
 }
 
 TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
-  // The other one reads what stands there whenever it wants, and sets LastGet; each message is read
-  // by one of both at least.
+  // The other reader reads at any time, and sets LastGet; each message is read by at least one of
+  // both.
   for (int at = 0; at < 60; ++at) {
     QueuePlant sut(4);
     std::vector<std::string> others;
@@ -199,7 +199,7 @@ TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
   queue_log.apply(LastGetEntry{{"press.alarms", 1}, 1, 0});
   sut.on_up(now);
   ASSERT_EQ(sut.next(queue_log, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
-  // The controller has answered before the message was there.
+  // The controller's response is older than the message.
   sut.on_event(now);
   sut.on_control(queues::Control{1, 1, 3}, queue_log, 10, now);
   EXPECT_EQ(sut.next(queue_log, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
@@ -219,7 +219,7 @@ TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
   EXPECT_EQ(sut.journal_state.queues().at(sut.key).waiting(), 0);
 }
 
-/// A queue whose journal confirms when it is told to.
+/// A queue whose journal confirms on demand.
 class AQueueWithASlowJournal : public testing::Test {
  protected:
   AQueueWithASlowJournal() { sut.on_up(now); }
@@ -232,7 +232,7 @@ class AQueueWithASlowJournal : public testing::Test {
     one.uuid = QueuePlant::uuid;
     return one;
   }
-  /// The controller answers whatever is asked for two seconds.
+  /// The controller answers all requests for two seconds.
   void work() {
     for (const SteadyTime end = now.steady + std::chrono::seconds(2); now.steady < end;) {
       const auto step = sut.next(now);
@@ -246,7 +246,7 @@ class AQueueWithASlowJournal : public testing::Test {
         ring.last_get = std::get<queues::WriteLastGet>(*step).element;
         sut.on_written({}, now);
       }
-      sut.take_output();  // the journal has it from now on, and is slow
+      sut.take_output();  // in the journal from now on, which is slow
     }
   }
   [[nodiscard]] std::string shown() const { return sut.snapshot(ReadSet::request).request; }
@@ -327,7 +327,7 @@ TEST_F(AQueueWithASlowJournal, GivesAMessageThatWaitsToTheServiceThatTheConfigur
   EXPECT_EQ(sut.snapshot(ReadSet::request).uuid, "another");
 }
 
-// What stands beside the request of a message is taken for an answer to it.
+// Values next to the request of a message would be taken for an answer to it.
 TEST(AQueueServiceInterface, ShowsNothingOfTheResponseBeforeBesideTheNextMessage) {
   queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
   sut.show({.number = 1, .element = 2, .text = "first"});
@@ -341,7 +341,7 @@ TEST(AQueueServiceInterface, ShowsNothingOfTheResponseBeforeBesideTheNextMessage
   EXPECT_EQ(next.response_state, 0U);
 }
 
-// A service whose programs wait for RESPONSE alone is answered in another order.
+// Where programs wait for RESPONSE alone, the answer is written in a different order.
 TEST(AQueueServiceInterface, HasItsAnswerWithTheWriteThatReleasesAProgramWhicheverThatIs) {
   queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
   sut.show({.number = 1, .element = 2, .text = "first"});

@@ -1,4 +1,4 @@
-// Which message queues are read, and whose calls are there.
+// Which message queues are read, and the calls of which are present.
 #include "gateway/core/message_queues.hpp"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class MessageQueuesTest : public testing::Test {
     sut.set(all, known, ports.time);
   }
   void up(const machines::Channels& channels) { sut.on_up("press", channels, link, ports.time); }
-  /// What the core is told, in its order.
+  /// The events of the core, in their order.
   std::vector<Kind> told() {
     std::vector<Kind> kinds;
     while (const auto event = sut.next_event()) {
@@ -45,10 +45,10 @@ class MessageQueuesTest : public testing::Test {
   }
 
   /// A journal with one message of the queue.
-  [[nodiscard]] std::map<fabric::ChannelKey, QueueLog> one_waits() const {
-    return {{key, one_waits_covered_by_nothing()}};
+  [[nodiscard]] std::map<fabric::ChannelKey, QueueLog> one_unanswered() const {
+    return {{key, one_unanswered_not_journalled()}};
   }
-  [[nodiscard]] QueueLog one_waits_covered_by_nothing() const {
+  [[nodiscard]] QueueLog one_unanswered_not_journalled() const {
     QueueLog queue_log;
     queue_log.apply(LastGetEntry{key, 1, 0});
     queue_log.apply(MessageEntry{key, 1, 2, "drill worn", {}});
@@ -74,14 +74,14 @@ TEST_F(MessageQueuesTest, AreReadOnceTheirChannelIsOurs) {
 }
 
 TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
-  set(wanted, one_waits());
+  set(wanted, one_unanswered());
   EXPECT_EQ(link.opened, 0);
   EXPECT_THAT(told(), testing::Contains(Kind::opened));
 }
 
-// The channel of its calls has what it asked answered before its link comes back, as a controller's
-// does. A configuration that was read again in the moment of a link's end ended the gateway; found
-// by the simulation, seed 1020109.
+// The pending requests of a channel are answered before its link returns, as with a real
+// controller. A regression: reading the configuration again in the moment of a link's end made the
+// gateway crash; found by the simulation, seed 1020109.
 TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
   set(wanted);
   up({1});
@@ -94,7 +94,7 @@ TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
 
 TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
   // As where the configuration names a queue again while the disk is full.
-  MessageQueue queue("press", settings, one_waits_covered_by_nothing());
+  MessageQueue queue("press", settings, one_unanswered_not_journalled());
   // Its call may be under way.
   EXPECT_EQ(queue.snapshot(ReadSet::request).request_state, 1U);
   queue.on_up(ports.time);
@@ -105,13 +105,13 @@ TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
 }
 
 TEST_F(MessageQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
-  set(wanted, one_waits());
+  set(wanted, one_unanswered());
   up({1});
   told();
   ASSERT_EQ(link.opened, 1);
   set({});
   EXPECT_THAT(told(), testing::ElementsAre(Kind::draining));
-  // The link is made anew meanwhile, and nobody reads the queue.
+  // The link is replaced, and no reader takes over the queue.
   sut.on_link_gone("press", "the configuration has changed");
   up({1});
   told();

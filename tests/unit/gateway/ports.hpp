@@ -1,4 +1,4 @@
-// Ports of a core that a test looks into; what a test does not look at is ignored.
+// Ports of a core, which a test inspects; everything else is ignored.
 #pragma once
 
 #include <chrono>

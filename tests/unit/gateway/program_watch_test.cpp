@@ -32,7 +32,7 @@ class AProgramWatch : public testing::Test {
             .elements = std::vector<std::int64_t>{value}};
   }
 
-  /// A second later the channel shows this.
+  /// A second later, the channel has this state.
   std::vector<ProgramEventKind> see(std::int64_t state, std::int64_t mode = automatic) {
     now += 1s;
     DataSample sample{.key = {"press", 1}, .group = programs_group, .at = now};

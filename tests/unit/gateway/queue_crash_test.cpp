@@ -1,5 +1,5 @@
-// Each message once and in its order, wherever a gateway, a service or the queue itself begins
-// anew.
+// Each message is called once and in its order, wherever a gateway, a service or the queue itself
+// restarts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,7 +61,8 @@ TEST_P(EachAcknowledge, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIs
     for (int at = 0; at < 160; ++at) {
       QueuePlant sut(elements, GetParam());
       run_with(sut, at, 7, [&](int) { sut.crash(); });
-      // A service that has run a call knows it by its id: what runs once was called under one id.
+      // A service knows a call that it has run by its id: a message that runs once was called with
+      // one id.
       ASSERT_EQ(texts_of(sut), numbers(1, 7)) << elements << " elements, killed in step " << at;
       ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
     }
@@ -96,7 +97,7 @@ TEST_P(EachAcknowledge, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
         first.push_back(text);
       }
     }
-    // The new one knows nothing of what the old one has run; the id tells it.
+    // The new service does not know what the old one has run; the id shows it.
     ASSERT_EQ(first, numbers(1, 6)) << "killed in step " << at;
     ASSERT_LE(sut.executed.size(), 7U) << at;
   }
@@ -111,8 +112,7 @@ TEST_P(EachAcknowledge, GoesOnWhereverAProgramInitialisesTheQueue) {
       before = written;
       sut.ring.initialise();
     });
-    // What stood unread in the queue is gone with it, as its program wanted; what came later is
-    // not.
+    // The unread messages are gone with the queue, as its program wanted; later ones are not.
     ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
     if (sut.unseen_at_write) {
       ++unseen;
@@ -127,7 +127,7 @@ TEST_P(EachAcknowledge, GoesOnWhereverAProgramInitialisesTheQueue) {
     ASSERT_TRUE(std::ranges::is_sorted(texts)) << at << testing::PrintToString(texts);
     ASSERT_EQ(std::ranges::adjacent_find(texts), texts.end()) << at;
   }
-  // One step in each round, between the look and the write of LastGet.
+  // One step in each round, between the read and the write of LastGet.
   EXPECT_LE(unseen, 15);
 }
 

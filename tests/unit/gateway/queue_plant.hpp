@@ -1,6 +1,6 @@
 // A controller's message queue, a gateway's core and its journal, without sockets and threads:
-// programs write, messages are called and answered, and each step can be the last one before a
-// crash, or the one in which a program initialises the queue.
+// programs write, messages are called and answered. Each step can be the last one before a crash,
+// or the one in which a program initialises the queue.
 #pragma once
 
 #include <deque>
@@ -19,7 +19,7 @@
 
 namespace millrace::gateway {
 
-/// The ring in the controller, with the writer's rules.
+/// The ring in the controller, with the rules for its writer.
 struct RingModel {
   explicit RingModel(std::uint32_t elements) : texts(elements) {}
 
@@ -47,7 +47,7 @@ struct RingModel {
   std::vector<std::string> texts;
   std::uint32_t last_filled = 1;
   std::uint32_t last_get = 1;
-  /// It was initialised, and nobody has looked since.
+  /// It was initialised and not read since.
   bool unseen = false;
 };
 
@@ -68,7 +68,7 @@ class QueuePlant : public core::RecordedPorts {
     start();
   }
 
-  /// As a process that has just been started finds things.
+  /// Starts a new process with the present state of the rest.
   void start() {
     todo.clear();
     settings::MachineSettings machine;
@@ -100,7 +100,7 @@ class QueuePlant : public core::RecordedPorts {
     todo.push_back([this, one] { core->on_instance_ready(one); });
   }
 
-  /// One step; false if nothing is left to do now.
+  /// One step; false if there is nothing to do now.
   bool step() {
     if (todo.empty()) {
       return false;
@@ -111,7 +111,7 @@ class QueuePlant : public core::RecordedPorts {
     return true;
   }
 
-  /// Time passes, and whoever waits for it has his turn.
+  /// Lets time pass and runs the timers that are due.
   void pass(std::chrono::nanoseconds passed) {
     time.steady += passed;
     time.wall += passed;
@@ -121,8 +121,8 @@ class QueuePlant : public core::RecordedPorts {
     }
   }
 
-  /// Until nothing is left to do, and once more after a look that is due; false if that takes too
-  /// long.
+  /// Continues until there is nothing to do, and once more after a read that is due; false if that
+  /// takes too long.
   bool settle() {
     for (int round = 0; round < 6; ++round) {
       for (int i = 0; step(); ++i) {
@@ -135,11 +135,11 @@ class QueuePlant : public core::RecordedPorts {
     return true;
   }
 
-  /// The controller tells of a change in the queue.
+  /// The controller notifies a change of the queue.
   void tell() { core->on_queue_event(key); }
   void switch_controller_off() { core->on_link_down("press", "switched off"); }
 
-  /// The service is killed and started anew, without its memory; its calls go to the new one.
+  /// Kills and restarts the service, without its memory; its calls go to the new instance.
   void kill_service() {
     answers.clear();
     todo.push_back([this, old = gateway_id(service++)] {
@@ -148,10 +148,10 @@ class QueuePlant : public core::RecordedPorts {
     });
   }
 
-  /// The gateway is killed: what the journal was given it keeps, all else is gone.
+  /// Kills the gateway: the journal keeps its entries, everything else is lost.
   void crash() { start(); }
 
-  /// Messages in the journal that are not answered.
+  /// The unanswered messages in the journal.
   [[nodiscard]] std::uint64_t waiting() const { return journal_state.queues().at(key).waiting(); }
 
   RingModel ring;
@@ -160,7 +160,8 @@ class QueuePlant : public core::RecordedPorts {
   journal::JournalState journal_state;
   std::unique_ptr<core::Core> core;
   std::deque<std::function<void()>> todo;
-  /// What the service has run, with the id of each call; one that it knows it answers again.
+  /// The requests that the service has run, with the ids of their calls; for a known id it repeats
+  /// its answer.
   std::vector<std::pair<fabric::CallId, std::string>> executed;
   std::map<fabric::CallId, std::string> answers;
   using RecordedPorts::said;
@@ -169,10 +170,10 @@ class QueuePlant : public core::RecordedPorts {
   bool served = false;
   /// The gateway has begun to connect.
   bool linked = false;
-  /// The controller refuses what it is asked.
+  /// The controller refuses all requests.
   bool refuses = false;
-  /// LastGet was written into a queue that was initialised since the look before: nobody can see
-  /// that.
+  /// LastGet was written into a queue that was initialised since the previous read, which no
+  /// gateway can detect.
   bool unseen_at_write = false;
   int looks = 0;
   std::uint8_t service = 1;
@@ -255,7 +256,7 @@ class QueuePlant : public core::RecordedPorts {
   }
 };
 
-/// Of the messages that were executed, in their order.
+/// The texts of the executed messages, in their order.
 inline std::vector<std::string> texts_of(const QueuePlant& plant) {
   std::vector<std::string> texts;
   for (const auto& [call, text] : plant.executed) {
@@ -264,7 +265,7 @@ inline std::vector<std::string> texts_of(const QueuePlant& plant) {
   return texts;
 }
 
-/// What programs write, from `first` to `last`.
+/// The texts of the messages from `first` to `last`.
 inline std::vector<std::string> numbers(int first, int last) {
   std::vector<std::string> all;
   for (int i = first; i <= last; ++i) {
@@ -273,7 +274,8 @@ inline std::vector<std::string> numbers(int first, int last) {
   return all;
 }
 
-/// Runs `happen` once, after `at` steps of a run in which messages are written as there is room.
+/// Runs `happen` once, after `at` steps of a run in which messages are written as far as there is
+/// room.
 template <typename Happen>
 void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
   plant.serve();
@@ -286,8 +288,8 @@ void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
       happened = true;
       happen(written);
     }
-    // A program that initialises the queue and fills it to where it was between two looks cannot be
-    // seen.
+    // A program that initialises the queue and refills it to the same position between two reads
+    // cannot be detected.
     const bool may_write = i % 3 == 0 && written < messages && (!happened || plant.looks > looked);
     if (may_write && plant.ring.write(std::to_string(written + 1))) {
       ++written;

@@ -1,4 +1,4 @@
-// What nobody hears is not put into words, and changes nothing else.
+// Samples without readers are not formatted, which changes nothing else.
 #include <gmock/gmock.h>
 
 #include "tests/unit/gateway/core_calls_test.hpp"
@@ -10,7 +10,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-constexpr Readers nobody{.events = false, .statuses = false, .min_level = Level::error};
+constexpr Readers no_readers{.events = false, .statuses = false, .min_level = Level::error};
 
 class ReadersTest : public CoreCallsTest {
  protected:
@@ -31,7 +31,7 @@ TEST_F(ReadersTest, BringsTheEventsStatesAndLinesOfACall) {
 }
 
 TEST_F(ReadersTest, OfNobodyBringsNothingAndTheCallIsAnsweredAllTheSame) {
-  start_before(nobody);
+  start_before(no_readers);
   const auto actions = answered_call(1);
   EXPECT_THAT(all<Tell>(actions), IsEmpty());
   EXPECT_THAT(all<Show>(actions), IsEmpty());
@@ -47,26 +47,26 @@ TEST_F(ReadersTest, OfTheLogAloneBringsLinesOfItsLevel) {
 }
 
 TEST_F(ReadersTest, ThatBeginsBringsEveryChannelAsItIs) {
-  start_before(nobody);
+  start_before(no_readers);
   confirm(request(1));
   const auto shown = all<Show>(sut->set_readers({}, now));
   ASSERT_THAT(shown, SizeIs(2));
   EXPECT_EQ(shown[0].status.state, fabric::ChannelState::running);
   EXPECT_EQ(shown[0].status.uuid, uuid);
   EXPECT_EQ(shown[0].status.instance, instance(1).id);
-  EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not looked at yet";
+  EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not read yet";
 }
 
 TEST_F(ReadersTest, ThatBeginsAgainBringsWhatHasChangedMeanwhileAndSinceWhen) {
   start_before({});
   confirm(request(1));
-  sut->set_readers(nobody, now);
+  sut->set_readers(no_readers, now);
   const fabric::Time given = now.wall;
   now.steady += std::chrono::seconds(5);
   now.wall += std::chrono::seconds(5);
   sut->on_time(now);
   const auto shown = all<Show>(sut->set_readers({}, now));
-  ASSERT_THAT(shown, SizeIs(1)) << "of the other channel DDS has what was shown last";
+  ASSERT_THAT(shown, SizeIs(1)) << "DDS has the last status of the other channel";
   EXPECT_EQ(shown[0].status.since, given);
   EXPECT_EQ(shown[0].status.calls, 1U);
 }

@@ -1,4 +1,4 @@
-// A core with one machine, "cnc", that says what it does to calls: each step returns what went out
+// A core with one machine, "cnc", that records its actions on calls: each step returns the output
 // through its ports and over the machine's link, in its order.
 #pragma once
 
@@ -84,7 +84,7 @@ class ActionRecorder final : public core::RecordedPorts {
 
 class RecordedCore {
  public:
-  /// Has listened for other gateways and is connecting.
+  /// It has listened for other gateways and is connecting.
   RecordedCore(Policies policies, const journal::JournalState& journal_state, Moment now)
       : core_(ports_, ports_,
               {.own = {gateway_id(5), "host1", 4711, "1", journal_state.numbers().epoch},
@@ -156,7 +156,7 @@ class RecordedCore {
       core_.on_time();
     });
   }
-  /// A gateway that is gone had this call on the channel.
+  /// A previous gateway had this call on the channel.
   void predecessor_call(const fabric::ChannelKey& key, const std::string& uuid,
                         const std::string& from) {
     fabric::ChannelStatus status;
@@ -171,7 +171,7 @@ class RecordedCore {
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return ports_.wakes_at; }
 
  private:
-  /// What its machines tell it, too.
+  /// Its machines' events, too.
   class OpenedCore final : public core::Core {
    public:
     using Core::channels_of;

@@ -1,4 +1,4 @@
-// What a channel cannot take is refused where it arrives, and the program is told.
+// An answer that no channel can take is refused on arrival, and the program gets an error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ class RefusedAnswer : public testing::Test {
     sut().on_reply(reply, fixture.now);
     fixture.settle();
   }
-  void expect_told(const std::string& text, std::uint32_t state) {
+  void expect_program_gets(const std::string& text, std::uint32_t state) {
     EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=" + text, "REQUEST_STATE=0",
                                             fmt::format("RESPONSE_STATE={}", state)));
     EXPECT_EQ(sut().call(), nullptr);
@@ -70,20 +70,21 @@ TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
     renew(fixture);
     fixture.dispatched_call();
     reply(fixture.reply(text, state));
-    expect_told(fmt::format("ERROR: the service's answer {}", error), 500);
+    expect_program_gets(fmt::format("ERROR: the service's answer {}", error), 500);
     EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
     EXPECT_EQ(sut().status().failed, 1U);
-    EXPECT_THAT(fixture.left_be(), SizeIs(1)) << "its instance has answered, as badly as it may be";
+    EXPECT_THAT(fixture.left_be(), SizeIs(1)) << "its instance has answered, although not validly";
   }
 }
 
-// Of a later version, or of nobody's.
+// Of a later version, or invalid.
 TEST_F(RefusedAnswer, OfAKindThatNobodyKnowsIsToldToo) {
   fixture.dispatched_call();
   auto said = fixture.reply("4", 1);
   said.kind = fabric::unknown_kind;
   reply(said);
-  expect_told("ERROR: the service's answer is of a kind that this gateway does not know", 500);
+  expect_program_gets("ERROR: the service's answer is of a kind that this gateway does not know",
+                      500);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
 }
 
@@ -92,14 +93,14 @@ TEST_F(RefusedAnswer, OfAServiceThatSaysSoItselfIsWrittenAsItSays) {
   auto said = fixture.reply("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
   said.code = fabric::ServiceCode::refused;
   reply(said);
-  expect_told("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
+  expect_program_gets("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
 }
 
 TEST_F(RefusedAnswer, IsWrittenWithTheStateOfAPolicy) {
   fixture.policy.refused = Rule{0s, 904};
   fixture.dispatched_call();
   reply(fixture.reply(too_long, 1));
-  expect_told("ERROR: the service's answer has 128 bytes, at most 127 fit", 904);
+  expect_program_gets("ERROR: the service's answer has 128 bytes, at most 127 fit", 904);
 }
 
 TEST_F(RefusedAnswer, IsHeldForAnOperatorWhereAPolicySaysSo) {
@@ -113,7 +114,7 @@ TEST_F(RefusedAnswer, IsHeldForAnOperatorWhereAPolicySaysSo) {
   EXPECT_EQ(fixture.freed, 1U) << "its instance is free for another call";
   sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
   fixture.settle();
-  expect_told("go on", 7);
+  expect_program_gets("go on", 7);
 }
 
 TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
@@ -133,7 +134,7 @@ TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
 }
 
-// A service of another make leaves the attempt out of its replies; its next answer was taken for
+// A service of another vendor leaves the attempt out of its replies; its next answer was taken for
 // the refused one, and the program waited. Found by the simulation, seeds 1069 and 2145.
 TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) {
   fixture.policy.refused = Rule{};
@@ -152,17 +153,17 @@ TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) 
   reply(said(too_long, 1s));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running) << "delivered again";
   reply(said(too_long, 2s));
-  EXPECT_EQ(sut().status().state, fabric::ChannelState::held) << "once more what cannot be written";
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held) << "another invalid answer";
   sut().retry("ann@hmi", fixture.now);
   fixture.settle();
   sut().assign(fixture.assignment(1, 3), fixture.now);
   fixture.settle();
   reply(said("1.41421", 3s));
-  expect_told("1.41421", 1);
+  expect_program_gets("1.41421", 1);
 }
 
-// A power cut took the attempt from the journal, not its answer from the fabric; the answer to the
-// one that got its number was taken for it, and the program waited. Seed 1013540.
+// A power cut removed the attempt from the journal, not its answer from the fabric; the answer to
+// the attempt with the same number was taken for it, and the program waited. Seed 1013540.
 TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
@@ -198,7 +199,8 @@ TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfACallThatIsHeld) {
   EXPECT_EQ(sut().status().failed, 18U) << "it was the seventeenth from the end";
 }
 
-// The gateway was killed by its own assertion. Found by the simulation, seed 918109 and others.
+// A regression: the gateway was killed by its own assertion. Found by the simulation, seed 918109
+// and others.
 TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
   for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {
     renew(fixture);
@@ -218,12 +220,12 @@ TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
       sut().on_recorded(record.ticket.number, fixture.now);
       fixture.settle();
     }
-    EXPECT_THAT(fixture.published, SizeIs(1)) << "the next attempt is not given out any more";
+    EXPECT_THAT(fixture.published, SizeIs(1)) << "there is no next attempt";
     EXPECT_EQ(sut().call() == nullptr, !policy) << "answered, or held";
   }
 }
 
-// It was given out before the journal knew of it.
+// A regression: it was dispatched before it was in the journal.
 TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
   fixture.link_up();
   fixture.call();
@@ -257,7 +259,7 @@ TEST_F(RefusedAnswer, OnTheWayToTheAnswerIsLeftOutAndSaidOnce) {
                                           "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
-/// A journal that an earlier version has written, which took such answers.
+/// A journal of an earlier version, which accepted such answers.
 class AJournalWithAnAnswerThatCannotBeWritten : public RefusedAnswer {
  protected:
   void restart_with(const Answer& answer) {
@@ -271,9 +273,9 @@ TEST_F(AJournalWithAnAnswerThatCannotBeWritten, FreesTheChannelAfterARestart) {
   restart_with({instance(1), 1, with_nul, 1});
   fixture.link_up();
   fixture.wait(20ms);
-  expect_told("ERROR: the answer in the journal has a NUL at byte 3, where a CNC string would end",
-              500);
-  EXPECT_EQ(fixture.resumed, 0U) << "nobody is asked anew";
+  expect_program_gets(
+      "ERROR: the answer in the journal has a NUL at byte 3, where a CNC string would end", 500);
+  EXPECT_EQ(fixture.resumed, 0U) << "no instance is asked again";
 }
 
 TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsNotWrittenOnceTheProgramHasMovedOn) {
@@ -291,7 +293,7 @@ TEST_F(AJournalWithAnAnswerThatCannotBeWritten, MayBeAnsweredBeforeTheLinkIsUp) 
   fixture.settle();
   fixture.link_up();
   fixture.wait(20ms);
-  expect_told("go on", 7);
+  expect_program_gets("go on", 7);
 }
 
 TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsHeldWhereAPolicySaysSo) {

@@ -1,4 +1,4 @@
-// When an answer is in, and what is a new request after it.
+// When an answer has arrived, and what counts as a new request after it.
 #include "gateway/channel/released.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 class AReleasedAnswer : public testing::Test {
  protected:
   /// RESPONSE_STATE = 1 was written and acknowledged; `zero_seen` if a read had shown REQUEST_STATE
-  /// 0, or if 0 was `written` all the same. `interim` stood there before.
+  /// 0, or if 0 was `written` anyway. `interim` was the previous state.
   Released released(bool zero_seen, std::uint32_t interim = 0, bool written = false) {
     written = written || zero_seen;
     AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
@@ -52,10 +52,10 @@ TEST_F(AReleasedAnswer, IsInOnceAReadShowsItsState) {
 TEST_F(AReleasedAnswer, IsFollowedByARequestAsSoonAsRequestStateIsNot0AlsoWordForWordTheSame) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 1, 0), Found::request);
-  EXPECT_EQ(read(sut, 1, 1), Found::request) << "RESPONSE_STATE of before may stand beside it";
+  EXPECT_EQ(read(sut, 1, 1), Found::request) << "the previous RESPONSE_STATE may be next to it";
 }
 
-// The state is of an interim answer that another gateway has written to the next request.
+// The state belongs to an interim answer that another gateway has written to the next request.
 TEST_F(AReleasedAnswer, IsFollowedByARequestWhereAnotherStateStandsBesideOtherTextsForASecond) {
   auto sut = released(false);
   EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
@@ -76,7 +76,7 @@ TEST_F(AReleasedAnswer, IsFollowedByNoRequestWhereOtherTextsStoodForLessThanASec
 TEST_F(AReleasedAnswer, IsWaitedForWhileItsStateIsNotVisible) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
-  EXPECT_EQ(sut.reads(), ReadSet::all) << "the texts tell whether the program has gone on";
+  EXPECT_EQ(sut.reads(), ReadSet::all) << "the texts show whether the program has continued";
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
   EXPECT_EQ(sut.read_at(), now + 2ms);
   EXPECT_EQ(read(sut, 0, 0, "3"), Found::idle) << "it begins its next request";
@@ -101,7 +101,7 @@ TEST_F(AReleasedAnswer, IsWrittenAgainAlsoWhereAnInterimStateStandsThereStill) {
   EXPECT_EQ(read(sut, 0, 1001), Found::nothing);
   now += 1s;
   EXPECT_EQ(read(sut, 0, 1001), Found::unreleased);
-  EXPECT_EQ(read(sut, 0, 7), Found::idle) << "somebody else has released the program";
+  EXPECT_EQ(read(sut, 0, 7), Found::idle) << "another gateway has released the program";
   EXPECT_EQ(read(sut, 0, 1), Found::idle);
 }
 

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// Writes gateway.textproto and what it names into a folder of its own.
+/// Writes gateway.textproto and the files it names into a folder.
 class SecureSettings : public testing::Test {
  protected:
   SecureSettings() { write("press.psk", "secret\nanother line\n"); }

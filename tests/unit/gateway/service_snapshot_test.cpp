@@ -53,8 +53,8 @@ TEST(Compare, SeesThatSomebodyElseAnswered) {
             RequestStatus::answered);
 }
 
-// The texts of a request that was given up are still there when the next one's state is written.
-// Found by the simulation.
+// A regression: the texts of an abandoned request are still there when the next one's state is
+// written. Found by the simulation.
 TEST(Looking, ReadsTheStateOfARequestBeforeItsTexts) {
   for (const ReadSet set : {ReadSet::request, ReadSet::all}) {
     const auto order = variables_of(set);

@@ -1,4 +1,4 @@
-// A machine that tells of changes.
+// A machine with notifications.
 #include <gmock/gmock.h>
 
 #include "tests/unit/gateway/machines.hpp"
@@ -45,7 +45,7 @@ TEST_F(SubscribedMachine, TellsOfAChangeAndNotOfWhatTheGatewayWrote) {
   sut.write({"cnc", 2}, Variable::request_state, Value(0U));
   EXPECT_TRUE(trusted[2]) << "no read has shown it yet";
   look(2, 0);
-  EXPECT_FALSE(trusted[2]) << "until the controller has told it";
+  EXPECT_FALSE(trusted[2]) << "until the controller has notified it";
   sut.on_notification({"cnc", 2}, Variable::request_state, 0, time);
   EXPECT_TRUE(trusted[2]);
   EXPECT_THAT(changed, ElementsAre(2));

@@ -68,7 +68,7 @@ class SubscriptionsTest : public testing::Test {
     now += time;
     take(sut.on_time(now));
   }
-  /// Granted, told and seen: pushed.
+  /// Granted, notified and confirmed by a read: trusted.
   void be_trusted() {
     serve();
     grant();
@@ -133,7 +133,7 @@ TEST_F(SubscriptionsTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
 }
 
 // The program may have written the same request again before the controller took its next sample:
-// then nothing is told, ever.
+// then there is never a notification.
 TEST_F(SubscriptionsTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
   be_trusted();
   told(7);
@@ -157,7 +157,7 @@ TEST_F(SubscriptionsTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
     look(7);
   }
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed)
-      << "no sample was taken in between: nothing was kept from us";
+      << "no sample was taken in between: no notification is missing";
 }
 
 TEST_F(SubscriptionsTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlready) {
@@ -265,7 +265,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
   EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));
 }
 
-// It was answered before the change, and is heard of after it.
+// It was answered before the change, and arrives after its notification.
 TEST_F(SubscriptionsTest, ALookThatWasOvertakenByATellingProvesNothing) {
   be_trusted();
   for (std::uint32_t request = 1; request <= 20; ++request) {
@@ -294,7 +294,7 @@ TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
   for (int times = 0; times < 3; ++times) {
     told(7);
     look(7);
-    clear();  // which is not told
+    clear();  // which is not notified
   }
   told(7);
   EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));

@@ -1,4 +1,4 @@
-// Requests for variables beside a controller whose variables are numbers, for their tests.
+// A controller whose variables are numbers, for tests of variable requests.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace millrace::gateway::variables {
 
-/// A controller whose variables are SGN32 numbers, and the time; both advance at a test's word.
+/// A controller whose variables are SGN32 numbers, and the time; a test advances both.
 class VariableRequestsTest : public testing::Test {
  protected:
   VariableRequestsTest() {

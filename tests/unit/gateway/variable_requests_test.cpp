@@ -51,7 +51,7 @@ TEST_F(VariableRequestsTest, LooksANameUpOnceAndThenReadsIt) {
 
 TEST_F(VariableRequestsTest, AsksTheSameQuestionOnceInACycle) {
   ask(request({"V.E.A"}, 1));
-  // Two more while it is being asked.
+  // Two more while it is under way.
   auto look_up = sut->next(now);
   ASSERT_TRUE(look_up);
   ask(request({"V.E.A", "V.E.B"}, 2));
@@ -100,7 +100,7 @@ TEST_F(VariableRequestsTest, LooksUpAnewWhatTheControllerDoesNotKnowAnyMore) {
   EXPECT_EQ(number_in(answers[1].reply.results[0]), 1);
   EXPECT_THAT(look_ups, SizeIs(2));
 
-  // What it refuses although it was looked up just now, it refuses.
+  // The controller refuses it although its description was just read: the answer is the refusal.
   pass(10ms);
   failure = ErrorCode::access_denied_index;
   ask(request({"V.E.A"}));

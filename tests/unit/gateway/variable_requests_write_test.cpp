@@ -104,7 +104,7 @@ TEST_F(VariableRequestsTest, WritesNothingThatWasAskedOfAnotherGatewayBefore) {
   ask(late);
   ASSERT_THAT(answers, SizeIs(1));
   EXPECT_THAT(answers[0].reply.reason, HasSubstr("the request went to another gateway before"));
-  // What is only read may be read here, too.
+  // Variables that are not writable may be read here, too.
   VariableRequest read = request({"V.E.A"});
   read.age = 1h;
   ask(read);

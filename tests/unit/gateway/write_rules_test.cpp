@@ -41,7 +41,7 @@ TEST(WriteRules, HoldInTheirChannels) {
 }
 
 TEST(WriteRules, NeverLetTheServiceInterfaceBeWrittenHoweverItIsSpelled) {
-  // What a configuration cannot say, but a rule might.
+  // A rule that no configuration may have.
   const WriteRules everything{{"*"}};
   for (const std::string name :
        {"V.G.SERVICE.UUID", "V.G.SERVICE", "V.G.SERVICE.RESPONSE_STATE", "v.g.service.request",

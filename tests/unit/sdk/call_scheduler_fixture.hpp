@@ -38,7 +38,7 @@ class CallSchedulerTest : public testing::Test {
     return request;
   }
 
-  /// Call `number` of channel 1, as another gateway asks for it.
+  /// Call `number` of channel 1 from another gateway.
   static fabric::Request of_another_gateway(std::uint64_t number) {
     fabric::Request asked = request(number);
     asked.call.epoch = 2;

@@ -1,4 +1,4 @@
-// The call scheduler under gateways that repeat, reassign, withdraw and replace calls, and come and
+// The call scheduler with gateways that repeat, reassign, withdraw and replace calls, and come and
 // go, at random.
 #include <random>
 #include <set>
@@ -16,11 +16,11 @@ using fabric::RequestKey;
 
 constexpr std::size_t calls_at_once = 2;
 constexpr std::uint16_t channels = 4;
-/// What a handler returns that was told to stop.
+/// The result of a cancelled handler.
 const std::string garbage = "stopped";
 
-/// Plays two gateways, each of which may believe that it has a channel alone, and the handlers, and
-/// checks each action.
+/// Plays two gateways, each of which may regard a channel as its own, and the handlers, and checks
+/// each action.
 class World {
  public:
   explicit World(std::uint32_t seed) : random_(seed) {}
@@ -90,7 +90,7 @@ class World {
     }
   }
 
-  /// A gateway is not heard any more; its call stands until it comes back.
+  /// A gateway is not heard any more; its call remains until it returns.
   void lose(const RequestKey& key) {
     if (pending_.contains(key)) {
       lost_.insert(key);
@@ -121,14 +121,14 @@ class World {
         }
       } else if (const auto* start = std::get_if<Start>(&action)) {
         EXPECT_TRUE(ever_started_.insert(start->request.call).second) << "run twice";
-        EXPECT_TRUE(is_pending(start->request.call)) << "started although nobody waits";
+        EXPECT_TRUE(is_pending(start->request.call)) << "started although its request is withdrawn";
         EXPECT_TRUE(running_.emplace(start->request.call, false).second)
-            << "run anew before its cancelled run has ended";
+            << "run again before its cancelled run has ended";
       } else if (const auto* send = std::get_if<Send>(&action)) {
         if (send->reply.kind == fabric::ReplyKind::declined) {
           EXPECT_FALSE(running_.contains(send->reply.call)) << "declined although it runs";
           EXPECT_FALSE(replied_.contains(send->reply.call)) << "declined although it is known";
-          give_to_another(send->reply.call);
+          dispatch_to_another(send->reply.call);
           continue;
         }
         EXPECT_TRUE(is_pending(send->reply.call)) << "a stale reply overwrites that of its channel";
@@ -138,8 +138,8 @@ class World {
     }
   }
 
-  /// As a gateway does with a call that is declined.
-  void give_to_another(CallId id) {
+  /// As a gateway does with a declined call.
+  void dispatch_to_another(CallId id) {
     std::erase_if(pending_, [&](const auto& each) { return each.second.call == id; });
   }
 
@@ -148,7 +148,7 @@ class World {
                        [&](const auto& each) { return each.second.call == id; });
   }
 
-  /// Its gateway is there and waits for our answer.
+  /// Its gateway is present and waits for the answer.
   bool is_wanted(CallId id) const {
     return std::any_of(pending_.begin(), pending_.end(), [&](const auto& each) {
       return each.second.call == id && !lost_.contains(each.first);
@@ -161,9 +161,9 @@ class World {
   std::uint64_t number_ = 0;
   std::map<RequestKey, Request> pending_;
   std::set<RequestKey> lost_;
-  /// And whether the handler was told that nobody waits.
+  /// The running calls, and whether they are cancelled.
   std::map<CallId, bool> running_;
-  /// But for those whose run was cancelled.
+  /// Except cancelled runs.
   std::set<CallId> ever_started_;
   std::set<CallId> replied_;
 };

@@ -40,8 +40,8 @@ TEST_F(CallSchedulerTest, DeclinesACallForWhichItHasNoRoom) {
   EXPECT_EQ(started(at_once(again(request(2, 2), 4))), 1U) << "it may be asked again";
 }
 
-// The gateway had given the attempt once more when it heard that it was declined, and gave the call
-// to another instance: it ran twice. Found by the simulation.
+// A regression: the gateway had dispatched the attempt once more when it learned that it was
+// declined, and dispatched the call to another instance: it ran twice. Found by the simulation.
 TEST_F(CallSchedulerTest, DeclinesAnAttemptForGood) {
   ASSERT_EQ(started(at_once(request(1, 1))), 1U);
   sut.on_request(at_once(request(2, 2)), now);
@@ -60,8 +60,8 @@ TEST_F(CallSchedulerTest, DeclinesNothingThatItHas) {
             ServiceCode::repeated);
 }
 
-// A gateway that has started again asks once more, while the instance leaves. Found by the
-// simulation: the call, which may run at most once, was given to another instance.
+// A restarted gateway requests it once more, while the instance leaves. Found by the simulation:
+// the call, which may run at most once, was dispatched to another instance.
 TEST_F(CallSchedulerTest, RepeatsWhatItHasAnsweredAlsoWhenItTakesNothingAnyMore) {
   started(request(1));
   answered(1, answer);
@@ -102,15 +102,15 @@ TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatHasLostTheChannel) {
   successor.succeeds = 1;
   const Actions actions = sut.on_request(successor, now);
   EXPECT_THAT(only<Cancel>(actions), SizeIs(1));
-  // It may be there after all.
+  // The gateway may be present after all.
   ASSERT_THAT(only<Send>(actions), SizeIs(1));
   EXPECT_EQ(only<Send>(actions).front().reply.kind, fabric::ReplyKind::declined);
   EXPECT_EQ(only<Send>(actions).front().reply.call, call(1));
 }
 
-// An operator had the running call given out again, to the same instance. It declined the attempt
-// that it had been told to stop, and the gateway waited for the new one without end. Found by the
-// simulation (seed 1174747788395).
+// A regression: an operator had the running call dispatched again, to the same instance. It
+// declined the attempt that was cancelled, and the gateway waited for the new one for ever. Found
+// by the simulation (seed 1174747788395).
 TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelOfTheAttemptThatWaits) {
   started(request(1));
   sut.on_withdrawn(key_of(request(1)));
@@ -172,7 +172,7 @@ TEST_F(CallSchedulerTest, AnswersARepeatFromMemory) {
   EXPECT_EQ(sut.status().repeated, 1U);
 }
 
-// The repeated one was written to the program as if it were an answer. Found by the simulation.
+// A regression: the repetition was written to the program as an answer. Found by the simulation.
 TEST_F(CallSchedulerTest, RefusesAnAnswerThatCannotBeWrittenAlsoWhenItIsRepeated) {
   started(request(1));
   answered(1, Response{.text = "2.000000", .state = 0});
@@ -264,7 +264,7 @@ TEST_F(CallSchedulerTest, TakesNoClockThatIsSetForTheTimeOfACall) {
   EXPECT_EQ(reply.received, now.wall);
   EXPECT_EQ(reply.answered, later(4).wall);
   EXPECT_EQ(sut.status().mean, std::chrono::milliseconds(4));
-  // The second one had to wait for the first.
+  // A regression: the second one had to wait for the first.
   set_back.steady = later(6).steady;
   const Reply second = only<Send>(sut.on_result(call(2), answer, set_back)).at(0).reply;
   EXPECT_EQ(second.started, later(4).wall);

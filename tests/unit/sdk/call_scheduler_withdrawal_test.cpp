@@ -1,4 +1,4 @@
-// Calls that are withdrawn, asked for again, or asked for by gateways that come and go.
+// Calls that are withdrawn, requested again, or requested by gateways that come and go.
 #include "tests/unit/sdk/call_scheduler_fixture.hpp"
 
 namespace millrace::services::sdk {
@@ -46,7 +46,7 @@ TEST_F(CallSchedulerTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
   EXPECT_THAT(only<Start>(actions), SizeIs(1));
 }
 
-// What the handler returned because it was told to stop went to the program as its answer.
+// A regression: the result of the cancelled handler went to the program as its answer.
 TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
@@ -142,8 +142,8 @@ TEST_F(OnceCallSchedulerTest, RunsACallThatWasWithdrawnBeforeItRan) {
   EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
 }
 
-// The one that let go of its call cancelled the other's too, and a program waited for ever. Found
-// by the simulation.
+// A regression: the gateway that released its call cancelled the other's too, and a program waited
+// for ever. Found by the simulation.
 TEST_F(CallSchedulerTest, WithdrawsNoCallOfAnotherGateway) {
   started(request(1));
   EXPECT_THAT(sut.on_withdrawn(asked_by(2)), IsEmpty());
@@ -182,7 +182,7 @@ TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
   EXPECT_EQ(cancelled.front().call, call(1));
 }
 
-// A gateway without a journal on disk starts again before its lease is over.
+// A gateway without a journal on disk restarts before its lease is over.
 TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
   started(request(1));
   sut.on_request(of_another_gateway(1), now);
@@ -233,8 +233,8 @@ class AStranger : public CallSchedulerTest {
   }
 };
 
-// It was run and remembered, and its answer "repeated" to the real one: 2,346 of 4,838 calls were
-// wrong.
+// A regression: it was run and remembered, and its answer "repeated" to the real one: 2,346 of
+// 4,838 calls were wrong.
 TEST_F(AStranger, ThatHasAskedSomethingElseUnderACallIdGivesNoAnswerToItsOwner) {
   started(of_a_stranger(request(1), "9"));
   EXPECT_EQ(answered(1, Response{.text = "3.000000"}).asked_text, "9");
@@ -263,7 +263,7 @@ TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
   EXPECT_EQ(only<Start>(next).front().request.text, "9");
 }
 
-// A handler that runs was told that nobody waits.
+// A regression: the handler of a running call was cancelled.
 TEST_F(AStranger, ThatTakesBackItsOwnWaitingCallTellsNoHandlerOfTheSameId) {
   started(request(1));
   started(of_a_stranger(request(1), "9"));
@@ -286,19 +286,19 @@ TEST_F(AStranger, ThatAsksTheVerySameAndTakesItBackCancelsNothing) {
   EXPECT_EQ(answered(1, answer).text, "2.000000");
 }
 
-// One number ahead, and the running call was given up.
+// A regression: a number one higher made the instance give up the running call.
 TEST_F(AStranger, WithALaterNumberOrTheEpochOfASuccessorGivesUpNoCallOfOthers) {
   started(request(1));
   EXPECT_THAT(only<Cancel>(sut.on_request(of_a_stranger(request(2), "9"), now)), IsEmpty());
   Request successor = of_a_stranger(of_another_gateway(3), "9");
   successor.succeeds = 1;
-  // Its own, which waited.
+  // Its own call, which waited.
   EXPECT_THAT(only<Cancel>(sut.on_request(successor, now)),
               testing::Each(testing::Field(&Cancel::runs, false)));
   EXPECT_EQ(answered(1, answer).text, "2.000000");
 }
 
-// A gateway that starts again has another writer.
+// A restarted gateway has a new writer.
 TEST_F(AStranger, ThatAsksTheVerySameGetsTheAnswerFromMemory) {
   started(request(1));
   answered(1, answer);

@@ -1,4 +1,4 @@
-// Services whose handler is run inline: ServiceOptions::run_inline.
+// Services with an inline handler: ServiceOptions::run_inline.
 #include <array>
 #include <chrono>
 #include <memory>
@@ -29,7 +29,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-/// Within one process a request arrives in the thread that sends it: the test's.
+/// Within one process a request arrives in the thread that sends it: that of the test.
 std::string this_thread() {
   std::ostringstream id;
   id << std::this_thread::get_id();
@@ -105,7 +105,8 @@ TEST_F(InlineServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
   EXPECT_EQ(answer(sut, 2), "4");
 }
 
-// Its lines are written in the receiving thread: a terminal that was stopped stopped reception.
+// A regression: its log is written in the receiving thread, so a stopped terminal stopped
+// reception.
 TEST_F(InlineServiceTest, AnswersThoughNobodyReadsItsLog) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
@@ -123,7 +124,7 @@ TEST_F(InlineServiceTest, AnswersThoughNobodyReadsItsLog) {
   ::close(ends[1]);
 }
 
-/// Takes no request in the first time.
+/// Throws at the first request.
 class FailingOnce : public fabric::endpoints::ReplyEndpointListener {
  public:
   void on_request(const fabric::Request& request) override {
@@ -140,7 +141,7 @@ class FailingOnce : public fabric::endpoints::ReplyEndpointListener {
   bool fails_ = true;
 };
 
-// The exception went into Cyclone's C code, with its locks held.
+// A regression: the exception went into Cyclone's C code, which held its locks.
 TEST_F(InlineServiceTest, HearsTheNextCallAfterAListenerThatThrows) {
   FailingOnce listener;
   fabric::InstanceIdentity identity{
@@ -171,7 +172,7 @@ class InlineRunnerTest : public testing::Test {
             .may_wait = true};
   }
 
-  /// The number of the call that waits for a thread of its own; 0 if there is none.
+  /// The number of the call that waits for its own thread; 0 if there is none.
   [[nodiscard]] std::uint64_t waiting() const {
     const auto call = sut->next(std::chrono::steady_clock::now());
     return call ? call->id().number : 0;
@@ -182,7 +183,7 @@ class InlineRunnerTest : public testing::Test {
       .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
   const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
       CallSchedulerOptions{.instance = identity.id}, base::program::no_log(),
-      // A busy host may hold it up for longer than inline_limit.
+      // A busy host may delay it for longer than inline_limit.
       InlineHandler{
           [this](std::shared_ptr<const Call> call) { handled.push_back(std::move(call)); },
           std::chrono::hours(1)});

@@ -26,9 +26,9 @@ using testing::StrEq;
 
 constexpr const char* c_uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
 
-/// Does what its request says.
-void obey(ISG_SERVICE* service, char* request, ADS_UINT32 request_state, char* response,
-          size_t max_response_size, ADS_UINT32* response_state) {
+/// Follows the instruction in its request.
+void follow_request(ISG_SERVICE* service, char* request, ADS_UINT32 request_state, char* response,
+                    size_t max_response_size, ADS_UINT32* response_state) {
   EXPECT_EQ(max_response_size, 128U);
   *response_state = request_state + 1;
   if (std::strcmp(request, "fill") == 0) {
@@ -88,7 +88,8 @@ class IsgService : public testing::Test {
 };
 
 TEST_F(IsgService, RunsItsFunctionOnceForEachPoll) {
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServicePollOnce(&sut, 0), ISG_SERVICE_CODE_NO_CALL);
   call("hello");
   const Reply reply = poll().back();
@@ -97,7 +98,8 @@ TEST_F(IsgService, RunsItsFunctionOnceForEachPoll) {
 }
 
 TEST_F(IsgService, RefusesAnswersThatCannotBeSent) {
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   call("fill");
   Reply reply = poll().back();
   EXPECT_EQ(reply.code, ServiceCode::refused);
@@ -109,7 +111,8 @@ TEST_F(IsgService, RefusesAnswersThatCannotBeSent) {
 }
 
 TEST_F(IsgService, ShowsInterimStates) {
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   call("interim");
   const auto replies = poll();
   EXPECT_EQ(replies.back().state, 2U);
@@ -142,21 +145,23 @@ TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   constexpr int threads = 3;  // for signals, and two for the fabric
   for (int started = 0; started < threads; ++started) {
     const tests::ThreadShortage shortage(started);
-    EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut),
+    EXPECT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
               ISG_SERVICE_CODE_NOT_CONNECTED);
     EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_CLOSED);
   }
   const tests::ThreadShortage enough(threads);
-  EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
 }
 
-// As a shell script starts what has an '&' behind it.
+// As a shell script starts a command with '&'.
 TEST_F(IsgService, LeavesASignalAloneThatWhoStartedItHasItIgnore) {
   struct sigaction ignored {};
   struct sigaction before {};
   ignored.sa_handler = SIG_IGN;
   ::sigaction(SIGINT, &ignored, &before);
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   struct sigaction interrupt {};
   struct sigaction terminate {};
   ::sigaction(SIGINT, nullptr, &interrupt);
@@ -167,7 +172,8 @@ TEST_F(IsgService, LeavesASignalAloneThatWhoStartedItHasItIgnore) {
 }
 
 TEST_F(IsgService, PollsUntilItIsStopped) {
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   std::thread poller([&] { EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_OK); });
   call("hello");
   EXPECT_TRUE(until([&] { return !gateway.replies.empty(); }));
@@ -179,15 +185,16 @@ TEST_F(IsgService, PollsUntilItIsStopped) {
 }
 
 TEST_F(IsgService, EndsPollsForOneCallToo) {
-  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, &sut),
+            ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServiceStop(&sut), ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_CLOSED);
 }
 
 TEST_F(IsgService, SaysWhatIsWrong) {
-  EXPECT_EQ(isgServiceCreate(nullptr, "test", obey, &connection, &sut),
+  EXPECT_EQ(isgServiceCreate(nullptr, "test", follow_request, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
-  EXPECT_EQ(isgServiceCreate("a*", "test", obey, &connection, &sut),
+  EXPECT_EQ(isgServiceCreate("a*", "test", follow_request, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceCreate(c_uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);

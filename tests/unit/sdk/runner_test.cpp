@@ -1,4 +1,4 @@
-// The runner without a fabric: who holds what while calls begin and end.
+// The runner without a fabric: the owners of calls while they begin and end.
 #include "services/sdk/runner.hpp"
 
 #include <atomic>
@@ -54,10 +54,10 @@ TEST_F(RunnerTest, HandsOutACallAnewThatIsWantedAgainOnceItsCancelledRunHasEnded
   EXPECT_TRUE(first->cancelled());
 }
 
-// The runner held a reference to the call, and its lock, while it told the call that nobody waits.
-// If the handler let go of the call in that moment, the runner's reference was the last one: the
-// end of the call asked for the lock that its own thread held. The moment is short, so it is tried
-// often.
+// A regression: the runner held a reference to the call, and its lock, while it cancelled it. If
+// the handler released the call in that moment, the runner's reference was the last one: the
+// destructor requested the lock that its own thread held. The moment is short, so the test repeats
+// it.
 TEST_F(RunnerTest, LetsAHandlerDropItsCallInTheMomentItIsCancelled) {
   constexpr std::uint64_t most = 20'000;
   constexpr auto enough = std::chrono::seconds(2);
@@ -131,10 +131,10 @@ TEST_F(RunnerTest, IsClosedByTheAnswerOfItsLastCallWhereItIsToCloseWhenIdle) {
   EXPECT_THAT(next(), IsNull());
 }
 
-/// Where calls are run elsewhere.
+/// A runner that passes its calls on.
 class PassingRunner : public RunnerTest {
  protected:
-  /// Nothing is sent: whatever asks for an end finds one that has no fabric.
+  /// The calls passed on. There is no fabric, so nothing is sent.
   std::vector<std::shared_ptr<const Call>> passed;
   std::vector<fabric::CallId> cancelled;
   const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
@@ -167,7 +167,7 @@ TEST_F(PassingRunner, PassesOnACallThatWaitedWhereTheOneBeforeItIsAnswered) {
   other.may_wait = true;
   sut->on_request(other);
   ASSERT_EQ(passed.size(), 1U);
-  // A copy: the list grows while it answers.
+  // A copy: the list grows during its answer.
   const auto first = passed.front();
   first->answer({.text = "done"});
   ASSERT_EQ(passed.size(), 2U);

@@ -1,5 +1,4 @@
-// A service on a fabric of its own, and the gateway that calls it: what the tests of services
-// share.
+// A service on its own fabric, and the gateway that calls it, for tests of services.
 #pragma once
 
 #include <condition_variable>
@@ -20,7 +19,7 @@ namespace millrace::services::sdk {
 
 inline const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
 
-/// A door that handlers wait at until the test opens it.
+/// Blocks handlers until the test opens it.
 class Door {
  public:
   void open() {
@@ -61,7 +60,7 @@ class ServiceTest : public testing::Test {
 
   void call(const fabric::Request& request) { ASSERT_TRUE(end.publish(request)); }
 
-  /// The reply after those that were there.
+  /// The next reply.
   fabric::Reply next_reply() {
     EXPECT_TRUE(until([&] { return gateway.replies.size() > replies_read_; }));
     return replies_read_ < gateway.replies.size() ? gateway.replies[replies_read_++]

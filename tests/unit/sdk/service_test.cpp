@@ -158,7 +158,7 @@ TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
   EXPECT_EQ(reply.attempt, 2U);
 }
 
-// Without certificates only DDS says whether a gateway is gone.
+// Without certificates only DDS reports that a gateway is gone.
 TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasTheChannelOfOneThatIsGone) {
   std::promise<void> entered;
   const Service sut(
@@ -347,8 +347,8 @@ TEST_F(ServiceTest, OutlivesCallsThatAreHeldLongerThanItself) {
     call(request(sut, 1));
     held = promise.get_future().get();
   }
-  held->answer({.text = "nobody there"});
-  held->interim({.text = "nobody there"});
+  held->answer({.text = "too late"});
+  held->interim({.text = "too late"});
   EXPECT_FALSE(held->cancelled());
 }
 
@@ -364,7 +364,8 @@ TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
   EXPECT_THROW(with([](auto& sut) { sut.error_state = 0; }), std::invalid_argument);
 }
 
-// One that had started its loop, or some of its threads, waited for ever for those that ran.
+// A regression: a service that had started its loop, or some of its threads, waited for ever for
+// those that ran.
 TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   constexpr int workers = 3;
   constexpr int threads = 2 + workers;

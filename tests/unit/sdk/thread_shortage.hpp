@@ -1,11 +1,11 @@
-// A process that gets no more threads from its system, for the tests of what is built half way.
+// A process that cannot start further threads, for tests of partly constructed objects.
 //
 //   const ThreadShortage shortage(2);       // the third one from now on cannot be started
 #pragma once
 
 namespace millrace::tests {
 
-/// While it lives, no thread can be started after `left` more. For the whole process.
+/// While it exists, only `left` more threads can be started, in the whole process.
 class ThreadShortage {
  public:
   explicit ThreadShortage(int left);

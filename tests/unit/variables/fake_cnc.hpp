@@ -21,7 +21,7 @@ class FakeCnc : public ads::Device {
   std::map<std::string, Bytes> values;
   ads::ErrorCode unknown_name = ads::ErrorCode::symbol_not_found;
   bool knows_handles = true;
-  /// As newer controllers do.
+  /// As on newer controllers.
   bool describes_by_name = true;
   /// Changes all handles, like a restart.
   std::uint32_t handle_base = 0x01020000;

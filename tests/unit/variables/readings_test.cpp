@@ -20,7 +20,7 @@ Bytes record(std::uint32_t offset, std::uint32_t size, std::string_view name,
   return out.take();
 }
 
-/// The objects of the tasks GEO and COM, beside the variables.
+/// The objects of the tasks GEO and COM, in addition to the variables.
 class WithObjects : public FakeCnc {
  public:
   [[nodiscard]] bool has_port(std::uint16_t port) const override {

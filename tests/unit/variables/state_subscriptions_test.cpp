@@ -130,7 +130,7 @@ TEST_F(StateSubscriptionsTest, NeitherStateIsToldWhereOneIsRefused) {
   cnc.values[0] = 1;
   ASSERT_TRUE(is_told({1, request_state, 1}));
   EXPECT_THAT(told, ElementsAre(Word{1, request_state, 1}));
-  EXPECT_EQ(symbols.handles(), 2U) << "the handles of channel 2 are given back";
+  EXPECT_EQ(symbols.handles(), 2U) << "the handles of channel 2 are released";
 }
 
 TEST_F(StateSubscriptionsTest, TellsNothingMoreAndLeavesNothingOfAChannelThatIsNotWatched) {

@@ -332,7 +332,7 @@ TEST_F(ArchiveTest, AcknowledgesNothingIntoAFileThatWasRemoved) {
   Archive sut = open();
   sut.append({put(1)}, morning);
   std::filesystem::remove(sut.file().string() + "-wal");
-  EXPECT_ANY_THROW(sut.append({put(2)}, morning)) << "it is where the rows go first";
+  EXPECT_ANY_THROW(sut.append({put(2)}, morning)) << "rows go there first";
   std::filesystem::remove(sut.file());
   EXPECT_ANY_THROW(sut.append({put(2)}, morning));
 }

@@ -17,8 +17,8 @@ TEST(ArchiverRequest, HasFieldsBehindPut) {
 }
 
 TEST(ArchiverRequest, MayQuoteValues) {
-  EXPECT_THAT(*parse(R"(PUT d="12.345 mm" say="he said ""no""" none="" e=a=b)"),
-              ElementsAre(Field{"d", "12.345 mm"}, Field{"say", "he said \"no\""},
+  EXPECT_THAT(*parse(R"(PUT d="12.345 mm" say="we said ""no""" none="" e=a=b)"),
+              ElementsAre(Field{"d", "12.345 mm"}, Field{"say", "we said \"no\""},
                           Field{"none", ""}, Field{"e", "a=b"}));
 }
 

@@ -142,7 +142,7 @@ TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
 TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
   std::ofstream(folder.path() / "archive-000001.db") << "not a database, whatever its name says";
   Writer sut(Archive(folder.path(), {}, morning), base::program::no_log(), alarms);
-  tests::await("word of the file", [&] { return alarms.of("foreign_files").has_value(); });
+  tests::await("the alarm about the file", [&] { return alarms.of("foreign_files").has_value(); });
   EXPECT_THAT(alarms.of("foreign_files")->text, testing::HasSubstr("archive-000001.db"));
   EXPECT_EQ(alarms.of("foreign_files")->level, fabric::AlarmLevel::warning);
 }

@@ -52,9 +52,9 @@ TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
   EXPECT_EQ(outcome_of({.trouble = Trouble::broken,
                         .trouble_text = "RCPT failed",
                         .code = 550,
-                        .reply = "550 nobody"})
+                        .reply = "550 unknown"})
                 .reply,
-            "550 nobody");
+            "550 unknown");
   const Outcome gone = outcome_of({.trouble = Trouble::no_contact, .trouble_text = "refused"});
   EXPECT_EQ(gone.reply, "refused");
   EXPECT_FALSE(gone.contact);

@@ -65,7 +65,7 @@ class FakeServer : public Transport {
     const std::lock_guard guard(lock_);
     throws_ = true;
   }
-  void throw_behind_the_hand_over() {
+  void throw_after_handover() {
     const std::lock_guard guard(lock_);
     throws_behind_ = true;
   }
@@ -323,7 +323,7 @@ TEST_F(MailPostman, HandsNothingOverThatItCannotWriteDown) {
 }
 
 TEST_F(MailPostman, NeverSendsAgainWhatATransportHandsOverAndThrows) {
-  server.throw_behind_the_hand_over();
+  server.throw_after_handover();
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
   sut.reset();

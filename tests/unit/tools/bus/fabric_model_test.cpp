@@ -53,7 +53,7 @@ TEST(TheLivePicture, KnowsWhoIsGoneUntilItIsForgotten) {
   EXPECT_THAT(sut.gone(), SizeIs(1));
   sut.forget_gone(gone.at + std::chrono::seconds(1));
   EXPECT_THAT(sut.gone(), IsEmpty());
-  // Nobody was there of whom to know.
+  // The gone instance was unknown before.
   sut.add(news(Change::gone, 2, ""));
   EXPECT_THAT(sut.gone(), IsEmpty());
   sut.add(gone);

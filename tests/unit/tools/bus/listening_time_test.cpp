@@ -30,7 +30,7 @@ TEST_F(ListeningTimeTest, StartsAgainWhereATimerIsLateAsOnABusyHost) {
   sut.on_timer(start + 400ms, start + 421ms);
   EXPECT_EQ(sut.end(), start + 1121ms);
   sut.on_timer(start + 450ms, start + 451ms);
-  EXPECT_EQ(sut.end(), start + 1121ms) << "one that is in time takes nothing back";
+  EXPECT_EQ(sut.end(), start + 1121ms) << "a timer on time changes nothing";
 }
 
 TEST_F(ListeningTimeTest, WaitsForTheProofOfAnAnnouncedParticipant) {

@@ -42,7 +42,7 @@ fabric::Reply reply_to(const fabric::Request& request, const std::string& text) 
           .asked_state = request.state};
 }
 
-/// "1→7#2": channel 1's call goes to instance 7 as attempt 2; "-1": it is taken back; "1=text" and
+/// "1→7#2": channel 1's call goes to instance 7 as attempt 2; "-1": it is withdrawn; "1=text" and
 /// "1: reason": its end.
 std::vector<std::string> words(const Actions& actions) {
   std::vector<std::string> out;
@@ -166,7 +166,7 @@ TEST(Calls, GivesTheCallOfALostInstanceToAnotherOne) {
   ASSERT_TRUE(sut.next_time().has_value());
   sut.on_time(at(1s));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1", "1→4#2"));
-  // The first one was slow, not dead: its answer is as good.
+  // The first instance was slow, not dead: its answer counts.
   sut.on_reply(reply_to(first, "1.4"), at(1001ms));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1", "1=1.4"));
 }

@@ -1,4 +1,4 @@
-// Entries of a small fabric for tests of what commands make of it.
+// Entries of a small fabric, for tests of commands.
 #pragma once
 
 #include "tests/unit/tools/recording/one_call.hpp"

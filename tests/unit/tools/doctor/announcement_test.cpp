@@ -58,7 +58,7 @@ TEST(AnAnnouncement, ThatIsCutAnywhereIsNone) {
 
 TEST(AnAnnouncement, IsNeitherAnotherWritersDataNorAnotherProtocol) {
   auto bytes = packet("cyclone");
-  bytes[47] = 0xc7;  // Another built-in writer.
+  bytes[47] = 0xc7;  // A different built-in writer.
   EXPECT_FALSE(parse_announcement(bytes));
   bytes = packet("cyclone");
   bytes[0] = 'X';

@@ -20,7 +20,7 @@ TEST(AClockComparison, TakesTheMiddleOfTheExchangeForTheTimeOfTheAnswer) {
 }
 
 TEST(AClockComparison, IsRightWithinItsErrorWhereverTheTimeWent) {
-  for (const auto out : {0ms, 3ms, 10ms}) {  // Of 10 ms there and back.
+  for (const auto out : {0ms, 3ms, 10ms}) {  // Of a round trip of 10 ms.
     ClockComparison sut;
     sut.add({at(0ms), at(out - 700ms), at(10ms)});
     EXPECT_LE(std::chrono::abs(sut.result()->ahead + 700ms), sut.result()->error);

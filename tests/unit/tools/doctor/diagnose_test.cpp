@@ -50,7 +50,7 @@ class TheDoctor : public testing::Test {
   }
 
   /// A gateway whose machine is connected, and a service.
-  void be_healthy() {
+  void add_healthy_plant() {
     add_program(1, "gateway").is_gateway = true;
     add_program(2, "sq1").serves = {square_root};
     recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
@@ -78,7 +78,7 @@ class TheDoctor : public testing::Test {
 };
 
 TEST_F(TheDoctor, FindsNothingWrongWithAHealthyFabric) {
-  be_healthy();
+  add_healthy_plant();
   hear(2, 0);
   EXPECT_TRUE(is_healthy(sut()));
   EXPECT_THAT(sut(), Not(Contains(Field(&Diagnosis::severity, Not(Severity::fine)))));
@@ -119,14 +119,14 @@ TEST_F(TheDoctor, FindsTheInterfaceOnWhichTheOthersAre) {
 }
 
 TEST_F(TheDoctor, BlamesThePacketFilterIfMulticastAloneComesThrough) {
-  be_healthy();
+  add_healthy_plant();
   hear(9, 0);
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "announces itself on this domain but does not",
                                  "7400 to 7649")));
 }
 
 TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
-  be_healthy();
+  add_healthy_plant();
   found.joining.now = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
   found.joining.trusted_as = "office";
   found.joining.trusted_until = found.joining.now + std::chrono::days(31);
@@ -139,7 +139,7 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
 }
 
 TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
-  be_healthy();
+  add_healthy_plant();
   add_program(9, "old").announces_identity = false;
   found.joining.trusted_as = "office";
   EXPECT_THAT(
@@ -150,7 +150,7 @@ TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
 }
 
 TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
-  be_healthy();
+  add_healthy_plant();
   found.joining.trusted_as = "office";
   found.joining.revoked_as_of = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "revoked as of 2026-03-01 00:00:00 UTC: none")));
@@ -159,19 +159,19 @@ TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
 }
 
 TEST_F(TheDoctor, NamesWhomItBelieves) {
-  be_healthy();
+  add_healthy_plant();
   hear(2, 0);
   found.heard.back().who.shows_certificate = true;
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "accepted here: sq1 on host-sq1, pid 17")));
-  // As another vendor's DDS says.
+  // In the form of another vendor's DDS.
   found.heard.back().who.certificate = "CN=gateway-1";
   EXPECT_THAT(sut(), Contains(is(Severity::fine,
                                  "accepted here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
 
 TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
-  be_healthy();
+  add_healthy_plant();
   hear(9, 0);
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "has no certificate", "trust issue")));
@@ -189,15 +189,15 @@ TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
       sut(), Contains(is(Severity::problem, "ignores processes without a certificate", "trust {")));
 }
 
-// Cyclone shows them among its participants, without endpoints.
+// Cyclone lists them among its participants, without endpoints.
 TEST_F(TheDoctor, BelievesNobodyWhoseEndpointsAreNotShown) {
-  be_healthy();
+  add_healthy_plant();
   add_program(9, "square_root").fabrics = {};
   hear(9, 0);
   EXPECT_THAT(sut(), Not(Contains(is(Severity::warning, "has no certificate"))));
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "has no certificate")));
-  // And we are not believed by who shows one.
+  // And a participant with an identity does not trust us.
   found.joining.trusted_as.clear();
   found.heard.back().who.shows_certificate = true;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "ignores processes without a certificate")));
@@ -214,7 +214,7 @@ TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
 }
 
 TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
-  be_healthy();
+  add_healthy_plant();
   found.peers = {{"hall-1", "10.77.0.2", Reach::silent, ""},
                  {"hall-3", "10.77.0.3", Reach::refused, ""},
                  {"hall-4", "10.77.0.4", Reach::unreachable, "No route to host"},
@@ -237,7 +237,7 @@ TEST_F(TheDoctor, MissesGatewaysAndServices) {
 }
 
 TEST_F(TheDoctor, NamesEndpointsThatFitNobody) {
-  be_healthy();
+  add_healthy_plant();
   found.misfits = {{"millrace/reply", true, "other on hall", {"reliability: …"}}};
   EXPECT_THAT(sut(),
               Contains(is(Severity::problem,
@@ -246,7 +246,7 @@ TEST_F(TheDoctor, NamesEndpointsThatFitNobody) {
 }
 
 TEST_F(TheDoctor, FindsMachinesWithoutALink) {
-  be_healthy();
+  add_healthy_plant();
   add(fabric::MachineStatus{
       .machine = "press", .reason = "connection refused", .host = "host-gateway"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "press has no connection: connection refused",
@@ -254,7 +254,7 @@ TEST_F(TheDoctor, FindsMachinesWithoutALink) {
 }
 
 TEST_F(TheDoctor, TakesNoGatewayThatIsNotHeardForOne) {
-  be_healthy();
+  add_healthy_plant();
   add_program(9, "gateway").is_gateway = true;
   found.programs.back().host = "host-9";
   EXPECT_THAT(sut(),
@@ -266,7 +266,7 @@ TEST_F(TheDoctor, TakesNoGatewayThatIsNotHeardForOne) {
 }
 
 TEST_F(TheDoctor, NamesTheTransportToEachController) {
-  be_healthy();
+  add_healthy_plant();
   add(fabric::MachineStatus{.machine = "press",
                             .connected = true,
                             .address = "10.0.0.5:8016, 10.0.0.5.1.1, Secure ADS",
@@ -278,7 +278,7 @@ TEST_F(TheDoctor, NamesTheTransportToEachController) {
 }
 
 TEST_F(TheDoctor, WarnsOfPlainAdsToAnotherHost) {
-  be_healthy();
+  add_healthy_plant();
   fabric::MachineStatus press{.machine = "press",
                               .connected = true,
                               .address = "10.0.0.5:48898, 10.0.0.5.1.1",
@@ -294,7 +294,7 @@ TEST_F(TheDoctor, WarnsOfPlainAdsToAnotherHost) {
 }
 
 TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
-  be_healthy();
+  add_healthy_plant();
   add_program(9, "gateway").is_gateway = true;
   found.programs.back().host = "host-9";
   fabric::MachineStatus lathe{.machine = "lathe", .connected = true, .host = "host-9", .pid = 17};
@@ -302,7 +302,7 @@ TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
   add(lathe);
   EXPECT_TRUE(is_healthy(sut()));
   add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway, .gone = true});
-  // The server of the page knew it before.
+  // The page's server knew it before.
   found.lost = {{.last = {.machine = "press", .host = "host-9", .pid = 17}}, {.last = lathe}};
   const auto is_of = [](const std::string& machine) {
     return is(Severity::problem, machine + ": its gateway has not reported since",
@@ -315,7 +315,7 @@ TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
 }
 
 TEST_F(TheDoctor, CountsAProgramOfAnotherVendorToTheHostOfItsAddress) {
-  be_healthy();
+  add_healthy_plant();
   add_program(9, "foreign").host.clear();
   found.programs.back().addresses = "udp/10.77.0.2:7410";
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other programs on 2 hosts")));
@@ -324,7 +324,7 @@ TEST_F(TheDoctor, CountsAProgramOfAnotherVendorToTheHostOfItsAddress) {
 }
 
 TEST_F(TheDoctor, WarnsOfAnInstanceThatSendsNoHeartbeat) {
-  be_healthy();
+  add_healthy_plant();
   recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
   news.identity.id.bytes.fill(3);
   news.identity.name = "sq2";
@@ -337,7 +337,7 @@ TEST_F(TheDoctor, WarnsOfAnInstanceThatSendsNoHeartbeat) {
 }
 
 TEST_F(TheDoctor, TakesAGatewayThatStandsByForNoProblem) {
-  be_healthy();
+  add_healthy_plant();
   fabric::MachineStatus second{
       .machine = "cnc", .reason = "host-gateway serves it", .host = "host-2", .version = "0.1.0"};
   second.gateway.bytes.fill(7);
@@ -348,8 +348,9 @@ TEST_F(TheDoctor, TakesAGatewayThatStandsByForNoProblem) {
 
 TEST_F(TheDoctor, FindsChannelsThatWait) {
   using enum fabric::ChannelState;
-  be_healthy();
-  add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
+  add_healthy_plant();
+  add(fabric::ChannelStatus{
+      .key = {"cnc", 1}, .state = unserved, .uuid = "x", .reason = "no service"});
   add(fabric::ChannelStatus{.key = {"cnc", 2}, .state = held});
   add(fabric::ChannelStatus{.key = {"cnc", 3}, .state = waiting, .uuid = "y"});
   add(fabric::ChannelStatus{.key = {"cnc", 4}, .state = waiting, .uuid = square_root});
@@ -368,7 +369,7 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
 }
 
 TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
-  be_healthy();
+  add_healthy_plant();
   add(fabric::ChannelStatus{.key = {"cnc", 1},
                             .state = fabric::ChannelState::unserved,
                             .uuid = "x",
@@ -381,11 +382,11 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
 
 TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
   using enum fabric::ChannelState;
-  be_healthy();
+  add_healthy_plant();
   add(fabric::MachineStatus{
       .machine = "lathe", .reason = "its gateway is gone", .gone = true});
   add(fabric::ChannelStatus{
-      .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
+      .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "no service"});
   add(fabric::ChannelStatus{
       .key = {"lathe.ALARMS", 1}, .state = link_down, .reason = "its gateway is gone"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
@@ -396,7 +397,7 @@ TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOn
 }
 
 TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
-  be_healthy();
+  add_healthy_plant();
   add(fabric::MachineStatus{
       .machine = "cnc", .connected = true, .host = "host-gateway", .pid = 17, .version = "0.0.9"});
   recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
@@ -410,7 +411,7 @@ TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
 }
 
 TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
-  be_healthy();
+  add_healthy_plant();
   const auto with = [&](std::chrono::nanoseconds ahead, std::chrono::nanoseconds error) {
     found.clocks = {{"hall", "sq1", {ahead, error}}};
     return sut();
@@ -429,7 +430,7 @@ TEST_F(TheDoctor, TellsHowFarAClockIsAheadApartFromHowSureThatIs) {
 }
 
 TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
-  be_healthy();
+  add_healthy_plant();
   fabric::Alarm alarm{.key = {.kind = "recording"},
                       .level = fabric::AlarmLevel::fine,
                       .text = "records to run.mcap",
@@ -456,7 +457,7 @@ TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
 }
 
 TEST_F(TheDoctor, TakesALevelThatItDoesNotKnowForAProblem) {
-  be_healthy();
+  add_healthy_plant();
   found.live.add(fabric::Alarm{.level = static_cast<fabric::AlarmLevel>(9), .text = "of tomorrow"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "of tomorrow")));
 }

@@ -1,4 +1,4 @@
-// Each program of tests/data/lint with what must be found in it: lines "LINE RULE", or "FILE:LINE
+// Each program of tests/data/lint, with its expected findings: lines "LINE RULE", or "FILE:LINE
 // RULE" for a subprogram.
 #include "tools/lint/lint.hpp"
 
@@ -77,7 +77,7 @@ std::string read_all(const std::filesystem::path& path) {
   return text.str();
 }
 
-// Whoever adds a rule sees here what it says of programs that were written without it.
+// The findings of a new rule in programs that were written before it.
 TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
   const std::filesystem::path top(MILLRACE_SOURCE);
   std::vector<std::filesystem::path> files;
@@ -98,7 +98,7 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
     };
     const std::string name = std::filesystem::relative(file, top).string();
     const std::vector<Source> programs{{name, read_all(file)}};
-    // Mistakes of the language, of which the programs of the suite are full, are its own tests.
+    // The programs of the suite are full of deliberate language errors, which its own tests check.
     for (const Finding& finding :
          lint(programs, {.load = beside, .off = {Rule::syntax, Rule::wait_without_timeout}})) {
       found += finding.place.file + ":" + std::to_string(finding.place.line) + " " +

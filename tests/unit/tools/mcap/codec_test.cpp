@@ -1,4 +1,4 @@
-// Each record there and back; what is cut is named.
+// Each record is encoded and decoded; truncation is reported.
 #include <gtest/gtest.h>
 
 #include "tools/mcap/cursor.hpp"

@@ -1,4 +1,4 @@
-// Compressed records there and back, and what others may have made of them.
+// Compressed records are encoded and decoded, also those of other programs.
 #include "tools/mcap/compression.hpp"
 
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Lt;
 
-/// Bytes that repeat after a while, and do not within it.
+/// Bytes that repeat after a while, but not within that time.
 std::string sample(std::size_t size) {
   std::string bytes;
   std::uint32_t state = 1;

@@ -50,7 +50,7 @@ TEST_P(McapDamageOf, AFlippedBitCostsAtMostOneChunkAndIsReported) {
   }
 }
 
-/// A file of `size` bytes, zeros behind its beginning, that counts what is read of it.
+/// A file of `size` bytes, with zeros after its beginning, that counts the bytes read.
 class Large : public Source {
  public:
   Large(std::string beginning, std::uint64_t size)
@@ -93,7 +93,7 @@ TEST(McapDamage, ADamagedLengthAsksForNoMemory) {
 }
 
 TEST(McapDamage, AFileFullOfWhatLooksLikeChunksIsNotReadForEver) {
-  // Each claims to reach to the end of the file.
+  // Each claims to extend to the end of the file.
   constexpr std::uint64_t size = 4U << 20U;
   constexpr std::uint64_t frame_size = 9 + 40;
   std::string bytes(magic);
@@ -135,7 +135,7 @@ TEST(McapDamage, NamesTheChunkWhoseChecksumIsWrong) {
 TEST(McapDamage, TellsMessagesWhoseChannelIsLost) {
   auto sample = sample_file(2, 3);
   sample.bytes.resize(sample.chunk_ends[1]);    // no summary to help
-  sample.bytes[sample.chunk_ends[0] - 1] ^= 1;  // the first chunk holds the definitions
+  sample.bytes[sample.chunk_ends[0] - 1] ^= 1;  // the first chunk has the definitions
   const auto scanned = scan_all(sample.bytes);
   EXPECT_TRUE(scanned.messages.empty());
   ASSERT_EQ(scanned.problems.size(), 4U);

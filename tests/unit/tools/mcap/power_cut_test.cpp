@@ -1,4 +1,4 @@
-// What a recording holds after a power cut, wherever in its work that happens.
+// The contents of a recording after a power cut at any point of its work.
 #include <gtest/gtest.h>
 
 #include "tests/support/forgetful_disk.hpp"
@@ -22,7 +22,7 @@ TEST(RecordingAfterAPowerCut, HasWhatWasSyncedAndIsWholeOnceItIsFinished) {
       ASSERT_TRUE(sut->sync());
       disk.promise(done);
     }
-    // What nobody has forced yet is forced before the file gets its name.
+    // What was not forced yet is forced before the file gets its name.
     ASSERT_TRUE(sut->write(chunk));
     ASSERT_TRUE(sut->finish());
     disk.promise(chunks + 1);

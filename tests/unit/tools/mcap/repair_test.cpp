@@ -1,4 +1,4 @@
-// The promise of the recorder: what was in a closed chunk survives whatever ended the file.
+// The recorder's guarantee: a closed chunk survives any end of the file.
 #include "tools/mcap/repair.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A small recording for tests, and what a reader gets out of a file.
+// A small recording for tests, and the messages that a reader gets from a file.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Summary and survey: what a file holds without reading it.
+// Summary and survey: the contents of a file without reading all of it.
 #include "tools/mcap/summary.hpp"
 
 #include <gtest/gtest.h>

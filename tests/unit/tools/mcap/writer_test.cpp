@@ -1,4 +1,4 @@
-// What the writer leaves in a file, and when.
+// The contents of a file at each step of the writer.
 #include "tools/mcap/writer.hpp"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(McapWriter, ClosesAChunkByItself) {
   for (std::uint32_t i = 0; i < 100; ++i) {
     ASSERT_TRUE(sut.write(Message{1, i, i, i, std::string(50, 'x')}));
   }
-  // 9 + 22 + 50 bytes each: 13 messages reach the limit, 9 are left in the open chunk.
+  // 9 + 22 + 50 bytes each: 13 messages reach the limit, 9 are in the open chunk.
   EXPECT_EQ(sut.statistics().chunks, 100U / 13);
 }
 

@@ -161,7 +161,7 @@ TEST_F(RecorderTest, RemovesTheOldestWhereTheDiskIsFull) {
     return std::count_if(std::filesystem::directory_iterator(folder.path()), {},
                          [](const auto& entry) { return entry.path().extension() == ".mcap"; });
   };
-  // Each file that is removed makes room for one.
+  // Each removed file makes room for one.
   Recorder sut(with_budget, [&](const std::filesystem::path&) -> std::uint64_t {
     return closed() > 3 ? 0 : 1'000'000'000;
   });
@@ -353,7 +353,7 @@ TEST_F(RecorderTest, WritesItsWindowWhenACallFails) {
   now += 50ms;
   record(sut, 4, 2550);  // still of interest
   now += 100ms;
-  record(sut, 5, 2700);  // no more
+  record(sut, 5, 2700);  // not any more
   ASSERT_TRUE(sut.finish(0, 0, at(10'000)));
   EXPECT_EQ(read(folder.path() / "run.mcap").size(), 7U + 1U + 7U);
   EXPECT_EQ(sut.tally().failures, 1U);
@@ -440,7 +440,7 @@ TEST_F(RecorderTest, BeginsNoFileOfManyOnADiskThatIsFull) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-/// A disk that takes no byte beyond those that each file has, as long as it is full.
+/// A disk that, while it is full, takes no byte beyond those that each file has.
 class FullDisk {
  public:
   FullDisk() {
@@ -454,7 +454,7 @@ class FullDisk {
   FullDisk(const FullDisk&) = delete;
   FullDisk& operator=(const FullDisk&) = delete;
 
-  /// With `left` bytes for a file as large as this one.
+  /// Leaves `left` bytes for a file as large as this one.
   void fill(const std::filesystem::path& file, std::uint64_t left = 0) {
     rlimit limit = before_;
     limit.rlim_cur = std::filesystem::file_size(file) + left;

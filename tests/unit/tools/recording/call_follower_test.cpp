@@ -11,7 +11,7 @@ using std::chrono_literals::operator""us;
 using tests::at;
 using tests::one_call;
 
-/// What `follower` returns for the last of `entries`; the others must end no call.
+/// The result of `follower` for the last of `entries`; the others must end no call.
 std::optional<FollowedCall> feed(CallFollower& follower, const std::vector<Entry>& entries) {
   std::optional<FollowedCall> last;
   for (const Entry& entry : entries) {

@@ -1,4 +1,4 @@
-// Each kind of entry to its message and back.
+// Each kind of entry is encoded to its message and decoded.
 #include "tools/recording/codec.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ using tests::at;
 using tests::one_call;
 using tests::square_root;
 
-Entry there_and_back(const Entry& entry) {
+Entry encoded_and_decoded(const Entry& entry) {
   const auto decoded = decode(schema_name(entry), encode(entry), entry.at);
   EXPECT_TRUE(decoded) << decoded.error();
   return decoded.value_or(Entry{});
@@ -28,7 +28,7 @@ Entry there_and_back(const Entry& entry) {
 TEST(RecordingCodec, KeepsBytesThatAreNoUtf8) {
   Entry sent = one_call(17, 0)[1];
   std::get<fabric::Request>(sent.sample).text = std::string("\xDF\0\x80", 3);
-  EXPECT_EQ(*text_of(there_and_back(sent)), std::string("\xDF\0\x80", 3));
+  EXPECT_EQ(*text_of(encoded_and_decoded(sent)), std::string("\xDF\0\x80", 3));
 }
 
 TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
@@ -38,21 +38,21 @@ TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
   Entry sent = one_call(1, 0)[1];
   sent.uuid = uuid;
   std::get<fabric::Request>(sent.sample).uuid = uuid;
-  const Entry request = there_and_back(sent);
+  const Entry request = encoded_and_decoded(sent);
   EXPECT_EQ(request.uuid, uuid);
   EXPECT_EQ(std::get<fabric::Request>(request.sample).uuid, uuid);
   Entry reply = one_call(1, 0)[3];
   reply.uuid = uuid;
-  EXPECT_EQ(there_and_back(reply).uuid, uuid);
+  EXPECT_EQ(encoded_and_decoded(reply).uuid, uuid);
 }
 
 TEST(RecordingCodec, TakesWhatANewerVersionSaysForUnknownAndNotForTheFirst) {
   Entry sent = one_call(1, 0)[2];
   std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
-  EXPECT_EQ(name_of(std::get<fabric::Event>(there_and_back(sent).sample).kind), "unknown");
+  EXPECT_EQ(name_of(std::get<fabric::Event>(encoded_and_decoded(sent).sample).kind), "unknown");
   Entry reply = one_call(1, 0)[3];
   std::get<fabric::Reply>(reply.sample).code = static_cast<fabric::ServiceCode>(77);
-  EXPECT_EQ(name_of(std::get<fabric::Reply>(there_and_back(reply).sample).code), "unknown");
+  EXPECT_EQ(name_of(std::get<fabric::Reply>(encoded_and_decoded(reply).sample).code), "unknown");
 }
 
 TEST(RecordingCodec, TakesNoChannelForOneThatItCannotRead) {
@@ -94,7 +94,7 @@ TEST(RecordingCodec, KeepsOnlyTheSizeOfAWithheldText) {
   std::get<fabric::Request>(sent.sample).text = "secret";
   withhold_text(sent);
   EXPECT_EQ(encode(sent).find("secret"), std::string::npos);
-  const Entry got = there_and_back(sent);
+  const Entry got = encoded_and_decoded(sent);
   EXPECT_EQ(got.withheld, 6U);
   EXPECT_EQ(*text_of(got), "");
 }
@@ -102,8 +102,8 @@ TEST(RecordingCodec, KeepsOnlyTheSizeOfAWithheldText) {
 TEST(RecordingCodec, KeepsANumberOfPartsThatIsZero) {
   const Entry none{.sample = fabric::ProgramEvent{}};
   const Entry zero{.sample = fabric::ProgramEvent{.parts = 0}};
-  EXPECT_EQ(there_and_back(none), none);
-  EXPECT_EQ(there_and_back(zero), zero);
+  EXPECT_EQ(encoded_and_decoded(none), none);
+  EXPECT_EQ(encoded_and_decoded(zero), zero);
 }
 
 TEST(RecordingCodec, TakesAbsentNumbersForZero) {
@@ -114,7 +114,7 @@ TEST(RecordingCodec, TakesAbsentNumbersForZero) {
 }
 
 TEST(RecordingCodec, PassesOverAFieldOfAnotherTypeThanOurs) {
-  // Number, bytes and message, each where another of them is expected.
+  // Number, bytes and message, each in place of another.
   for (const std::string bytes : {"\x08\x05", "\x12\x01x", "\x18\x07", "\x28\x01", "\x4a\x01y"}) {
     const auto request = decode("millrace.recording.Request", bytes, at(0));
     ASSERT_TRUE(request);

@@ -14,7 +14,7 @@ using tests::at;
 using tests::one_call;
 
 constexpr std::uint64_t epoch = 0x5f;
-/// Longer than any sample needs.
+/// A time in which every sample has arrived.
 constexpr double settled = 10'000;
 
 fabric::InstanceId process(std::uint8_t number) {
@@ -23,7 +23,7 @@ fabric::InstanceId process(std::uint8_t number) {
   return id;
 }
 
-/// A gateway that came at `since` ms.
+/// A gateway that joined at `since` ms.
 Entry gateway(double since, std::uint8_t number = 1, std::uint64_t of_epoch = epoch) {
   return {
       .at = at(since),
@@ -159,7 +159,7 @@ TEST_F(ACompleteness, CountsACallInAGapOnceEvenIfTheRestOfItComesLater) {
   add(in_channel(one_call(16, -20), 2));
   const auto entries = without(one_call(17, 0), EventKind::seen);
   add({entries.begin(), entries.begin() + 2});
-  // Call 18, in another channel, shows the gap while 17 is under way, and for long.
+  // Call 18, in another channel, shows the gap long before 17 ends.
   add(in_channel(one_call(18, 2), 2));
   add(in_channel(one_call(19, 6000), 2));
   add({entries.begin() + 2, entries.end()});
@@ -187,7 +187,7 @@ TEST_F(ACompleteness, LetsACallBeThatItsChannelShowsAgain) {
 
 TEST_F(ACompleteness, KnowsNothingOfCallsThatWereSeenBeforeItListened) {
   add({gateway(-1000)});
-  // 17 was seen before, 18 is the first of which everything came.
+  // 17 was seen before; 18 is the first complete call.
   add(without(one_call(17, 0), EventKind::seen));
   add(without<fabric::Reply>(without(one_call(16, 0), EventKind::seen)));
   add(one_call(18, 20));
@@ -226,7 +226,7 @@ TEST_F(ACompleteness, FollowsTheCallThatAGatewayGoesOnWithAfterARestart) {
   const auto entries = one_call(17, 0);
   add({entries.begin(), entries.begin() + 3});
   add({gateway(3, 2)});
-  // It gives the same attempt out again.
+  // It dispatches the same attempt again.
   add({entries[1], entries[2]});
   add({entries.begin() + 3, entries.end()});
   EXPECT_EQ(missing(), (Missing{.complete = 1}));
@@ -342,7 +342,7 @@ TEST_F(ACompleteness, ForgetsWhatIsJudged) {
     add(one_call(number, static_cast<double>(number) * 100));
   }
   EXPECT_LT(sut.open(), 30U);
-  // A service that joins again sends its last answer again.
+  // A service that rejoins sends its last answer again.
   auto entries = one_call(500, 200'000);
   add({the<fabric::Reply>(entries)});
   sut.finish(at(300'000));

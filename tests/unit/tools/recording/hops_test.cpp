@@ -37,7 +37,7 @@ TEST(HopStatistics, MeasuresEachPartOfTheWay) {
 
 TEST(HopStatistics, DoesNotCareInWhichOrderTheSamplesOfACallCame) {
   const std::vector<Entry> entries = one_call(1, 0);
-  // All orders of request, reply and the three events that carry times of their own.
+  // All orders of request, reply and the three events with their own times.
   std::vector<std::size_t> order{0, 1, 3, 4, 5};
   do {
     HopStatistics sut;
@@ -86,7 +86,7 @@ TEST(HopStatistics, ForgetsTheOldestCallWhateverTheNumbersOfItsGateway) {
     std::get<fabric::Request>(begun.sample).call.epoch = 0xffff;
     sut.add(begun);
   }
-  // Of a gateway whose epoch is lower than that of all others.
+  // Of a gateway whose epoch is lower than all others.
   for (std::uint64_t number = 1; number <= 100; ++number) {
     add_all(sut, one_call(number, 0));
   }

@@ -91,8 +91,8 @@ TEST(Timeline, ShowsAttemptsOneAfterTheOther) {
   EXPECT_EQ(timeline.steps[3].attempt, 2U);
 }
 
-// The operator's answer was taken for the service's, and the timeline said that the clocks differ
-// by the ten seconds in between.
+// A regression: the operator's answer was taken for the service's, and the timeline reported that
+// the clocks differ by the ten seconds in between.
 TEST(Timeline, PutsAReplyThatComesAfterAnOperatorsAnswerBehindItAndKeepsTheClocks) {
   std::vector<Entry> entries = one_call(17, 0);
   Entry late = entries[4];
@@ -118,7 +118,7 @@ TEST(Timeline, PutsAReplyThatComesAfterAnOperatorsAnswerBehindItAndKeepsTheClock
 
 TEST(Timeline, BoundsWhatAnInstanceDidByTheSameAttemptAlone) {
   std::vector<Entry> entries = one_call(17, 0);
-  // What came of the first one says nothing of the second, which the same instance got later.
+  // The outcome of the first attempt is not that of the second, which the same instance got later.
   for (Entry entry : one_call(17, 1000)) {
     if (auto* request = std::get_if<fabric::Request>(&entry.sample)) {
       request->attempt = 2;

@@ -1,4 +1,4 @@
-// Entries through a file and back.
+// Entries are written to a file and read back.
 #include "tools/recording/writer.hpp"
 
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST(RecordingReader, ReadsOnlyTheChunksOfTheTimeThatIsAskedFor) {
 TEST(RecordingReader, CountsWhatIsNotOfMillrace) {
   mcap::Memory file;
   mcap::Writer writer(file, {});
-  writer.define(mcap::Channel{1, 0, "somebody/else", "json", {}});
+  writer.define(mcap::Channel{1, 0, "other/topic", "json", {}});
   ASSERT_TRUE(writer.write({1, 1, 1, 1, "{}"}));
   ASSERT_TRUE(writer.close());
   const ReadReport report = read_entries(file, {}, [](const Entry&) { FAIL(); });

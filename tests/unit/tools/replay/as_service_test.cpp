@@ -47,7 +47,7 @@ class AsServiceTest : public testing::Test {
                        AsServiceOptions{.channels = same_channels(plan), .name = "stand-in"},
                        listener);
   }
-  /// As a gateway gives it to the only instance there is.
+  /// As a gateway dispatches it to the only instance.
   fabric::Request given(std::uint64_t number, std::uint16_t channel = 1) {
     fabric::Request request = request_entry(number, channel);
     request.assigned = sut->instances().at(0).id;
@@ -62,7 +62,8 @@ class AsServiceTest : public testing::Test {
   std::optional<AsService> sut;
 };
 
-// Both timers have run out when the loop looks: the first withdraws the call of the second.
+// Both timers have expired when the loop checks them: the first one withdraws the call of the
+// second.
 TEST_F(AsServiceTest, IsNotEndedByTheTimerOfACallThatWasWithdrawn) {
   stand_in({.calls = {planned(1, 0ms, 10ms), planned(1, 20ms, 0ms)}});
   io.poll();
@@ -73,7 +74,7 @@ TEST_F(AsServiceTest, IsNotEndedByTheTimerOfACallThatWasWithdrawn) {
   sut->on_request(request);
   const auto both = Clock::now() + 50ms;
   while (Clock::now() < both) {
-    // The loop does not turn.
+    // The loop does not turn until here.
   }
   io.restart();
   EXPECT_NO_THROW(io.poll());

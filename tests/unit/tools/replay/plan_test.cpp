@@ -34,7 +34,7 @@ TEST(Plan, TakesTheTimeWhenTheProgramAskedNotWhenAnInstanceWasFree) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   fabric::Request waited = request_entry(2, 2);
-  // By the gateway's own clock, which may be set to anything.
+  // By the gateway's own clock, which may have any time.
   waited.seen = fabric::Time(1000s);
   waited.dispatched = fabric::Time(1000s + 30ms);
   sut.add(entry(100ms, waited));
@@ -57,7 +57,7 @@ TEST(Plan, HasACallOnceThatWasGivenOutTwice) {
   EXPECT_EQ(plan.calls[0].withdrawn_after, std::nullopt);
 }
 
-// Nobody has answered it: it was under way when the recording ended.
+// It is unanswered: it was under way when the recording ended.
 TEST(Plan, DoesNotGiveUpACallThatWasTakenBackAndGivenOutAgain) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
@@ -74,7 +74,7 @@ TEST(Plan, DoesNotGiveUpACallThatWasTakenBackAndGivenOutAgain) {
 TEST(Plan, KnowsThatAWithdrawalAfterTheReplyIsTheGatewaysThanks) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
-  // The recorder may take them in either order.
+  // The recorder may receive them in either order.
   sut.add(entry(5ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
   sut.add(entry(5ms, reply_entry(1)));
   EXPECT_EQ(sut.build().calls[0].withdrawn_after, std::nullopt);

@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using tests::run_until;
 
-/// Answers at once, but for calls in `silent`.
+/// Answers at once, except calls in `silent`.
 struct Answering : Stage {
   void issue(std::size_t call) override {
     issued.push_back(call);

@@ -59,7 +59,7 @@ TEST(Scheduler, HasOneCallAtATimeInEachChannel) {
 }
 
 TEST(Scheduler, GoesFastWithoutRunningAtOnceWhatRanOneAfterTheOther) {
-  // Channel 2 asks while channel 1's first call runs, and again after it has ended.
+  // Channel 2 calls while channel 1's first call runs, and again after it has ended.
   const Plan plan{{planned(1, 0ms, 50ms), planned(2, 10ms, 5ms), planned(2, 100ms, 5ms)}, {}};
   Scheduler sut(plan, {.timing = Timing::fast});
   EXPECT_THAT(all_due(sut, 0ms), ElementsAre(0, 1));

@@ -1,4 +1,4 @@
-// What a host refuses of its folder before Cyclone would, without a word that helps.
+// Errors in a host's folder that are reported before Cyclone would fail without a helpful message.
 #include <gmock/gmock.h>
 
 #include "base/openssl/signed_text.hpp"
@@ -20,7 +20,7 @@ class FolderTest : public PlantTest {
     ASSERT_TRUE(PkiFolder::create(temporary.path() / "other", "plant", "millrace", 3650, {}, now));
     PkiFolder::open(temporary.path() / "other")->issue(service(), {}, {}, now).value();
   }
-  void take_from_the_other(std::string_view file) const {
+  void copy_from_other(std::string_view file) const {
     fs::copy(temporary.path() / "other/root" / file, folder / "root" / file,
              fs::copy_options::overwrite_existing);
   }
@@ -40,7 +40,7 @@ TEST_F(FolderTest, NamesAFileThatIsMissing) {
 TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
   ::chmod((folder / "root/key.pem").c_str(), 0604);
   EXPECT_THAT(why_refused(), HasSubstr("all users of this host can read it"));
-  // Of a group: as a package or systemd hands it to a service.
+  // Readable for a group: as a package or systemd gives it to a service.
   ::chmod((folder / "root/key.pem").c_str(), 0640);
   EXPECT_EQ(why_refused(), "not refused");
 }
@@ -55,7 +55,7 @@ TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
        {"key.pem", "certificate.pem", "identity_authority.pem", "permissions_authority.pem",
         "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
     fs::copy(folder / "root" / file, folder / "kept");
-    take_from_the_other(file);
+    copy_from_other(file);
     EXPECT_NE(why_refused(), "not refused") << file;
     fs::remove(folder / "root" / file);
     fs::rename(folder / "kept", folder / "root" / file);
@@ -84,8 +84,7 @@ TEST_F(FolderTest, RefusesTheGovernanceOfAnotherProtection) {
               AllOf(HasSubstr("governance_sign.p7s"), HasSubstr("the governance of ENCRYPT")));
 }
 
-/// What the plant's own authority for permissions signs: an earlier version, say, or a careless
-/// hand.
+/// Documents that the permissions CA itself signed: by an earlier version, or by mistake.
 class SignedByTheAuthority : public FolderTest {
  protected:
   void sign(std::string_view file, const std::string& document) const {
@@ -109,7 +108,7 @@ TEST_F(SignedByTheAuthority, ARelaxedGovernanceIsRefused) {
               AllOf(HasSubstr("governance_sign.p7s"), HasSubstr("millrace trust renew")));
 }
 
-// Before there were identities.
+// From a version before identities.
 TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
   const auto certificate =
       base::openssl::Certificate::read(content_of(folder / "root/certificate.pem")).value();
@@ -141,7 +140,7 @@ TEST_F(FolderTest, SaysThatAWholePlantIsNotForAHost) {
 }
 
 TEST_F(FolderTest, RefusesAFolderThatIsNone) {
-  EXPECT_THAT(why_refused("nobody"), HasSubstr("is not a folder"));
+  EXPECT_THAT(why_refused("missing"), HasSubstr("is not a folder"));
 }
 
 }  // namespace

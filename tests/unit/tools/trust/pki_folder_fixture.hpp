@@ -1,4 +1,5 @@
-// A plant in a temporary folder, for tests of what its admin host makes and of what a host takes.
+// A PKI in a temporary folder, for tests of the commands on its admin host and of the checks on
+// other hosts.
 //
 //   TEST_F(PlantTest, …) { create(); open().issue(service(), {}, {}, now).value(); }
 #pragma once

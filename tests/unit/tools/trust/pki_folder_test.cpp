@@ -108,7 +108,7 @@ TEST_F(PlantTest, RenewsWithNewMaterialBesideWhichTheOldStaysValid) {
   EXPECT_EQ(why_refused("root", now + 48h), "not refused");
 }
 
-// A UUID more, another machine: under the name that it has.
+// Another UUID and another machine for the same name.
 TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
   create();
   PkiFolder sut = open();
@@ -123,14 +123,14 @@ TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
   EXPECT_THAT(read_folder(folder / "root", Protection::sign, now + 1h)->identity_partitions,
               testing::Contains("millrace/@machine/press_1"));
   EXPECT_THAT(sut.entries(), SizeIs(1));
-  // And it stays as it was where that is a mistake.
+  // And it stays unchanged if the command is wrong.
   EXPECT_FALSE(sut.reissue({.name = "root", .roles = {Role::gateway}}, {}, {}, now));
   EXPECT_FALSE(sut.reissue(service(), {.days = 0}, {}, now));
   EXPECT_EQ(sut.entry("root")->participant.machines, std::vector<std::string>{"press_1"});
-  // Both are taken back.
+  // Both certificates are revoked.
   ASSERT_TRUE(sut.revoke("root", {}, now));
   EXPECT_THAT(sut.reissue(gateway, {}, {}, now).error(), HasSubstr("no process accepts that name"));
-  EXPECT_FALSE(sut.reissue(service("nobody"), {}, {}, now));
+  EXPECT_FALSE(sut.reissue(service("unknown"), {}, {}, now));
 }
 
 TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
@@ -147,7 +147,7 @@ TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
   EXPECT_THAT(why_refused("kept"), HasSubstr("was revoked"));
   EXPECT_EQ(why_refused("another"), "not refused");
   EXPECT_TRUE(sut.entry("root")->revoked);
-  // Who is on is known by his name.
+  // A revocation has the participant's name.
   EXPECT_EQ(fabric::trust::read_revoked(folder / "another"), std::set<std::string>{"root"});
   EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("no process accepts that name"));
 }
@@ -163,7 +163,7 @@ TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
   EXPECT_THAT(why_refused("root"), HasSubstr("was revoked"));
 }
 
-// Who follows "take it there" with `mv` has no folder left.
+// A user who follows "take it there" with `mv` has no folder left.
 TEST_F(PlantTest, RevokesAlsoWhoseFolderIsGoneAndTellsAllThatAreThere) {
   create();
   PkiFolder sut = open();
@@ -221,8 +221,8 @@ TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
   EXPECT_TRUE(sut.entry("gone")->revoked);
 }
 
-// What the others look at is their own authorities and revocations, and somebody's certificate and
-// documents.
+// The others check with their own CAs and revocations the certificate and documents of a
+// participant.
 TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRenewed) {
   ASSERT_TRUE(PkiFolder::create(folder, "plant", "millrace", 30, {}, now));
   PkiFolder sut = open();
@@ -236,7 +236,7 @@ TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRene
     fs::rename(folder / "new" / theirs, folder / "old" / theirs);
     fs::rename(folder / "kept", folder / "new" / theirs);
   }
-  // And lists count with either authority; a host takes none that is older than its certificate.
+  // Lists signed by either CA count; a host accepts none that is older than its certificate.
   EXPECT_TRUE(fabric::trust::read_revoked(folder / "old"));
   EXPECT_TRUE(fabric::trust::read_revoked(folder / "new"));
   fs::copy(folder / "new/revoked.pem", folder / "old/revoked.pem",
@@ -244,7 +244,7 @@ TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRene
   const Time between = now + std::chrono::days(25);
   EXPECT_EQ(why_refused("old", between), "not refused");
   EXPECT_EQ(why_refused("new", between), "not refused");
-  // And no longer than each of them is valid.
+  // And only as long as both are valid.
   EXPECT_THAT(why_refused("old", now + std::chrono::days(31)), HasSubstr("expired on"));
   EXPECT_THAT(why_refused("new", now + std::chrono::days(31)),
               AllOf(HasSubstr("identity_authority.pem"), HasSubstr("renew-authorities")));
@@ -310,7 +310,7 @@ TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
 }
 
 TEST_F(PlantTest, IsAsItWasAfterAFullDisk) {
-  // A key fits, a certificate does not; then certificates, and no document.
+  // Room for a key, but not for a certificate; then for certificates, but not for a document.
   for (const rlim_t room : {0UL, 300UL, 620UL}) {
     const FullDisk full(room);
     EXPECT_THAT(PkiFolder::create(folder, "plant", "millrace", 3650, {}, now).error(),
@@ -340,13 +340,13 @@ TEST_F(PlantTest, IsAsItWasAfterAFullDisk) {
   EXPECT_THAT(after.entries(), SizeIs(1));
   EXPECT_EQ(after.entry("root")->participant.uuids, std::vector{uuid});
   EXPECT_FALSE(after.entry("root")->revoked);
-  // With room it is done.
+  // With room it succeeds.
   EXPECT_TRUE(sut.issue(service("another"), {}, {}, now + 1s));
   EXPECT_TRUE(sut.revoke("root", {}, now));
 }
 
-// What a command leaves that is ended in the middle: `init` before its register, `issue` before its
-// folder is whole.
+// What an interrupted command leaves: `init` without its register, `issue` with an incomplete
+// folder.
 TEST_F(PlantTest, SaysWhatToDoAboutAnInitThatDidNotComeToItsEnd) {
   create();
   fs::remove(folder / "register.textproto");
@@ -416,7 +416,7 @@ TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
   }
 }
 
-// `millrace trust issue` waited for whoever writes the pipe.
+// A regression: `millrace trust issue` waited for a writer of the pipe.
 TEST_F(PlantTest, TakesNoAuthorityFromAPipeOrFromWhatOthersMayWrite) {
   create();
   const fs::path file = folder / "authorities/identity.pem";
@@ -432,7 +432,7 @@ TEST_F(PlantTest, SaysWhatAFolderIsNot) {
   EXPECT_THAT(PkiFolder::open(temporary.path()).error(), HasSubstr("millrace trust init"));
 }
 
-/// The first bytes of what DDS Security makes a participant's GUID of.
+/// The first bytes of the input from which DDS Security computes a participant's GUID.
 std::string hash_of_name(const fs::path& certificate) {
   const auto read = base::openssl::Certificate::read(content_of(certificate)).value();
   std::array<unsigned char, 32> hash{};
@@ -452,7 +452,7 @@ TEST_F(PlantTest, NamesAForeignMemberSoThatTheOthersBeginTheHandshake) {
   const auto read = read_folder(folder / "fastdds", Protection::sign, now + 1h);
   ASSERT_TRUE(read) << read.error();
   EXPECT_EQ(read->name, "fastdds");
-  // Also when it is renewed.
+  // Also after a renewal.
   ASSERT_TRUE(sut.renew("fastdds", 100, {}, now));
   EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
 }
@@ -472,7 +472,7 @@ TEST_F(PlantTest, PacksAMembersFolder) {
   EXPECT_EQ(content_of(there / "root/permissions.p7s"),
             content_of(folder / "root/permissions.p7s"));
   EXPECT_TRUE(read_folder(there / "root", Protection::sign, now + 1h));
-  EXPECT_FALSE(sut.archive_of("nobody"));
+  EXPECT_FALSE(sut.archive_of("unknown"));
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ class ADataStore : public testing::Test {
     const auto series = sut.history("press", {{variable, since}}, at(0)).at("series").as_array();
     return series.empty() ? boost::json::object() : series.at(0).as_object();
   }
-  /// The values of a line, "-" where nothing is known.
+  /// The values of a line, "-" for unknown ones.
   [[nodiscard]] std::vector<std::string> values(const std::string& variable = "1/axes/X",
                                                 fabric::Time since = {}) const {
     std::vector<std::string> out;
@@ -101,7 +101,7 @@ TEST_F(ADataStore, HasAGapFromWhenNoGatewayIsHeard) {
   EXPECT_THAT(values(), ElementsAre("1", "-", "1"));
 }
 
-// A gateway does not send again what has not changed, also after its loop was late for a moment.
+// A gateway does not send unchanged values again, even after its loop was late for a moment.
 TEST_F(ADataStore, ShowsAgainWhatAGatewayToldWhenThatGatewayIsHeardAgain) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("press", at(500));
@@ -167,7 +167,7 @@ TEST_F(ADataStore, TellsWhoHasTheBeginningOnlyTheRest) {
   }
   EXPECT_THAT(values("1/axes/X", at(2000)), ElementsAre("2", "3"));
   EXPECT_EQ(line("1/axes/X", at(2000)).at("whole"), false);
-  // He knows something that is not here: it was another one.
+  // The browser knows a value that is not here, so it asked another server before.
   EXPECT_EQ(line("1/axes/X", at(9000)).at("whole"), true);
   EXPECT_THAT(values("1/axes/X", at(9000)), SizeIs(3));
 }
@@ -229,7 +229,7 @@ TEST_F(ADataStore, KeepsNoMoreThanItHasRoomForAndCountsWhatIsLeftOut) {
   tell(sample({real(1, 0)}, 100, "three"), 100);
   EXPECT_EQ(sut.groups(), 2U);
   EXPECT_EQ(sut.left_out(), 1U);
-  // One that has grown too large goes, and makes room.
+  // A group that has grown too large is removed, which makes room.
   tell(sample({text(std::string(2000, 'x'), 0)}, 0, "one"), 0);
   EXPECT_EQ(sut.groups(), 1U);
   tell(sample({real(1, 0)}, 200, "three"), 200);
@@ -238,7 +238,7 @@ TEST_F(ADataStore, KeepsNoMoreThanItHasRoomForAndCountsWhatIsLeftOut) {
   for (int i = 0; i < 100; ++i) {
     tell(sample({real(i, i * 1000.0)}, i * 1000.0, "two"), i * 1000.0);
   }
-  // An equal share of all.
+  // Each gets an equal share.
   EXPECT_THAT(values("1/two/X"), SizeIs(6));
 }
 

@@ -102,7 +102,7 @@ TEST_F(AnEventBook, TakesTheStartOfAnInstanceFromItself) {
 TEST_F(AnEventBook, HasOneEventForAllMachinesOfAGateway) {
   tell_machine("cnc", "gw", true, 0);
   tell_machine("press", "gw", true, 0);
-  EXPECT_THAT(kinds(), IsEmpty()) << "they were there when this began to look";
+  EXPECT_THAT(kinds(), IsEmpty()) << "they existed before the observation began";
   tell_machine("cnc", "", false, 1000);
   tell_machine("press", "", false, 1100);
   EXPECT_THAT(kinds(), ElementsAre("gateway gone"));
@@ -125,7 +125,7 @@ TEST_F(AnEventBook, SaysWhyALinkIsDownAndWhenItIsUpAgain) {
 TEST_F(AnEventBook, HasNoEventOfALinkThatAGatewayMakesWhenItStarts) {
   tell_machine("cnc", "gw", false, 0);
   tell_machine("cnc", "gw", true, 100);
-  EXPECT_THAT(kinds(), IsEmpty()) << "this began to look when the gateway began";
+  EXPECT_THAT(kinds(), IsEmpty()) << "the observation began with the gateway";
   tell_machine("cnc", "", false, 1000);
   tell_machine("cnc", "gw", false, 5000, 10);
   tell_machine("cnc", "gw", true, 5100, 10);

@@ -60,7 +60,7 @@ TEST(Feeds, AreNotAllTakenByOneAddress) {
   EXPECT_FALSE(first->has_ended());
   EXPECT_EQ(sut.size(), 3U);
   EXPECT_EQ(sut.open("greedy"), nullptr);
-  EXPECT_EQ(sut.open("other"), nullptr) << "they would take it from each other without end";
+  EXPECT_EQ(sut.open("other"), nullptr) << "they would take it from each other for ever";
 }
 
 TEST(TheHeadOfAnAnswer, KeepsThePageToItself) {

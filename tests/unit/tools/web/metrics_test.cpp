@@ -76,7 +76,7 @@ TEST_F(TheMetrics, TellTheStateOfAChannelAndWhatWaits) {
   EXPECT_THAT(text(), HasSubstr("state=\"link_down\"} 0\n"));
   EXPECT_THAT(text(), HasSubstr("millrace_calls_waiting{machine=\"cnc\"} 1\n"));
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
-  // Nothing is wrong: it is asked for numbers while the disk is busy.
+  // Nothing is wrong: metrics are requested while the disk is busy.
   add_channel(fabric::ChannelState::waiting,
               "the journal has not confirmed new call numbers yet; the call waits for it");
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
@@ -210,7 +210,7 @@ TEST_F(TheMetrics, CountProgramsThatAreOverButNotThoseOfBeforeOrOfAReplay) {
   tell(ProgramEventKind::aborted, 19'500);
   tell(ProgramEventKind::aborted, 19'500, true);
   EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"aborted\"} 1\n"));
-  // The next gateway finds the error, and somebody clears it.
+  // The next gateway finds the error, and the operator clears it.
   tell(ProgramEventKind::aborted, 19'600);
   tell(ProgramEventKind::reset, 19'700);
   EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"aborted\"} 1\n"));

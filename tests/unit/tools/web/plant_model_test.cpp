@@ -62,7 +62,7 @@ class APlant : public testing::Test {
       sut.add(entry, after(milliseconds));
     }
   }
-  /// The first of a list of an object.
+  /// The first object of a list.
   static boost::json::object first(const boost::json::object& object, const char* list) {
     return object.at(list).as_array().at(0).as_object();
   }
@@ -175,10 +175,10 @@ TEST_F(APlant, SaysThatTheProgramOfAChannelWasAborted) {
   EXPECT_EQ(told.at("state"), "aborted");
   EXPECT_EQ(told.at("name"), "good.nc");
   EXPECT_EQ(told.at("error"), 455);
-  // That of its gateway may be heard of later than the program.
+  // Its gateway may be heard later than the program.
   add({machine(1, "gw")});
   EXPECT_TRUE(first(sut.snapshot(after(1500)), "channels").contains("program"));
-  // The next gateway tells of it again if it still stands.
+  // The next gateway publishes it again if it still holds.
   add({machine(1, "", false), machine(2, "gw")});
   EXPECT_FALSE(first(sut.snapshot(after(2000)), "channels").contains("program"));
 }
@@ -216,7 +216,7 @@ TEST_F(APlant, TellsWhoIsNewOfInstancesThatWereGoneBeforeForAQuarterOfAnHour) {
   EXPECT_THAT(sut.services(after(quarter)), SizeIs(1));
   ASSERT_TRUE(sut.changes(after(quarter + 2000)));
   EXPECT_THAT(sut.services(after(quarter + 2000)), IsEmpty());
-  // What it was called is known for the channels that want it.
+  // The name of its service is known to channels that request it.
   Entry unserved = channel(fabric::ChannelState::unserved, 1);
   std::get<fabric::ChannelStatus>(unserved.sample).instance = {};
   add({unserved});
@@ -348,7 +348,7 @@ TEST_F(APlant, TellsWhichInstanceHasServedWhichChannelInTheLastMinute) {
                                                              {"channel", 1},
                                                              {"calls_per_second", 0.2}}}));
   ASSERT_TRUE(sut.changes(after(70'000)));
-  EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "that was more than a minute ago";
+  EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "it was more than a minute ago";
 }
 
 TEST_F(APlant, TellsWhoHasTakenACauseLast) {
@@ -389,7 +389,7 @@ TEST_F(APlant, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
   add({other});
   EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("service"));
-  // Who has the call is known.
+  // The instance of the call is known.
   add({channel(fabric::ChannelState::running, 1)});
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
 }
@@ -404,7 +404,7 @@ TEST_F(APlant, TellsAllAlarmsWhenOneIsNewOrTakenBackAndOnlyThen) {
   EXPECT_EQ(first(*raised, "alarms").at("text"), "disk full");
   EXPECT_EQ(first(*raised, "alarms").at("level"), "problem");
   EXPECT_EQ(first(sut.snapshot(after(250)), "alarms").at("program"), "archiver");
-  // It is said again and again.
+  // It is published again and again.
   sut.add(full);
   EXPECT_FALSE(sut.changes(after(500)));
   sut.take_back(full.key);

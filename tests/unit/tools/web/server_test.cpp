@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using tests::HttpClient;
 using tests::HttpEvents;
 
-/// In a thread of its own, as browsers see it.
+/// In its own thread, as browsers see it.
 class AServer : public testing::Test {
  protected:
   void start(ServerOptions options) {
@@ -79,7 +79,7 @@ TEST_F(AServer, DropsABrowserThatDoesNotReadAndTheOthersNoticeNothing) {
     });
     EXPECT_EQ(reader.next().data.size(), much.size());
   }
-  tests::await("the deaf one to be dropped", [&] { return counts().browsers == 1; });
+  tests::await("the slow client to be dropped", [&] { return counts().browsers == 1; });
   EXPECT_EQ(counts().connections, 1U);
 }
 

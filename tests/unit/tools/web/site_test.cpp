@@ -67,7 +67,7 @@ TEST_F(ASite, ServesThePageCompressedAndOnlyOnce) {
   EXPECT_EQ(answer(get("/lib/dygraph.min.js")).content_type, "text/javascript; charset=utf-8");
 }
 
-// In all languages; tests/browser looks at what a reader gets of it.
+// In all languages; tests/browser checks the part that one reader gets.
 TEST_F(ASite, HasAPageOfAtMost376KilobytesWithAllViewsAndLanguages) {
   EXPECT_LE(pages.size(), 376'000U);
 }

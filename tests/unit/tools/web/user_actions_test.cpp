@@ -20,7 +20,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-/// Quick to check; a real one costs tenths of a second.
+/// Quick to check; a real one takes tenths of a second.
 const std::string& quick_hash() {
   // SHA-512 of "secret", as `openssl passwd -6` makes it, with fewer rounds.
   static const std::string hash = [] {
@@ -58,7 +58,7 @@ class AGate : public testing::Test {
   http::Response log_in(const std::string& user, const std::string& password) {
     return run(post("login", R"({"user": ")" + user + R"(", "password": ")" + password + "\"}"));
   }
-  /// A request of somebody who is logged in.
+  /// A request of a logged-in user.
   http::Request by_anna(const std::string& path, const std::string& body) {
     http::Request request = post(path, body);
     const http::Response login = log_in("anna", "secret");
@@ -113,7 +113,7 @@ TEST_F(AGate, KeepsWhoHasTakenACause) {
   };
   EXPECT_EQ(run(by_anna("actions/acknowledge", body("held cnc/1"))).status, 200U);
   EXPECT_THAT(acknowledged, testing::ElementsAre("anna takes held cnc/1: new part"));
-  EXPECT_THAT(issued, IsEmpty()) << "it is nothing to the plant";
+  EXPECT_THAT(issued, IsEmpty()) << "it is not about the plant";
   EXPECT_EQ(run(by_anna("actions/acknowledge", body(""))).status, 400U);
   EXPECT_EQ(run(by_anna("actions/acknowledge", body(std::string(501, 'x')))).status, 400U);
   EXPECT_EQ(run(by_anna("actions/acknowledge", R"({"cause": 1})")).status, 400U);
