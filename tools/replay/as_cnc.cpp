@@ -16,7 +16,7 @@ using cnc::simulator::Variable;
 using cnc::simulator::Writer;
 using cnc::variables::ServiceVariable;
 
-/// For a gateway that does not read its answers.
+/// For a gateway that does not read its responses.
 constexpr std::chrono::seconds drain_limit{1};
 
 cnc::simulator::Settings settings_for(const std::map<fabric::ChannelKey, std::uint32_t>& channels) {
@@ -43,7 +43,7 @@ std::uint32_t state_of(const Variable& variable) {
   return static_cast<std::uint32_t>(std::get<double>(variable.value(Variable::scalar)));
 }
 
-/// As a program does; the texts and states of a recording fit.
+/// The texts and states of a recording fit.
 void assign(Variable& variable, const cnc::nc::Value& value) {
   [[maybe_unused]] const auto assigned = variable.assign(Variable::scalar, value);
   assert(assigned.has_value());
@@ -121,13 +121,13 @@ void AsCnc::withdraw(std::size_t call, const std::string& reason) {
 }
 
 void AsCnc::on_done() {
-  // It may be the gateway's last write that ends the last call: it is not answered yet, and a
-  // gateway whose connection ends before that does not know whether it has written.
+  // If the last call ends with the gateway's last write, that write has no response yet. A gateway
+  // that loses its connection before the response does not know whether it has written.
   boost::asio::post(executor_,
                     [this] { server_.drain(drain_limit, [this](bool) { listener_.on_done(); }); });
 }
 
-/// The last write of an answer is RESPONSE_STATE, or RESPONSE where programs wait for that alone.
+/// The last write of a response is RESPONSE_STATE, or RESPONSE for programs that wait for it alone.
 void AsCnc::answer_written(std::uint32_t channel, ServiceVariable which) {
   const auto open = open_.find(channel);
   if (open == open_.end()) {
@@ -135,7 +135,7 @@ void AsCnc::answer_written(std::uint32_t channel, ServiceVariable which) {
   }
   open->second.has_text |= which == ServiceVariable::response;
   const std::uint32_t state = state_of(variable(channel, ServiceVariable::response_state));
-  // While REQUEST_STATE is set, the answer is an interim one, or has just begun.
+  // While REQUEST_STATE is set, the response is interim or incomplete.
   if (state_of(variable(channel, ServiceVariable::request_state)) != 0 || !open->second.has_text ||
       (which == ServiceVariable::response_state && state == 0)) {
     return;

@@ -1,5 +1,5 @@
-// A controller whose channels ask what was recorded: an ADS server with the Service Interface of
-// each channel, in which a plan writes what NC programs would.
+// A controller that repeats the recorded requests: an ADS server with the Service Interface of each
+// channel. The plan writes there what NC programs would write.
 //
 //   AsCnc stage(io.get_executor(), plan, channels, options, listener, log);   // listens from here
 //   on …  until stage.unseen() is empty: a gateway looks at every channel stage.play(options);
@@ -36,24 +36,24 @@ struct AsCncOptions {
 
 class AsCnc : public Stage {
  public:
-  /// `channels`: the number of the channel that asks for each recorded one. All but `executor` and
-  /// `options` outlive this object. Throws std::runtime_error if it cannot listen.
+  /// `channels`: for each recorded channel the number of the channel that repeats its requests. All
+  /// but `executor` and `options` outlive it. Throws std::runtime_error if it cannot listen.
   AsCnc(const boost::asio::any_io_executor& executor, const Plan& plan,
         const std::map<fabric::ChannelKey, std::uint32_t>& channels, const AsCncOptions& options,
         ReplayListener& listener, base::program::Log log);
 
   [[nodiscard]] std::uint16_t tcp_port() const { return server_.tcp_port(); }
-  /// The channels at which no gateway has looked yet.
+  /// The channels that no gateway has read yet.
   [[nodiscard]] std::vector<std::uint32_t> unseen() const;
 
-  /// Once.
+  /// Call it once.
   void play(const PlayOptions& options);
   [[nodiscard]] Player& player() { return *player_; }
 
   void issue(std::size_t call) override;
   void withdraw(std::size_t call, const std::string& reason) override;
   void on_outcome(const Outcome& outcome) override { listener_.on_outcome(outcome); }
-  /// Once the gateway has the answer to its last write.
+  /// Called after the gateway has the response to its last write.
   void on_done() override;
 
  private:
@@ -75,7 +75,7 @@ class AsCnc : public Stage {
   /// A call that is pending in a channel.
   struct Open {
     std::size_t call = 0;
-    /// RESPONSE was written since it was asked.
+    /// RESPONSE was written since the request.
     bool has_text = false;
   };
 

@@ -13,7 +13,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// How long gateways may take to fetch the last answers.
+/// How long gateways may take to fetch the last responses.
 constexpr auto drain_time = std::chrono::seconds(2);
 
 }  // namespace
@@ -33,7 +33,7 @@ AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executo
 
 void AsService::open(fabric::dds::Participant& participant) {
   std::map<std::string, std::set<fabric::ChannelKey>> channels;
-  // An answer of state 0 was one because its program waits for the text.
+  // A response of state 0 ended its call only because the program waits for the text.
   std::set<std::string> waits_for_response;
   for (const PlannedCall& call : plan_.calls) {
     const std::string uuid = fabric::canonical_uuid(call.uuid);
@@ -113,7 +113,7 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
     reply.kind = fabric::ReplyKind::interim;
     pending.script.emplace_back(delay_of(interim), std::move(reply));
   }
-  // What nobody answered in the recording is not answered now.
+  // A call without a response in the recording gets none here.
   if (call.answer) {
     pending.script.emplace_back(delay_of(*call.answer), reply_to(request, call.answer->answer));
   }
@@ -165,7 +165,7 @@ void AsService::say_next(const fabric::RequestKey& key) {
   pending.timer = std::make_unique<asio::steady_timer>(executor_, at);
   pending.timer->async_wait(
       [this, key, timer = pending.timer.get()](const boost::system::error_code& error) {
-        // It may have expired already when the call was withdrawn, or asked anew.
+        // The timer may have expired before the call was withdrawn or repeated.
         const auto found = pending_.find(key);
         if (!error && found != pending_.end() && found->second.timer.get() == timer) {
           publish(found->second);
@@ -268,7 +268,7 @@ void AsService::on_drain(const fabric::InstanceId& instance, const std::string& 
 }
 
 void AsService::on_unreported(const fabric::Command& /*command*/, const std::string& /*reason*/) {
-  // An operator who hears nothing asks again.
+  // The operator repeats the command when no outcome arrives.
 }
 
 void AsService::leave_if_done(const fabric::InstanceId& instance) {
@@ -277,7 +277,7 @@ void AsService::leave_if_done(const fabric::InstanceId& instance) {
       running(instance) != 0U) {
     return;
   }
-  // Not from one of its own callbacks.
+  // Posted: an instance must not end inside its own callback.
   asio::post(executor_, [this, instance] {
     std::erase_if(pending_,
                   [&](const auto& one) { return one.second.request.assigned == instance; });

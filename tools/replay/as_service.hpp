@@ -30,24 +30,23 @@ class AsServiceListener {
   virtual ~AsServiceListener() = default;
   /// A call was answered from the recording.
   virtual void on_match(const fabric::Request& request, std::size_t call) = 0;
-  /// A call was answered with an error; `reason` says what was expected.
+  /// A call was answered with an error; `reason` names what the recording expects.
   virtual void on_mismatch(const fabric::Request& request, const std::string& reason) = 0;
-  /// An operator, `issuer`, asks an instance to leave.
+  /// The operator `issuer` drains an instance.
   virtual void on_drain(const fabric::InstanceIdentity& instance, const std::string& issuer) = 0;
-  /// Every recorded call has been made, and its answer has been taken; or every instance has left.
+  /// Each recorded call was made and its response delivered; or all instances have left.
   virtual void on_complete() = 0;
 };
 
 struct AsServiceOptions {
-  /// The live channel of each recorded one.
+  /// The live channel of each recorded channel.
   std::map<fabric::ChannelKey, fabric::ChannelKey> channels{};
-  /// Answers take as long as they did; with Timing::fast no time.
+  /// Responses take the recorded time; with Timing::fast none.
   Pace pace{};
-  /// 0 = for ever.
+  /// 0 = without end.
   std::size_t rounds = 1;
-  /// Of the answer to a call that does not match; not 0.
+  /// RESPONSE_STATE for a call that does not match; not 0.
   std::uint32_t error_state = 500;
-  /// What the instances tell of themselves.
   std::string name{};
   std::string description{};
   std::string version{};
@@ -63,7 +62,7 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
             const Plan& plan, AsServiceOptions options, AsServiceListener& listener);
 
   [[nodiscard]] const Matcher& matcher() const { return matcher_; }
-  /// One for each UUID that it answers for.
+  /// One for each recorded UUID.
   [[nodiscard]] std::vector<fabric::InstanceIdentity> instances() const;
 
   void on_request(const fabric::Request& request) override;
@@ -74,16 +73,16 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
   void on_unreported(const fabric::Command& command, const std::string& reason) override;
 
  private:
-  /// A live call that its gateway has not taken back.
+  /// A live call that its gateway has not cancelled.
   struct Pending {
     fabric::Request request{};
     fabric::Time received{};
     std::chrono::steady_clock::time_point since{};
-    /// What is still to be said, in its order, each after its time.
+    /// Replies that remain, in their order, each after its time.
     std::vector<std::pair<nanoseconds, fabric::Reply>> script{};
     std::size_t said = 0;
     std::unique_ptr<boost::asio::steady_timer> timer{};
-    /// A final answer was given. What nobody answered in the recording never gets one.
+    /// The final response was sent. A call without a response in the recording never gets one.
     bool answered = false;
   };
 
@@ -93,10 +92,10 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
   void repeat(const fabric::Request& request);
   void say_next(const fabric::RequestKey& key);
   void publish(Pending& pending);
-  /// What gateways are told of the instances.
+  /// What heartbeats report about the instances.
   [[nodiscard]] std::vector<fabric::InstanceLoad> loads() const;
   void look_for_the_end();
-  /// Ends a draining instance that has nothing left to say.
+  /// Ends a draining instance that has no reply left to send.
   void leave_if_done(const fabric::InstanceId& instance);
   [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
   [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
@@ -112,7 +111,7 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
   boost::asio::steady_timer end_timer_;
   std::map<fabric::InstanceId, std::unique_ptr<fabric::endpoints::ReplyEndpoint>> ends_;
   std::map<fabric::InstanceId, fabric::InstanceStatus> statuses_;
-  /// Of the instances that drain: from then on they leave as soon as they are done.
+  /// For draining instances: the time from which they leave as soon as they are done.
   std::map<fabric::InstanceId, boost::asio::steady_timer> draining_;
   std::optional<fabric::endpoints::InstanceCommands> commands_;
   std::optional<InstanceHeartbeats> heartbeats_;

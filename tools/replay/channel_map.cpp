@@ -49,7 +49,7 @@ std::optional<fabric::ChannelKey> ChannelMap::find(const fabric::ChannelKey& rec
   if (const auto machine = machines_.find(recorded.machine); machine != machines_.end()) {
     return fabric::ChannelKey{machine->second, recorded.channel};
   }
-  // A queue goes with its machine.
+  // A queue follows its machine.
   const std::string_view queue = fabric::queue_of(recorded.machine);
   if (const auto machine = machines_.find(std::string(fabric::machine_of(recorded.machine)));
       !queue.empty() && machine != machines_.end()) {

@@ -1,4 +1,4 @@
-// Which channel stands for which recorded one. Pure.
+// Maps recorded channels to live ones. Pure.
 //
 //   ChannelMap map;
 //   map.add("cnc/1=test/7");
@@ -19,9 +19,9 @@ namespace millrace::tools::replay {
 class ChannelMap {
  public:
   /// "cnc/1=test/7" for a channel, "cnc=test" for all channels of a machine that have no entry of
-  /// their own. The error says what was expected.
+  /// their own. The error names what was expected.
   tl::expected<void, std::string> add(std::string_view text);
-  /// The channel for a recorded one; nothing if none was named.
+  /// The channel for a recorded one; nothing if there is no entry.
   [[nodiscard]] std::optional<fabric::ChannelKey> find(const fabric::ChannelKey& recorded) const;
   [[nodiscard]] bool empty() const { return channels_.empty() && machines_.empty(); }
 

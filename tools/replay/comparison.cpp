@@ -11,7 +11,7 @@ namespace millrace::tools::replay {
 
 namespace {
 
-/// A piece of a text: a number, or what stands between two of them.
+/// A piece of a text: a number, or the text between two numbers.
 struct Piece {
   std::string_view text;
   std::optional<double> number;
@@ -21,7 +21,7 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// The length of the number that `text` begins with; 0 if it begins with none.
+/// The length of the number at the start of `text`; 0 if there is none.
 std::size_t number_length(std::string_view text) {
   const std::size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
   std::size_t end = sign;
@@ -125,7 +125,7 @@ std::optional<Difference> compare_texts(const Answer& recorded, const Answer& go
       return std::nullopt;
     }
     return Difference{
-        fmt::format("its text had {} bytes and has {}", *recorded.withheld, got.text.size()),
+        fmt::format("the text had {} bytes and has {} now", *recorded.withheld, got.text.size()),
         std::nullopt};
   }
   if (recorded.text == got.text) {

@@ -1,4 +1,4 @@
-// Whether an answer is the recorded one. Pure.
+// Compares a response with the recorded one. Pure.
 //
 //   Tolerances tolerances;
 //   tolerances.add("560aacbf-…=0.1%");
@@ -17,19 +17,19 @@
 
 namespace millrace::tools::replay {
 
-/// How far a number in an answer may be from the recorded one.
+/// How far a number in a response may be from the recorded one.
 struct Tolerance {
   double value = 0;
-  /// Of the recorded number's size, not of the number itself.
+  /// `value` is a share of the recorded number.
   bool relative = false;
 };
 
 class Tolerances {
  public:
   /// "UUID=0.001", "UUID=0.1%", or without UUID for all services that have none of their own. The
-  /// error says what was expected.
+  /// error names what was expected.
   tl::expected<void, std::string> add(std::string_view text);
-  /// Nothing if the answers of this service must be exact.
+  /// Nothing if the responses of this service must be exact.
   [[nodiscard]] std::optional<Tolerance> of(const std::string& uuid) const;
 
  private:
@@ -39,15 +39,15 @@ class Tolerances {
 };
 
 struct Difference {
-  /// In words: "the text differs", "the state differs".
+  /// "the text differs", "the state differs".
   std::string what{};
   /// The first byte of the texts that differs.
   std::optional<std::size_t> at{};
 };
 
-/// With a tolerance the numbers of the texts are compared as numbers and everything between them
-/// byte by byte; the states must always be the same. Of a text that is not recorded the size is
-/// compared, unless there is a tolerance.
+/// With a tolerance, the numbers of the texts are compared as numbers and the rest byte by byte;
+/// the states must always be equal. If the recording leaves a text out, its size is compared,
+/// unless there is a tolerance.
 std::optional<Difference> compare(const Answer& recorded, const Answer& got,
                                   const std::optional<Tolerance>& tolerance);
 

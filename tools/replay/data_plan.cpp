@@ -8,8 +8,8 @@ namespace {
 
 using fabric::ProgramEventKind;
 
-/// A program that began before the recording did may have run for long; what is farther is no time
-/// of this recording.
+/// A program may have begun long before the recording. A time that is farther away is not a time of
+/// this recording.
 constexpr std::chrono::hours far{24 * 366};
 
 constexpr const char* replay_ended = "the replay has ended";
@@ -28,7 +28,7 @@ void DataPlan::add(const recording::Entry& entry) {
   if (!first_) {
     first_ = last_ = entry.at;
   }
-  // In the file an entry may stand before one that was received a little earlier.
+  // Entries of a file are not strictly in the order of reception.
   if (max_gap_ != nanoseconds{} && entry.at - last_ > max_gap_) {
     const nanoseconds before = cuts_.empty() ? nanoseconds{} : cuts_.back().second;
     cuts_.emplace_back(entry.at, before + (entry.at - last_ - max_gap_));

@@ -19,9 +19,9 @@ void InstanceHeartbeats::heartbeat() {
   for (const fabric::InstanceLoad& load : loads_()) {
     heartbeats_.note(load);
   }
-  // A heartbeat that is lost is followed by the next one.
+  // Losing one heartbeat is harmless.
   static_cast<void>(end_.publish(heartbeats_.next(std::chrono::system_clock::now())));
-  // Late ones are not made up for.
+  // Missed heartbeats are not sent later.
   timer_.expires_at(std::max(timer_.expiry() + period_, std::chrono::steady_clock::now()));
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) {

@@ -1,7 +1,7 @@
-// Heartbeats for the instances of a replay, as a service does for its own: gateways hear that they
-// are there, and which calls they have.
+// Heartbeats for the instances of a replay, like those of a service: they show gateways that the
+// instances run, and which calls they have.
 //
-//   InstanceHeartbeats heartbeats(participant, executor, [this] { return loads(); });      // heartbeats from here on
+//   InstanceHeartbeats heartbeats(participant, executor, [this] { return loads(); });   // runs from here on
 #pragma once
 
 #include <functional>
@@ -19,14 +19,14 @@ namespace millrace::tools::replay {
 /// Lives on the executor, which runs one thing at a time.
 class InstanceHeartbeats {
  public:
-  /// What each instance is doing now.
+  /// The current load of each instance.
   using Loads = std::function<std::vector<fabric::InstanceLoad>()>;
 
   /// Throws std::runtime_error if the fabric cannot be used.
   InstanceHeartbeats(const fabric::dds::Participant& participant,
                      const boost::asio::any_io_executor& executor, Loads loads);
 
-  /// Of an instance that has left nothing is told any more.
+  /// Stops the heartbeats of an instance that has left.
   void forget(const fabric::InstanceId& instance) { heartbeats_.forget(instance); }
 
  private:

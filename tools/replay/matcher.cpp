@@ -13,7 +13,7 @@ Mismatch mismatch(const fabric::Request& request, const std::string& text, std::
   found.reason +=
       fmt::format("; the request was {} state {} of {} to {}", base::text::quoted(request.text),
                   request.state, request.key.to_string(), base::text::safe(request.uuid));
-  // The operator's text has all of it.
+  // `reason` has the complete text.
   if (found.text.size() > fabric::max_text) {
     found.text.resize(fabric::max_text - 3);
     found.text += "...";

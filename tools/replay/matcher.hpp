@@ -1,7 +1,7 @@
-// Answers live calls from a recording: in each channel the recorded calls, in their order. Pure.
+// Matches live calls with recorded ones: in each channel the recorded calls in their order. Pure.
 //
 //   Matcher matcher(plan, keys);
-//   const Match match = matcher.on_request(request);    // the recorded call, or why there is none
+//   const Match match = matcher.on_request(request);    // the recorded call, or a mismatch
 #pragma once
 
 #include <cstddef>
@@ -15,37 +15,37 @@
 
 namespace millrace::tools::replay {
 
-/// The call that was recorded in the live one's place.
+/// The recorded call that corresponds to the live one.
 struct Matched {
   std::size_t call = 0;
-  /// The same live call as before, given out again.
+  /// The same live call as before, dispatched again.
   bool repeated = false;
 };
 /// Why no recorded call matches.
 struct Mismatch {
-  /// For an operator: the request and the answer that was expected next.
+  /// For an operator: the request, and the request that was expected.
   std::string reason{};
-  /// The same in at most 127 bytes of CP1252, for the program.
+  /// The same in at most 127 bytes of CP1252, for the NC program.
   std::string text{};
-  /// The same live call as before, given out again.
+  /// The same live call as before, dispatched again.
   bool repeated = false;
 };
 using Match = std::variant<Matched, Mismatch>;
 
 class Matcher {
  public:
-  /// `channels`: the live channel of each recorded one. `rounds`: how many times the recording is
-  /// gone through; 0 = for ever. `plan` outlives the matcher.
+  /// `channels`: the live channel of each recorded one. `rounds`: how often the recording is
+  /// repeated; 0 = without end. `plan` outlives the matcher.
   Matcher(const Plan& plan, const std::map<fabric::ChannelKey, fabric::ChannelKey>& channels,
           std::size_t rounds = 1);
 
-  /// The next recorded call of the channel if UUID, text and state are its; the same as before for
-  /// a call that is repeated. A call that does not match leaves the next one as it is.
+  /// The next recorded call of the channel if UUID, text and state are equal; for a repeated call
+  /// the same as before. A mismatch does not consume the recorded call.
   Match on_request(const fabric::Request& request);
 
   /// All recorded calls have been made.
   [[nodiscard]] bool complete() const;
-  /// Recorded calls that have not been made, of all rounds (of one if there is no end).
+  /// Recorded calls that have not been made, of all rounds (of one round if there is no end).
   [[nodiscard]] std::size_t missing() const;
 
  private:
@@ -53,7 +53,7 @@ class Matcher {
     std::vector<std::size_t> calls;
     std::size_t next = 0;
     std::size_t rounds_done = 0;
-    /// The last live call, and what it was taken for.
+    /// The last live call, and the recorded call that it matched.
     fabric::CallId last{};
     Match match{};
   };

@@ -1,4 +1,4 @@
-// What came of a replayed call, and whether that is what came of the recorded one. Pure.
+// The outcome of a replayed call, and whether it equals the recorded one. Pure.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 namespace millrace::tools::replay {
 
 struct Outcome {
-  /// Its place in the plan.
+  /// Its index in the plan.
   std::size_t call = 0;
   /// From 1.
   std::size_t round = 1;
-  /// None if nobody answered.
+  /// Nothing if there was no response.
   std::optional<Answer> answer{};
-  /// Why there is none, in words.
+  /// Why there is no response.
   std::string reason{};
   /// From the request to its end.
   nanoseconds took{};
-  /// How long after its time it was issued.
+  /// How long after its due time it was issued.
   nanoseconds late{};
-  /// It waited for the call before it in its channel; `late` is no error of timing then.
+  /// It waited for the call before it in its channel; then `late` is not a timing error.
   bool held_up = false;
 };
 
@@ -32,11 +32,11 @@ enum class Verdict : std::uint8_t {
   /// Answered as recorded.
   same,
   differs,
-  /// Answered; nobody asked whether as recorded.
+  /// Answered; not compared.
   answered,
-  /// Answered, and the recording has no answer to compare it with.
+  /// Answered; the recording has no response to compare with.
   not_recorded,
-  /// Taken back, as in the recording.
+  /// Withdrawn, as in the recording.
   withdrawn,
   unanswered
 };
@@ -44,20 +44,20 @@ inline constexpr std::size_t verdict_count = 6;
 
 /// "same", "differs", …
 std::string_view name_of(Verdict verdict);
-/// The call is not what it was.
+/// The outcome differs from the recorded one.
 [[nodiscard]] inline bool is_failure(Verdict verdict) {
   return verdict == Verdict::differs || verdict == Verdict::unanswered;
 }
 
-/// Whose answer counts.
+/// Which response counts.
 enum class Side : std::uint8_t {
-  /// The service's.
+  /// That of the service.
   service,
-  /// The one that was written to the program: the gateway's or an operator's, if there was one.
+  /// The one that the program got: that of the gateway or an operator, if there was one.
   program
 };
 
-/// The recorded answer to compare with; nullptr if there is none.
+/// The recorded response to compare with; nullptr if there is none.
 const TimedAnswer* expected_of(const PlannedCall& call, Side side);
 
 struct Judgement {
@@ -65,7 +65,7 @@ struct Judgement {
   std::optional<Difference> difference{};
 };
 
-/// `tolerances` is nullptr if nothing is to be compared.
+/// Without `tolerances` (nullptr) nothing is compared.
 Judgement judge(const PlannedCall& call, const Outcome& outcome, Side side,
                 const Tolerances* tolerances);
 

@@ -6,7 +6,7 @@ namespace millrace::tools::replay {
 
 namespace {
 
-/// How long the request had stood in the channel before it was given out, by the gateway's clock.
+/// How long the request stood in the channel before its dispatch, by the gateway's clock.
 nanoseconds before_dispatch(const fabric::Request& request) {
   const bool known = request.seen != fabric::Time{} && request.dispatched > request.seen;
   return known ? request.dispatched - request.seen : nanoseconds{};
@@ -17,7 +17,7 @@ nanoseconds work_of(const fabric::Reply& reply) {
   return known ? reply.answered - reply.received : nanoseconds{};
 }
 
-/// Why no controller can have asked this; empty if one can. A file may hold anything.
+/// Why no controller can have made this request; empty if one can. Recordings are untrusted input.
 std::string why_impossible(const PlannedCall& call) {
   const auto fits = [](const std::string& text) {
     return text.size() <= fabric::max_text && text.find('\0') == std::string::npos;
@@ -76,7 +76,7 @@ void PlanBuilder::add(const recording::Entry& entry) {
 void PlanBuilder::add(const fabric::Request& request, const recording::Entry& entry) {
   Found& found = found_[request.call];
   if (found.by_request) {
-    // Given out again: what was taken back before was not the program's doing.
+    // Dispatched again: the earlier withdrawal was not that of the program.
     found.withdrawn.reset();
     return;
   }
@@ -95,13 +95,13 @@ void PlanBuilder::add(const fabric::Request& request, const recording::Entry& en
 
 void PlanBuilder::add(const fabric::Reply& reply, const recording::Entry& entry) {
   if (reply.kind != fabric::ReplyKind::interim && reply.kind != fabric::ReplyKind::final) {
-    return;  // Declined: another instance got the call, and answered.
+    return;  // Declined: the response is that of another instance.
   }
   Found& found = found_[reply.call];
   const Heard heard{entry.at, TimedAnswer{.answer = {reply.text, reply.state, entry.withheld},
                                           .work = work_of(reply)}};
   if (reply.kind == fabric::ReplyKind::interim) {
-    // An instance that is found again shows its last reply again.
+    // An instance that is discovered again delivers its last reply again.
     if (found.interim.empty() || found.interim.back().answer.answer != heard.answer.answer) {
       found.interim.push_back(heard);
     }
@@ -150,11 +150,11 @@ PlannedCall PlanBuilder::planned(const Found& found) {
   if (const auto& answer = found.answer ? found.answer : found.replied; answer && !found.given_up) {
     call.answer = timed(*answer);
   }
-  // Unless the gateway wrote what the service had said.
+  // Unless the gateway wrote the service's response.
   if (found.settled && (!call.answer || call.answer->answer != found.settled->answer.answer)) {
     call.settled = timed(*found.settled);
   }
-  // A gateway takes a request back after its answer, too.
+  // A gateway also withdraws a request after its response.
   if (found.withdrawn && !call.answer && !call.settled) {
     call.withdrawn_after = since(*found.withdrawn);
   }

@@ -1,4 +1,4 @@
-// What is to be replayed: the calls of a recording with their times and answers. Pure.
+// The calls of a recording, with their times and responses, for a replay. Pure.
 //
 //   PlanBuilder builder(filter);
 //   read_entries(source, {}, [&](const Entry& entry) { builder.add(entry); });
@@ -23,17 +23,17 @@ using std::chrono::nanoseconds;
 struct Answer {
   std::string text{};
   std::uint32_t state = 0;
-  /// The bytes its text had, if the recording leaves the text out.
+  /// Size of the text in bytes, if the recording leaves the text out.
   std::optional<std::uint32_t> withheld{};
   bool operator==(const Answer&) const = default;
 };
 
-/// An answer with its times.
+/// A response with its times.
 struct TimedAnswer {
   Answer answer{};
   /// Since the program's request, by the recorder's clock.
   nanoseconds after{};
-  /// Since the instance had the call, by its own clock; zero if not known.
+  /// Since the instance accepted the call, by its own clock; zero if unknown.
   nanoseconds work{};
   bool operator==(const TimedAnswer&) const = default;
 };
@@ -41,23 +41,22 @@ struct TimedAnswer {
 struct PlannedCall {
   fabric::CallId recorded{};
   fabric::ChannelKey channel{};
-  /// As the program wrote it.
+  /// As the NC program wrote it.
   std::string uuid{};
   std::string text{};
   std::uint32_t state = 0;
-  /// When the program asked, since the first call of the plan.
+  /// Time of the request, since the first call of the plan.
   nanoseconds at{};
-  /// What the service said on the way.
+  /// The service's interim replies.
   std::vector<TimedAnswer> interim{};
-  /// The service's final answer.
+  /// The service's final reply.
   std::optional<TimedAnswer> answer{};
-  /// What was written to the program, if that came from somebody else: the gateway, an operator.
+  /// What the program got, if it came from the gateway or an operator.
   std::optional<TimedAnswer> settled{};
-  /// The program took the request back.
+  /// When the program withdrew the request.
   std::optional<nanoseconds> withdrawn_after{};
 
-  /// When the call was over, since the first call of the plan; nothing if the recording ends
-  /// before.
+  /// End of the call, since the first call of the plan; nothing if the recording ends before.
   [[nodiscard]] std::optional<nanoseconds> end() const;
 };
 
@@ -69,7 +68,7 @@ struct Skipped {
 };
 
 struct Plan {
-  /// In the order of their times.
+  /// Ordered by time.
   std::vector<PlannedCall> calls{};
   std::vector<Skipped> skipped{};
 
@@ -80,13 +79,13 @@ struct Plan {
 };
 
 struct PlanOptions {
-  /// A longer time without a request is cut to this; zero = none is.
+  /// Gaps between requests that are longer are cut to this; zero = no cut.
   nanoseconds max_gap{};
 };
 
 class PlanBuilder {
  public:
-  /// The filter is for requests; what belongs to a call that passes is taken wherever it stands.
+  /// Only requests are filtered; all entries of a matching call are taken.
   explicit PlanBuilder(recording::Filter filter = {}) : filter_(std::move(filter)) {}
 
   /// In the order of the file.
@@ -94,29 +93,29 @@ class PlanBuilder {
   [[nodiscard]] Plan build(const PlanOptions& options = {}) const;
 
  private:
-  /// An answer and when the recorder had it.
+  /// A response, and when the recorder received it.
   struct Heard {
     fabric::Time at{};
     TimedAnswer answer{};
   };
 
-  /// Requests, replies and events come on different ways, so that a reply may stand before its
-  /// request. A request that was answered before the recorder had found its writer is known by the
-  /// gateway's events only. Times are by the recorder's clock.
+  /// Requests, replies and events come by different DDS writers, so a reply may precede its
+  /// request. If a request was answered before the recorder discovered its writer, only the
+  /// gateway's events show it. Times are by the recorder's clock.
   struct Found {
-    /// Without the request: left out, or filtered out.
+    /// Without the request: omitted or filtered out.
     std::optional<PlannedCall> call{};
     fabric::Time asked{};
     bool withheld = false;
-    /// The request itself was there, not only the event.
+    /// The request itself was there, not only its event.
     bool by_request = false;
     std::vector<Heard> interim{};
     std::optional<Heard> answer{};
-    /// What the gateway says that the service said.
+    /// The service's reply, as the gateway's events report it.
     std::optional<Heard> replied{};
     std::optional<Heard> settled{};
     std::optional<fabric::Time> withdrawn{};
-    /// The gateway says that the program took it back, and does not say that it was answered.
+    /// The gateway reports a withdrawal and no response.
     bool given_up = false;
   };
 

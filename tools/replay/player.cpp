@@ -123,7 +123,7 @@ void Player::withdraw_overdue(Clock::time_point now) {
   for (const std::size_t call : overdue) {
     const auto& withdrawn = plan_.calls[call].withdrawn_after;
     stage_.withdraw(
-        call, withdrawn ? std::string("taken back, as in the recording")
+        call, withdrawn ? std::string("withdrawn, as in the recording")
                         : fmt::format("no response within {:g} s",
                                       std::chrono::duration<double>(options_.patience).count()));
   }

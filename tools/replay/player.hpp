@@ -1,4 +1,4 @@
-// Plays a plan: issues each call at its time, ends the ones that take too long, keeps the rounds.
+// Plays a plan: issues each call at its time, stops calls that take too long, counts the rounds.
 //
 //   Player player(executor, plan, {.pace = {.rate = 2}}, stage);
 //   player.start();                          // stage.issue(0) …
@@ -18,28 +18,28 @@
 
 namespace millrace::tools::replay {
 
-/// Where the calls go. Called on the executor, one at a time.
+/// Receives the calls. Called on the executor, one at a time.
 class Stage {
  public:
   virtual ~Stage() = default;
-  /// Make this call; its end is told with Player::ended.
+  /// Makes this call; the stage reports its end with Player::ended.
   virtual void issue(std::size_t call) = 0;
-  /// Take it back, if it is still there; its end is told all the same.
+  /// Withdraws the call if it is still pending; its end is reported as well.
   virtual void withdraw(std::size_t call, const std::string& reason) = 0;
   virtual void on_outcome(const Outcome& outcome) = 0;
-  /// Every call of every round is over, or of those issued until stop().
+  /// All calls of all rounds are over; after stop(), all calls that were issued.
   virtual void on_done() = 0;
 };
 
 struct PlayOptions {
   Pace pace{};
-  /// 0 = for ever.
+  /// 0 = without end.
   std::size_t rounds = 1;
-  /// How long a call may take that was answered in the recording.
+  /// Longest time for a call that was answered in the recording.
   nanoseconds patience = std::chrono::seconds(30);
 };
 
-/// Not thread-safe; lives on the executor, which runs one thing at a time, and is not destroyed
+/// Not thread-safe; lives on the executor, which runs one handler at a time. Must not be destroyed
 /// from within a function of the stage.
 class Player {
  public:
@@ -50,9 +50,9 @@ class Player {
   Player& operator=(const Player&) = delete;
 
   void start();
-  /// A call that was issued is over, with an answer or with the reason why there is none.
+  /// An issued call is over, with a response or with the reason why there is none.
   void ended(std::size_t call, std::optional<Answer> answer, const std::string& reason);
-  /// Issues nothing more and takes back what is under way.
+  /// Issues no further call and withdraws the open ones.
   void stop(const std::string& reason);
 
   /// For Timing::step: the call that waits for allow().
@@ -60,7 +60,7 @@ class Player {
   void allow();
 
   [[nodiscard]] std::size_t round() const { return round_; }
-  /// Of all rounds until now.
+  /// Calls of all rounds so far.
   [[nodiscard]] std::size_t finished() const { return finished_; }
 
  private:
@@ -71,7 +71,7 @@ class Player {
     nanoseconds late{};
     bool held_up = false;
     Clock::time_point until{};
-    /// It was taken back and has not ended yet.
+    /// Withdrawn; its end has not been reported yet.
     bool withdrawn = false;
   };
 
@@ -95,7 +95,7 @@ class Player {
   bool pumping_ = false;
   bool stopped_ = false;
   bool done_ = false;
-  /// Work that is posted when the player ends does nothing.
+  /// Makes handlers that run after the player's end do nothing.
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -43,7 +43,7 @@ std::optional<std::size_t> Scheduler::next_timed(nanoseconds now) {
 }
 
 std::optional<std::size_t> Scheduler::next_in_order() {
-  // Calls are issued in their order, so the next one is the first of its channel.
+  // Calls are issued in order, so the next one is the first of its channel.
   if (issued_ == plan_.calls.size() || must_wait(plan_.calls[issued_])) {
     return std::nullopt;
   }

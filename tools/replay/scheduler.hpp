@@ -4,8 +4,8 @@
 //   while (const auto call = scheduler.next(now)) issue(plan.calls[*call]);
 //   …  scheduler.ended(call, now);
 //
-// A channel has one call at a time, as on its controller: a call waits for the one before it in its
-// channel however late that is, and the timeline does not wait for it.
+// A channel has one call at a time, as on its controller: a call waits for its predecessor in the
+// channel, however late that ends. The timeline of the other channels does not wait.
 #pragma once
 
 #include <cstddef>
@@ -21,19 +21,19 @@ namespace millrace::tools::replay {
 enum class Timing : std::uint8_t {
   /// At the recorded times.
   timed,
-  /// As soon as what had ended before a call in the recording has ended again: calls that ran one
-  /// after the other do so, calls that ran at once may.
+  /// A call is issued as soon as the calls that had ended before it in the recording have ended:
+  /// sequential calls stay sequential, concurrent ones may be concurrent.
   fast,
-  /// One after the other, each when it is allowed.
+  /// One at a time, each after allow().
   step
 };
 
 struct Pace {
   Timing timing = Timing::timed;
-  /// How many times as fast; above 0.
+  /// Speed factor; above 0.
   double rate = 1;
 
-  /// How long a recorded time lasts in the replay; for `fast` and `step` as long as recorded.
+  /// Length of a recorded duration in the replay; unchanged for `fast` and `step`.
   [[nodiscard]] nanoseconds scaled(nanoseconds recorded) const;
 };
 
@@ -42,19 +42,19 @@ class Scheduler {
   /// `plan` outlives the scheduler.
   Scheduler(const Plan& plan, Pace pace);
 
-  /// The next call to issue at `now`, which counts from the start of the replay; nothing if none is
-  /// due. Call it until it returns none.
+  /// The next call to issue at `now` (since the start of the replay); nothing if none is due. Call
+  /// it until it returns nothing.
   std::optional<std::size_t> next(nanoseconds now);
   /// A call that was issued is over.
   void ended(std::size_t call);
   /// For Timing::step: one more call may be issued.
   void allow() { ++allowed_; }
 
-  /// When the next call is due that waits for its time only; nothing if none does.
+  /// Due time of the next call that waits only for its time; nothing if there is none.
   [[nodiscard]] std::optional<nanoseconds> next_time() const;
-  /// When a call is to be issued by its time.
+  /// Due time of a call.
   [[nodiscard]] nanoseconds due(std::size_t call) const;
-  /// The call waited for the one before it in its channel, not for its time.
+  /// The call waited for its predecessor in its channel, not for its time.
   [[nodiscard]] bool was_held_up(std::size_t call) const { return held_up_.contains(call); }
 
   /// Every call has been issued and is over.

@@ -26,10 +26,10 @@ class ReplayListener {
   virtual void on_done() = 0;
 };
 
-/// Where a recorded channel's calls stand on the fabric.
+/// The channel that stands for a recorded one on the fabric.
 struct ReplayChannel {
   fabric::ChannelKey key{};
-  /// The channel for which instances are chosen by their scope.
+  /// The channel that scopes of instances are compared with.
   fabric::ChannelKey as{};
 };
 using ReplayChannels = std::map<fabric::ChannelKey, ReplayChannel>;
@@ -40,10 +40,10 @@ class ToServices : public Stage, public caller::CallerListener {
   ToServices(fabric::dds::Participant& participant, const boost::asio::any_io_executor& executor,
              const Plan& plan, const ReplayChannels& channels, ReplayListener& listener);
 
-  /// Why some of the plan's services are not there yet, one line each; empty once all are.
+  /// One line for each service of the plan that is not there yet; empty once all are.
   [[nodiscard]] std::vector<std::string> missing() const;
 
-  /// Once.
+  /// Call it once.
   void play(const PlayOptions& options);
   [[nodiscard]] Player& player() { return *player_; }
 
@@ -64,7 +64,7 @@ class ToServices : public Stage, public caller::CallerListener {
   caller::Caller caller_;
 };
 
-/// The services a plan needs: UUID as the program wrote it, and the recorded channel.
+/// The services that a plan needs: UUID as the program wrote it, and the recorded channel.
 std::set<std::pair<std::string, fabric::ChannelKey>> needs_of(const Plan& plan);
 
 }  // namespace millrace::tools::replay

@@ -1,4 +1,4 @@
-// UserActions: what the body of an action means.
+// UserActions: parses the bodies of actions.
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -90,7 +90,7 @@ Result<fabric::Command> a_drain(const boost::json::object& body) {
   });
 }
 
-/// Null if the body is no object.
+/// Null if the body is not an object.
 boost::json::value object_in(std::string_view body) {
   boost::system::error_code error;
   boost::json::value value =

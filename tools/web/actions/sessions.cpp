@@ -47,7 +47,7 @@ std::chrono::seconds Throttle::try_now(const Who& who, fabric::SteadyTime now) {
   Failures& failures = failures_[who];
   const int beyond = ++failures.count - free_tries;
   if (beyond >= 0) {
-    constexpr int doublings = 6;  // One more is longer than the longest.
+    constexpr int doublings = 6;  // One more would exceed the longest pause.
     failures.until = now + std::min<std::chrono::seconds>(
                                first_pause * (1 << std::min(beyond, doublings)), longest_pause);
   }
@@ -60,7 +60,7 @@ bool same_secret(std::string_view one, std::string_view other) {
   }
   bool same = true;
   for (std::size_t i = 0; i < one.size(); ++i) {
-    // Without a branch: it takes as long wherever they differ.
+    // Without a branch: the time does not depend on the place of a difference.
     same = static_cast<bool>(static_cast<int>(same) & static_cast<int>(one[i] == other[i]));
   }
   return same;

@@ -1,4 +1,4 @@
-// Who is logged in. Pure but for its random numbers, which it is given.
+// Sessions of logged-in users. Pure; the source of random numbers is a parameter.
 //
 //   const Session& session = sessions.open("anna", now);
 //   sessions.find(cookie, now)            // nullptr: log in again
@@ -17,10 +17,10 @@
 namespace millrace::tools::web::actions {
 
 struct Session {
-  /// The cookie: whoever has it is the user.
+  /// The cookie; it identifies the user.
   std::string id{};
-  /// What the page sends with each action: a page of somebody else, to whose requests the browser
-  /// may add the cookie, does not know it.
+  /// The page sends it with each action. A foreign page does not know it, even if the browser adds
+  /// the cookie to that page's requests.
   std::string token{};
   std::string user{};
   fabric::SteadyTime opened{};
@@ -33,12 +33,12 @@ class Sessions {
   static constexpr std::chrono::minutes longest_idle{30};
   static constexpr std::size_t most = 100;
 
-  /// `secret` draws a text that nobody can guess.
+  /// `secret` draws an unpredictable text.
   explicit Sessions(std::function<std::string()> secret) : secret_(std::move(secret)) {}
 
-  /// Ends the one that was idle for longest if there are too many.
+  /// If there are too many, the session that was idle for longest ends.
   const Session& open(const std::string& user, fabric::SteadyTime now);
-  /// The session, used now; nullptr if there is none, or it is over.
+  /// The session, whose idle time starts again; nullptr if there is none, or it has expired.
   const Session* find(std::string_view id, fabric::SteadyTime now);
   void close(std::string_view id);
 
@@ -47,11 +47,11 @@ class Sessions {
   std::map<std::string, Session, std::less<>> sessions_;
 };
 
-/// How often a password may be wrong, for a user from an address: so nobody keeps the user out from
-/// elsewhere. Pure.
+/// Limits wrong passwords by user and address, so that an attacker cannot lock the user out from
+/// other addresses. Pure.
 class Throttle {
  public:
-  /// After so many wrong ones each further one takes twice the pause, up to a minute.
+  /// After so many failures each further one doubles the pause, up to a minute.
   static constexpr int free_tries = 3;
   static constexpr std::chrono::seconds first_pause{1};
   static constexpr std::chrono::seconds longest_pause{60};
@@ -63,8 +63,8 @@ class Throttle {
     auto operator<=>(const Who&) const = default;
   };
 
-  /// How long `who` has to wait; zero: not at all, and the try counts as wrong until it succeeds,
-  /// so that many at once are no more than one after the other.
+  /// How long `who` must wait; zero: not at all. The try counts as a failure until it succeeds, so
+  /// parallel tries gain nothing.
   std::chrono::seconds try_now(const Who& who, fabric::SteadyTime now);
   void succeeded(const Who& who) { failures_.erase(who); }
 
@@ -76,7 +76,7 @@ class Throttle {
   std::map<Who, Failures> failures_;
 };
 
-/// Compares in a time that tells nothing of where they differ.
+/// Compares in a time that does not depend on the place of a difference.
 bool same_secret(std::string_view one, std::string_view other);
 
 /// The value of the cookie `name` in a header Cookie.

@@ -17,7 +17,7 @@ namespace millrace::tools::web::actions {
 namespace {
 
 constexpr const char* cookie_name = "millrace_session";
-/// Longer ones are no passwords; to hash them would take time.
+/// Longer texts are refused: hashing them would take time.
 constexpr std::size_t longest_password = 512;
 
 struct Login {
@@ -64,7 +64,7 @@ http::Outcome UserActions::answer(const std::vector<std::string>& path,
     return response;
   }
   if (!is_json(request)) {
-    // A form of another page can send everything but this.
+    // A form of a foreign page can send everything but this.
     return http::error_response(400, "expected Content-Type: application/json");
   }
   if (what == "login" && path.size() == 1) {
@@ -174,7 +174,7 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
                                                  session->user));
   }
   command->id = fabric::InstanceId::random();
-  // At most 127 bytes fit.
+  // The issuer has at most 127 bytes.
   command->issuer = fmt::format("{:.31}@{:.63}/web", user->first, options_.host);
   command->at = now.wall;
   return http::Later{http::WorkerKind::operators, [this, command = *command, name = user->first] {
@@ -185,7 +185,7 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
                      }};
 }
 
-/// It changes nothing in the plant, so whoever is logged in may.
+/// It changes nothing in the plant, so each logged-in user may do it.
 http::Response UserActions::acknowledge(const std::string& user, const http::Request& request,
                                         const fabric::Moment& now) {
   const auto said = acknowledgement_of(request.body);

@@ -1,5 +1,5 @@
-// Where users log in, and act: each action is a command of an operator on the fabric, in the name
-// of its user.
+// Login and actions: each action of a user becomes an operator's command on the fabric, with the
+// user as issuer.
 //
 //   UserActions user_actions({.users = users, .host = host_name(), …}, log);
 //   Site site({…, .action_handler = &user_actions});
@@ -23,13 +23,13 @@ namespace millrace::tools::web::actions {
 
 struct UserActionsOptions {
   Users users{};
-  /// Of this server, for the issuer of commands.
+  /// Host name of this server, for the issuer of commands.
   std::string host{};
-  /// Browsers send the cookie over TLS only.
+  /// Browsers send the cookie only over TLS.
   bool secure_cookie = false;
 };
 
-/// What a user says of a cause that the page shows.
+/// A user's acknowledgement of a cause that the page shows.
 struct Acknowledgement {
   std::string cause{};
   std::string name{};
@@ -39,13 +39,13 @@ struct Acknowledgement {
 
 class UserActions : public http::ActionHandler {
  public:
-  /// Sends a command and waits for the word on it; nothing if nobody answered. In the thread of
-  /// operators.
+  /// Sends a command and waits for its outcome; nothing if none arrives. Runs in the operators'
+  /// thread.
   using Issue = std::function<std::optional<fabric::Outcome>(const fabric::Command&)>;
-  /// Keeps that a user has taken a cause.
+  /// Stores an acknowledgement.
   using Acknowledge =
       std::function<void(const Acknowledgement&, const std::string& user, const fabric::Moment&)>;
-  /// Draws a text that nobody can guess.
+  /// Draws an unpredictable text.
   using Secret = std::function<std::string()>;
 
   UserActions(UserActionsOptions options, Issue issue, Acknowledge acknowledge, Secret secret,
@@ -81,11 +81,11 @@ class UserActions : public http::ActionHandler {
   base::program::Log log_;
 };
 
-/// The command that the body of /api/actions/WHAT means; without id, issuer and time. The error
-/// says what was expected.
+/// The command for a body of /api/actions/WHAT, without id, issuer and time. The error names what
+/// was expected.
 tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
 
-/// The body of /api/actions/acknowledge. The error says what was expected.
+/// Parses the body of /api/actions/acknowledge. The error names what was expected.
 tl::expected<Acknowledgement, std::string> acknowledgement_of(std::string_view body);
 
 /// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.

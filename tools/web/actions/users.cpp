@@ -20,7 +20,7 @@ namespace {
 using base::configuration::ConfigPath;
 
 constexpr std::size_t longest_name = 31;
-/// Debian's choice for the passwords of its users.
+/// yescrypt, Debian's default for user passwords.
 constexpr const char* method = "$y$";
 
 bool is_user_name(const std::string& name) {
@@ -70,8 +70,8 @@ tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
     return tl::unexpected(fmt::format(
-        "{}: everybody on this host may read or change it; chmod o= keeps its hashes to who must "
-        "know them",
+        "{}: every user of this host may read or change it, and it has password hashes; run chmod "
+        "o= on it",
         file.string()));
   }
   base::configuration::Mistakes mistakes(web, places);
@@ -86,7 +86,7 @@ tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
     mistakes.expect(is_hash(user.password_hash()), path / "password_hash",
                     "no hash; expected one as `millrace web --hash-password` prints it");
     mistakes.expect(users.emplace(user.name(), user_of(user)).second, path / "name",
-                    fmt::format("\"{}\" is there twice", user.name()));
+                    fmt::format("duplicate user \"{}\"", user.name()));
   }
   if (!mistakes.none()) {
     return tl::unexpected(mistakes.text());
@@ -95,11 +95,11 @@ tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
 }
 
 bool matches(const std::string& password, const std::string& hash) {
-  // 32 KiB: not for a stack.
+  // 32 KiB: too much for a stack.
   const auto space = std::make_unique<crypt_data>();
   const char* const own = ::crypt_r(password.c_str(), hash.c_str(), space.get());
-  // Of a hash nobody learns anything by the time that its comparison takes.
-  // It has read the password to its first NUL.
+  // Comparing hashes needs no constant time.
+  // crypt_r has read the password only up to its first NUL.
   return own != nullptr && own[0] != '*' && hash == own && password.find('\0') == std::string::npos;
 }
 

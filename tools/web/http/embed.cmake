@@ -1,5 +1,5 @@
-# millrace_embed(OUT VARIABLE FILES path=file …): writes a source whose embedded_files() (tools/web/http/embedded.hpp)
-# has the bytes of these files; VARIABLE is its name. The assembler takes the bytes in: no byte passes the compiler.
+# millrace_embed(OUT VARIABLE FILES path=file …): writes a source that defines embedded_files() (tools/web/http/embedded.hpp)
+# with the bytes of these files; it sets VARIABLE to the name of that source. The assembler includes the bytes, not the compiler.
 function(millrace_embed)
   cmake_parse_arguments(arg "" "OUT" "FILES" ${ARGN})
   set(blobs "")

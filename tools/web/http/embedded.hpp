@@ -1,4 +1,4 @@
-// What the build puts into the program: see embed.cmake.
+// Files that the build embeds in the executable: see embed.cmake.
 #pragma once
 
 #include <span>

@@ -9,7 +9,7 @@ namespace millrace::tools::web::http {
 Response json_response(const boost::json::value& value, unsigned status) {
   return {.status = status,
           .body = std::make_shared<const std::string>(print::json_text(value) + "\n"),
-          // What is there now is told now.
+          // State changes all the time.
           .headers = {{"Cache-Control", "no-store"}}};
 }
 

@@ -14,7 +14,7 @@ namespace millrace::tools::web::http {
 namespace {
 
 std::string compress(std::string_view text) {
-  // 16 more: with the header of gzip.
+  // zlib: 16 more for the header of gzip.
   constexpr int gzip_window = 15 + 16;
   constexpr int memory_level = 8;
   z_stream stream{};
@@ -82,7 +82,7 @@ std::optional<Response> Pages::answer(const std::string& path, const Request& re
     return std::nullopt;
   }
   const File& file = found->second;
-  // A program that was replaced brings another page: it is asked for each time, and not sent twice.
+  // Browsers validate the page each time, since a new version of the server has a new page.
   Response response{
       .content_type = file.content_type,
       .headers = {{"ETag", file.tag}, {"Cache-Control", "no-cache"}, {"Vary", "Accept-Encoding"}}};

@@ -1,5 +1,5 @@
-// The files of the page, which are in the program: no folder has to be found, nothing is read while
-// it runs.
+// The files of the page. They are embedded in the executable, so the server needs no folder and
+// reads no file while it runs.
 //
 //   const Pages pages;
 //   pages.answer("app.js", request)
@@ -17,13 +17,13 @@ namespace millrace::tools::web::http {
 
 class Pages {
  public:
-  /// Of the program, compressed once.
+  /// Loads and compresses the embedded files.
   Pages();
 
-  /// `path` without the '/' in front; nothing if there is no such file.
+  /// `path` without the leading '/'; nothing if there is no such file.
   [[nodiscard]] std::optional<Response> answer(const std::string& path,
                                                const Request& request) const;
-  /// Bytes of all files, not compressed.
+  /// Total size of all files, uncompressed.
   [[nodiscard]] std::size_t size() const;
 
  private:
@@ -31,7 +31,7 @@ class Pages {
     std::string content_type;
     std::string tag;
     std::shared_ptr<const std::string> plain;
-    /// Nullptr if that is not shorter.
+    /// Nullptr if compression does not make it shorter.
     std::shared_ptr<const std::string> compressed;
   };
   std::map<std::string, File, std::less<>> files_;

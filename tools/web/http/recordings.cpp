@@ -23,10 +23,10 @@ namespace millrace::tools::web::http {
 namespace {
 
 constexpr std::string_view ending = ".mcap";
-/// More than that nobody looks through in a browser.
+/// A longer list would be useless in a browser.
 constexpr std::size_t most_listed = 10'000;
 
-/// Ends the reading of a file: what was asked for is there, or nobody waits any more.
+/// Stops reading a file: the request is satisfied or was dropped.
 struct Enough {};
 
 struct Listed {
@@ -106,7 +106,7 @@ Recordings::Result<boost::json::object> Recordings::info(const std::string& name
         hops.add(entry);
       });
     } catch (const Enough&) {
-      // Nobody waits for the rest.
+      // stop() was called.
     }
     hops.close();
     out["hops"] = print::hops_json(hops);
@@ -164,7 +164,7 @@ Recordings::Result<boost::json::object> Recordings::alarms(const std::string& na
         list.push_back(print::json_of(entry));
       });
     } catch (const Enough&) {
-      // Whoever wants the rest reads the file.
+      // The complete list is in the file.
     }
     return boost::json::object{{"alarms", std::move(list)}, {"more", more}};
   });
@@ -182,7 +182,7 @@ Recordings::Result<boost::json::object> Recordings::timeline(const std::string& 
         builder.add(entry);
       });
     } catch (const Enough&) {
-      // Nobody waits for the rest.
+      // stop() was called.
     }
     const recording::Timeline timeline = builder.build();
     if (timeline.steps.empty()) {

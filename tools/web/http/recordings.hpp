@@ -1,5 +1,5 @@
-// The recordings of a folder: which there are, and what is in one. Nothing outside of the folder is
-// ever read, whatever a name says. Blocks: for a thread beside the loop.
+// The recordings of a folder: a list, and the content of one. Files outside the folder are never
+// read, whatever their name. Blocks: not for the loop's thread.
 //
 //   const Recordings recordings("/var/lib/millrace/recorder");
 //   recordings.list()
@@ -24,7 +24,7 @@ namespace millrace::tools::web::http {
 
 class Recordings {
  public:
-  /// Why not, for people, and the status that says it.
+  /// The reason, for people, and the HTTP status.
   struct Refusal {
     unsigned status = 404;
     std::string what{};
@@ -39,20 +39,21 @@ class Recordings {
   [[nodiscard]] Result<boost::json::object> list() const;
   /// As `recording info --hops --json`; reads the whole file.
   [[nodiscard]] Result<boost::json::object> info(const std::string& name) const;
-  /// {calls, more}: in the order in which they ended, without the first `skip` of those that
-  /// `filter` takes, at most `most`.
+  /// {calls, more}: calls that match `filter`, ordered by their end; skips the first `skip`,
+  /// returns at most `most`.
   [[nodiscard]] Result<boost::json::object> calls(const std::string& name,
                                                   const plant::CallFilter& filter, std::size_t skip,
                                                   std::size_t most) const;
-  /// {alarms, more}: what programs said of themselves, in the order of the file, as `recording cat
-  /// --kind alarm --json` has it; at most `most`.
+  /// {alarms, more}: the recorded alarms in the order of the file, at most `most`, as `recording
+  /// cat
+  /// --kind alarm --json` prints them.
   [[nodiscard]] Result<boost::json::object> alarms(const std::string& name, std::size_t most) const;
   /// As `recording calls --json FILE CALL`.
   [[nodiscard]] Result<boost::json::object> timeline(const std::string& name,
                                                      const fabric::CallId& call) const;
   [[nodiscard]] Result<Download> download(const std::string& name) const;
 
-  /// Has whatever is read now end at once, and everything from now on. From any thread.
+  /// Ends the present and all further reading at once. From any thread.
   void stop() { *stopped_ = true; }
 
  private:

@@ -19,17 +19,17 @@ namespace {
 
 constexpr std::size_t calls_unless_asked = 200;
 constexpr std::size_t most_calls = 2'000;
-/// Of a recording.
+/// Alarms of a recording in one response.
 constexpr std::size_t most_alarms = 500;
 constexpr std::size_t runs_unless_asked = 100;
 constexpr std::size_t most_runs = 2'000;
-/// Lines over time in one answer.
+/// Lines over time in one response.
 constexpr std::size_t most_lines = 32;
 
 Response not_found(std::string_view what) {
   return error_response(
-      404, fmt::format("there is no {}; docs/reference/http-api.md names what there is below /api",
-                       what));
+      404,
+      fmt::format("there is no {}; docs/reference/http-api.md lists all paths below /api", what));
 }
 
 template <typename Value>
@@ -43,14 +43,14 @@ Later later(WorkerKind worker, Work work) {
   return {worker, [work = std::move(work)] { return [response = work()] { return response; }; }};
 }
 
-/// A number that the query names, or `otherwise`; nothing if it is none.
+/// A number of the query, or `otherwise`; nothing if the text is not a number.
 std::optional<std::size_t> number_in(const Target& target, const std::string& name,
                                      std::size_t otherwise) {
   const std::string text = target.value(name);
   return text.empty() ? otherwise : base::text::parse_number<std::size_t>(text);
 }
 
-/// 0 unless the query names one. The error says what was expected.
+/// 0 if the query has no channel. The error names what was expected.
 tl::expected<std::uint16_t, std::string> channel_of(const Target& target) {
   const std::string channel = target.value("channel");
   const auto number = base::text::parse_number<std::uint16_t>(channel.empty() ? "0" : channel);
@@ -60,7 +60,7 @@ tl::expected<std::uint16_t, std::string> channel_of(const Target& target) {
   return *number;
 }
 
-/// The error says what was expected.
+/// The error names what was expected.
 tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
   const auto number = channel_of(target);
   if (!number) {
@@ -273,7 +273,7 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
     return json_response(names);
   }
   if (target.path.size() != 3 || target.path[2] != "history") {
-    return not_found("such thing of machine data");
+    return not_found("such path of machine data");
   }
   const std::vector<std::string> variables = target.values("variable");
   const std::vector<std::string> since = target.values("since");
@@ -285,7 +285,7 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
   }
   std::vector<plant::Wanted> wanted;
   for (std::size_t i = 0; i < variables.size(); ++i) {
-    // Milliseconds since 1970, below what nanoseconds can say.
+    // Milliseconds since 1970; later times overflow nanoseconds.
     constexpr std::int64_t latest = 9'000'000'000'000;
     const auto from = i < since.size() && !since[i].empty()
                           ? base::text::parse_number<std::int64_t>(since[i])
@@ -312,7 +312,7 @@ Outcome Site::programs(const Target& target) const {
   if (target.path.size() == 3 && target.path[2] == "runs") {
     return json_response(store.runs(filter, std::min(*limit, most_runs)));
   }
-  return not_found("such thing of programs");
+  return not_found("such path of programs");
 }
 
 Outcome Site::recordings(const Target& target) const {
@@ -338,7 +338,7 @@ Outcome Site::recordings(const Target& target) const {
                  [files, name] { return response_of(files->alarms(name, most_alarms)); });
   }
   if (path[3] != "calls" || path.size() > 5) {
-    return not_found("such thing of a recording");
+    return not_found("such path of a recording");
   }
   if (path.size() == 5) {
     const auto call = fabric::parse_call_id(path[4]);

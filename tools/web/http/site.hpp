@@ -1,5 +1,5 @@
-// What is answered to which request. Decides, and does nothing itself: what takes time comes back
-// as work for a thread beside the loop.
+// Routes requests to responses. It decides only: slow work is returned as a job for a thread beside
+// the loop.
 //
 //   Site site({.plant = plant, .pages = pages, …});
 //   std::visit(…, site.answer(request, now));
@@ -22,7 +22,7 @@
 
 namespace millrace::tools::web::http {
 
-/// What acts for a user; where nobody may act there is none.
+/// Performs users' actions; absent if there are no users.
 class ActionHandler {
  public:
   virtual ~ActionHandler() = default;
@@ -34,22 +34,22 @@ class ActionHandler {
 struct SiteParts {
   const plant::PlantModel& plant;
   const Pages& pages;
-  /// Nothing: no folder was given.
+  /// Null without a folder.
   std::shared_ptr<const Recordings> recordings{};
   /// The text of /metrics.
   std::function<std::string()> metrics{};
-  /// Called on the loop; what it returns blocks, and gives what `doctor --json` prints, of the last
+  /// Called on the loop. Its result blocks, and returns the output of `doctor --json` for the last
   /// seconds.
   std::function<std::function<boost::json::object()>()> doctor{};
   ActionHandler* action_handler = nullptr;
-  /// Names of this server that a browser may use, besides addresses and "localhost": a page of
-  /// somebody else, whose name was made to mean this host, does not get in.
+  /// Names of this server that browsers may use, in addition to addresses and "localhost". This
+  /// stops foreign pages whose name was made to resolve to this host (DNS rebinding).
   std::set<std::string> names{};
 };
 
 class Site {
  public:
-  /// `parts` outlive it.
+  /// `parts` outlive the site.
   explicit Site(SiteParts parts) : parts_(std::move(parts)) {}
 
   [[nodiscard]] Outcome answer(const Request& request, const fabric::Moment& now) const;
@@ -66,7 +66,7 @@ class Site {
   SiteParts parts_;
 };
 
-/// "hall-pc" of "hall-pc:8443", "[::1]" of "[::1]:8080"; empty where what follows is no port.
+/// "hall-pc" of "hall-pc:8443", "[::1]" of "[::1]:8080"; empty if the port is invalid.
 std::string_view name_of_host(std::string_view host);
 /// An IPv4 address, or an IPv6 one in brackets.
 bool is_address(std::string_view name);

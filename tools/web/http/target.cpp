@@ -6,7 +6,7 @@ namespace millrace::tools::web::http {
 
 namespace {
 
-/// "%C3%A4" → "ä"; nothing for a '%' without two digits behind it.
+/// "%C3%A4" → "ä"; nothing for a '%' without two hexadecimal digits.
 std::optional<std::string> decoded(std::string_view text, bool plus_is_blank) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -33,7 +33,7 @@ bool is_name(const std::string& text) {
          text.find('\0') == std::string::npos;
 }
 
-/// The part of `text` up to `end`, which is taken off together with it.
+/// Takes the part up to `end` off `text`, together with `end`.
 std::string_view cut(std::string_view& text, char end) {
   const std::size_t place = text.find(end);
   const std::string_view part = text.substr(0, place);

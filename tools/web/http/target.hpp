@@ -1,4 +1,4 @@
-// The target of a request, taken apart. Pure; reads foreign bytes.
+// Parses the target of a request. Pure; its input is untrusted.
 //
 //   parse_target("/api/calls/5f-17?limit=20")  →  {"api", "calls", "5f-17"}, limit = "20"
 #pragma once
@@ -12,19 +12,18 @@
 namespace millrace::tools::web::http {
 
 struct Target {
-  /// Decoded, each one a name: never empty, ".", "..", or with a '/' or NUL in it.
+  /// Decoded names: never empty, ".", "..", or with '/' or NUL.
   std::vector<std::string> path{};
-  /// Decoded; of each name what it was given, in this order.
+  /// Decoded; all values of each name, in their order.
   std::map<std::string, std::vector<std::string>> query{};
 
-  /// The value, or an empty text. Of a name that is there twice the last one counts.
+  /// The value, or an empty text. If a name occurs twice, the last value counts.
   [[nodiscard]] std::string value(const std::string& name) const;
-  /// All of them.
+  /// All values of the name.
   [[nodiscard]] std::vector<std::string> values(const std::string& name) const;
 };
 
-/// Nothing if it is no path from the root, or what it names could not be told apart from something
-/// else.
+/// Nothing if it is not an absolute path, or if its names are ambiguous.
 std::optional<Target> parse_target(std::string_view text);
 
 }  // namespace millrace::tools::web::http

@@ -28,18 +28,18 @@ namespace beast = boost::beast;
 using boost::system::error_code;
 
 constexpr std::size_t most_header = std::size_t{16} * 1024;
-/// A login or an action; nothing longer is ever sent here.
+/// Enough for a login or an action.
 constexpr std::size_t most_body = std::size_t{16} * 1024;
 constexpr std::size_t part_of_a_file = std::size_t{256} * 1024;
-/// While a request is answered in another thread. The slowest, reading a large recording, has no
-/// other limit.
+/// While a worker handles the request. The slowest work, reading a large recording, has no other
+/// limit.
 constexpr auto patience_for_work = std::chrono::minutes(10);
-/// From the last byte to the end of the connection: the other side has read it by then.
+/// From the last byte to the end of the connection: time for the browser to read it.
 constexpr auto patience_for_goodbye = std::chrono::seconds(2);
 
 using Parser = beast::http::request_parser<beast::http::string_body>;
 
-/// What is said to a request that cannot be read; nothing if there is nobody to say it to.
+/// The response to a request that cannot be read; nothing if the connection is over.
 std::optional<http::Response> answer_to(const error_code& error) {
   using Error = beast::http::error;
   if (error == Error::header_limit) {
@@ -51,7 +51,7 @@ std::optional<http::Response> answer_to(const error_code& error) {
   const bool is_over = error.category() != beast::http::make_error_code(Error()).category() ||
                        error == Error::end_of_stream || error == Error::partial_message;
   if (is_over) {
-    return std::nullopt;  // The other side, the time or the network ended it.
+    return std::nullopt;  // The browser, a timeout or the network ended the connection.
   }
   return http::error_response(400, "this is not an HTTP request: " + error.message());
 }
@@ -151,7 +151,7 @@ class BrowserConnection : public Connection,
     }
     co_await news.async_wait(quietly);
     if (!*answer) {
-      co_return http::error_response(503, "this took too long");
+      co_return http::error_response(503, "the request took too long; try again later");
     }
     co_return std::move(**answer);
   }
@@ -183,7 +183,7 @@ class BrowserConnection : public Connection,
           static_cast<std::size_t>(std::min<std::uint64_t>(part.size(), download.size - sent)),
           static_cast<off_t>(sent));
       if (got <= 0) {
-        co_return false;  // It was cut off meanwhile: the browser sees that bytes are missing.
+        co_return false;  // The file was truncated: the browser sees that bytes are missing.
       }
       tcp().expires_after(shared_.options.time_to_read);
       const auto bytes = asio::buffer(part.data(), static_cast<std::size_t>(got));
@@ -206,7 +206,7 @@ class BrowserConnection : public Connection,
     }
     http::Response response{.content_type = "text/event-stream",
                             .headers = {{"Cache-Control", "no-store"},
-                                        // A proxy that collects first would show the past.
+                                        // A buffering proxy would deliver late.
                                         {"X-Accel-Buffering", "no"}}};
     head.keep_alive = false;
     head.is_endless = true;
@@ -233,14 +233,14 @@ class BrowserConnection : public Connection,
     const auto [error, size] = co_await asio::async_write(stream_, bytes, quietly);
     if (error == beast::error::timeout) {
       ++shared_.counts.dropped;
-      shared_.log->info("{}: the browser does not read what it is told; its connection is closed",
+      shared_.log->info("{}: the browser does not read its events; the connection is closed",
                         peer_);
     }
     co_return !error;
   }
 
-  /// The other side reads what was sent last before it hears of the end: with bytes of it unread,
-  /// the kernel would reset the connection.
+  /// Reads on until the browser closes: with unread bytes the kernel would reset the connection,
+  /// and the browser would lose the response.
   asio::awaitable<void> say_goodbye() {
     if (closed_) {
       co_return;
@@ -266,7 +266,7 @@ class BrowserConnection : public Connection,
   std::string peer_;
   Stream stream_;
   beast::flat_buffer buffer_;
-  /// Rings when there is something to tell, or an answer.
+  /// Expires early when there is an event or a response.
   asio::steady_timer news_;
   bool idle_ = true;
   bool closed_ = false;
@@ -281,7 +281,7 @@ std::shared_ptr<Connection> make_connection(asio::ip::tcp::socket socket, asio::
                                             Shared& shared) {
   error_code error;
   const auto endpoint = socket.remote_endpoint(error);
-  std::string peer = error ? std::string("somebody") : endpoint.address().to_string();
+  std::string peer = error ? std::string("unknown address") : endpoint.address().to_string();
   if (tls == nullptr) {
     return std::make_shared<BrowserConnection<PlainStream>>(shared, std::move(peer),
                                                             std::move(socket));

@@ -1,4 +1,4 @@
-// One connection of a browser: requests and their answers, one after the other.
+// A connection of a browser: requests and responses, one at a time.
 #pragma once
 
 #include <chrono>
@@ -33,11 +33,11 @@ class Connection {
  public:
   virtual ~Connection() = default;
 
-  /// Until either side ends it.
+  /// Runs until either side closes.
   virtual boost::asio::awaitable<void> run() = 0;
-  /// From the loop: ends whatever it waits for.
+  /// Called on the loop: ends all pending operations.
   virtual void close() = 0;
-  /// Nothing of a request has been answered or is being answered since then.
+  /// Whether no request is being handled.
   [[nodiscard]] virtual bool is_idle() const = 0;
 };
 

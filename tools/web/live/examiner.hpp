@@ -1,5 +1,5 @@
-// What `millrace doctor` would say now. An examination joins the fabric for some seconds, so
-// several who ask in that time get one.
+// The present findings of `millrace doctor`. An examination joins the fabric for some seconds;
+// readers who ask in that time share it.
 #pragma once
 
 #include <chrono>
@@ -12,16 +12,16 @@
 
 namespace millrace::tools::web::live {
 
-/// For one thread.
+/// Not thread-safe.
 class Examiner {
  public:
-  /// So long what was found is told again.
+  /// A report is used again for so long.
   static constexpr std::chrono::seconds fresh{10};
 
   explicit Examiner(doctor::Examination examination) : examination_(std::move(examination)) {}
 
   /// As `doctor --json`, with the time of the examination; blocks for its length. `lost`: machines
-  /// of which the server knows that their gateways are gone.
+  /// whose gateways the server knows to be gone.
   boost::json::object report(std::vector<bus::LostMachine> lost);
 
  private:

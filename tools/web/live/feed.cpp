@@ -54,7 +54,7 @@ bool Feeds::make_room_for(const std::string& peer) {
   if (greedy == feeds_.end() || count_of(greedy->peer) < count_of(peer) + 2) {
     return false;
   }
-  // Its newest, so that whoever has been looking for long goes on.
+  // Its newest connection, so that readers who have been there for long stay.
   const auto newest =
       std::ranges::find(feeds_.rbegin(), feeds_.rend(), greedy->peer, &OfPeer::peer);
   if (const auto feed = newest->feed.lock()) {

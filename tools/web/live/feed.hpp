@@ -1,4 +1,4 @@
-// What a browser that stays is still to be told. Pure: sockets and waiting are its user's.
+// Events that browsers still have to read. Pure: sockets and waiting are the user's.
 //
 //   Feeds feeds;
 //   const auto feed = feeds.open("10.0.0.7");     // null if there are too many
@@ -18,18 +18,18 @@ namespace millrace::tools::web::live {
 class Feed {
  public:
   using Text = std::shared_ptr<const std::string>;
-  /// Who has so much to read yet does not read; a whole plant's snapshot is a tenth of it.
+  /// A browser with so many unread bytes is dropped; a plant's snapshot is a tenth of it.
   static constexpr std::size_t most_bytes = std::size_t{8} << 20U;
 
   void add(const Text& text);
-  /// Nullptr if there is nothing.
+  /// The next event; nullptr if there is none.
   Text take();
   [[nodiscard]] bool is_empty() const { return waiting_.empty(); }
-  /// It was too much, or made room for another: nothing is kept any more, and the connection is to
-  /// be ended.
+  /// It had too many bytes, or made room for another: it keeps nothing, and its connection must be
+  /// closed.
   [[nodiscard]] bool has_ended() const { return ended_; }
   void end();
-  /// Called after something was added.
+  /// `wake` is called after each new event.
   void on_news(std::function<void()> wake) { wake_ = std::move(wake); }
 
  private:
@@ -43,10 +43,11 @@ class Feeds {
  public:
   explicit Feeds(std::size_t most) : most_(most) {}
 
-  /// Ends with the last pointer to it. If there are too many, the address that has the most gives
-  /// one up for one that has at least two fewer; nullptr if there is none: nobody takes them all.
+  /// Ends with the last pointer to it. If there are too many, the address with the most feeds gives
+  /// one up, provided that `peer` has at least two fewer; otherwise nullptr. So no address takes
+  /// them all.
   std::shared_ptr<Feed> open(const std::string& peer);
-  /// `text` is shared by all.
+  /// All feeds share `text`.
   void publish(std::string text);
   [[nodiscard]] std::size_t size();
 

@@ -9,7 +9,7 @@ namespace millrace::tools::web::live {
 
 namespace {
 
-/// What every answer says: the browser is to trust nothing in it more than it must.
+/// Header fields of all responses: the browser trusts the page no more than necessary.
 constexpr std::string_view protection =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src "
     "'self'; connect-src 'self'; font-src 'self'; manifest-src 'self'; base-uri 'none'; "

@@ -1,4 +1,4 @@
-// The header of an answer, as bytes. Pure.
+// The header of a response, as bytes. Pure.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@ namespace millrace::tools::web::live {
 
 struct AnswerHead {
   bool keep_alive = true;
-  /// Not for HEAD.
+  /// False for HEAD.
   bool with_body = true;
   std::uint64_t length = 0;
-  /// As long as the connection: no length.
+  /// Ends with the connection: no length.
   bool is_endless = false;
 };
 
-/// With what keeps a page to itself: nothing from elsewhere is loaded or run, nobody frames it.
+/// With header fields that protect the page: no foreign content, no scripts, no frames.
 std::string head_text(const http::Response& response, const AnswerHead& head);
 
 /// The value of Content-Disposition for a file of any name (RFC 6266).

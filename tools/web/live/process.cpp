@@ -24,7 +24,7 @@ ProcessUse process_use() {
   if (::getrusage(RUSAGE_SELF, &usage) == 0) {
     use.cpu_seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
   }
-  // proc(5): all pages, then those in memory.
+  // proc(5): total size in pages, then resident size.
   std::ifstream statm("/proc/self/statm");
   double all = 0;
   double resident = 0;

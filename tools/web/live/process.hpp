@@ -1,11 +1,11 @@
-// What this process uses, as the system tells it.
+// Resource use of this process.
 #pragma once
 
 #include <optional>
 
 namespace millrace::tools::web::live {
 
-/// Each is nothing where the system does not say.
+/// Each is nothing where the system does not report it.
 struct ProcessUse {
   std::optional<double> cpu_seconds{};
   std::optional<double> resident_bytes{};

@@ -11,7 +11,7 @@ std::string field(const Message& message, std::string_view name) {
   return {value.data(), value.size()};
 }
 
-/// With several, a proxy may have looked at another one than we do.
+/// All of them: a proxy may have checked another one than the site would.
 std::string hosts(const Message& message) {
   const auto [first, last] = message.equal_range("Host");
   std::string all;

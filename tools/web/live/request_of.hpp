@@ -1,4 +1,4 @@
-// What of a message of Beast's counts for the site. Pure.
+// Converts a message of Boost.Beast for the site. Pure.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace millrace::tools::web::live {
 
 using Message = boost::beast::http::request<boost::beast::http::string_body>;
 
-/// `peer`: the address of who asks.
+/// `peer`: address of the client.
 http::Request request_of(const Message& message, const std::string& peer);
 
 }  // namespace millrace::tools::web::live

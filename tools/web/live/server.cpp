@@ -108,7 +108,7 @@ void Server::Impl::admit(tcp::socket socket) {
   ++counts.accepted;
   if (connections.size() >= options.most_connections && !make_room()) {
     ++counts.displaced;
-    return;  // Every other one is at work; the socket closes here.
+    return;  // All others are busy; the new socket closes here.
   }
   boost::system::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
@@ -133,7 +133,7 @@ asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
                                           std::shared_ptr<Connection> connection) {
   self->connections.push_back(connection);
   co_await connection->run();
-  // It may have made room for another one meanwhile.
+  // It may have been removed already, to make room.
   self->connections.remove(connection);
 }
 
@@ -143,7 +143,7 @@ void Server::Impl::stop() {
   for (const auto& connection : connections) {
     connection->close();
   }
-  // What works there belongs to others, who end after the server.
+  // Work refers to objects that are destroyed after the server.
   workers.stop();
 }
 
@@ -175,10 +175,10 @@ std::uint16_t Server::port() const {
 
 tl::expected<std::string, std::string> Server::take_certificate() {
   if (!impl_->tls) {
-    return "there is no certificate to be read anew: this server does no TLS";
+    return "there is no certificate to read: this server does not use TLS";
   }
   try {
-    // Connections that are there hold on to the one that they have begun with.
+    // Open connections keep their own context.
     impl_->tls = tls_context(impl_->options);
   } catch (const std::runtime_error& error) {
     return tl::unexpected(std::string(error.what()));

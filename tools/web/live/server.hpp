@@ -1,11 +1,11 @@
-// The HTTP server: sockets, TLS, time limits. What is answered is the site's to say.
+// The HTTP server: sockets, TLS, time limits. The site decides what to respond.
 //
 //   Server server(io.get_executor(), {.port = 0}, site, log);      // listens from here on
-//   server.publish("changes", json);                               // to every browser that stays
+//   server.publish("changes", json);                               // to every open stream
 //
-// Each connection has a time for each thing it does, and there is a number of them; who is idle for
-// longest makes room for who is new. A browser that does not read is dropped. Nothing of that is
-// noticed by anybody else.
+// Each operation of a connection has a time limit, and the number of connections is limited. If
+// there are too many, the one that was idle for longest is closed. A browser that does not read is
+// dropped. Other clients do not notice.
 #pragma once
 
 #include <chrono>
@@ -32,49 +32,48 @@ struct ServerOptions {
   /// PEM files of the certificate with its chain, and of its key; empty = plain HTTP.
   std::string certificate{};
   std::string key{};
-  /// Well below the 1024 descriptors that Cyclone's select() knows.
+  /// Well below the 1024 descriptors that Cyclone's select() supports.
   std::size_t most_connections = 512;
-  /// Browsers that stay to be told what changes.
+  /// Browsers with an open event stream.
   std::size_t most_browsers = 256;
-  /// From connecting, or from the last answer, to the end of a request's header.
+  /// From connecting, or from the last response, to the end of a request's header.
   std::chrono::milliseconds time_to_ask = std::chrono::seconds(20);
-  /// For a part of an answer to be taken.
+  /// For the browser to take a part of a response.
   std::chrono::milliseconds time_to_read = std::chrono::seconds(15);
 };
 
-/// What it has seen since it started.
+/// Counters since its start.
 struct ServerCounts {
   std::size_t connections = 0;
   std::size_t browsers = 0;
   std::uint64_t requests = 0;
   std::uint64_t accepted = 0;
-  /// Idle ones that made room, and new ones that found none.
+  /// Idle connections that were closed for new ones, and new ones that were refused.
   std::uint64_t displaced = 0;
-  /// Browsers that did not read what they were told.
+  /// Browsers that did not read their events.
   std::uint64_t dropped = 0;
 };
 
-/// Runs on the one executor it was given.
+/// Runs on the executor that it is given.
 class Server {
  public:
-  /// Throws std::runtime_error if it cannot listen, or the certificate or key cannot be used.
+  /// Throws std::runtime_error if it cannot listen, or cannot use the certificate or its key.
   /// `site` outlives the server.
   Server(const boost::asio::any_io_executor& executor, ServerOptions options,
          const http::Site& site, base::program::Log log);
-  /// Ends every connection.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// The event that a browser that stays is told first.
+  /// The first event for a new stream.
   void on_greeting(std::function<std::string()> greeting);
-  /// An event (server-sent events) for every browser that stays; `data` has no line break.
+  /// Sends an event (server-sent events) to every stream; `data` has no line break.
   void publish(std::string_view event, std::string_view data);
 
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] ServerCounts counts() const;
-  /// Reads certificate and key anew, for connections that come from now on. What was done, in
-  /// words; or why it is not possible, and the ones before stay.
+  /// Reads certificate and key again, for new connections. Returns a message; on an error the old
+  /// ones stay in use.
   tl::expected<std::string, std::string> take_certificate();
   /// When its certificate ends; nothing without TLS.
   [[nodiscard]] std::optional<fabric::Time> certificate_ends() const;

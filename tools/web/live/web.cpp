@@ -22,18 +22,18 @@ namespace millrace::tools::web::live {
 
 namespace {
 
-/// How often browsers are told what has changed.
+/// How often browsers get changes.
 constexpr auto tick = std::chrono::milliseconds(250);
-/// For a gateway or instance to say what came of a command.
+/// For the outcome of a command.
 constexpr auto patience_for_a_word = std::chrono::seconds(2);
-/// For the last word to be taken.
+/// For browsers to read the last event.
 constexpr auto goodbye = std::chrono::milliseconds(200);
 
 fabric::Moment now() {
   return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
 }
 
-/// As a browser sends it.
+/// Browsers send host names in small letters.
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
                          [](unsigned char character) { return std::tolower(character); });
@@ -67,7 +67,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   WebOptions options;
   base::program::Log log;
   boost::asio::io_context io{1};
-  /// Before all that needs descriptors: Cyclone's select() knows 1024.
+  /// Before everything else that needs descriptors: Cyclone's select() supports 1024.
   fabric::dds::Participant participant;
   fabric::Time started = std::chrono::system_clock::now();
   plant::PlantModel plant;
@@ -142,7 +142,7 @@ std::optional<actions::UserActions> Web::Impl::make_user_actions() {
       actions::draw_secret, log);
 }
 
-/// In the thread of operators: DDS lets threads share a participant.
+/// In the operators' thread: threads may share a DDS participant.
 std::optional<fabric::Outcome> Web::Impl::issue(const fabric::Command& command) {
   const auto heard = bus::issue(participant, {command}, patience_for_a_word);
   const auto word = heard.find(command.id);

@@ -1,5 +1,4 @@
-// `millrace web` while it runs: an observer of the fabric on one side, browsers on the other, one
-// loop for both.
+// A running `millrace web`: an observer of the fabric and a server for browsers, in one loop.
 //
 //   Web web(options, log);           // joins, listens
 //   web.run();                       // until a signal
@@ -22,25 +21,25 @@ namespace millrace::tools::web::live {
 
 struct WebOptions {
   fabric::dds::ParticipantOptions join{};
-  /// How the doctor is told that it joins.
+  /// How the doctor joins the fabric.
   doctor::Joining joining{};
   ServerOptions server{};
-  /// Empty: no recordings are shown.
+  /// Empty: no recordings.
   std::filesystem::path recordings{};
-  /// Who may act; nobody if it is empty.
+  /// Users who may act; without any, actions are off.
   actions::Users users{};
   /// A proxy does TLS.
   bool behind_proxy = false;
-  /// Which states of services are no errors.
+  /// Which states of services are not errors.
   plant::NormalStates normal_states{};
-  /// What a browser may call this server, besides its addresses, "localhost" and this host's name.
+  /// Further host names of this server, besides its addresses, "localhost" and this host's name.
   std::set<std::string> names{};
   std::string version{};
 };
 
 class Web {
  public:
-  /// Throws std::runtime_error if the fabric cannot be joined, or nothing listened on.
+  /// Throws std::runtime_error if it cannot join the fabric or cannot listen.
   Web(WebOptions options, base::program::Log log);
   ~Web();
   Web(const Web&) = delete;

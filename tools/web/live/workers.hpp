@@ -1,8 +1,8 @@
-// Threads beside the loop, one for each worker, for what would hold it up.
+// Threads beside the loop, one for each kind of work that would block it.
 //
 //   Workers workers(io.get_executor());
 //   if (!workers.run(std::move(later), [](http::Response response) { … }))   // on the loop
-//     … too much is waiting
+//     … the queue is full
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace millrace::tools::web::live {
 class Workers {
  public:
   using Done = std::function<void(http::Response)>;
-  /// So much waits in a worker; who comes then is told to come again.
+  /// Longest queue of a worker; further requests get status 503.
   static constexpr std::size_t most_waiting = 16;
 
   explicit Workers(boost::asio::any_io_executor loop) : loop_(std::move(loop)) {}
@@ -28,10 +28,11 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  /// Waits for what is being done; what has not been begun is dropped. Nothing runs afterwards.
+  /// Waits for the present work and drops the rest. Nothing runs afterwards.
   void stop();
 
-  /// False, and nothing happens, if the worker is full. What the work throws becomes an answer.
+  /// False, without effect, if the worker's queue is full. An exception of the work becomes a
+  /// response.
   bool run(http::Later later, Done done);
 
  private:

@@ -43,7 +43,7 @@ double seconds_of(std::chrono::nanoseconds duration) {
 }
 
 void Buckets::add(std::chrono::nanoseconds duration) {
-  // Clocks of two hosts differ; a time below zero is none.
+  // Clocks of two hosts differ, so a duration may be negative.
   const double seconds = std::max(0.0, std::chrono::duration<double>(duration).count());
   counts_.resize(bounds.size());
   const auto place = std::ranges::lower_bound(bounds, seconds);

@@ -1,4 +1,4 @@
-// Makes the families of metrics that Prometheus is told, one sample after the other. Pure.
+// Builds the metric families for Prometheus, one sample after the other. Pure.
 //
 //   Families families;
 //   families.gauge("millrace_link_up", "Whether …").add({{"machine", "cnc"}}, 1);
@@ -18,21 +18,21 @@
 
 namespace millrace::tools::web::metrics {
 
-/// Names and values; a value is UTF-8, whatever it was.
+/// Names and values; values are converted to UTF-8.
 using Labels = std::vector<std::pair<std::string, std::string>>;
 
-/// The label of all that there are too many of to tell apart.
+/// The label for everything beyond the limits.
 inline constexpr const char* other = "other";
 
 /// As one word: "link_down", "to_service".
 std::string one_word(std::string_view words);
 
-/// As Prometheus has points in time and durations.
+/// Points in time and durations in Prometheus' unit.
 double seconds_of(std::chrono::system_clock::time_point time);
 double seconds_of(std::chrono::nanoseconds duration);
 
-/// Fixed, so that what different hosts count can be added: from what a hop on one host takes to
-/// what a program waits for a person.
+/// Fixed bounds, so that the counts of several hosts can be added. They range from one hop on a
+/// host to a program that waits for an operator.
 class Buckets {
  public:
   void add(std::chrono::nanoseconds duration);
@@ -57,7 +57,7 @@ class Family {
 
 class Families {
  public:
-  // Names and units as Prometheus wants them: base units, a counter ends with _total.
+  // Names and units follow Prometheus' conventions: base units, a counter ends with _total.
   Family gauge(std::string name, std::string help);
   Family counter(std::string name, std::string help);
   Family histogram(std::string name, std::string help);

@@ -8,7 +8,7 @@ namespace millrace::tools::web::metrics {
 
 namespace {
 
-/// A gateway tells its last event again to who finds it: what happened before that is not counted.
+/// A gateway repeats its last event for a new observer: older events are not counted.
 constexpr auto late = std::chrono::seconds(10);
 
 }  // namespace
@@ -51,7 +51,7 @@ void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) 
     if (calls_.size() + 4 > most_call_series) {
       service = machine = other;
     }
-    // A rate sees a counter rise, not begin: the first failure must not be missed.
+    // A rate needs a counter that rises from 0; otherwise the first failure would be missed.
     for (const char* result : {"answered", "other_state", "failed", "withdrawn"}) {
       calls_.try_emplace({service, machine, result});
     }
@@ -62,7 +62,7 @@ void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) 
 void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
   using fabric::ProgramEventKind;
   if (event.replayed) {
-    return;  // Each replay has machines of its own.
+    return;  // Each replay has machine names of its own.
   }
   std::string machine = known(machines_, event.key.machine, most_machines);
   std::uint16_t channel = event.key.channel;
@@ -78,7 +78,7 @@ void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
   const bool is_end = event.kind == ProgramEventKind::ended ||
                       event.kind == ProgramEventKind::aborted ||
                       event.kind == ProgramEventKind::reset;
-  // An error that is cleared, or that the next gateway found, ends no other run.
+  // A cleared error, or one that the next gateway found, does not end another run.
   const auto before = last_events_.find(event.key);
   const bool is_of_the_same_run = before != last_events_.end() &&
                                   before->second == ProgramEventKind::aborted &&
@@ -107,24 +107,24 @@ std::string Metrics::text(const plant::PlantModel& plant, const ProgramFigures& 
 
 void Metrics::put_calls(Families& families) const {
   Family calls = families.counter("millrace_calls_total",
-                                  "Calls of NC programs that ended: answered by a service as "
-                                  "normal, or with another state, failed, or withdrawn by the "
-                                  "program.");
+                                  "Ended calls of NC programs: answered with a normal state or "
+                                  "with another one, failed, or withdrawn by the program.");
   for (const auto& [labels, count] : calls_) {
     const auto& [service, machine, result] = labels;
     calls.add({{"service", service}, {"machine", machine}, {"result", result}},
               static_cast<double>(count));
   }
   Family hops = families.histogram("millrace_call_hop_duration_seconds",
-                                   "What each part of the way of a call took; total: from seen by "
-                                   "the gateway to written back.");
+                                   "Duration of each step of a call; total: from seen by the "
+                                   "gateway to written back.");
   for (const auto& [labels, buckets] : durations_) {
     hops.add({{"service", labels.first}, {"hop", one_word(name_of(labels.second))}}, buckets);
   }
   const recording::Missing& missing = completeness_.missing();
-  Family observed = families.counter("millrace_observed_calls_total",
-                                     "Calls that are over, by what arrived of them here: "
-                                     "everything, not everything, or nothing at all.");
+  Family observed =
+      families.counter("millrace_observed_calls_total",
+                       "Ended calls by how much of each was observed: all, a part, or "
+                       "nothing.");
   observed.add({{"seen", "complete"}}, static_cast<double>(missing.complete));
   observed.add({{"seen", "incomplete"}}, static_cast<double>(missing.incomplete));
   observed.add({{"seen", "nothing"}}, static_cast<double>(missing.unseen));
@@ -132,14 +132,14 @@ void Metrics::put_calls(Families& families) const {
 
 void Metrics::put_services(Families& families, const bus::FabricModel& live) const {
   Family instances =
-      families.gauge("millrace_service_instances", "Instances of the service that are there.");
-  Family draining = families.gauge("millrace_service_draining_instances",
-                                   "Instances that take no new call and leave.");
+      families.gauge("millrace_service_instances", "Running instances of the service.");
+  Family draining =
+      families.gauge("millrace_service_draining_instances", "Draining instances of the service.");
   Family running =
-      families.gauge("millrace_service_running_calls", "Calls that its instances run.");
+      families.gauge("millrace_service_running_calls", "Calls that its instances are running.");
   Family capacity = families.gauge("millrace_service_capacity_calls",
                                    "Calls that its instances can run at the same time.");
-  Family info = families.gauge("millrace_service_info", "1; what the service is called.");
+  Family info = families.gauge("millrace_service_info", "1; the name of the service.");
   struct OfService {
     double instances = 0;
     double draining = 0;
@@ -148,7 +148,7 @@ void Metrics::put_services(Families& families, const bus::FabricModel& live) con
   };
   std::map<std::string, OfService> services;
   for (const auto& [uuid, name] : names_) {
-    // One that has no instance left is 0, not nothing: an alarm can see that.
+    // A service without instances has the value 0, so that alert rules can match it.
     services[uuid];
     info.add({{"service", uuid}, {"name", name}}, 1);
   }
@@ -171,8 +171,7 @@ void Metrics::put_services(Families& families, const bus::FabricModel& live) con
 
 void Metrics::put_runs(Families& families) const {
   Family runs = families.counter("millrace_programs_total",
-                                 "Runs of NC programs that are over: ended, aborted with an error, "
-                                 "or reset.");
+                                 "Runs of NC programs: ended, aborted with an error, or reset.");
   for (const auto& [labels, count] : runs_) {
     const auto& [machine, channel, result] = labels;
     runs.add({{"machine", machine},
@@ -185,15 +184,15 @@ void Metrics::put_runs(Families& families) const {
 void Metrics::put_program(Families& families, const ProgramFigures& program) const {
   families.gauge("millrace_build_info", "1; the version of millrace web.")
       .add({{"version", program.version}}, 1);
-  families.counter("millrace_observer_samples_total", "Samples that the fabric delivered here.")
+  families.counter("millrace_observer_samples_total", "Samples that this observer received.")
       .add({}, static_cast<double>(program.bus.delivered));
   families
       .counter("millrace_observer_lost_samples_total",
-               "Samples that were gone before they arrived here.")
+               "Samples that were lost before this observer received them.")
       .add({}, static_cast<double>(program.bus.lost));
   families.gauge("millrace_web_connections", "Open HTTP connections.")
       .add({}, static_cast<double>(program.connections));
-  families.gauge("millrace_web_browsers", "Browsers that are told what changes.")
+  families.gauge("millrace_web_browsers", "Browsers with an open event stream.")
       .add({}, static_cast<double>(program.browsers));
   families.counter("millrace_web_requests_total", "HTTP requests.")
       .add({}, static_cast<double>(program.requests));
@@ -208,7 +207,7 @@ void Metrics::put_program(Families& families, const ProgramFigures& program) con
   if (program.certificate_ends) {
     families
         .gauge("millrace_certificate_expiry_timestamp_seconds",
-               "When the certificate that millrace web shows ends.")
+               "When the certificate of millrace web expires.")
         .add({}, seconds_of(*program.certificate_ends));
   }
   families.gauge("process_start_time_seconds", "When millrace web started.")

@@ -1,11 +1,11 @@
-// The plant in numbers, for Prometheus: counted from what an observer sees, told when it is asked.
+// The plant in numbers, for Prometheus: counts what an observer receives and reports it on request.
 // Pure.
 //
 //   metrics.add(entry, plant.add(entry, now));          // each entry, with the call it ends
 //   metrics.text(plant, server)                         // the answer to GET /metrics
 //
-// The number of series is bounded, whoever names services and machines: what is beyond is counted
-// as "other".
+// The number of series is bounded, because any participant can name services and machines: those
+// beyond the limits are counted as "other".
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@
 
 namespace millrace::tools::web::metrics {
 
-/// What the program knows of itself.
+/// Figures of this process.
 struct ProgramFigures {
   std::string version{};
   fabric::Time started{};
@@ -34,9 +34,9 @@ struct ProgramFigures {
   std::uint64_t requests = 0;
   std::uint64_t displaced = 0;
   std::uint64_t dropped = 0;
-  /// Of the certificate it shows, if it does TLS.
+  /// Of its TLS certificate, if it has one.
   std::optional<fabric::Time> certificate_ends{};
-  /// Of the process; nothing where the system does not tell.
+  /// CPU time of the process; nothing where the system does not report it.
   std::optional<double> cpu_seconds{};
   std::optional<double> resident_bytes{};
   std::optional<double> open_files{};
@@ -44,7 +44,7 @@ struct ProgramFigures {
 
 class Metrics {
  public:
-  /// Of each, so many are told apart.
+  /// So many of each have a label of their own.
   static constexpr std::size_t most_services = 200;
   static constexpr std::size_t most_call_series = 2'000;
   static constexpr std::size_t most_program_series = 2'000;
@@ -74,7 +74,7 @@ class Metrics {
   recording::Completeness completeness_;
   std::set<std::string> services_;
   std::set<std::string> machines_;
-  /// Name and version by UUID, also of services that have no instance any more.
+  /// Name and version by UUID, also of services without instances.
   std::map<std::string, std::string> names_;
   std::map<CallLabels, std::uint64_t> calls_;
   std::map<std::pair<std::string, recording::Hop>, Buckets> durations_;

@@ -18,19 +18,20 @@ void put_channels(Families& families, const bus::FabricModel& live) {
                                                ChannelState::running,   ChannelState::answering,
                                                ChannelState::held};
   Family state =
-      families.gauge("millrace_channel_state", "1 for the state that the channel is in.");
+      families.gauge("millrace_channel_state", "1 for the present state of the channel.");
   Family since = families.gauge("millrace_channel_state_since_timestamp_seconds",
-                                "Since when the channel is in its state.");
+                                "When the present state of the channel began.");
   Family events = families.counter(
       "millrace_channel_calls_total",
-      "What its gateway counted of the channel's calls since the gateway started.");
+      "Calls of the channel since its gateway started, as the gateway counts them.");
   Family in_flight =
       families.gauge("millrace_calls_in_flight", "Calls that an instance has, by machine.");
   Family queued = families.gauge("millrace_calls_waiting",
                                  "Calls that wait for a service or a person, by machine.");
-  Family journal = families.gauge("millrace_gateway_journal_writable",
-                                  "0 while the machine's gateway takes no call because its journal "
-                                  "cannot be written, as when the disk is full.");
+  Family journal =
+      families.gauge("millrace_gateway_journal_writable",
+                     "0 while the machine's gateway accepts no calls because it cannot "
+                     "write its journal, for example on a full disk.");
   struct OfMachine {
     double in_flight = 0;
     double waiting = 0;
@@ -81,16 +82,16 @@ void put_links(Families& families, const bus::FabricModel& live) {
                              "1 if a gateway has a connection to the machine's controller.");
   Family rate = families.gauge("millrace_link_requests_per_second",
                                "ADS requests of the last second to the machine's controller.");
-  Family round_trip = families.gauge("millrace_link_round_trip_seconds",
-                                     "Mean time of an ADS request until its answer.");
+  Family round_trip =
+      families.gauge("millrace_link_round_trip_seconds", "Mean round trip of an ADS request.");
   Family poll = families.gauge("millrace_link_poll_interval_seconds",
-                               "Between two looks at an idle channel.");
+                               "Interval between two polls of an idle channel.");
   Family pushed = families.gauge("millrace_link_pushed",
-                                 "1 if the machine's controller tells of changes, 0 if it is "
-                                 "looked at all the time.");
+                                 "1 if the machine's controller sends notifications, 0 if it is "
+                                 "polled.");
   Family gateways =
-      families.gauge("millrace_gateways", "Gateways that are set up for the machine.");
-  Family info = families.gauge("millrace_gateway_info", "1; which gateway a machine has.");
+      families.gauge("millrace_gateways", "Gateways that are configured for the machine.");
+  Family info = families.gauge("millrace_gateway_info", "1; the gateway of the machine.");
   struct OfMachine {
     bool connected = false;
     bool pushed = true;
@@ -137,8 +138,8 @@ void put_links(Families& families, const bus::FabricModel& live) {
 
 void put_alarms(Families& families, const bus::FabricModel& live) {
   Family alarms = families.gauge("millrace_alarm",
-                                 "1 for what a program says of itself: a problem, a warning, or "
-                                 "that it is there and well.");
+                                 "1 for each alarm of a process: a problem, a warning, or the "
+                                 "statement that it runs well.");
   std::size_t shown = 0;
   std::set<Labels> told;
   for (const auto& [key, alarm] : live.alarms()) {
@@ -147,7 +148,7 @@ void put_alarms(Families& families, const bus::FabricModel& live) {
                   {"kind", key.kind},
                   {"subject", key.subject},
                   {"level", std::string(name_of(alarm.level))}};
-    // Two of one name on one host may say the same.
+    // Two processes of one name on one host may report the same.
     if (shown < most_alarms && told.insert(labels).second) {
       ++shown;
       alarms.add(labels, 1);
@@ -168,7 +169,7 @@ void put_data(Families& families, const plant::DataStore& data) {
     counts[{machine, labels.second}] += count;
   }
   for (const std::string& machine : machines) {
-    // All three: an alarm sees a number rise.
+    // Always all three, so that an alert rule sees the number rise.
     for (const auto quality :
          {fabric::Quality::good, fabric::Quality::stale, fabric::Quality::refused}) {
       const auto count = counts.find({machine, quality});
@@ -179,12 +180,13 @@ void put_data(Families& families, const plant::DataStore& data) {
 }
 
 void put_queues(Families& families, const plant::DataStore& data) {
-  Family filled = families.gauge("millrace_queue_filled_messages",
-                                 "Messages that stand in the controller's queue.");
-  Family room = families.gauge("millrace_queue_capacity_messages",
-                               "Messages that the controller's queue has room for.");
-  Family waiting = families.gauge("millrace_queue_waiting_messages",
-                                  "Messages that the gateway has read and nobody has answered.");
+  Family filled =
+      families.gauge("millrace_queue_filled_messages", "Messages in the controller's queue.");
+  Family room =
+      families.gauge("millrace_queue_capacity_messages", "Capacity of the controller's queue.");
+  Family waiting =
+      families.gauge("millrace_queue_waiting_messages",
+                     "Messages that the gateway has read and that wait for a response.");
   Family read = families.counter("millrace_queue_messages_total",
                                  "Messages that the gateway has read, by its journal.");
   Family answered = families.counter("millrace_queue_answered_messages_total",
@@ -198,7 +200,7 @@ void put_queues(Families& families, const plant::DataStore& data) {
                         {"queue", std::string(fabric::queue_of(sample->key.machine))},
                         {"channel", std::to_string(sample->key.channel)}};
     const fabric::Value* const control = fabric::value_of(*sample, "last_filled");
-    // What was is not what is, while the controller does not answer.
+    // While the controller does not answer, the last value does not count.
     if (const auto of = fabric::filled_of(*sample);
         of && control->quality == fabric::Quality::good) {
       filled.add(labels, static_cast<double>(of->messages));

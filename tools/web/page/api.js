@@ -1,7 +1,7 @@
-// Questions to the server. Whatever goes wrong becomes an Error whose message a person can read, with the HTTP status.
+// Requests to the server. Every failure becomes an Error with a message for people and the HTTP status.
 import { words } from './words.js';
 
-/** What the server answered with a status of its own; 0 where there was no answer. */
+/** A response with an error status; status 0 if there was no response. */
 export class Refusal extends Error {
   constructor(status, message) {
     super(message);
@@ -23,7 +23,7 @@ async function ask(path, options) {
   return body;
 }
 
-/** `parts` are segments of the path below /api, encoded here; `query`, an object or pairs, leaves out what is empty. */
+/** `parts` are segments of the path below /api, encoded here; empty values of `query`, an object or pairs, are left out. */
 export function get(parts, query = {}) {
   const filled = (Array.isArray(query) ? query : Object.entries(query)).filter(([, value]) => value !== '' && value !== undefined && value !== null);
   const text = new URLSearchParams(filled).toString();

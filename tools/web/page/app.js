@@ -1,4 +1,4 @@
-// The page: its frame with the views, the connection, and what is shown when.
+// The frame of the page: views, connection, updates.
 import { assess } from './attention.js';
 import { element, replace, setAttribute, setText } from './dom.js';
 import { Model } from './model.js';
@@ -13,14 +13,14 @@ import { plantView } from './views/plant.js';
 const parameters = new URLSearchParams(location.search);
 const themes = ['auto', 'light', 'dark'];
 const isDark = matchMedia('(prefers-color-scheme: dark)');
-/** On a wall nobody closes a message. */
+/** On a wall, messages close by themselves. */
 const wallNoticeMs = 60_000;
 
 const app = {
   model: new Model(),
   isWall: parameters.has('wall'),
   now: () => app.model.now(Date.now()),
-  /** Times of the server less this are times of the browser: clocks on the page are the reader's. */
+  /** Server time minus browser time: clocks on the page are those of the reader. */
   clockOffset: () => app.model.offset,
   changed: () => schedule(),
 };
@@ -65,7 +65,7 @@ function chooseTheme(name) {
   try {
     localStorage.setItem('theme', known);
   } catch {
-    // Who keeps no storage chooses again next time.
+    // Without storage the choice is lost on reload.
   }
   setAttribute(document.documentElement, 'data-theme', known === 'auto' ? (isDark.matches ? 'dark' : 'light') : known);
   view?.themeChanged?.();
@@ -93,7 +93,7 @@ function route() {
       return part;
     }
   });
-  // On a wall there is the plant, or the lines that were chosen elsewhere.
+  // The wall shows the plant, or chosen lines.
   const [tab, id, inner] = app.isWall && parts[0] !== 'data' ? ['plant'] : parts;
   switch (tab) {
     case 'services':
@@ -120,17 +120,17 @@ function route() {
 
 const callOf = async (id, path, back) => (await import('./views/call.js')).callView(app, id, path, back);
 
-/** In the place of a view that could not be loaded. */
+/** Replaces a view that could not be loaded. */
 const missingView = () => ({ node: placeholder('failure', words.failure.title, words.failure.unreachable), title: () => words.failure.title, update() {} });
 
 let latest = null;
 
-/** A view but the first is loaded when it is shown for the first time. */
+/** Views are loaded when they are first shown, except the first one. */
 async function showRoute(isFirst) {
   const next = route();
   latest = next;
   const made = await next.make().catch(missingView);
-  // The reader may have gone on meanwhile.
+  // The reader may have chosen another view in the meantime.
   if (latest !== next) {
     return;
   }
@@ -145,7 +145,7 @@ async function showRoute(isFirst) {
   view.enter?.();
   if (!isFirst) {
     scrollTo(0, 0);
-    // Who reads with ears hears where he is now.
+    // For screen readers: announces the new view.
     main.querySelector('h1')?.focus({ preventScroll: true });
   }
 }
@@ -154,7 +154,7 @@ async function showRoute(isFirst) {
 
 let scheduled = false;
 
-/** Everything that comes within one frame is shown at once. */
+/** Shows all changes of one frame together. */
 function schedule() {
   if (!scheduled) {
     scheduled = true;
@@ -165,7 +165,7 @@ function schedule() {
   }
 }
 
-/** How many causes need attention: in the title of the window, where it is seen behind others, and at the tab. */
+/** Shows the number of causes that need attention in the window title and at the tab. */
 function tellState(level, count) {
   const { count: counter } = tabs.get('plant');
   counter.hidden = !(count > 0);
@@ -180,7 +180,7 @@ function tellState(level, count) {
 function update() {
   const { model } = app;
   updateConnection();
-  // What needs attention is told wherever the reader is.
+  // The tab shows it in every view.
   const { level, counts } = assess(model.plant(), app.now(), model.alarms);
   tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.causes);
   tabs.get('recordings').link.hidden = !model.about?.recordings;

@@ -3,9 +3,9 @@
 //   const { concerns, level } = assess(model.plant(), now);
 import { milliseconds } from './time.js';
 
-/** An NC program that was just started may wait a moment for its service; after this time it is a concern. */
+/** Grace time for the service of a new NC program; afterwards the missing service is a concern. */
 const unservedGraceMs = 2000;
-/** A call that waits this long is one to watch; after the second time it needs attention. */
+/** A call that waits this long is shown as one to watch; after the second time it needs attention. */
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
 
@@ -18,7 +18,7 @@ export const shapeOf = {
   aborted: 'down', stopped: 'held', journal: 'down',
 };
 
-/** What the call of a channel shows: its state, or what stands in the way of all calls. */
+/** The state of a channel's call, or the obstacle for all calls. */
 export function callStateOf(channel) {
   if (channel.link === 'gone') {
     return 'gone';
@@ -29,21 +29,21 @@ export function callStateOf(channel) {
   if (channel.channel_state === 'running' && channel.cause === 'deadline') {
     return 'stuck';
   }
-  // A gateway that takes no new call leaves all of them alone: whether somebody serves them nobody has asked.
+  // Without a journal the gateway accepts no calls, and has not looked for a service.
   if (channel.channel_state === 'unserved' && channel.journal) {
     return 'journal';
   }
-  // A call that waits for an instance, and there is none.
+  // The call waits for an instance, and there is none.
   if (channel.channel_state === 'waiting' && channel.instances === 0) {
     return 'unserved';
   }
   return channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
 }
 
-/** What a channel shows: the state of its call, or that of its NC program. */
+/** The state of a channel: that of its call, or that of its NC program. */
 export function stateOf(channel) {
   const state = callStateOf(channel);
-  // A call that needs a person may be why its program was aborted: the cause comes first.
+  // A call that needs a person may have aborted the program: the cause comes first.
   if (levelOf(state) === 'person' && state !== 'waiting') {
     return state;
   }
@@ -53,7 +53,7 @@ export function stateOf(channel) {
   return state === 'idle' && channel.program?.state === 'held' ? 'stopped' : state;
 }
 
-/** How a state looks from afar: "fine", "look" or "person". */
+/** The level of a state: "fine", "look" or "person". */
 export function levelOf(state, ageMs = Infinity) {
   switch (state) {
     case 'held':
@@ -74,7 +74,7 @@ export function levelOf(state, ageMs = Infinity) {
   }
 }
 
-/** Since when, in milliseconds; a link that is down or a gateway that is gone knows it better than the channel. */
+/** Begin of a state in milliseconds; for a link or a gateway that is down, the link has the exact time. */
 export function sinceOf(channel, state, links) {
   if (state === 'gone' || state === 'link down') {
     const times = links.filter((link) => !link.connected).map((link) => milliseconds(link.since)).filter(Number.isFinite);
@@ -111,7 +111,7 @@ function concernOf(machine, channel, now) {
   };
 }
 
-/** What concerns have in common that have one cause: a gateway, a controller, a service; else the channel itself. */
+/** Key of the common cause of concerns: a gateway, a controller, a service; else the channel itself. */
 function causeOf(machine, channel, state) {
   const gateways = machine.links.map((link) => link.gateway ?? '').sort().join(' ');
   switch (state) {
@@ -128,13 +128,13 @@ function causeOf(machine, channel, state) {
   }
 }
 
-/** Where the gateway of a machine was that is gone: { host, pid }; null if that is unknown. */
+/** Place of a gateway that is gone: { host, pid }; null if unknown. */
 function lastOf(machine) {
   const link = machine.links.find((each) => each.last_gateway_host);
   return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid } : null;
 }
 
-/** A machine of which no channel is known yet, since no gateway has ever reached it. */
+/** A machine without known channels, because no gateway has ever reached it. */
 function concernOfMachine(machine) {
   const down = machine.links.filter((link) => !link.connected);
   if (machine.channels.length > 0 || down.length === 0 || down.length < machine.links.length) {
@@ -147,13 +147,13 @@ function concernOfMachine(machine) {
   };
 }
 
-/** A problem or a warning that a program reports of itself. */
+/** The concern of an alarm: a problem or a warning. */
 const concernOfAlarm = (alarm) => ({
   machines: [`${alarm.program} @ ${alarm.host}`], channels: [], kind: 'trouble', level: alarm.level === 'warning' ? 'look' : 'person',
   since: milliseconds(alarm.since), reason: alarm.text, todo: alarm.advice, alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
 });
 
-/** Adds a concern, or what it concerns to one that has the same cause: as urgent and as long as the worst of them. */
+/** Adds a concern, or merges it with one of the same cause; the worst level and the longest time count. */
 function put(causes, concern) {
   const known = causes.get(concern.cause);
   if (!known) {
@@ -171,8 +171,8 @@ function put(causes, concern) {
 /**
  * The concerns of the whole plant (Model.plant()), one for each cause: a gateway that is gone is one with all its machines,
  * a service without an instance is one with all channels that wait for it. `counts` are of channels, machines without
- * channels, and programs; `causes` of concerns that need attention. `alarms` is what programs report of themselves; a
- * service that a gateway has lost stands among the services, and concerns those that call it.
+ * channels, and processes; `causes` of concerns that need attention. `alarms` are those of all processes. The alarm of a
+ * service that a gateway has lost is not listed: it belongs to the services, and to the channels that call them.
  */
 export function assess(plant, now, alarms = []) {
   const causes = new Map();
@@ -191,14 +191,14 @@ export function assess(plant, now, alarms = []) {
       }
     }
   }
-  // What a gateway says of its journal stands with the channels that wait for it.
+  // The alarm of a gateway's journal is shown with the channels that wait for it.
   const blocked = new Set([...causes.values()].filter(({ kind }) => kind === 'journal').flatMap(({ machines }) => machines));
   const explained = new Set(plant.filter(({ name }) => blocked.has(name)).flatMap(({ links }) => links.map((link) => link.gateway)));
   for (const alarm of alarms) {
     if (alarm.level !== 'fine' && alarm.kind !== 'service' && !(alarm.kind === 'journal' && explained.has(alarm.responder))) {
       const concern = concernOfAlarm(alarm);
       counts.programs += concern.level === 'person' ? 1 : 0;
-      // Two may say the same of the same.
+      // Two processes may report the same.
       causes.set(causes.has(concern.cause) ? `${concern.cause} ${causes.size}` : concern.cause, concern);
     }
   }
@@ -214,17 +214,17 @@ export function assess(plant, now, alarms = []) {
   return { concerns, counts, level };
 }
 
-/** Stays the same while a concern lasts: another call of the same channel is another one. */
+/** Stays the same while a concern lasts; the next call of the same channel has another key. */
 export function concernKey(concern) {
   return `${concern.cause}\u0000${concern.kind === 'held' || concern.kind === 'stuck' ? concern.channels[0].call ?? '' : ''}\u0000${concern.level}`;
 }
 
-/** What tells a cause from others for whoever acknowledges it: it is the same whether it is to be watched or more. */
+/** The key for acknowledgements: the same for all levels of a cause. */
 export const acknowledgeKey = (concern) => concernKey({ ...concern, level: '' });
 
 /**
- * Who has taken a concern, of what the server keeps; null if nobody has. One that began later than what he took is another
- * one: by the clock of the gateway, which says since when, or by that of the server.
+ * The acknowledgement of a concern among those that the server keeps; null if there is none. A concern that began after the
+ * acknowledgement is a new one, by the clock of the gateway that reports the begin, or by that of the server.
  */
 export function acknowledgementOf(concern, acknowledged) {
   const found = acknowledged.find((each) => each.cause === acknowledgeKey(concern));
@@ -233,10 +233,10 @@ export function acknowledgementOf(concern, acknowledged) {
 
 const nameOf = (channel) => `${channel.machine}/${channel.channel}`;
 
-/** What it concerns, as it is named everywhere: "cnc/1", "cnc.ALARMS/1", or the machines that it concerns as a whole. */
+/** The subject of a concern: "cnc/1", "cnc.ALARMS/1", or the machines that are affected as a whole. */
 export function concernName(concern) {
   return concern.channels.length === 0 || isOfMachine(concern.kind) ? concern.machines.join(', ') : nameOf(concern.channels[0]);
 }
 
-/** The other channels that wait for the same. */
+/** The other channels with the same cause. */
 export const otherChannels = (concern) => (isOfMachine(concern.kind) ? [] : concern.channels.slice(1).map(nameOf));

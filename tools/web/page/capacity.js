@@ -1,18 +1,18 @@
-// Which instance of a service serves which channels, and whether one more would help. Pure.
+// Which instances of a service serve which channels, and whether one more would help. Pure.
 //
-//   matrixOf(group, channels, served).rows              // `served` is that of /api/history
+//   matrixOf(group, channels, served).rows              // `served` of /api/history
 //   adviceOf(group, channels, served, busy, now)        // { kind: 'enough', busy, callers, room, waiting }
 import { byName, keyOf } from './model.js';
 import { milliseconds } from './time.js';
 
-/** With more columns the table does not fit. */
+/** More columns do not fit. */
 export const mostColumns = 12;
 /** A shorter wait does not count as waiting. */
 const waitMs = 1000;
 const fullShare = 0.8;
 const peakShare = 0.5;
 
-/** By its channel scopes, "cnc/1" or "cnc/*"; without scopes it serves all channels. */
+/** Channel scopes are "cnc/1" or "cnc/*"; an instance without scopes serves all channels. */
 export function mayServe(service, { machine, channel }) {
   return !service.channels?.length || service.channels.some((scope) => {
     const [ofMachine, number = '*'] = scope.split('/');
@@ -33,8 +33,9 @@ function callersOf(group, channels, served) {
 }
 
 /**
- * { columns, rows, left }: a column for each channel, or for each machine where there are too many, and `left` columns that
- * found no room. A row is { service, cells }; a cell is calls per second, or null where the instance may not serve it.
+ * { columns, rows, left }: a column for each channel, or for each machine if there are too many channels; `left` is the
+ * number of columns that do not fit. A row is { service, cells }; a cell is calls per second, or null where the channel is
+ * outside the instance's scope.
  */
 export function matrixOf(group, channels, served) {
   const callers = callersOf(group, channels, served);
@@ -57,8 +58,8 @@ export function matrixOf(group, channels, served) {
 }
 
 /**
- * Whether one more instance would help. A channel has one call at a time, so where there is room for a call of each channel
- * that calls, it would not, however busy they are. `busy` is that of the last minute; null as long as it is unknown.
+ * Whether one more instance would help. A channel has one call at a time. So if there is room for a call of each calling
+ * channel, it would not, however busy the instances are. `busy` is that of the last minute; null while it is unknown.
  */
 export function adviceOf(group, channels, served, busy, now) {
   const here = group.instances.filter((service) => service.goneAt === undefined && !service.draining);

@@ -1,11 +1,11 @@
-// Elements of the page. Text goes in as text and never as markup, so whatever a program, a service or an operator has
-// written is shown as it is.
+// Elements of the page. Text is inserted as text, never as markup, so texts of programs, services and operators are shown
+// literally.
 //
 //   element('p', { class: 'why' }, 'The gateway says: ', element('q', {}, reason))
 
 const svgSpace = 'http://www.w3.org/2000/svg';
 
-/** Adds children: nodes as they are, everything else as text; null, undefined and false are left out. */
+/** Adds children: nodes directly, other values as text; null, undefined and false are left out. */
 export function append(parent, children) {
   for (const child of children.flat(Infinity)) {
     if (child !== null && child !== undefined && child !== false) {
@@ -23,7 +23,7 @@ export function element(tag, properties = {}, ...children) {
   return append(dress(document.createElement(tag), properties), children);
 }
 
-/** The same for a drawing. */
+/** The same for SVG. */
 export function drawing(tag, properties = {}, ...children) {
   return append(dress(document.createElementNS(svgSpace, tag), properties), children);
 }
@@ -39,15 +39,14 @@ function dress(node, properties) {
   return node;
 }
 
-/** Puts `children` in the place of what stood in `parent`. */
 export function replace(parent, ...children) {
   parent.replaceChildren();
   return append(parent, children);
 }
 
 /**
- * Shows in `parent` what `make` returns, made anew only when `key` changes: a click on an element that is replaced between
- * press and release is lost.
+ * Shows the result of `make` in `parent`, and calls `make` again only when `key` changes: a click is lost if its element is
+ * replaced between press and release.
  *
  *   const show = slot(buttons);
  *   show([call, user], () => buttonsFor(call));
@@ -63,14 +62,14 @@ export function slot(parent) {
   };
 }
 
-/** Sets the text of a node unless it is there already: what does not change keeps the reader's selection. */
+/** Sets the text of a node only if it differs, which keeps the reader's selection. */
 export function setText(node, text) {
   if (node.textContent !== text) {
     node.textContent = text;
   }
 }
 
-/** Sets an attribute unless it is there already. */
+/** Sets an attribute only if it differs. */
 export function setAttribute(node, name, value) {
   if (value === null || value === undefined || value === false) {
     node.removeAttribute(name);
@@ -80,8 +79,7 @@ export function setAttribute(node, name, value) {
 }
 
 /**
- * Keeps a list on the page in step with data without building anew what is there: keyboard focus, selection and
- * scroll position stay where they are.
+ * Updates a list on the page without replacing existing elements: keyboard focus, selection and scroll position are kept.
  *
  *   const tiles = new Keyed(grid, (machine) => machineTile(machine));
  *   tiles.show(machines, (machine) => machine.name);     // in this order
@@ -99,7 +97,7 @@ export class Keyed {
   }
 
   show(data, keyOf) {
-    // Those that are gone leave first: what stays is then where it belongs, and an element that is moved loses a click.
+    // Removed elements go first, so that the others rarely move: an element that is moved loses a click.
     const keep = new Set(data.map(keyOf));
     for (const [key, part] of this.#parts) {
       if (!keep.has(key)) {

@@ -1,14 +1,14 @@
-// Machine data as lines over time, put together from what the server tells piece by piece. Pure.
+// Machine data as lines over time, assembled from the responses of the server. Pure.
 //
 //   const line = new Line('1/axes/V.A.ACT_POS.X');
 //   line.take(series);                        // of /api/data/history
-//   line.since                                // what to ask for next
+//   line.since                                // for the next request
 //   line.points(from, to)                     // [[time, value or null] …], as a plot draws steps
-/** What the server may still change of the points that it has told, and more. */
+/** The server may still change points that are younger than this. */
 const grainMs = 500;
 
 export class Line {
-  /** What it is now: quality, text, type, reason … */
+  /** The present value: quality, text, type, reason … */
   now = null;
   #times = [];
   #values = [];
@@ -18,7 +18,7 @@ export class Line {
     this.id = id;
   }
 
-  /** The last point that will not change any more, in milliseconds; 0 if there is none. */
+  /** Time of the last final point, in milliseconds; 0 if there is none. */
   get since() {
     return this.#times.length > 0 ? Math.max(0, this.#times.at(-1) - grainMs) : 0;
   }
@@ -29,7 +29,7 @@ export class Line {
       this.#times = [];
       this.#values = [];
     } else {
-      // The same time was told again, with what became of it.
+      // The response repeats points that may have changed.
       const keep = this.#times.findLastIndex((time) => time < this.#asked) + 1;
       this.#times.length = keep;
       this.#values.length = keep;
@@ -38,13 +38,13 @@ export class Line {
     this.#values.push(...series.values);
   }
 
-  /** What is asked for now: the next answer has all from then on. */
+  /** Marks the begin of a request; its response has all points since then. */
   ask() {
     this.#asked = this.since;
     return this.#asked;
   }
 
-  /** Forgets what ends before `from`. */
+  /** Drops what ends before `from`. */
   forget(from) {
     const first = this.#times.findLastIndex((time) => time <= from);
     if (first > 0) {
@@ -54,8 +54,7 @@ export class Line {
   }
 
   /**
-   * From `from` to `to`: a value holds until the next one, the last one until `to`, and where nothing is known there is
-   * null.
+   * Points between `from` and `to`: a value holds until the next one, the last one until `to`; unknown values are null.
    */
   points(from, to) {
     const points = [];
@@ -73,7 +72,7 @@ export class Line {
         points.push([from, before]);
       }
       if (value === null && before !== null) {
-        // It held until then.
+        // The value held until then.
         points.push([time - 1, before]);
       }
       points.push([time, value]);
@@ -92,17 +91,17 @@ export class Line {
 /** Whether a value can be drawn as a line. */
 export const isNumber = (value) => !value.array && !Array.isArray(value.value) && value.type !== 'STRING' && value.type !== 'UNKNOWN';
 
-/** The names of a machine's variables as they are asked for, with their values: [{ id, channel, group, value … }]. */
+/** The variables of a machine with their values: [{ id, channel, group, value … }]; `id` is the name for requests. */
 export function variablesOf(samples) {
   return samples.flatMap((sample) => sample.values.map((value) => ({
     id: `${sample.channel}/${sample.group}/${value.name}`, sample, value,
   })));
 }
 
-/** Good, stale or refused; what nobody tells of any more is stale. */
+/** Good, stale or refused; a value of a removed group is stale. */
 export const qualityOf = (gone, quality) => (gone && quality === 'good' ? 'stale' : quality);
 
-/** Where a run lies between two times, as parts of that time: { left, width }; null if it does not. */
+/** The part of a time span that a run covers: { left, width }; null if none. */
 export function placeOf(started, ended, from, to) {
   const left = Math.max(started, from);
   const right = Math.min(ended, to);

@@ -1,71 +1,67 @@
-// What the page knows of the plant: a snapshot, then changes. Pure: it knows no document, no connection and no clock of
-// its own.
+// The page's model of the plant: a snapshot, then changes. Pure: it uses no document, no connection and no clock.
 //
 //   const model = new Model();
 //   model.takeSnapshot(data, Date.now());
 //   model.takeChanges(data, Date.now());
-//   model.now(Date.now())                     // by the server's clock, which is the one times are compared with
+//   model.now(Date.now())                     // server time, which all times are compared with
 import { milliseconds } from './time.js';
 
-/** Calls that are kept for the list. */
 export const keptCalls = 400;
-/** Events that are kept for the list. */
 export const keptEvents = 100;
-/** An instance that is gone stays on the page this long, so that somebody sees that it is. */
+/** An instance that is gone stays on the page this long. */
 export const keptGoneMs = 15 * 60_000;
 
 /** "ALARMS" of "cnc.ALARMS", where `machine` is "cnc"; nothing for a channel of the machine itself. */
 export const queueOf = (channel, machine) => (channel.machine.startsWith(`${machine}.`) ? channel.machine.slice(machine.length + 1) : '');
 
-/** Whose channel it is: a message queue belongs to its machine, if somebody tells of that; the call of a command to itself. */
+/** The machine of a channel: a message queue belongs to its machine, if that is known; other channels to their own. */
 const ownerOf = (channel, names) => {
   const machine = channel.machine.split('.')[0];
   return names.has(machine) ? machine : channel.machine;
 };
 
-/** The key of a channel or of anything else that is named by a machine and something in it. */
+/** A key of a machine and something in it, such as a channel. */
 export const keyOf = (machine, part) => `${machine}\u0000${part}`;
 
-/** "cnc/1", as everywhere in millrace. */
+/** "cnc/1", the usual form. */
 export const channelName = (channel) => `${channel.machine}/${channel.channel}`;
 
 export class Model {
-  /** Nothing until the first snapshot. */
+  /** Null until the first snapshot. */
   about = null;
   totals = null;
   machines = new Map();
   channels = new Map();
   /** Instances; those that are gone have `goneAt`, in milliseconds. */
   services = new Map();
-  /** What programs report of themselves. */
+  /** Alarms of all processes. */
   alarms = [];
-  /** Causes that somebody has taken: [{ cause, since, by, note, time }]. */
+  /** Acknowledgements: [{ cause, since, by, note, time }]. */
   acknowledged = [];
-  /** What has happened, the newest first, as /api/events. */
+  /** Events of /api/events, the newest first. */
   events = [];
   /**
-   * Newest first: calls, and between them what the list lacks: { skipped: number } or { gap: { from, to } }, which are
-   * milliseconds.
+   * Newest first: calls, and entries for missing ones: { skipped: number } or { gap: { from, to } }, in milliseconds.
    */
   calls = [];
-  /** The last time without data: { from, to, otherServer }; null if there was none, or nobody needs to know any more. */
+  /** The last time without data: { from, to, otherServer }; null if there was none, or the reader has closed it. */
   gap = null;
 
   #offset = 0;
   #lastHeard = NaN;
   #lostAt = NaN;
 
-  /** The server's time; where the connection is lost, the time of the last word: what was then is all that is known. */
+  /** Server time; without a connection the time of the last message. */
   now(browserTime) {
     return (Number.isFinite(this.#lostAt) ? this.#lastHeard : browserTime) + this.#offset;
   }
 
-  /** By how much the server's clock is ahead of the browser's, in milliseconds. */
+  /** Server time minus browser time, in milliseconds. */
   get offset() {
     return this.#offset;
   }
 
-  /** When the server was heard last, by the browser's clock; NaN if never. */
+  /** Browser time of the last message; NaN if there was none. */
   get lastHeard() {
     return this.#lastHeard;
   }
@@ -126,13 +122,13 @@ export class Model {
     this.calls.length = Math.min(this.calls.length, keptCalls);
   }
 
-  /** The channels of a machine by their number, then those of its message queues. */
+  /** The channels of a machine by number, then those of its message queues. */
   channelsOf(machine, names = new Set([machine])) {
     return [...this.channels.values()].filter((channel) => ownerOf(channel, names) === machine)
       .sort((a, b) => byName(queueOf(a, machine), queueOf(b, machine)) || a.channel - b.channel);
   }
 
-  /** Every machine by its name, with the links of the gateways that serve it and its channels. */
+  /** All machines by name, with the links of their gateways and with their channels. */
   plant() {
     const names = new Set([...this.machines.values()].map((machine) => machine.machine));
     for (const channel of this.channels.values()) {
@@ -145,7 +141,7 @@ export class Model {
     }));
   }
 
-  /** Instances by UUID, those that are there before those that are gone; services without a living instance first. */
+  /** Instances by UUID, running ones first; services without a running instance come first. */
   servicesByUuid() {
     const groups = new Map();
     for (const service of this.services.values()) {
@@ -162,7 +158,7 @@ export class Model {
     return [...groups.values()].sort((a, b) => (b.here === 0) - (a.here === 0) || byName(a.name, b.name) || byName(a.uuid, b.uuid));
   }
 
-  /** What a UUID is called: its service, also after its last instance; the UUID itself if that is unknown. */
+  /** Name of the service of a UUID, also after its last instance; the UUID itself if that is unknown. */
   serviceName(uuid) {
     const same = [...this.services.values()].filter((service) => service.uuid === uuid?.toLowerCase());
     return same.length > 0 ? commonName(same.map((service) => service.name ?? '')) : uuid ?? '';
@@ -200,7 +196,7 @@ export class Model {
     }
   }
 
-  /** Puts the calls of a snapshot above those that are known, and says so where some between them are missing. */
+  /** Puts the calls of a snapshot above the known ones, with an entry where calls are missing between them. */
   #mergeCalls(fresh, gap) {
     const known = new Set(this.calls.map((call) => call.call).filter(Boolean));
     const unknown = fresh.filter((call) => !known.has(call.call));
@@ -213,7 +209,7 @@ export class Model {
   }
 }
 
-/** What instances are called together: "square root 1", "square root 2" and "square root B" are "square root". */
+/** The common name of instances: "square root 1", "square root 2" and "square root B" are "square root". */
 function commonName(names) {
   let common = names[0];
   for (const name of names) {
@@ -225,14 +221,14 @@ function commonName(names) {
 }
 
 /**
- * What the instances of a service do together: { busy, rate, errors, p50, p99 } where busy is the share of their capacity in
- * use over the last seconds, rate and errors are per second; p50 and p99 are those of the slowest, undefined without calls.
+ * The load of all instances of a service: { busy, rate, errors, p50, p99 }. `busy` is the used share of their capacity over
+ * the last seconds, rate and errors are per second; p50 and p99 are those of the slowest, undefined without calls.
  */
 export function loadOf(group) {
   const here = group.instances.filter((service) => service.goneAt === undefined);
   const sum = (value) => here.reduce((all, service) => all + (value(service) || 0), 0);
   const capacity = sum((service) => service.concurrency);
-  // Calls that are shorter than a look are known by their number and duration, longer ones by those that run.
+  // Short calls count by rate and duration, long ones by the number of running calls.
   const inUse = Math.max(sum((service) => (service.calls_per_second * service.p50_ms) / 1000), sum((service) => service.running * (service.p50_ms > 500 || !service.p50_ms)));
   const slowest = (name) => here.map((service) => service[name]).filter(Number.isFinite).reduce((a, b) => Math.max(a, b), -Infinity);
   const known = (value) => (Number.isFinite(value) ? value : undefined);
@@ -246,7 +242,7 @@ export function loadOf(group) {
   };
 }
 
-/** How busy a service was in the last minute, from the lines of /api/history; undefined without them. */
+/** The load of a service in the last minute, from the lines of /api/history; undefined without them. */
 export function busyOfMinute(group, lines) {
   const here = group.instances.filter((service) => service.goneAt === undefined && lines[service.instance]);
   const capacity = here.reduce((all, service) => all + (service.concurrency || 0), 0);
@@ -258,7 +254,7 @@ export function busyOfMinute(group, lines) {
     const from = Math.max(0, line.running.length - steps);
     for (let i = from; i < line.running.length; i += 1) {
       const p50 = line.p50_ms[i];
-      // A call that is shorter than a step is known by its number and duration, a longer one by the calls that run.
+      // Short calls count by rate and duration, long ones by the number of running calls.
       inUse += Math.min(service.concurrency, Math.max(p50 ? (line.calls_per_second[i] * p50) / 1000 : 0, !p50 || p50 > 500 ? line.running[i] ?? 0 : 0));
     }
     known = Math.max(known, line.running.length - from);
@@ -266,7 +262,7 @@ export function busyOfMinute(group, lines) {
   return capacity > 0 && known > 0 ? Math.min(1, inUse / known / capacity) : undefined;
 }
 
-/** Those with trouble first, then the busiest: without an instance, with errors, with calls that wait, then by load. */
+/** Order of services: without instance, with errors, with waiting calls, then by load. */
 export function byTrouble(groups) {
   const rank = (group, load) => (group.here === 0 ? 0 : load.errors > 0 ? 1 : load.waiting > 0 ? 2 : 3);
   return groups.map((group) => ({ group, load: loadOf(group) }))
@@ -274,13 +270,13 @@ export function byTrouble(groups) {
       || b.load.rate - a.load.rate || byName(a.group.name, b.group.name));
 }
 
-/** A gateway that is gone is of no interest as soon as another one has its machine: it was started anew. */
+/** Drops a gateway that is gone if another one has its machine: it was restarted. */
 function linksOf(links) {
   const present = links.filter((link) => !link.gone);
   return present.length > 0 ? present : links;
 }
 
-/** Compares names as people sort them: m2 before m10. */
+/** Natural order of names: m2 before m10. */
 export function byName(a, b) {
   return a.localeCompare(b, undefined, { numeric: true });
 }

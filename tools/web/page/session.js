@@ -1,4 +1,4 @@
-// Who is logged in and what he may do; the buttons that act, and the dialogs that ask before they do.
+// The logged-in user and that user's permissions; the buttons for actions, and their dialogs.
 import { get, post } from './api.js';
 import { acknowledgeKey, concernName } from './attention.js';
 import { channelName, keyOf } from './model.js';
@@ -9,7 +9,7 @@ import { words } from './words.js';
 
 const text = words.actions;
 
-/** `app` has the model and is told by `app.changed()` when somebody has logged in or out. */
+/** `app` has the model; `app.changed()` is called after login and logout. */
 export function makeSession(app) {
   let state = { actions: false };
 
@@ -19,7 +19,7 @@ export function makeSession(app) {
   };
   const may = (action) => state.actions && (!state.user || (state.may ?? []).includes(action));
 
-  /** Asks for name and password; true if somebody is logged in at the end. */
+/** Asks for name and password; true if a user is logged in afterwards. */
   async function login() {
     const user = element('input', { name: 'user', autocomplete: 'username', required: true, autocapitalize: 'none' });
     const password = element('input', { name: 'password', type: 'password', autocomplete: 'current-password', required: true });
@@ -42,11 +42,11 @@ export function makeSession(app) {
     }
   }
 
-  /** Carries out an action that was confirmed; what the other side said is the end of it, done or refused. */
+  /** Performs a confirmed action; the dialog ends with the outcome, done or refused. */
   async function perform(action, body) {
     try {
       const outcome = await post(['actions', action], body, state.token);
-      // What everybody sees at once needs no word.
+      // An acknowledgement needs no message: its card shows it.
       return outcome.done && action === 'acknowledge' ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
     } catch (problem) {
       if (problem.status === 401) {
@@ -68,7 +68,7 @@ export function makeSession(app) {
     await ask({ ...dialog, act: dialog.act, consequence: dialog.consequence, perform: () => perform(action, body()) });
   }
 
-  /** Throws if the call that the dialog names is not the one that waits by now. */
+  /** Throws if the call of the dialog is not pending any more. */
   function mustBePending(channel) {
     const current = app.model.channels.get(keyOf(channel.machine, channel.channel));
     if (current?.call !== channel.call) {
@@ -76,7 +76,7 @@ export function makeSession(app) {
     }
   }
 
-  /** What is known of the call by now. */
+  /** The present data of the call. */
   function asItIs(channel) {
     const current = app.model.channels.get(keyOf(channel.machine, channel.channel));
     return current?.call === channel.call ? current : channel;
@@ -123,7 +123,7 @@ export function makeSession(app) {
     });
   }
 
-  /** No other instance of its service takes calls. */
+  /** No other instance of its service accepts calls. */
   const isLast = (service) => ![...app.model.services.values()].some((other) => other.uuid === service.uuid
     && other.instance !== service.instance && other.goneAt === undefined && !other.draining);
 
@@ -154,7 +154,7 @@ export function makeSession(app) {
     && element('button', { type: 'button', class: 'act', 'data-action': action, title: hint, onclick: act }, label);
 
   return {
-    /** Asks the server who is logged in; without actions there is nobody. */
+    /** Asks the server for the logged-in user; without actions there is none. */
     async refresh() {
       keep(app.model.about?.actions ? await get(['session']).catch(() => ({ actions: false })) : { actions: false });
     },
@@ -164,14 +164,14 @@ export function makeSession(app) {
     get actions() {
       return Boolean(state.actions);
     },
-    /** Stays the same as long as the same buttons are to be shown. */
+    /** Changes when other buttons must be shown. */
     describe: () => [state.actions, state.user, state.may],
-    /** They act on the call that waits in the channel, and ask about it as it is when they are clicked. */
+    /** Buttons for the call that waits in the channel; they ask with its data at the time of the click. */
     buttonsFor: (channel) => [
       button('answer', text.answer, () => answer(asItIs(channel))),
       button('retry', text.retry, () => retry(asItIs(channel))),
     ].filter(Boolean),
-    /** `concernNow` is the concern as it is when the button is clicked. */
+    /** `concernNow` returns the concern at the time of the click. */
     acknowledgeButton: (concernNow) => button('acknowledge', text.acknowledge, () => acknowledge(concernNow()), text.acknowledgeHint),
     drainButton: (service) => button('drain', text.drain, () => drain(service), text.drainHint) || null,
     login,

@@ -1,14 +1,14 @@
-// The live connection to the server: server-sent events, begun anew whenever they stop.
+// The live connection to the server: server-sent events, with a new connection whenever one ends.
 //
 //   listen({ snapshot, changes, lost, bye });
 
-/** The server says something every two seconds at least. */
+/** The server sends an event at least every two seconds. */
 const silenceMs = 5000;
-/** A connection that breaks and is there again within this time is not worth a word. */
+/** A shorter interruption is not shown. */
 const graceMs = 1500;
 const retryMs = [500, 1000, 2000, 3000];
 
-/** Calls `on.snapshot`, `on.changes` and `on.bye` with what comes, and `on.lost` when nothing comes any more. */
+/** Calls `on.snapshot`, `on.changes` and `on.bye` with the events, and `on.lost` after a silence. */
 export function listen(on) {
   let source = null;
   let tries = 0;
@@ -41,7 +41,7 @@ export function listen(on) {
     source.addEventListener('changes', take(on.changes));
     source.addEventListener('bye', take((data) => on.bye(data)));
     source.addEventListener('error', () => {
-      // The browser's own way to try again gives up at an answer that is none; ours does not.
+      // EventSource stops its own retries after an invalid response; listen() retries always.
       source.close();
       clearTimeout(silence);
       grace ||= setTimeout(on.lost, graceMs);

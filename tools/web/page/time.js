@@ -1,9 +1,9 @@
-// Times as people read them. Times of the fabric are ISO 8601 in UTC with microseconds, which Date would cut; durations
-// in between are numbers of milliseconds with a fraction.
+// Times for people. Times of the fabric are ISO 8601 in UTC with microseconds, which Date would cut. Durations are numbers of
+// milliseconds with a fraction.
 
 let decimalPoint = '.';
 
-/** What stands before the fraction in durations: "." unless this says otherwise. */
+/** Sets the decimal sign of durations; the default is ".". */
 export function setDecimalPoint(text) {
   decimalPoint = text;
 }
@@ -14,7 +14,7 @@ export function milliseconds(iso) {
   return match ? Date.parse(`${match[1]}Z`) + Number(match[2] ?? 0) * 1000 : NaN;
 }
 
-/** Three digits and a unit, as the command prints it: "395 us", "1.23 ms", "45.6 s"; from a minute on "2 min 05 s". */
+/** Three digits and a unit, as the commands print it: "395 us", "1.23 ms", "45.6 s"; from a minute on "2 min 05 s". */
 export function duration(ms) {
   if (!Number.isFinite(ms)) {
     return '–';
@@ -40,7 +40,7 @@ function digits(value) {
   return value.toFixed(size < 9.995 ? 2 : size < 99.95 ? 1 : 0).replace('.', decimalPoint);
 }
 
-/** How long something lasts already, in whole seconds, two units: "12 s", "3 min 05 s", "2 h 10 min", "4 d 3 h". */
+/** An elapsed time in whole seconds, two units: "12 s", "3 min 05 s", "2 h 10 min", "4 d 3 h". */
 export function age(ms) {
   if (!Number.isFinite(ms)) {
     return '–';
@@ -60,12 +60,12 @@ export function age(ms) {
   return `${Math.floor(seconds / 86_400)} d ${Math.floor(seconds / 3600) % 24} h`;
 }
 
-/** The time of day here, "14:03:22". */
+/** The local time of day, "14:03:22". */
 export function clock(ms) {
   return Number.isFinite(ms) ? new Date(ms).toTimeString().slice(0, 8) : '–';
 }
 
-/** The time of day here to the microsecond, "14:03:22.123456". */
+/** The local time of day to the microsecond, "14:03:22.123456". */
 export function fineClock(ms) {
   if (!Number.isFinite(ms)) {
     return '–';
@@ -75,7 +75,7 @@ export function fineClock(ms) {
   return `${clock(whole)}.${String(micros).padStart(6, '0')}`;
 }
 
-/** Day and time of day, "2026-03-01 14:03:22"; the day is left out for `today`. */
+/** Date and time of day, "2026-03-01 14:03:22"; without the date if it is that of `today`. */
 export function moment(ms, today = NaN) {
   if (!Number.isFinite(ms)) {
     return '–';

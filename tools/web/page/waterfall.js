@@ -1,12 +1,12 @@
-// Where the steps of a call stand beside each other in time. Pure: a timeline, as `recording calls --json FILE CALL` gives it, becomes
-// lanes with bars; one lane for the gateway, one for each attempt.
+// The steps of a call over time. Pure: converts a timeline of `recording calls --json FILE CALL` into lanes with bars; one
+// lane for the gateway, one for each attempt.
 //
 //   const { start, end, lanes } = layOut(timeline);
 import { milliseconds } from './time.js';
 
 const endsAttempt = new Set(['reply at the gateway', 'late reply dropped', 'reply refused', 'instance lost', 'withdrawn by the program', 'written back']);
 
-/** The steps with `at` in milliseconds by the gateway's clock: a service's step stands where it must have been. */
+/** The steps with `at` in milliseconds by the gateway's clock; steps of a service are converted to it. */
 export function placed(steps) {
   return steps.map((step) => {
     const own = milliseconds(step.time);
@@ -30,7 +30,7 @@ export function placed(steps) {
   });
 }
 
-/** The part of the way that begins with a step of an attempt. */
+/** The part of a call that begins with a step of an attempt. */
 const partAfter = {
   dispatched: 'toService',
   'received by the instance': 'queue',
@@ -44,7 +44,7 @@ function attemptLane(number, steps, end) {
   let open = null;
   const close = (at, ended) => {
     if (open !== null) {
-      // Who never answered did not tell when he began: all of it is waiting.
+      // An attempt without a reply did not report its begin: all of it is waiting.
       const part = ended && open.part === 'toService' ? 'wait' : open.part;
       bars.push({ part, from: open.at, to: at });
       open = null;
@@ -64,7 +64,7 @@ function attemptLane(number, steps, end) {
   return { number, instance: own.find((step) => step.instance)?.instance ?? '', bars, marks };
 }
 
-/** What the gateway itself does or waits for between the attempts. */
+/** The gateway's own work and waiting between attempts. */
 function gatewayLane(steps, end) {
   const bars = [];
   const marks = [];
@@ -92,8 +92,7 @@ function gatewayLane(steps, end) {
 }
 
 /**
- * Times in milliseconds since 1970. A call that has not ended reaches to `now`, if given. Lanes are empty if there are
- * no steps.
+ * Times in milliseconds since 1970. A call in progress reaches to `now`, if given. Without steps there are no lanes.
  */
 export function layOut(timeline, now = NaN) {
   const steps = placed(timeline.steps ?? []).filter((step) => Number.isFinite(step.at));
@@ -109,13 +108,13 @@ export function layOut(timeline, now = NaN) {
   return { start, end, steps, lanes, ended };
 }
 
-/** A wait for a person or a service that is longer than this share of the call is broken, and takes that share instead. */
+/** A wait for a person or a service that takes more than this share of the call is shortened to that share. */
 const longShare = 0.6;
 const brokenShare = 0.25;
 
 /**
- * Where a time stands, from 0 to 1: { at(time), broken(bar), pieces } where `pieces` are the parts of the axis between
- * breaks, { from, to }. Where a call has been held for minutes its other steps would be no wider than a hair.
+ * Maps times to 0 … 1: { at(time), broken(bar), pieces } where `pieces` are the parts of the axis between breaks,
+ * { from, to }. Without breaks, the other steps of a call that waited for minutes would be invisible.
  */
 export function scaleOf({ start, end, lanes }) {
   const total = Math.max(end - start, 1e-3);
@@ -134,13 +133,13 @@ export function scaleOf({ start, end, lanes }) {
   };
 }
 
-/** The marks of an axis, as { at, after }: those of a piece count from its begin. */
+/** The marks of an axis, as { at, after }; `after` counts from the beginning of a piece. */
 export function marksOf({ at, pieces }, start, count = 5) {
   const marks = [];
   for (const { from, to } of pieces) {
     for (const tick of ticks(to - from, Math.max(1, Math.round(count * (at(to) - at(from)))))) {
       const place = at(from + tick);
-      // What stands too close to another one or to the end cannot be read.
+      // Marks too close to another one or to the end are unreadable.
       if (marks.length === 0 || (place - marks.at(-1).place > 0.07 && place < 0.93)) {
         marks.push({ place, after: tick === 0 || from === start ? from + tick - start : tick, isMore: tick > 0 && from !== start });
       }
@@ -149,7 +148,7 @@ export function marksOf({ at, pieces }, start, count = 5) {
   return marks;
 }
 
-/** Round steps of an axis from 0 to `total` milliseconds, at most `count` of them. */
+/** Round marks of an axis from 0 to `total` milliseconds, at most `count`. */
 export function ticks(total, count = 5) {
   if (!(total > 0)) {
     return [0];

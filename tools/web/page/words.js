@@ -1,4 +1,4 @@
-// The page's language: that of the browser, or of `?lang=`. English where neither has texts.
+// The page's language: that of the browser, or of `?lang=`; English if there are no texts for it.
 import { setDecimalPoint } from './time.js';
 
 const known = ['en', 'de'];
@@ -13,7 +13,7 @@ export const language = choose();
 export const words = (await import(`./texts/${language}.js`)).default;
 setDecimalPoint((1.5).toLocaleString(language).at(1));
 
-/** A number as this language writes it, with at most `digits` after the point. */
+/** A number in this language, with at most `digits` decimals. */
 export function number(value, digits = 0) {
   return Number.isFinite(value) ? value.toLocaleString(language, { maximumFractionDigits: digits }) : words.services.noValue;
 }

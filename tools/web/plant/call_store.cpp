@@ -8,7 +8,7 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// Of an entry that tells of a failure.
+/// The attempt of an entry that reports a failure.
 std::uint32_t attempt_of(const recording::Entry& entry) {
   if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
     return reply->attempt;
@@ -69,10 +69,10 @@ const EndedCall* CallStore::add(const recording::Entry& entry) {
   Kept& kept = open(call);
   kept.timeline.add(entry);
   if (recording::is_failure(entry)) {
-    // What became of an attempt before the last one is no failure of the call.
+    // A failed attempt before the last one is not a failure of the call.
     kept.failed_attempt = std::max(kept.failed_attempt, attempt_of(entry));
     if (kept.ended && kept.failed_attempt == kept.ended->call.attempt) {
-      // The reply of a call may come after its end, from another writer.
+      // A reply may arrive after the end of its call, from another writer.
       kept.ended->failed = true;
       kept.ended->other_state = false;
     }
@@ -101,7 +101,7 @@ void CallStore::end(Kept& kept, recording::FollowedCall call) {
   const bool answered_by_a_service =
       call.last == fabric::EventKind::written && call.instance != fabric::InstanceId{};
   if (kept.ended) {
-    return;  // A gateway that resumed told its end once more.
+    return;  // A gateway that resumed has repeated the end.
   }
   open_.erase(kept.place);
   ended_.push_back(call.id);

@@ -1,5 +1,5 @@
-// The calls of the last time, each with what is known of its way: for lists, and for the timeline
-// of one of them. Pure.
+// The calls of the last time, each with its known steps: for lists, and for the timeline of one
+// call. Pure.
 //
 //   if (const EndedCall* ended = store.add(entry)) …
 //   store.list({.machine = "cnc", .failed = true}, 200)
@@ -23,10 +23,10 @@
 
 namespace millrace::tools::web::plant {
 
-/// Which states of RESPONSE_STATE mean that a service did what it was asked for: 1 everywhere, and
-/// 0 where a program waits for a text alone (docs/reference/services/README.md).
+/// States of RESPONSE_STATE that mean success: 1 for all services, and 0 for programs that wait for
+/// a text alone (docs/reference/services/README.md).
 struct NormalStates {
-  /// Others by canonical UUID.
+  /// Further ones by canonical UUID.
   std::map<std::string, std::set<std::uint32_t>> more{};
 
   [[nodiscard]] bool contain(const std::string& uuid, std::uint32_t state) const;
@@ -34,31 +34,31 @@ struct NormalStates {
 
 struct EndedCall {
   recording::FollowedCall call{};
-  /// The service failed or refused its last attempt, the program has withdrawn it, or nobody but
-  /// the gateway or an operator answered.
+  /// The service failed or refused the last attempt, the program withdrew the call, or the response
+  /// came from the gateway or an operator.
   bool failed = false;
-  /// A service answered with a state that is not among the normal ones: mostly an error of its own.
+  /// The service's state is not among the normal ones: usually an error of the service.
   bool other_state = false;
 
   /// "answered", "other_state", "failed", "withdrawn"
   [[nodiscard]] std::string_view result() const;
 };
 
-/// Letters of ASCII; others stay as they are.
+/// Converts ASCII letters only.
 std::string small_letters(std::string text);
 
-/// An empty text, and channel 0, take everything.
+/// An empty text and channel 0 match everything.
 struct CallFilter {
   std::string machine{};
   std::uint16_t channel = 0;
   std::string uuid{};
   std::string instance{};
-  /// Both: either.
+  /// With both flags, either matches.
   bool failed = false;
   bool other_state = false;
   /// EndedCall::result().
   std::string result{};
-  /// In request or response, in small letters of ASCII and UTF-8.
+  /// Part of request or response, in UTF-8 with small ASCII letters.
   std::string text{};
 
   [[nodiscard]] bool takes(const EndedCall& call) const;
@@ -71,7 +71,7 @@ class CallStore {
     std::size_t ended = 10'000;
     /// Those among the older ones that failed, or were answered with another state.
     std::size_t failed = 1'000;
-    /// Calls that have not ended: of programs that end while they call nobody tells the end.
+    /// Calls that have not ended: if a program ends during its call, no end is published.
     std::size_t open = 4'096;
   };
 
@@ -82,14 +82,14 @@ class CallStore {
   /// The call that ends with this entry; valid until the next call of add.
   const EndedCall* add(const recording::Entry& entry);
 
-  /// Whose time has come, of those that ended or have not; without steps if it is not known.
+  /// Also of a call that has not ended; without steps if the call is unknown.
   [[nodiscard]] recording::Timeline timeline(const fabric::CallId& call) const;
-  /// As it ended; nullptr if it has not, or is not kept any more.
+  /// The call as it ended; nullptr if it has not, or is not kept any more.
   [[nodiscard]] const EndedCall* ended(const fabric::CallId& call) const;
   /// At most `most`, the newest first.
   [[nodiscard]] std::vector<const EndedCall*> list(const CallFilter& filter,
                                                    std::size_t most) const;
-  /// Of all that are kept the one that ended first; nullptr if none is.
+  /// The kept call that ended first; nullptr if there is none.
   [[nodiscard]] const EndedCall* oldest() const;
   [[nodiscard]] std::size_t size() const { return ended_.size() + failed_.size(); }
 
@@ -105,7 +105,7 @@ class CallStore {
     /// The last attempt that failed; 0 if none did.
     std::uint32_t failed_attempt = 0;
     std::optional<EndedCall> ended{};
-    /// While it has not ended.
+    /// Valid while the call has not ended.
     Order::iterator place{};
   };
   struct Hash {
@@ -122,7 +122,7 @@ class CallStore {
   NormalStates normal_;
   recording::CallFollower follower_;
   std::unordered_map<fabric::CallId, Kept, Hash> calls_;
-  /// In the order of their beginning, and of their ends.
+  /// Ordered by begin, and by end.
   Order open_;
   std::deque<fabric::CallId> ended_;
   std::deque<fabric::CallId> failed_;

@@ -21,13 +21,13 @@ using fabric::DataSample;
 using fabric::Quality;
 using fabric::Value;
 
-/// At four points a second and a little more, for as long as lines are kept.
+/// Slightly more than four points a second, for as long as lines are kept.
 constexpr std::size_t most_points_of_one = 7'200;
 constexpr std::size_t most_changes_of_one = 20;
 constexpr std::size_t fewest_changes_of_one = 2;
 constexpr std::size_t longest_change = 200;
 
-/// What somebody says of its time may be anything.
+/// A sample's own time is untrusted.
 fabric::Time plausible(fabric::Time said, fabric::Time received) {
   constexpr std::chrono::hours most{24};
   const bool is = said > received - most && said < received + most;
@@ -57,7 +57,7 @@ std::size_t bytes_of(const DataSample& sample) {
   return sum;
 }
 
-/// A single number, as a line has it; nothing for what is none.
+/// A single number for a line; nothing for other values.
 std::optional<double> number_of(const Value& value) {
   if (value.is_array || fabric::count(value.elements) != 1) {
     return std::nullopt;
@@ -146,7 +146,7 @@ DataStore::Group* DataStore::group_for(const Key& key, const DataSample& sample)
   Group& group = is_known ? known->second : groups_[key];
   bytes_ += bytes - had;
   group.bytes = bytes;
-  // A new configuration may name others.
+  // A new configuration may have other variables.
   std::erase_if(group.variables, [&](const auto& each) { return !names.contains(each.first); });
   if (group.variables.size() != names.size()) {
     for (const std::string_view name : names) {
@@ -192,7 +192,7 @@ void DataStore::forget(Group& group, fabric::Time now) {
 void DataStore::silence(const std::string& machine, fabric::Time now) {
   for (auto group = groups_.lower_bound({{machine, 0}, {}});
        group != groups_.end() && group->first.first.machine.starts_with(machine); ++group) {
-    // Also what is told of its message queues, "cnc.ALARMS".
+    // Also the groups of its message queues, "cnc.ALARMS".
     if (fabric::machine_of(group->first.first.machine) == machine && !group->second.is_gone) {
       forget(group->second, now);
       group->second.is_silent = true;
@@ -329,7 +329,7 @@ boost::json::object DataStore::line_of(const Key& key, const Group& group, const
     out["reason"] = print::utf8(value.reason);
   }
   const auto& points = variable.series.points();
-  // Who has points that are not here any more takes all anew.
+  // A reader whose last points are gone gets the whole line.
   const bool whole = since == fabric::Time{} || points.empty() || points.back().at < since ||
                      points.front().at > since;
   const auto first =
@@ -364,7 +364,7 @@ boost::json::object DataStore::history(const std::string& machine,
                                        const std::vector<Wanted>& wanted, fabric::Time now) const {
   boost::json::array series;
   for (const Wanted& each : wanted) {
-    // Neither a number nor the name of a group has a '/'.
+    // The separator is '/': channel numbers and group names have none.
     const std::size_t first = each.variable.find('/');
     const std::size_t second = each.variable.find('/', first + 1);
     const auto channel =

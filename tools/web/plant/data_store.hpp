@@ -1,5 +1,5 @@
-// Machine data: what each group told last, and what its variables were over the last minutes, for
-// lines over time. Pure.
+// Machine data: the last sample of each group, and the values of the last minutes for lines over
+// time. Pure.
 //
 //   store.add(sample, received);                        // each of them, as it comes
 //   store.samples({.machine = "press"})                 // as `millrace data --json`
@@ -24,34 +24,34 @@
 
 namespace millrace::tools::web::plant {
 
-/// An empty text, and channel 0, take everything.
+/// An empty text and channel 0 match everything.
 struct DataFilter {
   std::string machine{};
   std::uint16_t channel = 0;
   std::string group{};
-  /// Of a longer array the first ones are told, and how many there are ("elements").
+  /// Of a longer array only the first elements are returned, with their total number ("elements").
   std::size_t most_elements = std::numeric_limits<std::size_t>::max();
 };
 
-/// One line over time that somebody wants.
+/// A requested line over time.
 struct Wanted {
   /// "1/axes/V.A.ACT_POS.X": channel, group and name.
   std::string variable{};
-  /// What he has until then; zero = nothing.
+  /// The reader has the line up to this time; zero = nothing.
   fabric::Time since{};
 };
 
 class DataStore {
  public:
-  /// Whoever is on the fabric can tell what he likes.
+  /// Any participant can publish anything, so everything is limited.
   struct Limits {
     std::size_t groups = 1'000;
     std::size_t variables = 10'000;
-    /// Of all lines together; each has an equal share, 7,200 at most. 24 MiB.
+    /// Of all lines together; each has an equal share of at most 7,200. 24 MiB.
     std::size_t points = 1'500'000;
-    /// Of texts and arrays, the last values of each; 4 MiB.
+    /// Of texts and arrays: the last values of each; 4 MiB.
     std::size_t changes = 20'000;
-    /// A sample that is larger is left out, and so is who comes when all of them take this much.
+    /// Larger samples are left out, and so are new groups when all together take this much.
     std::size_t bytes_of_group = std::size_t{1} << 20U;
     std::size_t bytes = std::size_t{16} << 20U;
   };
@@ -59,37 +59,37 @@ class DataStore {
   DataStore() : DataStore(Limits{}) {}
   explicit DataStore(Limits limits) : limits_(limits) {}
 
-  /// Without values: nobody tells of the group any more.
+  /// A sample without values removes the group.
   void add(const fabric::DataSample& sample, fabric::Time received);
-  /// No gateway of the machine is heard: from now on nobody knows.
+  /// The machine has lost its gateway: all values are unknown from `now` on.
   void silence(const std::string& machine, fabric::Time now);
-  /// A gateway of the machine is heard again. A gateway sends a group only when a value changes. So
-  /// the last values hold if it is the `same` gateway; another gateway sends all of its groups.
+  /// The machine has a gateway again. A gateway sends a group only when a value changes. So the
+  /// last values hold if it is the `same` gateway; another gateway sends all of its groups.
   void end_silence(const std::string& machine, bool same, fabric::Time now);
-  /// Groups that nobody has told of for as long as lines are kept.
+  /// Drops groups without a sample for as long as lines are kept.
   void forget_old(fabric::Time now);
 
   /// An object for each group, with the fields of `millrace data --json`.
   [[nodiscard]] boost::json::array samples(const DataFilter& filter) const;
-  /// {time, series}: of each that is known the points since then, and what it is now.
+  /// {time, series}: of each known line the points since then, and its present value.
   [[nodiscard]] boost::json::object history(const std::string& machine,
                                             const std::vector<Wanted>& wanted,
                                             fabric::Time now) const;
 
   [[nodiscard]] std::size_t groups() const { return groups_.size(); }
   [[nodiscard]] std::size_t variables() const { return variables_; }
-  /// Groups that found no room, counted once until they are gone.
+  /// Groups that were left out, counted once until they are gone.
   [[nodiscard]] std::size_t left_out() const { return left_out_.size(); }
 
-  /// Adds the machines that there are groups of.
+  /// Adds the machines that have groups.
   void add_machines(std::set<std::string>& names) const;
-  /// How many values there are of each quality, by machine.
+  /// The number of values of each quality, by machine.
   [[nodiscard]] std::map<std::pair<std::string, fabric::Quality>, std::size_t> qualities() const;
-  /// What is told of message queues; valid until the next entry.
+  /// The groups of message queues; valid until the next entry.
   [[nodiscard]] std::vector<const fabric::DataSample*> queues() const;
 
  private:
-  /// What a text or an array was from then on.
+  /// The value of a text or an array from a time on.
   struct Change {
     fabric::Time at{};
     std::string text{};
@@ -102,9 +102,9 @@ class DataStore {
     fabric::DataSample last{};
     fabric::Time received{};
     std::size_t bytes = 0;
-    /// Nobody tells of it any more.
+    /// The group was removed.
     bool is_gone = false;
-    /// It is gone because no gateway of its machine is heard.
+    /// Unknown because the machine has no gateway.
     bool is_silent = false;
     std::map<std::string, Variable> variables{};
   };
@@ -121,7 +121,7 @@ class DataStore {
 
   Limits limits_;
   std::map<Key, Group> groups_;
-  /// With when it was heard last.
+  /// With the time of the last sample.
   std::map<Key, fabric::Time> left_out_;
   std::size_t variables_ = 0;
   std::size_t bytes_ = 0;

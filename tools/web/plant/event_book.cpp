@@ -10,7 +10,7 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// All machines of a gateway go within this time.
+/// All machines of a gateway disappear within this time.
 constexpr auto gateway_goes_within = std::chrono::seconds(30);
 
 std::string_view after(std::string_view text, std::string_view begin) {
@@ -80,7 +80,7 @@ void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
   if (news.change != recording::Change::gone || known == live.instances().end()) {
     return;
   }
-  // Of one that is gone the news has nothing but its id.
+  // The news about an instance that is gone has nothing but its id.
   const fabric::InstanceIdentity& was = known->second.identity;
   const auto of_service = std::ranges::count_if(
       live.instances(), [&](const auto& one) { return one.second.identity.uuid == was.uuid; });
@@ -94,7 +94,8 @@ void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
        .last = of_service == 1});
 }
 
-/// When an instance started it says itself, also one that was there before this server.
+/// The instance publishes its own start time, so this holds for those that are older than the
+/// server.
 void EventBook::add(const fabric::InstanceStatus& status, const bus::FabricModel& live) {
   const auto known = live.instances().find(status.instance);
   if (known == live.instances().end() || known->second.status || status.started == fabric::Time{}) {
@@ -126,12 +127,12 @@ void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel&
                   status.claimed == fabric::Time{} ? status.since : status.claimed);
     }
   }
-  // One that stands by has no connection, and needs none.
+  // A gateway that stands by has no connection and needs none.
   const bool has_another = std::ranges::any_of(live.machines(), [&](const auto& one) {
     return one.second.machine == status.machine && one.second.gateway != status.gateway &&
            one.second.connected;
   });
-  // A gateway that has just started is about to connect: only what it had and lost is news.
+  // A gateway that has just started is about to connect: only a lost connection is news.
   if (!was_heard || status.connected == known->second.connected || has_another ||
       (status.connected && !was_told_down(status))) {
     return;
@@ -189,7 +190,7 @@ void EventBook::add(const fabric::Event& event) {
 }
 
 void EventBook::add(const fabric::ProgramEvent& event) {
-  // Another gateway tells again of an error that still stands.
+  // A new gateway repeats an error that still stands.
   if (event.kind != fabric::ProgramEventKind::aborted || event.replayed ||
       std::ranges::any_of(events_, [&](const PlantEvent& each) {
         return each.kind == "program aborted" && each.at == event.at &&
@@ -211,7 +212,7 @@ void EventBook::add(const recording::AlarmNews& news, fabric::Time at,
   const bool was_problem =
       known != live.alarms().end() && known->second.level == fabric::AlarmLevel::problem;
   const bool is_problem = !news.over && news.alarm.level == fabric::AlarmLevel::problem;
-  // What a gateway says of a lost service stands with the instance that ended.
+  // The alarm about a lost service is shown with the instance that ended.
   if (was_problem == is_problem || news.alarm.key.kind == "service") {
     return;
   }

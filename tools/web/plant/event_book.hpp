@@ -1,6 +1,5 @@
-// What has happened on the fabric, in words of one line: an instance started or ended, a gateway
-// went, a program was aborted, a call needed an operator, and who answered it. Pure.
-//
+// Events on the fabric, one line each: an instance started or ended, a gateway disappeared, a
+// program was aborted, a call was blocked, an operator answered it. Pure.
 //   events.add(entry, live);                           // before `live` gets the entry
 //   events.list(100)                                   // the newest first
 //   for (auto& event : events.take()) …                // those that are new or have changed since
@@ -27,21 +26,21 @@ struct PlantEvent {
   fabric::Time at{};
   /// As the page names it: "instance started", "call held", …
   std::string_view kind{};
-  /// Of a gateway, all of its machines.
+  /// For a gateway, all of its machines.
   std::vector<std::string> machines{};
   std::uint16_t channel = 0;
   fabric::CallId call{};
   std::string uuid{};
-  /// Of the instance, the gateway or the program.
+  /// Name of the instance, the gateway or the program.
   std::string name{};
   std::string host{};
   std::uint32_t pid = 0;
   /// Which instance, gateway or program.
   fabric::InstanceId who{};
-  /// An instance that ended was the last of its service.
+  /// The instance that ended was the last of its service.
   bool last = false;
   std::uint32_t error = 0;
-  /// Why, or who: a text of the fabric.
+  /// The reason or the person: a text of the fabric.
   std::string text{};
 };
 
@@ -49,16 +48,16 @@ class EventBook {
  public:
   static constexpr std::size_t most_events = 500;
 
-  /// Takes what `entry` changes, compared with what `live` knows before it gets the entry.
+  /// Derives events from `entry` and the state in `live` before it.
   void add(const recording::Entry& entry, const bus::FabricModel& live);
 
-  /// Somebody has taken a cause of this name.
+  /// A user has acknowledged the cause `name`.
   void add_acknowledgement(const std::string& name, const std::string& by, const std::string& note,
                            fabric::Time at);
 
   /// The newest first, at most `most`.
   [[nodiscard]] boost::json::array list(std::size_t most) const;
-  /// Events that take() has not returned yet, the oldest first.
+  /// New or changed events since the last call of take(), the oldest first.
   boost::json::array take();
   [[nodiscard]] bool has_news() const { return !news_.empty(); }
 
@@ -66,7 +65,7 @@ class EventBook {
   void add(const recording::InstanceNews& news, fabric::Time at, const bus::FabricModel& live);
   void add(const fabric::InstanceStatus& status, const bus::FabricModel& live);
   void add(const fabric::MachineStatus& status, const bus::FabricModel& live);
-  /// The last event of this link is that it went down.
+  /// The last event of this link is that the connection was lost.
   [[nodiscard]] bool was_told_down(const fabric::MachineStatus& status) const;
   void add(const fabric::ChannelStatus& status, const bus::FabricModel& live);
   void add(const fabric::Event& event);

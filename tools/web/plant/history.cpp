@@ -11,7 +11,7 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// More durations than this do not make a percentile better.
+/// More durations do not improve a percentile.
 constexpr std::size_t most_durations = 8'192;
 
 float share_of(std::vector<std::chrono::nanoseconds>& values, double share) {
@@ -29,7 +29,7 @@ boost::json::value rounded(float value) {
   if (value < 0) {
     return nullptr;
   }
-  // Thousandths are enough for a line, and short.
+  // Three decimals are enough for a line, and short.
   return static_cast<double>(std::lround(value * 1000.0F)) / 1000.0;
 }
 

@@ -1,4 +1,4 @@
-// Calls, errors, times and load over the last half hour, in steps: for lines over time. Pure.
+// Calls, errors, durations and load of the last half hour, in steps, for lines over time. Pure.
 //
 //   history.add_call(uuid, instance, channel, duration, failed);
 //   history.step(running);                              // every `step_length`
@@ -23,15 +23,15 @@ class History {
  public:
   static constexpr std::chrono::seconds step_length{5};
   static constexpr std::size_t most_steps = 360;
-  /// Of so many services and instances there are lines; one that crashes at each start is a new one
+  /// Limit for the lines of services and instances: an instance that crashes at each start adds one
   /// each time.
   static constexpr std::size_t most_lines = 1'000;
 
   void add_call(const std::string& uuid, const fabric::InstanceId& instance,
                 const fabric::ChannelKey& channel, std::optional<std::chrono::nanoseconds> duration,
                 bool failed);
-  /// Ends a step at `now`. `running`: the calls that each instance has; who is not in it is gone,
-  /// and its line goes when nothing of it is left to show.
+  /// Ends a step at `now`. `running`: the number of calls of each instance. An instance that is not
+  /// in it is gone; its line is dropped when none of its points remain.
   void step(fabric::Time now, const std::map<fabric::InstanceId, std::uint32_t>& running);
 
   /// {step_ms, end, totals, services, instances, served}.
@@ -54,7 +54,7 @@ class History {
 
     void add(std::optional<std::chrono::nanoseconds> duration, bool failed);
     void step(std::optional<std::uint32_t> running);
-    /// Nothing happened in all of its points.
+    /// All of its points are empty.
     [[nodiscard]] bool is_empty() const;
     [[nodiscard]] boost::json::object json() const;
   };

@@ -1,4 +1,4 @@
-// Plant: the objects that a page is told.
+// The JSON objects of PlantModel.
 #include "fabric/channel_scope.hpp"
 #include "tools/print/alarm_text.hpp"
 #include "tools/print/call_text.hpp"
@@ -148,7 +148,7 @@ boost::json::object PlantModel::json_of(const EndedCall& ended) const {
   boost::json::object out = print::json_of(ended.call);
   out["failed"] = ended.failed;
   out["result"] = ended.result();
-  // Of the instance that had it, as it was called then, whoever serves the UUID by now.
+  // The name at the time of the call; the UUID may have another service now.
   const std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
                                                             : print::utf8(ended.call.instance_name);
   if (!name.empty()) {
@@ -200,7 +200,7 @@ boost::json::array PlantModel::machines() const {
   return out;
 }
 
-/// Of one that is gone nothing is left but its name, and where it was heard last.
+/// For a machine that is gone, only its name and the place of its last heartbeat remain.
 boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status) const {
   boost::json::object machine;
   print::put_fields(machine, status);

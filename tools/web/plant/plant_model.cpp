@@ -10,9 +10,9 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// Names of services that are gone are kept for the calls that name them, but not without end.
+/// Names of services that are gone are kept for calls that refer to them; this is the limit.
 constexpr std::size_t most_names = 4'096;
-/// How often the figures of what moves are told.
+/// Pause between updates of figures that change all the time.
 constexpr auto pause_of_figures = std::chrono::seconds(1);
 
 bool goes_by_itself(fabric::ChannelState state) {
@@ -73,7 +73,7 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
 
 void PlantModel::add(const fabric::Alarm& alarm) {
   const auto known = live_.alarms().find(alarm.key);
-  // It is said again and again while it holds.
+  // An alarm is repeated while it holds.
   if (known == live_.alarms().end() || known->second != alarm) {
     live_.add(alarm);
     mark_all_of_gateway(alarm.key.responder);
@@ -106,7 +106,7 @@ void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
   events_.add_acknowledgement(acknowledgement.name, acknowledgement.by, acknowledgement.note, at);
 }
 
-/// It may say why its machines' calls are left alone.
+/// The gateway may have published why it leaves its machines' calls alone.
 void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
   for (const auto& [key, status] : live_.machines()) {
     if (key.second == gateway) {
@@ -147,7 +147,7 @@ void PlantModel::add_news(const recording::InstanceNews& news) {
   }
 }
 
-/// Channels whose calls want its service: there is one more or less for them.
+/// Marks the channels whose calls need this service: the number of its instances has changed.
 void PlantModel::mark_callers_of(const recording::InstanceNews& news) {
   const auto gone = live_.gone().find(news.identity.id);
   const std::string& uuid = news.change == recording::Change::gone && gone != live_.gone().end()
@@ -188,7 +188,7 @@ void PlantModel::mark_all_of(const std::string& machine) {
   for (auto channel = live_.channels().lower_bound({machine, 0});
        channel != live_.channels().end() && channel->first.machine.starts_with(machine);
        ++channel) {
-    // Also those of its message queues, "cnc.ALARMS".
+    // Also the channels of its message queues, "cnc.ALARMS".
     if (fabric::machine_of(channel->first.machine) == machine) {
       channels_changed_.insert(channel->first);
     }
@@ -252,7 +252,7 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   std::erase_if(channels_changed_, [&](const fabric::ChannelKey& key) {
     const auto channel = live_.channels().find(key);
     if (channel == live_.channels().end()) {
-      return true;  // A tool called in the name of a channel that no gateway has told of.
+      return true;  // A tool called in the name of a channel that no gateway has published.
     }
     if (may_wait(key, now)) {
       return false;
@@ -294,7 +294,7 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   put("calls", std::move(calls));
   put("events", events_.take());
   if (std::exchange(alarms_changed_, false)) {
-    // All of them: there are few, and who misses one that is taken back would show it for ever.
+    // All of them: there are few, and a page that missed a removal would show an alarm for ever.
     out["alarms"] = alarms();
   }
   if (std::exchange(acknowledged_changed_, false)) {
@@ -326,7 +326,7 @@ boost::json::array PlantModel::take_calls(std::uint64_t& skipped) {
   calls_ended_.clear();
   if (ended.size() > calls_in_change) {
     skipped = ended.size() - calls_in_change;
-    // Failed ones and those with another state first, then the newest of the others.
+    // Failed calls and those with another state first, then the newest of the others.
     std::ranges::reverse(ended);
     std::ranges::stable_partition(
         ended, [](const EndedCall* call) { return call->failed || call->other_state; });

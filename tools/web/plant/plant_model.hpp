@@ -1,10 +1,10 @@
-// What a page is told of the plant: all of it once, then what has changed. Pure.
+// What a page gets about the plant: a snapshot, then changes. Pure.
 //
 //   plant.add(entry, now);                              // each entry of an observer, as it comes
-//   plant.snapshot(now)                                 // for who is new
-//   if (auto changes = plant.changes(now)) …            // some times a second, for all others
+//   plant.snapshot(now)                                 // for a new page
+//   if (auto changes = plant.changes(now)) …            // several times a second, for all pages
 //
-// The objects have the fields of the commands' --json, and some more (docs/how-to/monitor.md).
+// The objects have the fields of the commands' --json, and more (docs/how-to/monitor.md).
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,6 @@
 
 namespace millrace::tools::web::plant {
 
-/// Who tells it: the server.
 struct About {
   std::string version{};
   std::string host{};
@@ -41,12 +40,12 @@ struct About {
   bool actions = false;
 };
 
-/// Somebody has taken a cause that the page shows.
+/// A user has acknowledged a cause that the page shows.
 struct Acknowledgement {
-  /// As the page tells causes apart, and what it calls it.
+  /// The page's key of the cause, and its name on the page.
   std::string cause{};
   std::string name{};
-  /// Since when the cause is there, as the page has it.
+  /// When the cause began, as the page has it.
   std::string since{};
   std::string by{};
   std::string note{};
@@ -54,16 +53,16 @@ struct Acknowledgement {
 
 class PlantModel {
  public:
-  /// Calls that a snapshot has, and at most so many a change.
+  /// Limits for the calls in a snapshot and in a change.
   static constexpr std::size_t calls_in_snapshot = 200;
   static constexpr std::size_t calls_in_change = 50;
   static constexpr std::size_t events_in_snapshot = 100;
   static constexpr std::size_t most_acknowledged = 100;
-  /// A change is told at least this often, as a sign of life.
+  /// Longest time between two changes; they are the heartbeat for pages.
   static constexpr std::chrono::seconds heartbeat{2};
-  /// An instance that is gone is shown this long, to whoever opens the page, too.
+  /// An instance that is gone is shown this long, also on pages that are opened later.
   static constexpr std::chrono::minutes kept_gone{15};
-  /// A channel that goes from call to call is told this often; one that needs somebody, at once.
+  /// Pause between updates of a busy channel; a channel that needs attention is sent at once.
   static constexpr std::chrono::milliseconds pause_of_a_busy_channel{500};
 
   explicit PlantModel(About about, NormalStates normal = {})
@@ -71,16 +70,16 @@ class PlantModel {
 
   /// The call that ends with this entry; valid until the next one.
   const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
-  /// What a program says of itself, and that it does not any more.
+  /// A new or withdrawn alarm.
   void add(const fabric::Alarm& alarm);
   void take_back(const fabric::AlarmKey& key);
-  /// Takes the place of an earlier one of the same cause. Whether the cause is over the page knows.
+  /// Replaces an earlier one of the same cause. The page knows whether the cause still exists.
   void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
-  /// What the bus counted.
+  /// Counters of the observer.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 
   [[nodiscard]] boost::json::object snapshot(const fabric::Moment& now) const;
-  /// What is new since the last time; nothing if nothing is and the heartbeat is not due.
+  /// Changes since the last call; nothing if there are none and no heartbeat is due.
   std::optional<boost::json::object> changes(const fabric::Moment& now);
 
   [[nodiscard]] boost::json::object about(const fabric::Moment& now) const;
@@ -97,11 +96,11 @@ class PlantModel {
   [[nodiscard]] boost::json::object history() const { return history_.json(); }
   [[nodiscard]] const bus::FabricModel& live() const { return live_; }
   [[nodiscard]] const CallStore& call_store() const { return calls_; }
-  /// Who looks at them asks for them: a snapshot and changes say how many there are.
+  /// Pages request data themselves: snapshots and changes have only the numbers of groups.
   [[nodiscard]] const DataStore& data() const { return data_; }
   [[nodiscard]] const ProgramStore& programs() const { return programs_; }
 
-  /// As a call is shown wherever it is.
+  /// The same object for all lists of calls.
   [[nodiscard]] boost::json::object json_of(const EndedCall& call) const;
 
  private:
@@ -110,7 +109,7 @@ class PlantModel {
   void add_news(const recording::InstanceNews& news);
   void add_link(const fabric::MachineStatus& status, bool begins_anew, fabric::Time received);
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
-  /// It is the first that a gateway tells of its machine, which another one had before.
+  /// The machine had another gateway before this first sample.
   [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;
   void mark_all_of_gateway(const fabric::InstanceId& gateway);
   void mark_callers_of(const recording::InstanceNews& news);
@@ -118,11 +117,11 @@ class PlantModel {
   void mark_what_moves(const fabric::Moment& now);
   void end_steps(const fabric::Moment& now);
   [[nodiscard]] bool may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const;
-  /// It is the machine's former gateway: one that is gone while another one is there.
+  /// The gateway is gone, and the machine has another one.
   [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
   [[nodiscard]] boost::json::object machine_json(const fabric::MachineStatus& status) const;
   [[nodiscard]] std::string_view link_of(const std::string& machine) const;
-  /// What all its instances are called; nothing where they have names of their own.
+  /// The common name of all its instances; nothing where their names differ.
   [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
   [[nodiscard]] boost::json::object channel_json(const fabric::ChannelStatus& status,
                                                  const fabric::Moment& now) const;
@@ -139,24 +138,24 @@ class PlantModel {
   EventBook events_;
   boost::json::array acknowledged_;
   History history_;
-  /// By UUID: what its last instance was called, for services that have none any more.
+  /// By UUID: the name of the last instance, for services without instances.
   std::map<std::string, std::string> service_names_;
   std::map<fabric::ChannelKey, Throughput> channel_pace_;
   std::map<fabric::InstanceId, Throughput> instance_pace_;
-  /// What was left alone last on a channel, which is no call: nobody tells of its text again.
+  /// The last request on a channel that did not become a call. Its text is not published again.
   std::map<fabric::ChannelKey, fabric::Event> left_;
-  /// Whose figures change although nothing is told of them.
+  /// Channels whose figures change without a new sample.
   std::set<fabric::ChannelKey> moving_channels_;
   std::set<fabric::InstanceId> moving_instances_;
   Throughput throughput_;
   std::uint64_t ended_ = 0;
   std::uint64_t failed_ = 0;
   std::uint64_t other_states_ = 0;
-  /// By instance, since this is there.
+  /// By instance, since the start of this server.
   std::map<fabric::InstanceId, std::uint64_t> other_states_of_;
   fabric::observer::Counts counts_;
 
-  // What nobody was told yet.
+  // Not sent to pages yet.
   std::set<MachineKey> machines_changed_;
   std::set<fabric::ChannelKey> channels_changed_;
   std::set<fabric::InstanceId> services_changed_;

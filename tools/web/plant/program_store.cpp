@@ -22,7 +22,7 @@ bool is_end(ProgramEventKind kind) {
 void ProgramStore::add(const ProgramEvent& event, fabric::Time received) {
   const auto known = channels_.find(event.key);
   if (known == channels_.end() && channels_.size() >= limits_.channels) {
-    // The one of which nobody has told for longest makes room.
+    // The channel that is silent for longest makes room.
     channels_.erase(std::ranges::min_element(
         channels_, {}, [](const auto& each) { return each.second.received; }));
   }
@@ -33,7 +33,7 @@ void ProgramStore::add(const ProgramEvent& event, fabric::Time received) {
     return;
   }
   Run& run = run_of(channel, event);
-  // What was known of it is not forgotten where an event does not say it again.
+  // Fields that an event leaves out keep their values.
   ProgramEvent told = event;
   if (told.program.empty()) {
     told.program = run.event.program;
@@ -57,7 +57,7 @@ void ProgramStore::add(const ProgramEvent& event, fabric::Time received) {
   }
 }
 
-/// What a gateway tells of a run that was aborted: that its error is cleared, or that it found it.
+/// The event reports about an aborted run: its error is cleared, or a gateway has found it.
 bool ProgramStore::is_about_an_aborted_run(Channel& channel, const ProgramEvent& event) {
   if (channel.runs.empty() || channel.runs.back().event.kind != ProgramEventKind::aborted) {
     return false;
@@ -81,7 +81,7 @@ ProgramStore::Run& ProgramStore::run_of(Channel& channel, const ProgramEvent& ev
   const bool goes_on = !runs.empty() && !runs.back().ended &&
                        event.kind != ProgramEventKind::started &&
                        runs.back().event.started == event.started;
-  // A gateway tells its last event again to who finds it anew.
+  // A gateway repeats its last event for a new reader.
   const bool is_told_again = !runs.empty() && runs.back().event.kind == event.kind &&
                              runs.back().event.started == event.started &&
                              runs.back().event.at == event.at;
@@ -89,7 +89,7 @@ ProgramStore::Run& ProgramStore::run_of(Channel& channel, const ProgramEvent& ev
     return runs.back();
   }
   if (!runs.empty() && !runs.back().ended) {
-    // Its end was not told.
+    // Its end was not published.
     runs.back().is_unknown = true;
   }
   runs.emplace_back();
@@ -167,7 +167,7 @@ boost::json::object ProgramStore::json_of(const Run& run) {
   const ProgramEvent& event = run.event;
   boost::json::object out;
   print::put_program(out, event);
-  // "event" and "at" are of the last event; a run has a state and an end.
+  // "event" and "at" belong to the last event; a run has a state and an end.
   out.erase("event");
   out.erase("at");
   if (!run.ended) {

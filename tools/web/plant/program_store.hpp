@@ -1,5 +1,5 @@
-// The programs of channels: what was told last of each, and the runs of the last time, put together
-// from events. Pure.
+// NC programs of channels: the last event of each, and the runs of the last time, assembled from
+// events. Pure.
 //
 //   store.add(event, received);                          // each, as it comes
 //   store.last({.machine = "press"})                     // as `millrace programs --json`
@@ -22,7 +22,7 @@
 
 namespace millrace::tools::web::plant {
 
-/// An empty text, and channel 0, take everything.
+/// An empty text and channel 0 match everything.
 struct ProgramFilter {
   std::string machine{};
   std::uint16_t channel = 0;
@@ -31,9 +31,9 @@ struct ProgramFilter {
 class ProgramStore {
  public:
   struct Limits {
-    /// Whoever is on the fabric can tell what he likes.
+    /// Any participant can publish anything, so everything is limited.
     std::size_t channels = 1'000;
-    /// Of each, and of one run so many times that it was held.
+    /// Runs of each channel, and holds of each run.
     std::size_t runs = 200;
     std::size_t holds = 20;
   };
@@ -42,30 +42,29 @@ class ProgramStore {
   explicit ProgramStore(Limits limits) : limits_(limits) {}
 
   void add(const fabric::ProgramEvent& event, fabric::Time received);
-  /// No gateway of the machine is heard: what becomes of the runs that are under way nobody knows.
+  /// The machine has no gateway: the fate of its open runs is unknown.
   void silence(const std::string& machine);
-  /// The gateway that told of them last is heard again. It tells of changes only, so what it told
-  /// last still holds.
+  /// The former gateway is back. It publishes changes only, so its last event still holds.
   void end_silence(const std::string& machine);
-  /// Another gateway has the machine: an error that still stands it tells again.
+  /// Another gateway has the machine: it repeats an error that still stands.
   void begin_anew(const std::string& machine);
 
-  /// What the channel's program is doing, as far as somebody should know of it.
+  /// The state of the channel's program, as far as it is of interest.
   struct Condition {
     enum class Kind : std::uint8_t { runs, stands, aborted };
     Kind kind = Kind::runs;
     fabric::ProgramEvent event{};
   };
-  /// Nothing where no program runs and none was aborted, or nobody knows.
+  /// Nothing where no program runs and none was aborted, or the state is unknown.
   [[nodiscard]] std::optional<Condition> condition(const fabric::ChannelKey& key) const;
 
   /// The last event of each channel, with the fields of `millrace programs --json`.
   [[nodiscard]] boost::json::array last(const ProgramFilter& filter) const;
   /// {runs, more}: the newest first, at most `most`.
   [[nodiscard]] boost::json::object runs(const ProgramFilter& filter, std::size_t most) const;
-  /// Adds the machines that programs are told of.
+  /// Adds the machines with program events.
   void add_machines(std::set<std::string>& names) const;
-  /// Channels of which a program was told.
+  /// Number of channels with program events.
   [[nodiscard]] std::size_t channels() const { return channels_.size(); }
 
  private:
@@ -74,13 +73,13 @@ class ProgramStore {
     std::optional<fabric::Time> to{};
   };
   struct Run {
-    /// As told last.
+    /// The last event.
     fabric::ProgramEvent event{};
     std::optional<fabric::Time> ended{};
     bool is_unknown = false;
-    /// It was aborted, and somebody has cleared the error since.
+    /// Aborted, and the error has been cleared since.
     bool is_cleared = false;
-    /// Its gateway is gone; the next one has not told of it yet.
+    /// Its gateway is gone, and the next one has not published it yet.
     bool is_stale = false;
     std::deque<Hold> holds{};
   };
@@ -93,7 +92,7 @@ class ProgramStore {
 
   static bool is_about_an_aborted_run(Channel& channel, const fabric::ProgramEvent& event);
   Run& run_of(Channel& channel, const fabric::ProgramEvent& event) const;
-  /// Of each channel of the machine that has a run.
+  /// Applies `change` to each channel of the machine that has a run.
   template <typename Change>
   void for_last_run(const std::string& machine, const Change& change);
   [[nodiscard]] static bool takes(const ProgramFilter& filter, const fabric::ChannelKey& key);

@@ -38,7 +38,7 @@ void Series::thin_out(fabric::Time at) {
     return;
   }
   const auto less = [](const Point& a, const Point& b) {
-    // What is not known is neither the lowest nor the highest.
+    // NaN is neither the lowest nor the highest.
     return !std::isnan(a.value) && (std::isnan(b.value) || a.value < b.value);
   };
   const auto lowest = std::min_element(first, points_.end(), less);

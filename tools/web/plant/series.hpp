@@ -1,10 +1,10 @@
-// What one number of a machine was over the last minutes: a point where it changed, and how long it
-// was known. Pure.
+// One number of a machine over the last minutes: a point for each change, and when it was unknown.
+// Pure.
 //
 //   series.add(at, 12.5, most);
-//   series.add(at, Series::unknown, most);             // from then on nobody knows
+//   series.add(at, Series::unknown, most);             // unknown from then on
 //
-// Between two points it was as the first of them says, since a gateway tells what changes.
+// A value holds until the next point, since gateways publish changes only.
 #pragma once
 
 #include <chrono>
@@ -25,15 +25,15 @@ class Series {
   };
 
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  /// What is older is forgotten, but for what it was when that time began.
+  /// Older points are dropped, except the one that holds at the beginning of this time.
   static constexpr std::chrono::minutes kept{10};
-  /// Of what changes faster the lowest, the highest and the last of each such time are kept: what a
-  /// plot of some hundred points shows.
+  /// Of faster changes only the lowest, the highest and the last value within this time are kept:
+  /// as much as a plot of some hundred points shows.
   static constexpr std::chrono::milliseconds grain{250};
   static constexpr std::size_t most_in_a_grain = 3;
 
-  /// Of more than `most` points the first ones go. Where the clock went back, what is after `at`
-  /// goes.
+  /// Beyond `most` points the oldest are dropped. If the clock was set back, points after `at` are
+  /// dropped.
   void add(fabric::Time at, double value, std::size_t most);
   void forget_before(fabric::Time time);
   void shorten_to(std::size_t most);

@@ -33,7 +33,7 @@ boost::json::array ServedChannels::json(double step_seconds) const {
     if (out.size() == most) {
       break;
     }
-    // Thousandths are enough for a table, and short.
+    // Three decimals are enough for a table, and short.
     out.push_back(
         boost::json::object{{"instance", pair.first.to_string()},
                             {"machine", print::utf8(pair.second.machine)},

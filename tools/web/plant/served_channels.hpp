@@ -1,4 +1,4 @@
-// Which instance has answered the calls of which channel in the last minute. Pure.
+// Which instances answered the calls of which channels in the last minute. Pure.
 //
 //   served.add(instance, channel);
 //   served.step();                                      // every History::step_length
@@ -31,7 +31,7 @@ class ServedChannels {
 
  private:
   using Pair = std::pair<fabric::InstanceId, fabric::ChannelKey>;
-  /// Calls in the current step, and in each ended one.
+  /// Calls of the current step, and of each ended one.
   std::map<Pair, std::uint32_t> now_;
   std::deque<std::map<Pair, std::uint32_t>> ended_;
 };

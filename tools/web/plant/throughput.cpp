@@ -7,10 +7,10 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// A burst that is younger says nothing of a second yet.
+/// Shorter bursts do not allow a rate per second.
 constexpr std::chrono::nanoseconds shortest = std::chrono::seconds(1);
 
-/// The value that `share` of the values do not exceed. Reorders them; at least one is there.
+/// The value that `share` of the values do not exceed. Reorders them; needs at least one.
 std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& values, double share) {
   const auto rank = static_cast<std::size_t>(static_cast<double>(values.size()) * share);
   const auto place =

@@ -1,4 +1,4 @@
-// How many calls end, how many of them fail, and how long they take: over the last seconds. Pure.
+// Number of calls, of failures, and durations over the last seconds. Pure.
 //
 //   throughput.add(now, call.duration(), call_failed);
 //   throughput.figures(now).per_second
@@ -15,24 +15,24 @@ namespace millrace::tools::web::plant {
 struct Figures {
   double per_second = 0;
   double errors_per_second = 0;
-  /// None without a call whose duration is known.
+  /// Nothing without a call of known duration.
   std::optional<std::chrono::nanoseconds> p50{};
   std::optional<std::chrono::nanoseconds> p99{};
   std::optional<std::chrono::nanoseconds> mean{};
 };
 
-/// Of one channel, one instance, one service, or all.
+/// Of one channel, one instance, one service, or all together.
 class Throughput {
  public:
-  /// Of so many calls each one is remembered; more than that is more than anybody serves.
+  /// Limit of remembered calls; more than any service handles within the window.
   static constexpr std::size_t most = 100'000;
 
-  /// What is older than `window` counts no more.
+  /// Calls older than `window` do not count.
   explicit Throughput(std::chrono::nanoseconds window = std::chrono::seconds(10))
       : window_(window) {}
 
   void add(fabric::SteadyTime now, std::optional<std::chrono::nanoseconds> duration, bool failed);
-  /// Per second of the window, or of the time since the first call if that is less.
+  /// Per second of the window, or since the first call if that is shorter.
   [[nodiscard]] Figures figures(fabric::SteadyTime now) const;
   /// Whether a call is in the window.
   [[nodiscard]] bool is_moving(fabric::SteadyTime now) const;

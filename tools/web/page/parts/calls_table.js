@@ -1,4 +1,4 @@
-// A list of calls: time, channel, service, request, answer, how long, who, what came of it. A row opens its timeline.
+// A list of calls: time, channel, service, request, response, duration, instance, result. A row opens its timeline.
 import { channelName } from '../model.js';
 import { element, Keyed } from '../dom.js';
 import { shape } from '../shapes.js';
@@ -44,7 +44,7 @@ function callRow(call, hrefOf, dayOf) {
       call.detail && element('span', { class: 'detail', lang: 'en' }, ` ${visible(call.detail)}`)));
 }
 
-/** What the list lacks, in a row of its own. */
+/** A row for missing calls. */
 function missingRow(missing) {
   const lacks = missing.gap ? text.gap(clock(missing.gap.from), clock(missing.gap.to)) : text.skipped(missing.skipped);
   return element('tr', { class: 'missing', 'data-missing': missing.gap ? 'gap' : 'skipped' },
@@ -64,14 +64,14 @@ function keyOfRow(row) {
   return `${missingKeys.get(row)} ${row.skipped ?? ''}`;
 }
 
-/** { node, show(calls) }; `hrefOf(call)` is where a row leads, `dayOf()` today's time, where days may differ. */
+/** { node, show(calls) }; `hrefOf(call)` is the link of a row, `dayOf()` today's time, where days may differ. */
 export function callsTable(hrefOf, dayOf = null) {
   const body = element('tbody');
   const node = element('table', { class: 'calls' },
     element('caption', { class: 'for-readers' }, text.title),
     tableHead(columns, text.columns),
     body);
-  // The whole row is as good as its link.
+  // A click anywhere in the row follows its link.
   body.addEventListener('click', (event) => {
     const row = event.target.closest('tr[data-call]');
     if (row && !event.target.closest('a') && String(getSelection()) === '') {
@@ -87,14 +87,13 @@ export function callsTable(hrefOf, dayOf = null) {
   };
 }
 
-/** What came of them; `chosen` is one of the words of /api/calls, or empty. */
+/** A selection of results; `chosen` is a result of /api/calls, or empty. */
 export function resultChooser(chosen, changed) {
   const result = chooser(text.columns.result, chosen, changed);
   result.show(Object.entries(text.results));
   return result;
 }
 
-/** How many rows are calls. */
 export function countCalls(rows) {
   return rows.filter((row) => row.call).length;
 }

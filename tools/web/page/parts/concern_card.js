@@ -1,11 +1,11 @@
-// One cause that needs attention, in two or three lines: what, where, since when, why, who acts, what to do.
+// A cause that needs attention, in two or three lines: state, place, time, reason, person in charge, action.
 import { acknowledgementOf, concernName, isOfProgram, otherChannels } from '../attention.js';
 import { element, setAttribute, setText, slot } from '../dom.js';
 import { age, clock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
 import { reasonOf, said, stateMark, visible } from './marks.js';
 
-/** The command lines that do what the advice says. */
+/** Command lines for the advice. */
 function commandsOf(concern) {
   const where = concernName(concern);
   return concern.kind === 'held'
@@ -17,7 +17,7 @@ function quoted(word) {
   return /^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
-/** What it is about: service and request, the NC program with its error, or nothing. */
+/** The subject: service and request, the NC program with its error, or nothing. */
 function subjectOf(concern) {
   const [channel] = concern.channels;
   if (!channel || concern.kind === 'gone' || concern.kind === 'link down' || concern.kind === 'journal') {
@@ -30,7 +30,7 @@ function subjectOf(concern) {
   return [visible(channel.service || channel.uuid), channel.request !== undefined && [' ', said(channel.request)]];
 }
 
-/** The last instance of the service that a concern is about, where that is known. */
+/** The last instance of the service, where it is known. */
 function lastInstanceOf(app, concern) {
   const uuid = concern.kind === 'unserved' ? concern.channels[0]?.uuid?.toLowerCase() : undefined;
   return uuid && [...app.model.services.values()].filter((service) => service.uuid === uuid && service.goneAt !== undefined)
@@ -79,7 +79,7 @@ export function concernCard(app) {
       const last = lastInstanceOf(app, concern);
       showSubject([concern.kind, concern.channels[0]?.service, concern.channels[0]?.uuid, concern.channels[0]?.request, isOfProgram(concern.kind) && concern.channels[0].program],
         () => subjectOf(concern));
-      // The buttons below it do not move while they are pressed.
+      // Keeps the buttons below from moving while they are pressed.
       if (wasStranded && !isStranded) {
         why.style.minHeight = `${why.offsetHeight}px`;
       }
@@ -112,10 +112,10 @@ export function concernCard(app) {
 
 function whyOf(app, concern, isStranded, last) {
   const advice = words.advice[concern.kind];
-  // A reason that only says what the state says is not repeated.
+  // A reason that repeats the state is left out.
   const isTheState = (concern.why === 'unknown UUID' && !concern.reason.includes(';')) || (last && concern.why === 'no instance');
   const reason = isTheState ? '' : concern.reason;
-  // What says more than the state takes its place.
+  // A more exact reason replaces the state.
   const isTold = (concern.kind === 'held' && words.reason(reason)) || (concern.kind === 'trouble' && reason);
   const means = concern.gone
     ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid)

@@ -1,4 +1,4 @@
-// A question that has to be answered before the page goes on.
+// A modal question.
 //
 //   await ask({ title, pairs, body, consequence, act: 'Answer cnc/1', perform })   // true if it was done
 import { element, replace } from '../dom.js';
@@ -22,8 +22,8 @@ function open(title, ...content) {
 }
 
 /**
- * Shows what is to be done and does it when it is confirmed. `perform` resolves with nothing, or with a text to be shown
- * as the end of it, or with { refused: text }; what it throws is shown, and the question stays open.
+ * Shows an action and performs it when it is confirmed. `perform` resolves with nothing, with a text that is shown at the
+ * end, or with { refused: text }; an exception is shown, and the question stays open.
  */
 export async function ask({ title, pairs = [], body = [], consequence = '', act, perform }) {
   const said = element('p', { class: 'dialog-said', role: 'status' });
@@ -61,7 +61,7 @@ export async function ask({ title, pairs = [], body = [], consequence = '', act,
   return (await closed) === 'done';
 }
 
-/** Says something and waits until it was read. */
+/** Shows a message and waits until it is closed. */
 export async function tell(title, text) {
   const { dialog, closed } = open(title, element('p', {}, text),
     element('div', { class: 'buttons' }, element('button', { type: 'button', onclick: () => dialog.close('') }, words.actions.close)));

@@ -1,4 +1,4 @@
-// What has happened, the newest first, as the server keeps it.
+// The server's events, the newest first.
 import { element, Keyed, setAttribute, setText } from '../dom.js';
 import { milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
@@ -7,7 +7,7 @@ import { visible } from './marks.js';
 const text = words.events;
 const levels = { 'instance ended': 'look', 'last instance ended': 'person', 'gateway gone': 'person', 'link down': 'person', 'program aborted': 'person', 'call held': 'person', problem: 'person' };
 
-/** In words; `model` knows what a UUID is called. */
+/** An event as a sentence; `model` has the names of UUIDs. */
 function sentenceOf(event, kind, model) {
   const machines = event.machines ?? [];
   return visible(text[kind]?.({

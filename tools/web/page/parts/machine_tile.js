@@ -1,4 +1,4 @@
-// A machine: its link, and a row for each of its channels: NC program, then call, service, and how long or how often.
+// A machine: its link, and a row for each of its channels: NC program, then call, service, and duration or rate.
 import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
@@ -7,7 +7,7 @@ import { age, duration } from '../time.js';
 import { perSecond, words } from '../words.js';
 import { stateMark, visible } from './marks.js';
 
-/** A call shorter than this is not worth its text: at ten calls a second nobody can read it. */
+/** A shorter call is shown without its text: at ten calls a second it is unreadable. */
 const readableMs = 700;
 
 function linkText(link) {
@@ -22,7 +22,7 @@ function linkText(link) {
     : words.plant.linkDown;
 }
 
-/** What the call is about: its service, and its request where it lasts long enough to be read. */
+/** The service of the call, and its request if it lasts long enough to be read. */
 function detailOf(channel, state, lasting, isBusy) {
   const service = visible(channel.service || channel.uuid || '');
   const isUnderWay = (Boolean(channel.call) || state === 'unserved') && state !== 'idle';
@@ -34,7 +34,7 @@ function detailOf(channel, state, lasting, isBusy) {
   return isBusy || state !== 'idle' ? service : channel.calls > 0 ? '' : words.plant.quiet;
 }
 
-/** What the NC program of a channel does: a shape, its name, and what is wrong with it. */
+/** The NC program of a channel: a shape, its name, and its error. */
 function programCell() {
   const icon = element('span', { class: 'program-shape' });
   const text = element('span', { class: 'program-name' });
@@ -72,7 +72,7 @@ function channelRow() {
       const callState = callStateOf(channel);
       const lasting = now - sinceOf(channel, state, links);
       const level = levelOf(state, lasting);
-      // A busy channel turns from idle to running and back all the time; how long this one lasts means nothing.
+      // A busy channel alternates between idle and running; the duration of one call means nothing.
       const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
       mark.update(isBusy ? 'running' : callState, levelOf(callState, lasting));
       program.update(queue ? null : channel.program);

@@ -1,4 +1,4 @@
-// Small things that stand in several views: a state with its shape and word, a text of the fabric, a line of facts.
+// Small elements of several views: a state with shape and word, a text of the fabric, a line of facts.
 import { shapeOf } from '../attention.js';
 import { element, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
@@ -24,40 +24,40 @@ export function stateMark(tag = 'span', className = 'state') {
   };
 }
 
-/** A text that a program, a service or a gateway has written; a gateway's words are English. */
+/** A text of a program, a service or a gateway; those of gateways are English. */
 export function said(text, properties = {}) {
   return element('q', { class: 'said', ...properties }, visible(text));
 }
 
-/** What a gateway says of it, in the reader's language where the page knows the sentence. */
+/** A gateway's reason, in the reader's language if there is a translation. */
 export function reasonOf(reason) {
   const known = words.reason(reason ?? '');
   return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
 }
 
-/** Control characters, and marks that turn the direction of what follows, as the command prints them: \x1b. */
+/** Escapes control characters and direction marks as the commands do: \x1b. */
 export function visible(text) {
   return String(text ?? '').replace(/[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu,
     (char) => (char.charCodeAt(0) < 256 ? `\\x${char.charCodeAt(0).toString(16).padStart(2, '0')}` : `\\u${char.charCodeAt(0).toString(16)}`));
 }
 
-/** A description list: pairs of a term and what stands for it; pairs without a value are left out. */
+/** A description list: pairs of term and value; pairs without a value are left out. */
 export function facts(className, pairs) {
   return element('dl', { class: `facts ${className}` }, pairs.filter(([, value]) => value !== false && value !== null && value !== undefined && value !== '')
     .map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value))));
 }
 
-/** The head of a table: a cell for each column, named by `texts`, with the class cell-COLUMN. */
+/** The head of a table: a cell for each column, with its text of `texts` and the class cell-COLUMN. */
 export function tableHead(columns, texts) {
   return element('thead', {}, element('tr', {}, columns.map((column) => element('th', { scope: 'col', class: `cell-${column}` }, texts[column]))));
 }
 
-/** A part of the page that scrolls by itself, also by keyboard. */
+/** A part of the page with its own scroll bar, also usable by keyboard. */
 export function scrolling(label, ...content) {
   return element('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': label }, content);
 }
 
-/** Puts a text into the clipboard; a page without TLS from another host may only do so by a selection. */
+/** Copies a text to the clipboard; without TLS, browsers allow this only through a selection. */
 export function copyButton(textNow) {
   const button = element('button', { type: 'button', class: 'copy', onclick: async () => {
     try {
@@ -74,15 +74,15 @@ export function copyButton(textNow) {
   return button;
 }
 
-/** What stands in the place of something that is not there. */
+/** Replaces missing content. */
 export function placeholder(kind, title, text) {
   return element('div', { class: 'placeholder', 'data-kind': kind }, element('p', { class: 'placeholder-title' }, title),
     text && element('p', {}, text));
 }
 
 /**
- * A choice of one out of several, or of all where `all` is a word for it; { node, show(options), choose(value) } keeps what
- * is chosen.
+ * A selection of one option, or of all where `all` is a word for it; { node, show(options), choose(value) } remembers the
+ * choice.
  */
 export function chooser(label, chosen, changed, all = words.calls.all) {
   let value = chosen;

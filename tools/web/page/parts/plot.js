@@ -1,4 +1,4 @@
-// Lines over time: large ones drawn by dygraphs, which is loaded when the first is shown, and small ones in a table.
+// Lines over time: large ones by dygraphs, which is loaded with the first of them, and small ones in tables.
 import { drawing, element, setAttribute, setText } from '../dom.js';
 import { number, words } from '../words.js';
 import { clock } from '../time.js';
@@ -14,23 +14,23 @@ function load() {
   return library;
 }
 
-/** Its legend measures a letter with a style attribute, which the page's policy forbids; the page has its own legend. */
+/** Disables the legend of dygraphs: it needs style attributes, which the page's policy forbids. The page has its own. */
 function withoutLegend(Dygraph) {
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
   return Dygraph;
 }
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-/** A shorter way of the mouse, in pixels, is a click. */
+/** A mouse drag that is shorter, in pixels, is a click. */
 const leastZoom = 8;
 const lineColours = ['--line-1', '--line-2'];
-/** The second line is dashed, so that the two are told apart without colours. */
+/** The second line is dashed, so that the lines differ without colours. */
 const patterns = [null, [6, 4]];
 
 /** On a wall letters are larger. */
 const timeAxis = () => (document.documentElement.classList.contains('wall') ? { pixelsPerLabel: 130, axisLabelWidth: 110 } : { pixelsPerLabel: 75, axisLabelWidth: 60 });
 
-/** What a line says, for who cannot see it. */
+/** A line as text, for screen readers. */
 function inWords(title, values) {
   const known = values.filter((value) => value !== null && value !== undefined);
   if (known.length === 0) {
@@ -41,9 +41,9 @@ function inWords(title, values) {
 
 /**
  * A plot of one or two lines; { node, area, update(times, lines, between), redraw }: times in milliseconds, lines an array
- * of values for each label, null where there is none; `between` the first and the last time shown. With `step` a value holds
- * until the next; `side` stands in the place of the legend; `names` are what the values 0, 1, 2 … are called; `zoomed(from, to)`
- * is told what a reader has drawn over with the mouse.
+ * of values for each label, null for missing values; `between` the first and the last time shown. With `step` a value holds
+ * until the next; `side` replaces the legend; `names` are names for the values 0, 1, 2 …; `zoomed(from, to)` is called with
+ * the time that a reader has selected with the mouse.
  */
 export function plot(title, labels, { step = false, side = null, names = null, zoomed = null } = {}) {
   const area = element('div', { class: 'plot-area', 'aria-hidden': 'true' });
@@ -136,7 +136,7 @@ export function plot(title, labels, { step = false, side = null, names = null, z
   };
 }
 
-/** A value between two that are missing would be no line at all. */
+/** A single value between two missing ones would be no line. */
 function alonePoint(graph, series, context, x, y, fill, radius) {
   context.beginPath();
   context.fillStyle = fill;
@@ -144,7 +144,7 @@ function alonePoint(graph, series, context, x, y, fill, radius) {
   context.fill();
 }
 
-/** A line in a table's cell, without axes; { node, update(values) }. */
+/** A line in a table cell, without axes; { node, update(values) }. */
 export function sparkline(title) {
   const path = drawing('path', { class: 'spark-line', d: '' });
   const node = drawing('svg', { class: 'spark', viewBox: '0 0 100 24', preserveAspectRatio: 'none', role: 'img' }, path);

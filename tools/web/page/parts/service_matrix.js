@@ -1,4 +1,4 @@
-// A table of channel × instance: who has served whom in the last minute, and above it whether one more instance would help.
+// A table of channel × instance with the calls of the last minute, below the advice whether one more instance would help.
 import { adviceOf, matrixOf } from '../capacity.js';
 import { element, setAttribute, setText, slot } from '../dom.js';
 import { busyOfMinute, channelName } from '../model.js';
@@ -7,7 +7,7 @@ import { scrolling, visible } from './marks.js';
 
 const text = words.services;
 
-/** A rate of less than the last digit is a call, too. */
+/** A rate that rounds to 0 is shown as "<" with the smallest rate. */
 const rateText = (rate) => (rate < 0.05 ? '<' + perSecond(0.1) : perSecond(rate));
 const heatOf = (rate, top) => (rate > 0 ? Math.ceil((3 * rate) / top) : null);
 

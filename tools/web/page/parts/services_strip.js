@@ -1,4 +1,4 @@
-// The services in short, those with trouble first: instances, how busy they are, calls per second, duration, errors.
+// A summary of the services, those with trouble first: instances, load, calls per second, duration, errors.
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
@@ -9,7 +9,7 @@ import { visible } from './marks.js';
 const columns = ['name', 'instances', 'busy', 'rate', 'p50', 'errors'];
 const text = words.plant;
 
-/** One small square for each instance, filled as far as it has calls; { node, update(group) }. */
+/** A small square for each instance, filled by its load; { node, update(group) }. */
 export function instanceSquares() {
   const node = element('span', { class: 'squares' });
   let shown = '';

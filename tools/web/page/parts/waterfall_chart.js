@@ -1,5 +1,5 @@
-// The waterfall of a call: a lane for the gateway, one for each attempt, on one axis of time; under it every step in a
-// table, the same as `millrace calls` prints.
+// The waterfall of a call: a lane for the gateway and one for each attempt, on one time axis; below, a table of all steps,
+// as `millrace calls` prints them.
 import { element } from '../dom.js';
 import { duration, fineClock, milliseconds } from '../time.js';
 import { layOut, marksOf, scaleOf } from '../waterfall.js';
@@ -7,7 +7,7 @@ import { words } from '../words.js';
 import { copyButton, scrolling, tableHead, visible } from './marks.js';
 
 const text = words.call;
-/** A bar below this share of the width has no room for its words; the legend has them. */
+/** Narrower bars, as a share of the width, have no text; the legend has it. */
 const roomForWords = 0.14;
 
 function place(node, left, right) {
@@ -42,7 +42,7 @@ function axis(scale, start) {
     marksOf(scale, start).map(({ place: left, after, isMore }) => place(element('span', { class: 'axis-tick', 'data-more': isMore }, after === 0 ? '0' : `${isMore ? '+' : ''}${duration(after)}`), left))));
 }
 
-/** What each sort of bar that occurs stands for, and how long all of them took. */
+/** The meaning of each kind of bar, and the total duration of each kind. */
 function legend(lanes) {
   const sums = new Map();
   for (const bar of lanes.flatMap((lane) => lane.bars)) {
@@ -89,7 +89,7 @@ function table(timeline, nameOf) {
     element('tbody', {}, rows));
 }
 
-/** The steps as text, to be sent to somebody. */
+/** The steps as text, for messages. */
 function textOf(timeline, nameOf) {
   const first = milliseconds(timeline.steps[0].time);
   return [`${timeline.call ?? ''} ${timeline.machine}/${timeline.channel} ${timeline.uuid}`, ...timeline.steps.map((step) => [fineClock(milliseconds(step.time)),
@@ -97,7 +97,7 @@ function textOf(timeline, nameOf) {
     step.text !== undefined && `${words.quoted(visible(step.text))} ${text.stateOf(step.state)}`, step.detail && visible(step.detail)].filter((part) => part !== undefined && part !== false).join('\t'))].join('\n');
 }
 
-/** `nameOf(instance)` is what people call an instance; `now` the end of a call that has none yet. */
+/** `nameOf(instance)` is the name of an instance; `now` the end of a call that is in progress. */
 export function waterfallChart(timeline, nameOf, now) {
   const layout = layOut(timeline, now);
   const { start, end, lanes, ended } = layout;

@@ -1,4 +1,4 @@
-// Reasons of a gateway that the page words for an operator; all others are shown as they are.
+// Reasons of a gateway, reworded for an operator; all others are shown unchanged.
 import { rewording } from './reasons.js';
 
 export const inEnglish = rewording([

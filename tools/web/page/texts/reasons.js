@@ -1,9 +1,8 @@
-// Sentences of the fabric in other words. {} stands for a value; the new sentence has the values in the same order, or with
-// a number ({1}). A value that is such a sentence itself is put in other words, too. The first sentence that fits counts:
-// the more exact ones stand first.
+// Rewords or translates sentences of the fabric. {} stands for a value; the new sentence has the values in the same order, or
+// with a number ({1}). Values that match a sentence are reworded, too. The first match counts, so exact patterns come first.
 const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
 
-/** A function of a sentence: it in other words; empty if no pair fits. */
+/** Returns a function that rewords a sentence; its result is empty if no pair matches. */
 export function rewording(pairs) {
   const patterns = pairs.map(([from, to]) => [new RegExp(`^${from.split('{}').map(escaped).join('(.+?)')}$`, 's'), to]);
   return function reword(sentence) {

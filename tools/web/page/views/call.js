@@ -1,4 +1,4 @@
-// One call over every hop: what it was, and its waterfall. While it is under way the view follows it.
+// One call with its waterfall. While the call is in progress, the view follows it.
 import { get } from '../api.js';
 import { element, replace, slot } from '../dom.js';
 import { facts, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
@@ -9,7 +9,7 @@ import { words } from '../words.js';
 const text = words.call;
 const followMs = 1000;
 
-/** `path` is where the timeline lies below /api; `back` a link to where the reader came from. */
+/** `path` is the timeline's path below /api; `back` a link to the previous view. */
 export function callView(app, id, path, back) {
   const content = element('div', { class: 'call' }, element('p', {}, words.showing));
   const mark = stateMark('span', 'state');
@@ -27,7 +27,7 @@ export function callView(app, id, path, back) {
 
   const nameOf = (instance) => {
     const known = app.model.services.get(instance);
-    // Of one that is gone the gateway's word to the attempt says who it was.
+    // The name of an instance that is gone is in the gateway's text about the attempt.
     return known?.name ? `${known.name} @ ${known.host}`
       : shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance && step.detail)?.detail ?? instance;
   };
@@ -53,7 +53,7 @@ export function callView(app, id, path, back) {
       waterfallChart(timeline, nameOf, app.now()));
   }
 
-  /** The channel in which this call stands now, with what can be done about it. */
+  /** The channel where this call is pending, with the actions for it. */
   function showChannel() {
     const channel = [...app.model.channels.values()].find((each) => each.call === id && stateOf(each) !== 'idle');
     channelPart.hidden = !channel || path[0] === 'recordings';
@@ -87,7 +87,7 @@ export function callView(app, id, path, back) {
     title: () => text.title(id),
     update() {
       showChannel();
-      // The names of instances may become known after the timeline.
+      // Names of instances may arrive after the timeline.
       if (shown && namesIn(shown) !== shownNames) {
         show(shown);
       }

@@ -1,4 +1,4 @@
-// The calls as they end, newest first, with a filter; the filter stands in the address, so that it can be kept and sent.
+// Calls as they end, newest first, with a filter. The address contains the filter, so that it can be kept and shared.
 import { get } from '../api.js';
 import { byName } from '../model.js';
 import { callsTable, countCalls, resultChooser } from '../parts/calls_table.js';
@@ -7,11 +7,11 @@ import { element, setText } from '../dom.js';
 import { words } from '../words.js';
 
 const text = words.calls;
-/** Where a row is a card, fewer are enough. */
+/** Cards need fewer rows. */
 const shownRows = matchMedia('(max-width: 60rem)').matches ? 40 : 120;
-/** A list that changes more often cannot be read, and costs the browser more than it shows. */
+/** More frequent updates are unreadable and load the browser. */
 const betweenMs = 450;
-/** Who types pauses this long at the end of a word. */
+/** Pause in typing after which the filter applies. */
 const typingMs = 300;
 const parts = ['machine', 'channel', 'uuid', 'instance', 'result', 'text'];
 
@@ -24,7 +24,7 @@ function fits(call, filter) {
 export function callsView(app, query) {
   const filter = Object.fromEntries(parts.map((part) => [part, query.get(part) ?? '']));
   const isFiltered = () => Object.values(filter).some(Boolean);
-  /** The view stays, and with it where the reader is; each choice is a step back in the browser, each letter is not. */
+  /** Keeps the view and its scroll position. Each choice is a step in the browser's history, each letter is not. */
   const go = (change, keep = history.pushState) => {
     Object.assign(filter, change);
     const wanted = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
@@ -60,7 +60,7 @@ export function callsView(app, query) {
       element('label', { class: 'data-search' }, element('span', {}, text.text), search), clear, pauseButton, status),
     table.node, empty);
 
-  // What the server kept of calls that fit, beyond the last ones that the page has anyway.
+  // Matching calls of the server that are older than those of the page.
   let kept = [];
   let frozen = null;
   let last = 0;
@@ -76,7 +76,7 @@ export function callsView(app, query) {
   }
 
   function rowsNow() {
-    // The filter leaves out what is missing, too, unless it is a time without data: whether that would fit is unknown.
+    // The filter also hides entries for missing calls, except a time without data, which may contain matching calls.
     const live = app.model.calls.filter((row) => (row.call ? fits(row, filter) : row.gap || !isFiltered()));
     const known = new Set(live.map((row) => row.call));
     return [...live, ...kept.filter((call) => !known.has(call.call))].slice(0, shownRows);

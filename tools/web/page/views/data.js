@@ -1,5 +1,5 @@
-// Machine data and programs: lines over time of chosen variables under a band of the programs that ran, all values of the
-// machine, and the runs. What is chosen stands in the address.
+// Machine data and programs: lines over time of chosen variables, below the programs that ran; all values of the machine; the
+// runs. The address contains the choice.
 import { get } from '../api.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from '../lines.js';
 import { byName } from '../model.js';
@@ -11,12 +11,12 @@ import { chooser, scrolling, tableHead, visible } from '../parts/marks.js';
 import { number, words } from '../words.js';
 
 const text = words.data;
-/** How often lines and values are asked for. */
+/** How often lines and values are requested. */
 const lineMs = 500;
 const tableMs = 2000;
 const most = 12;
 const mostRuns = 100;
-/** Lines that are shown before somebody has chosen. */
+/** Lines that are shown without a choice. */
 const first = 3;
 const spans = [60, 120, 300, 600];
 const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'person'] };
@@ -27,15 +27,15 @@ const outcomes = {
 
 const mark = ([form, level], word) => element('span', { class: 'result', 'data-level': level }, shape(form), word);
 const replayed = (is) => is && element('span', { class: 'replayed' }, ` ${words.calls.replayed}`);
-/** Why it is not good; a gateway's words are English. */
+/** Why a value is not good; a gateway's texts are English. */
 const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone)
   : reason && element('span', { class: 'detail', lang: 'en' }, visible(reason)));
 const beginOf = (run) => milliseconds(run.started ?? run.told);
 
-/** What the values of a variable are called, from 0 on; null where they are numbers. */
+/** Names of the values of a variable from 0 on; null for numbers. */
 const namesOf = (name, type) => (type === 'BOOLEAN' ? ['FALSE', 'TRUE'] : text.names[name] ?? null);
 
-/** A value as people read it. */
+/** A value as text for readers. */
 function shown(value, name) {
   const word = Number.isInteger(value) ? text.names[name]?.[value] : undefined;
   if (word) {
@@ -50,7 +50,7 @@ function shown(value, name) {
   return typeof value === 'number' ? number(value, 4) : typeof value === 'string' ? words.quoted(visible(value)) : String(value).toUpperCase();
 }
 
-/** One chosen variable: its line, or the last values of what is no number. */
+/** A chosen variable: its line, or the last values if they are not numbers. */
 function lineCard(app, id, type, zoomed) {
   const name = visible(id.slice(id.indexOf('/', id.indexOf('/') + 1) + 1));
   const state = element('span', { class: 'line-state' });
@@ -86,7 +86,7 @@ function lineCard(app, id, type, zoomed) {
   };
 }
 
-/** What ran in a channel, as bars over the time of the lines. */
+/** Runs of a channel, as bars over the time of the lines. */
 function band() {
   const label = element('span', { class: 'band-channel' });
   const lane = element('div', { class: 'band-lane' });
@@ -187,7 +187,7 @@ export function dataView(app, query) {
   let machine = query.get('machine') ?? '';
   let span = spans.includes(Number(query.get('span'))) ? Number(query.get('span')) : spans[2];
   let chosen = query.has('show') ? query.getAll('show').filter(Boolean).slice(0, most) : null;
-  /** What a reader has drawn over with the mouse, by the server's clock; null for the last minutes. */
+  /** The time that a reader selected with the mouse, by the server's clock; null for the last minutes. */
   let zoom = /^\d+-\d+$/.test(query.get('zoom') ?? '') ? query.get('zoom').split('-').map(Number) : null;
   let filter = '';
   let samples = [];
@@ -227,7 +227,7 @@ export function dataView(app, query) {
   const rows = new Keyed(values, () => variableRow(tick));
   const runRows = new Keyed(table, () => runRow(app));
 
-  /** Keeps what is chosen in the address, without a view built anew. */
+  /** Puts the choice into the address without rebuilding the view. */
   function keep() {
     const wanted = new URLSearchParams({ machine, span, ...(zoom ? { zoom: zoom.join('-') } : {}) });
     for (const id of chosen ?? []) {
@@ -293,7 +293,7 @@ export function dataView(app, query) {
     ({ runs } = programs);
     const all = variablesOf(samples);
     const good = all.filter(({ value }) => value.quality === 'good' && isNumber(value)).slice(0, first).map(({ id }) => id);
-    // A page may be opened before the first value is good.
+    // A page may be opened before the first good value.
     if (chosen === null && good.length > 0) {
       chosen = good;
       askLines();

@@ -1,4 +1,4 @@
-// What `millrace doctor` finds: what is wrong first, with what to do about it.
+// The findings of `millrace doctor`: problems first, with what to do.
 import { get } from '../api.js';
 import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { element, replace } from '../dom.js';

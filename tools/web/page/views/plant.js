@@ -1,5 +1,4 @@
-// The first view: what is wrong, where, since when, who acts. A banner, a card for each cause, then machines, services and
-// events.
+// The first view: a banner, a card for each cause that needs attention, then machines, services and events.
 import { assess, concernKey, concernName, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
@@ -10,13 +9,13 @@ import { eventsList } from '../parts/events_list.js';
 import { machineTile } from '../parts/machine_tile.js';
 import { servicesStrip } from '../parts/services_strip.js';
 
-/** On a wall nobody scrolls: this many concerns are shown, and the rest is counted. */
+/** A wall cannot scroll: so many concerns are shown, the others are counted. */
 const concernsOnWall = 5;
-/** What the page shows at first; the rest is one click away. */
+/** Shown at first; the rest is one click away. */
 const servicesShown = 8;
 const eventsShown = 12;
 
-/** From how many channels on tiles show less of each. */
+/** The density of tiles by the number of channels. */
 function densityOf(count) {
   return count > 64 ? 'dense' : count > 16 ? 'compact' : 'roomy';
 }
@@ -43,7 +42,7 @@ function headline() {
   };
 }
 
-/** How many need attention, by what they are where all are of one sort. */
+/** The number of subjects that need attention, with their kind if all are of one kind. */
 function titleOf(model, { concerns, counts, level }, isEmpty) {
   const text = words.plant;
   if (model.isLost || model.about === null) {
@@ -70,7 +69,7 @@ function titleOf(model, { concerns, counts, level }, isEmpty) {
   return (areChannels ? text.needs : text.needsMixed)(urgent.length);
 }
 
-/** Links and channels that are well, calls and errors. */
+/** Links and channels without a concern, calls and errors. */
 function factsOf(model, plant, now) {
   const text = words.plant;
   const linked = plant.filter((machine) => machine.links.some((link) => link.connected)).length;
@@ -80,7 +79,7 @@ function factsOf(model, plant, now) {
   const errors = (model.totals?.errors_per_second ?? 0) * 60;
   return [text.links(linked, withLinks), text.channelsOk(ok, channels.length), text.rate(perSecond(model.totals?.calls_per_second ?? 0)),
     errors > 0 && text.errorsPerMinute(number(errors, errors < 9.95 ? 1 : 0))].filter(Boolean)
-    // A fact stays on one line.
+    // No line break within a fact.
     .map((fact) => fact.replaceAll(' ', '\u00a0')).join(' · ');
 }
 
@@ -121,7 +120,7 @@ export function plantView(app) {
       more.hidden = shown.length === concerns.length;
       setText(more, words.plant.more(concerns.length - shown.length) + (more.hidden ? ''
         : `: ${concerns.slice(concernsOnWall).map(concernName).join(', ')}`));
-      // On a wall what needs attention takes the place of what is well.
+      // On a wall, concerns take the room of machines without one.
       const density = app.isWall && concerns.length > 0 ? 'strip' : densityOf(model.channels.size);
       setAttribute(grid, 'data-density', density);
       setAttribute(board, 'data-density', density);

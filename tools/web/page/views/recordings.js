@@ -1,4 +1,4 @@
-// The recordings in the server's folder: a list; of one its summary, its calls and its file.
+// The recordings in the server's folder: a list; for each recording its summary, its calls and its file.
 import { get } from '../api.js';
 import { callsTable, resultChooser } from '../parts/calls_table.js';
 import { facts, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
@@ -64,7 +64,7 @@ function summary(info) {
   ];
 }
 
-/** What programs said of themselves while it was recorded. */
+/** The recorded alarms. */
 function alarmTable({ alarms, more }) {
   return alarms.length > 0 && [scrolling(text.alarms,
     element('table', { class: 'alarms' }, element('caption', {}, text.alarms), tableHead(['time', 'program', 'level', 'what'], text.alarmColumns),
@@ -103,7 +103,7 @@ export function recordingView(app, name, query) {
     update() {},
     async enter() {
       get(['recordings', name]).then((info) => replace(about, ...summary(info)), (problem) => replace(about, failure(problem)));
-      // Where it cannot be read the summary says why.
+      // If the file cannot be read, the summary shows the reason.
       get(['recordings', name, 'alarms']).then((answer) => replace(said, alarmTable(answer)), () => {});
       try {
         const { calls, more } = await get(['recordings', name, 'calls'], { result, limit: perPage, skip: skip || '' });

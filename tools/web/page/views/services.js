@@ -1,5 +1,5 @@
-// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time, to
-// who serves whom, and to its instances.
+// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time, to the channels
+// of each instance, and to its instances.
 import { get } from '../api.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { busyOfMinute, byTrouble } from '../model.js';
@@ -27,7 +27,7 @@ function stateOf(service) {
     : { name: service.running > 0 ? 'running' : 'idle', word: text.ready, level: 'fine' };
 }
 
-/** How much of its room an instance uses, as a bar and in words. */
+/** The used share of an instance's capacity, as a bar and as text. */
 function loadCell() {
   const bar = element('span', { class: 'load-bar' });
   const inWords = element('span', { class: 'load-words' });
@@ -90,7 +90,7 @@ function instanceRow(app) {
   };
 }
 
-/** What a row unfolds to. */
+/** The content of an unfolded row. */
 function unfolded(app) {
   const uuid = element('p', { class: 'service-uuid' });
   const plots = {
@@ -183,7 +183,7 @@ function serviceCard(app, opened) {
   };
 }
 
-/** `open` is the UUID of the service that is unfolded at first. */
+/** `open` is the UUID of the service that is unfolded first. */
 export function servicesView(app, open) {
   const unfoldedOnes = new Set(open ? [open] : []);
   const opened = {
@@ -215,7 +215,7 @@ export function servicesView(app, open) {
   };
   const ask = async () => {
     timer = setTimeout(ask, historyMs);
-    // What cannot be had now comes in five seconds; that there is no connection is said above.
+    // On an error the next request is five seconds later; a lost connection is shown above.
     const fresh = await get(['history']).catch(() => null);
     if (fresh && node.isConnected) {
       history = fresh;
