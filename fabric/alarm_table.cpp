@@ -42,7 +42,7 @@ void AlarmTable::clear(const std::string& kind, const std::string& subject) {
   all_.erase({who_.key.responder, one_text(kind, most_kind), one_text(subject, most_name)});
 }
 
-AlarmTable::Told AlarmTable::wanted() const {
+AlarmTable::Published AlarmTable::wanted() const {
   if (all_.size() <= most) {
     return all_;
   }
@@ -53,7 +53,7 @@ AlarmTable::Told AlarmTable::wanted() const {
     order.push_back(&alarm);
   }
   std::ranges::stable_sort(order, std::ranges::greater{}, &Alarm::level);
-  Told wanted;
+  Published wanted;
   for (std::size_t i = 0; i + 1 < most; ++i) {
     wanted.emplace(order[i]->key, *order[i]);
   }
@@ -67,7 +67,7 @@ AlarmTable::Told AlarmTable::wanted() const {
 }
 
 AlarmTable::Changes AlarmTable::changes() {
-  Told now = wanted();
+  Published now = wanted();
   Changes changes;
   for (const auto& [key, alarm] : now) {
     const auto before = told_.find(key);

@@ -36,15 +36,15 @@ class AlarmTable {
 
   [[nodiscard]] bool empty() const { return all_.empty(); }
   /// The published alarms.
-  using Told = std::map<AlarmKey, Alarm>;
-  [[nodiscard]] const Told& told() const { return told_; }
+  using Published = std::map<AlarmKey, Alarm>;
+  [[nodiscard]] const Published& told() const { return told_; }
 
  private:
-  [[nodiscard]] Told wanted() const;
+  [[nodiscard]] Published wanted() const;
 
   Alarm who_;
   std::map<AlarmKey, Alarm> all_;
-  Told told_;
+  Published told_;
 };
 
 }  // namespace millrace::fabric

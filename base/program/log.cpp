@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "base/program/barrier.hpp"
-#include "base/program/patient_sink.hpp"
+#include "base/program/retrying_sink.hpp"
 #include "base/program/supervisor.hpp"
 #include "base/text/quoted.hpp"
 
@@ -66,7 +66,7 @@ class LineFormatter final : public spdlog::formatter {
 
 Log make_log(const std::string& name, spdlog::level::level_enum level) {
   // All logs share one sink, so that their lines are queued in one place.
-  static const auto standard_error = std::make_shared<PatientSink>(STDERR_FILENO);
+  static const auto standard_error = std::make_shared<RetryingSink>(STDERR_FILENO);
   auto log = std::make_shared<spdlog::logger>(name, standard_error);
   log->set_formatter(std::make_unique<LineFormatter>(is_journal(STDERR_FILENO)));
   log->set_level(level);

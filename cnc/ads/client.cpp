@@ -39,14 +39,14 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
                                               Bytes payload, std::uint32_t asked);
   using Handles = std::vector<std::uint32_t>;
   static asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
-      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told);
+      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told);
   static asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> add_in_a_sum(
       Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
   static asio::awaitable<std::vector<Result<std::uint32_t>>> add_singly(
       Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
   static asio::awaitable<void> unsubscribe(Self self, std::uint16_t port, Handles handles);
   static asio::awaitable<void> delete_notifications(Self self, std::uint16_t port, Handles handles);
-  void leave(const Belongings& belongings);
+  void leave(const Resources& belongings);
   void receive_notification(const Packet& packet);
   void watch_link();
   void close();
@@ -169,7 +169,7 @@ asio::awaitable<Result<Bytes>> Client::Impl::fetch(Self self, std::uint16_t port
 }
 
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
-    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told) {
+    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told) {
   self->inbox.expect();
   const auto closed = self->closed;
   auto answers = co_await add_in_a_sum(self, port, wanted);
@@ -255,7 +255,7 @@ asio::awaitable<void> Client::Impl::delete_notifications(Self self, std::uint16_
   }
 }
 
-void Client::Impl::leave(const Belongings& belongings) {
+void Client::Impl::leave(const Resources& belongings) {
   const auto count = [](const Handles& handles) {
     return static_cast<std::uint32_t>(handles.size());
   };
@@ -266,7 +266,7 @@ void Client::Impl::leave(const Belongings& belongings) {
     }
     return out.take();
   };
-  std::vector<Requester::Farewell> farewells;
+  std::vector<Requester::LastRequest> farewells;
   const auto add = [&](Command command, Bytes payload) {
     farewells.push_back({belongings.port, command, std::move(payload)});
   };
@@ -376,7 +376,7 @@ asio::awaitable<Result<Bytes>> Client::read_write(std::uint16_t port, Index inde
 }
 
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::subscribe(
-    std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told) {
+    std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told) {
   return Impl::subscribe(impl_, port, std::move(wanted), std::move(told));
 }
 
@@ -388,7 +388,7 @@ bool Client::up() const {
   return impl_->up;
 }
 
-void Client::leave(const Belongings& belongings) {
+void Client::leave(const Resources& belongings) {
   impl_->leave(belongings);
 }
 

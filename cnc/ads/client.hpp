@@ -95,14 +95,14 @@ class Client {
   /// may be called before this returns, and is not called after unsubscribe() or the end of the
   /// connection. ADS does not guarantee delivery.
   boost::asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
-      std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told);
+      std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told);
   /// Deletes the subscriptions at the controller while the connection lasts. Their handler is not
   /// called from now on.
   boost::asio::awaitable<void> unsubscribe(std::uint16_t port, std::vector<std::uint32_t> handles);
 
   /// Resources of a client at a controller. They would remain there after the end of the
   /// connection, as they do with a TwinCAT router (inferred from reports).
-  struct Belongings {
+  struct Resources {
     std::uint16_t port = 0;
     /// Handles of notifications, and of symbols.
     std::vector<std::uint32_t> notifications{};
@@ -110,7 +110,7 @@ class Client {
   };
   /// Like close(), but first sends the requests that release these resources, without waiting for
   /// their responses. Blocks for at most 50 ms.
-  void leave(const Belongings& belongings);
+  void leave(const Resources& belongings);
 
   using Counters = ClientCounters;
   [[nodiscard]] const Counters& counters() const;

@@ -3,8 +3,8 @@
 namespace millrace::cnc::ads {
 
 void NotificationInbox::add(std::uint16_t port, const std::vector<std::uint32_t>& handles,
-                            const Told& told) {
-  const auto receiver = std::make_shared<const Told>(told);
+                            const NotificationHandler& told) {
+  const auto receiver = std::make_shared<const NotificationHandler>(told);
   for (std::size_t item = 0; item < handles.size(); ++item) {
     if (handles[item] != 0) {
       const Handle handle{port, handles[item]};

@@ -27,7 +27,7 @@ namespace millrace::cnc::ads {
 
 /// Handler of new values of the item with this number in its subscription. An empty value means
 /// that the handle is no longer valid (documented, IB/tc3_ads_intro): no further sample follows.
-using Told = std::function<void(std::size_t item, BytesView value)>;
+using NotificationHandler = std::function<void(std::size_t item, BytesView value)>;
 
 class NotificationInbox {
  public:
@@ -35,7 +35,7 @@ class NotificationInbox {
   void expect() { ++expected_; }
   /// The request has its response: handle i belongs to item i; 0 marks an item that was refused.
   /// Passes on the samples that were held.
-  void add(std::uint16_t port, const std::vector<std::uint32_t>& handles, const Told& told);
+  void add(std::uint16_t port, const std::vector<std::uint32_t>& handles, const NotificationHandler& told);
   /// Ends the calls for these handles. Samples that still come for them are not strangers.
   void remove(std::uint16_t port, const std::vector<std::uint32_t>& handles);
   void receive(std::uint16_t port, const std::vector<Stamp>& stamps);
@@ -52,7 +52,7 @@ class NotificationInbox {
 
  private:
   struct Receiver {
-    std::shared_ptr<const Told> told;
+    std::shared_ptr<const NotificationHandler> told;
     std::size_t item = 0;
   };
   struct Held {

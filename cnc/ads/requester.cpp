@@ -98,10 +98,10 @@ void Requester::close() {
   }
 }
 
-void Requester::leave(const std::vector<Farewell>& farewells) {
+void Requester::leave(const std::vector<LastRequest>& farewells) {
   if (link_) {
     flush();
-    for (const Farewell& farewell : farewells) {
+    for (const LastRequest& farewell : farewells) {
       exchange_.send(farewell.port, farewell.command, farewell.payload);
     }
     link_->say_farewell(exchange_.take_output());

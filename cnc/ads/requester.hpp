@@ -28,13 +28,13 @@ class Requester : public std::enable_shared_from_this<Requester> {
   void close();
   /// A request that is sent before close(), if the socket accepts it at once. Its response is
   /// ignored.
-  struct Farewell {
+  struct LastRequest {
     std::uint16_t port = 0;
     Command command{};
     Bytes payload;
   };
   /// Sends these requests, then calls close().
-  void leave(const std::vector<Farewell>& farewells);
+  void leave(const std::vector<LastRequest>& farewells);
   [[nodiscard]] const boost::asio::any_io_executor& executor() const { return executor_; }
   [[nodiscard]] bool is_open() const { return link_ != nullptr; }
   /// Our local address of the connection.

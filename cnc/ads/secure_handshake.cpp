@@ -353,14 +353,14 @@ asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
   co_return tl::make_unexpected(why_no_tls(error, *stream, security));
 }
 
-asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
+asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(Stream::Socket socket,
                                                                       SecureWelcome welcome) {
   auto stream = welcome.context.stream(std::move(socket));
   const auto client = co_await answer_hello(*stream, welcome);
   if (!client) {
     co_return tl::make_unexpected(client.error());
   }
-  co_return Welcomed{Transport{std::move(stream), Framing::headerless}, *client};
+  co_return AcceptedClient{Transport{std::move(stream), Framing::headerless}, *client};
 }
 
 }  // namespace millrace::cnc::ads

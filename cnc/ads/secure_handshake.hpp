@@ -56,14 +56,14 @@ struct SecureWelcome {
   SecureFaults faults{};
 };
 
-struct Welcomed {
+struct AcceptedClient {
   Transport transport;
   /// The NetId of the peer.
   NetId client;
 };
 
 /// A client and the transport of its frames, or the reason of the refusal, as text for the log.
-boost::asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
+boost::asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(Stream::Socket socket,
                                                                              SecureWelcome welcome);
 
 }  // namespace millrace::cnc::ads

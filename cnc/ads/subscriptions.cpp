@@ -148,10 +148,10 @@ void Subscriptions::sample(std::uint32_t handle, Subscription& subscription, Mom
     return;
   }
   subscription.last = *value;
-  const SubscriptionHabits& habits = limits_.habits;
-  using Tells = SubscriptionHabits::Tells;
+  const SubscriptionBehaviour& habits = limits_.habits;
+  using Notifies = SubscriptionBehaviour::Notifies;
   const bool tells =
-      habits.tells == Tells::changes || (habits.tells == Tells::first_value && first);
+      habits.tells == Notifies::changes || (habits.tells == Notifies::first_value && first);
   const bool lost = habits.lose_every != 0 && ++samples_ % habits.lose_every == 0;
   if (tells && !lost) {
     collect(subscription, {now.filetime, handle, std::move(*value)}, now);

@@ -34,11 +34,11 @@ struct Moment {
 
 /// How a server may treat subscriptions, to test clients: no documentation guarantees better
 /// behaviour.
-struct SubscriptionHabits {
+struct SubscriptionBehaviour {
   /// The response to a subscription by handle (0xF005); none = it is granted.
   ErrorCode by_handle = ErrorCode::none;
-  enum class Tells : std::uint8_t { changes, first_value, nothing };
-  Tells tells = Tells::changes;
+  enum class Notifies : std::uint8_t { changes, first_value, nothing };
+  Notifies tells = Notifies::changes;
   /// Extra delay before samples are sent.
   std::chrono::milliseconds delay{0};
   /// Every n-th sample is not sent; 0 = none.
@@ -56,7 +56,7 @@ struct SubscriptionLimits {
   /// For one connection: when the samples that wait for their max delay need more memory than this,
   /// all are sent.
   std::size_t collected_bytes = 65536;
-  SubscriptionHabits habits{};
+  SubscriptionBehaviour habits{};
 };
 
 class Subscriptions {

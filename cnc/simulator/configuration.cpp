@@ -292,7 +292,7 @@ ConnectionSettings connections(const config::CncConnections& from, Mistakes& mis
           std::chrono::seconds(from.idle_s()),
           told.most(),
           {static_cast<ads::ErrorCode>(told.by_handle()),
-           static_cast<ads::SubscriptionHabits::Tells>(told.tells()),
+           static_cast<ads::SubscriptionBehaviour::Notifies>(told.tells()),
            std::chrono::milliseconds(told.delay_ms()), told.lose_every()}};
 }
 

@@ -70,13 +70,13 @@ void Machine::apply_writes() {
   }
 }
 
-std::vector<Happening> Machine::tick(std::chrono::nanoseconds now) {
+std::vector<NcEvent> Machine::tick(std::chrono::nanoseconds now) {
   const auto running = std::count_if(channels_.begin(), channels_.end(), [](const auto& channel) {
     return channel->program().active();
   });
   const std::size_t share =
       settings_.decoder_operations / static_cast<std::size_t>(std::max<std::ptrdiff_t>(running, 1));
-  std::vector<Happening> happenings;
+  std::vector<NcEvent> happenings;
   for (const auto& channel : channels_) {
     for (nc::Event& event : channel->tick(now, std::max(share, least_operations))) {
       happenings.push_back({channel->number(), std::move(event)});

@@ -3,7 +3,7 @@
 //   Machine machine(settings, {.clock = clock, .programs = folders});
 //   machine.channel(1)->start(program);
 //   while (machine.active())
-//     for (const Happening& happening : machine.tick(clock())) …
+//     for (const NcEvent& happening : machine.tick(clock())) …
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@
 namespace millrace::cnc::simulator {
 
 /// An event of an NC program.
-struct Happening {
+struct NcEvent {
   /// The channel's number.
   std::uint32_t channel = 0;
   nc::Event event;
@@ -54,7 +54,7 @@ class Machine {
   void apply_writes();
 
   /// Advances every active channel to `now`, in the order of their numbers.
-  std::vector<Happening> tick(std::chrono::nanoseconds now);
+  std::vector<NcEvent> tick(std::chrono::nanoseconds now);
   /// True while any channel runs an NC program.
   [[nodiscard]] bool active() const;
 

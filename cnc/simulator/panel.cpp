@@ -63,7 +63,7 @@ struct Show {
 Panel::Panel(base::program::Log log, ReportFiles files, bool keep_timings)
     : log_(std::move(log)), files_(std::move(files)), keep_timings_(keep_timings) {}
 
-tl::expected<void, std::string> Panel::show(const Happening& happening) {
+tl::expected<void, std::string> Panel::show(const NcEvent& happening) {
   tl::expected<void, std::string> shown;
   std::visit(Show{happening.channel, *log_, files_, failed_, shown}, happening.event);
   return shown;

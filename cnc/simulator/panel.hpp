@@ -25,7 +25,7 @@ class Panel {
   Panel(base::program::Log log, ReportFiles files, bool keep_timings);
 
   /// Fails with the reason if a report file is refused.
-  tl::expected<void, std::string> show(const Happening& happening);
+  tl::expected<void, std::string> show(const NcEvent& happening);
   /// For an NC program that could not be started.
   void show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes);
   void remember(std::uint32_t channel, const AnsweredCall& call);

@@ -71,7 +71,7 @@ struct ConnectionSettings {
   std::chrono::seconds idle_time = std::chrono::minutes(10);
   /// Limit of each connection.
   std::size_t max_notifications = 550;
-  ads::SubscriptionHabits notifications;
+  ads::SubscriptionBehaviour notifications;
 };
 
 /// Secure ADS in addition to plain ADS.

@@ -180,7 +180,7 @@ void Station::drain(std::function<void()> done) {
 }
 
 bool Station::advance(std::chrono::nanoseconds now) {
-  for (const Happening& happening : machine_.tick(now)) {
+  for (const NcEvent& happening : machine_.tick(now)) {
     if (const auto shown = panel_.show(happening); !shown) {
       // As the CNC does with a file that it cannot write; the NC program may have ended already.
       if (auto aborted = machine_.channel(happening.channel)->program().abort({0, shown.error()})) {

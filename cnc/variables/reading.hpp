@@ -28,7 +28,7 @@ struct Reading {
 };
 
 /// Why the address or type of a value could not be found.
-struct Trouble {
+struct LookupError {
   ads::ErrorCode code = ads::ErrorCode::none;
   /// For people: the error, or the fault in the response.
   std::string reason;

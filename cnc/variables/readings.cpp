@@ -27,12 +27,12 @@ bool too_old(ErrorCode code) {
   return code == ErrorCode::invalid_offset || code == ErrorCode::service_not_supported;
 }
 
-tl::unexpected<Trouble> trouble(ErrorCode code) {
-  return tl::unexpected(Trouble{code, ads::describe(code)});
+tl::unexpected<LookupError> trouble(ErrorCode code) {
+  return tl::unexpected(LookupError{code, ads::describe(code)});
 }
 
-tl::unexpected<Trouble> trouble(std::string reason) {
-  return tl::unexpected(Trouble{ErrorCode::invalid_data, std::move(reason)});
+tl::unexpected<LookupError> trouble(std::string reason) {
+  return tl::unexpected(LookupError{ErrorCode::invalid_data, std::move(reason)});
 }
 
 Result<Description> description_of(const Result<Bytes>& answer) {

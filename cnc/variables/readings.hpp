@@ -28,7 +28,7 @@ class Readings {
   explicit Readings(ads::Client& client, Location location = {})
       : client_(client), location_(location) {}
 
-  using Known = tl::expected<Reading, Trouble>;
+  using Known = tl::expected<Reading, LookupError>;
   /// Finds values by name: variables as NC programs write them, objects as objects.hpp names them.
   /// One result for each name.
   boost::asio::awaitable<std::vector<Known>> look_up(std::uint16_t channel,

@@ -143,7 +143,7 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
                         fmt::format("write {} in {}", identity_topic_name,
                                     fmt::join(trust->identity_partitions, ", "))));
   watch.emplace(trust,
-                TrustWatch::Told{.revoked =
+                TrustWatch::Reported{.revoked =
                                      [this](const auto& names) {
                                        look();
                                        return revoke(names);

@@ -23,7 +23,7 @@ constexpr auto tell_again = 15s;
 
 }  // namespace
 
-TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, Told told)
+TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, Reported told)
     : trust_(std::move(trust)), told_(std::move(told)) {
   look_whom_to_believe();
   thread_ = std::thread([this] { run(); });

@@ -22,7 +22,7 @@ namespace millrace::fabric::dds {
 
 class TrustWatch {
  public:
-  struct Told {
+  struct Reported {
     /// Called with the names in the CRL at each check. Returns the names that an earlier CRL listed
     /// and this one does not.
     std::function<std::vector<std::string>(const std::set<std::string>&)> revoked;
@@ -31,7 +31,7 @@ class TrustWatch {
   };
 
   /// Checks once before it returns; from then on `told` is called in its thread.
-  TrustWatch(std::shared_ptr<const Trust> trust, Told told);
+  TrustWatch(std::shared_ptr<const Trust> trust, Reported told);
   ~TrustWatch();
   TrustWatch(const TrustWatch&) = delete;
   TrustWatch& operator=(const TrustWatch&) = delete;
@@ -42,7 +42,7 @@ class TrustWatch {
   void look_at_our_own(std::chrono::steady_clock::time_point now);
 
   const std::shared_ptr<const Trust> trust_;
-  const Told told_;
+  const Reported told_;
   /// The problem with the CRL that was reported last.
   std::string trouble_;
   bool own_revoked_ = false;

@@ -30,8 +30,8 @@ using Lists = std::vector<std::unique_ptr<std::byte[]>>;
 /// A sample with the lists that it points into. It borrows the texts of its value and must not
 /// outlive it.
 template <typename Type>
-struct Lent : Type {
-  Lent() : Type{} {}
+struct BorrowedSample : Type {
+  BorrowedSample() : Type{} {}
   Lists lists{};
 };
 
@@ -41,7 +41,7 @@ template <typename Value, typename Type, const Topic& its_topic>
 struct CodecOf {
   using Sample = Type;
   static const Topic& topic() { return its_topic; }
-  static tl::expected<Lent<Type>, std::string> encode(const Value& value);
+  static tl::expected<BorrowedSample<Type>, std::string> encode(const Value& value);
   static Value decode(const Type& sample);
 };
 

@@ -77,7 +77,7 @@ class Sampler {
   /// When next() has something, nothing while something is under way.
   std::optional<SteadyTime> next_time(SteadyTime now);
 
-  using Resolved = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
+  using Resolved = tl::expected<cnc::variables::Reading, cnc::variables::LookupError>;
   using Answer = cnc::ads::Result<cnc::variables::Bytes>;
   /// The results of the step, in its order, and the number of its requests. `sums`: the controller
   /// reads many values in one request.

@@ -244,7 +244,7 @@ asio::awaitable<bool> AdsMessageQueue::watch(std::function<void()> told) {
   std::vector<cnc::ads::AddNotificationRequest> wanted;
   wanted.push_back(
       {layout_->control.index, layout_->control.size, cnc::ads::Transmission::on_change, 0, cycle});
-  cnc::ads::Told tell = [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) {
+  cnc::ads::NotificationHandler tell = [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) {
     told();
   };
   const auto granted = co_await client_.subscribe(port, std::move(wanted), std::move(tell));

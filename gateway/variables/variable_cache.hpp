@@ -21,7 +21,7 @@
 
 namespace millrace::gateway::variables {
 
-using Found = tl::expected<cnc::variables::Reading, cnc::variables::Trouble>;
+using Found = tl::expected<cnc::variables::Reading, cnc::variables::LookupError>;
 using Answered = cnc::ads::Result<cnc::variables::Bytes>;
 
 struct VariableCacheEntry {

@@ -194,7 +194,7 @@ Actions Bridge::on_drained(Registration number) {
   }
   Actions actions{
       Unregister{number},
-      Say{Level::info, fmt::format("{} of {} has answered all its calls and is not served any more",
+      LogLine{Level::info, fmt::format("{} of {} has answered all its calls and is not served any more",
                                    program_name(key->second), key->first)}};
   program->registration.reset();
   program->calls.clear();
@@ -245,14 +245,14 @@ Actions Bridge::on_time(SteadyTime now) {
     ++place;
   }
   for (std::string& line : log_limiter_.due(now)) {
-    actions.emplace_back(Say{Level::warn, std::move(line)});
+    actions.emplace_back(LogLine{Level::warn, std::move(line)});
   }
   return actions;
 }
 
 void Bridge::lose(const Key& key, Program& program, Actions& actions) {
   const bool in_order = program.calls.empty() && (program.draining || program.dismissed);
-  actions.emplace_back(Say{
+  actions.emplace_back(LogLine{
       in_order ? Level::info : Level::warn,
       fmt::format("{} of {} at {} is gone: silent for {} ms; {} of its calls go to other instances",
                   program_name(key.second), key.first, program.sender.to_string(),
@@ -273,7 +273,7 @@ void Bridge::register_anew(Program& program, const Key& key, const Announcement&
   registered_.emplace(number, key);
   actions.emplace_back(Register{number, program.announced});
   actions.emplace_back(
-      Say{Level::info, fmt::format("{} of {} at {} is there: {}", program_name(key.second),
+      LogLine{Level::info, fmt::format("{} of {} at {} is there: {}", program_name(key.second),
                                    key.first, program.sender.to_string(), program.announced.name)});
 }
 
@@ -286,7 +286,7 @@ void Bridge::warn_limited(const char* kind, std::string_view about, const std::s
         return registered.second.first == uuid;
       });
   if (auto line = log_limiter_.admit(kind, known ? uuid : "", text, now)) {
-    actions.emplace_back(Say{Level::warn, *std::move(line)});
+    actions.emplace_back(LogLine{Level::warn, *std::move(line)});
   }
 }
 

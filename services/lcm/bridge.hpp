@@ -76,11 +76,11 @@ struct Progress {
   sdk::Response response{};
 };
 enum class Level : std::uint8_t { info, warn };
-struct Say {
+struct LogLine {
   Level level = Level::info;
   std::string text{};
 };
-using Action = std::variant<Register, Unregister, Drain, Publish, Answer, Progress, Say>;
+using Action = std::variant<Register, Unregister, Drain, Publish, Answer, Progress, LogLine>;
 using Actions = std::vector<Action>;
 
 class Bridge {

@@ -130,7 +130,7 @@ void Host::Impl::on_tick() {
     }
   }
   for (std::string& line : log_limiter.due(now().steady)) {
-    actions.emplace_back(Say{Level::warn, std::move(line)});
+    actions.emplace_back(LogLine{Level::warn, std::move(line)});
   }
   perform(std::move(held), actions);
   tell();
@@ -181,7 +181,7 @@ void Host::Impl::perform(Lock held, const Actions& actions) {
       if (one != hosted.end() && one->second->instance) {
         one->second->instance->drain();
       }
-    } else if (const auto* said = std::get_if<Say>(&actions[i])) {
+    } else if (const auto* said = std::get_if<LogLine>(&actions[i])) {
       say(said->level, said->text);
     }
   }

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "services/mail/postman.hpp"
+#include "services/mail/mail_sender.hpp"
 #include "services/mail/rule_thread.hpp"
 #include "services/mail/smtp.hpp"
 #include "services/sdk/command_line.hpp"
@@ -75,7 +75,7 @@ int serve(int argc, char** argv) {
   service.app().add_option("--config", file, config_help)->required();
   program::add_check(service.app());
   std::optional<mail::Smtp> smtp;
-  std::optional<mail::Postman> postman;
+  std::optional<mail::MailSender> mail_sender;
   std::optional<mail::RuleThread> rules;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
     const mail::Config config = configuration(file);
@@ -83,7 +83,7 @@ int serve(int argc, char** argv) {
       throw program::UsageError(file + ": server: " + secret.error());
     }
     smtp.emplace(config.server);
-    postman.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.alarms());
+    mail_sender.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.alarms());
     if (!config.rules.empty()) {
       const sdk::ServiceOptions& options = service.options();
       rules.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
@@ -92,9 +92,9 @@ int serve(int argc, char** argv) {
                                                     .name = "mail observer",
                                                     .configuration = options.configuration,
                                                     .trust = options.trust},
-                    config, *postman, service.log());
+                    config, *mail_sender, service.log());
     }
-    return [&](const sdk::Call& call) { return postman->answer(info(call)); };
+    return [&](const sdk::Call& call) { return mail_sender->answer(info(call)); };
   };
   return service.run(argc, argv, make);
 }

@@ -16,27 +16,27 @@ std::string words(const Exchange& exchange) {
 Outcome outcome_of(const Exchange& exchange) {
   const bool temporary = exchange.code >= first_temporary && exchange.code < first_permanent;
   const bool permanent = exchange.code >= first_permanent;
-  if (exchange.trouble == Trouble::none) {
+  if (exchange.trouble == ConnectionError::none) {
     return {.verdict = Verdict::accepted, .reply = exchange.reply};
   }
   if (exchange.handed_over && !(exchange.replied_after && (temporary || permanent))) {
     return {.verdict = Verdict::doubt, .reply = exchange.trouble_text};
   }
-  if (exchange.trouble == Trouble::tls) {
+  if (exchange.trouble == ConnectionError::tls) {
     return {.verdict = Verdict::insecure, .reply = exchange.trouble_text};
   }
-  if (exchange.trouble == Trouble::login) {
+  if (exchange.trouble == ConnectionError::login) {
     return {.verdict = temporary ? Verdict::later : Verdict::login, .reply = words(exchange)};
   }
   if (permanent) {
     return {.verdict = Verdict::refused, .reply = exchange.reply};
   }
   // A server that does not even send its greeting in time counts as not reachable.
-  const bool silent = exchange.trouble == Trouble::timeout && exchange.code == 0;
+  const bool silent = exchange.trouble == ConnectionError::timeout && exchange.code == 0;
   return {.verdict = Verdict::later,
           .reply = words(exchange),
-          .contact = exchange.trouble != Trouble::no_contact && !silent,
-          .stalled = exchange.trouble == Trouble::timeout && !silent};
+          .contact = exchange.trouble != ConnectionError::no_contact && !silent,
+          .stalled = exchange.trouble == ConnectionError::timeout && !silent};
 }
 
 }  // namespace millrace::services::mail

@@ -33,11 +33,11 @@ struct Outcome {
 };
 
 /// The error below SMTP.
-enum class Trouble : std::uint8_t { none, no_contact, timeout, broken, tls, login };
+enum class ConnectionError : std::uint8_t { none, no_contact, timeout, broken, tls, login };
 
 /// What is known at the end of an attempt.
 struct Exchange {
-  Trouble trouble = Trouble::none;
+  ConnectionError trouble = ConnectionError::none;
   std::string trouble_text{};
   /// The last byte of the message was passed to the network.
   bool handed_over = false;

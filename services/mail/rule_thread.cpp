@@ -24,10 +24,10 @@ fabric::Moment moment_now() {
 }  // namespace
 
 struct RuleThread::Impl final : fabric::observer::ObserverListener {
-  Impl(const fabric::dds::ParticipantOptions& join, const Config& the_config, Postman& the_postman,
+  Impl(const fabric::dds::ParticipantOptions& join, const Config& the_config, MailSender& the_postman,
        base::program::Log the_log)
       : config(the_config),
-        postman(the_postman),
+        mail_sender(the_postman),
         log(std::move(the_log)),
         watch(config.rules, moment_now(), config.send_replayed),
         participant(join),
@@ -53,10 +53,10 @@ struct RuleThread::Impl final : fabric::observer::ObserverListener {
     for (const std::string& line : watch.take_lines()) {
       log->warn("{}", line);
     }
-    for (const Occasion& occasion : watch.take()) {
+    for (const RuleEvent& occasion : watch.take()) {
       const Rule& rule = config.rules.at(occasion.rule);
       const std::string id = occasion.id.to_string();
-      const bool is_new = postman.post(
+      const bool is_new = mail_sender.post(
           occasion.id,
           compose(config, rule, occasion.values, occasion.id, std::chrono::system_clock::now()));
       if (is_new) {
@@ -87,7 +87,7 @@ struct RuleThread::Impl final : fabric::observer::ObserverListener {
   }
 
   const Config config;
-  Postman& postman;
+  MailSender& mail_sender;
   base::program::Log log;
   RuleWatch watch;
   fabric::dds::Participant participant;
@@ -102,8 +102,8 @@ struct RuleThread::Impl final : fabric::observer::ObserverListener {
 };
 
 RuleThread::RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config,
-                       Postman& postman, base::program::Log log)
-    : impl_(std::make_unique<Impl>(join, config, postman, std::move(log))) {}
+                       MailSender& mail_sender, base::program::Log log)
+    : impl_(std::make_unique<Impl>(join, config, mail_sender, std::move(log))) {}
 
 RuleThread::~RuleThread() = default;
 

@@ -1,5 +1,5 @@
 // Watches the fabric for occasions of rules, on its own thread, and passes their mails to the
-// postman.
+// mail_sender.
 #pragma once
 
 #include <memory>
@@ -7,14 +7,14 @@
 #include "base/program/log.hpp"
 #include "fabric/dds/participant.hpp"
 #include "services/mail/config.hpp"
-#include "services/mail/postman.hpp"
+#include "services/mail/mail_sender.hpp"
 
 namespace millrace::services::mail {
 
 class RuleThread {
  public:
-  /// `postman` must outlive it. Throws std::runtime_error if joining the fabric fails.
-  RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config, Postman& postman,
+  /// `mail_sender` must outlive it. Throws std::runtime_error if joining the fabric fails.
+  RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config, MailSender& mail_sender,
              base::program::Log log);
   ~RuleThread();
   RuleThread(const RuleThread&) = delete;

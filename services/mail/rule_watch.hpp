@@ -3,7 +3,7 @@
 //   RuleWatch watch(config.rules, now);
 //   watch.on_entry(entry, now);
 //   watch.on_time(now);                        // at watch.next_time()
-//   for (const Occasion& occasion : watch.take()) …
+//   for (const RuleEvent& occasion : watch.take()) …
 //
 // One mail for each occasion: a lasting condition is reported once, and again only after it has
 // ended. Within the quiet time of a rule, another event of the same channel is not reported; the
@@ -23,7 +23,7 @@
 
 namespace millrace::services::mail {
 
-struct Occasion {
+struct RuleEvent {
   /// Index into the rules.
   std::size_t rule = 0;
   /// The same for the same occasion, independent of the observer and the time, so that its mail is
@@ -48,7 +48,7 @@ class RuleWatch {
   /// When the next lasting condition is due.
   [[nodiscard]] std::optional<fabric::SteadyTime> next_time() const;
 
-  std::vector<Occasion> take() { return std::exchange(occasions_, {}); }
+  std::vector<RuleEvent> take() { return std::exchange(occasions_, {}); }
   /// Log lines about events without a mail.
   std::vector<std::string> take_lines() { return std::exchange(lines_, {}); }
 
@@ -57,7 +57,7 @@ class RuleWatch {
   using Place = std::pair<std::size_t, std::string>;
 
   /// A lasting condition.
-  struct Lasting {
+  struct LastingCondition {
     /// A different time is another occasion.
     fabric::Time since{};
     fabric::SteadyTime due{};
@@ -81,13 +81,13 @@ class RuleWatch {
 
   std::vector<Rule> rules_;
   bool replayed_;
-  std::map<Place, Lasting> lasting_;
+  std::map<Place, LastingCondition> lasting_;
   std::map<Place, Quiet> quiet_;
   /// Connections by machine and gateway.
   std::map<std::string, std::map<fabric::InstanceId, bool>> links_;
   /// Ready instances, by service.
   std::map<std::string, std::set<fabric::InstanceId>> instances_;
-  std::vector<Occasion> occasions_;
+  std::vector<RuleEvent> occasions_;
   std::vector<std::string> lines_;
   bool said_full_ = false;
 };

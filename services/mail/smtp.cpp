@@ -77,13 +77,13 @@ std::size_t read(Session& session, char* buffer, std::size_t room) {
   const std::string_view rest = std::string_view(session.mail.message).substr(session.sent);
   const std::size_t piece = std::min(room, rest.size());
   if (session.needs_login && !session.logged_in) {
-    session.exchange.trouble = Trouble::login;
+    session.exchange.trouble = ConnectionError::login;
     session.exchange.trouble_text = "it offers no supported login method";
     return CURL_READFUNC_ABORT;
   }
   if (piece == rest.size() && !session.exchange.handed_over) {
     if (session.watch.cancelled() || !session.watch.handing_over()) {
-      session.exchange.trouble = Trouble::broken;
+      session.exchange.trouble = ConnectionError::broken;
       session.exchange.trouble_text = "stopped before the mail was handed over";
       return CURL_READFUNC_ABORT;
     }
@@ -107,15 +107,15 @@ int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noex
   });
 }
 
-Trouble trouble_of(CURLcode code) {
+ConnectionError trouble_of(CURLcode code) {
   switch (code) {
     case CURLE_OK:
-      return Trouble::none;
+      return ConnectionError::none;
     case CURLE_COULDNT_RESOLVE_HOST:
     case CURLE_COULDNT_CONNECT:
-      return Trouble::no_contact;
+      return ConnectionError::no_contact;
     case CURLE_OPERATION_TIMEDOUT:
-      return Trouble::timeout;
+      return ConnectionError::timeout;
     case CURLE_USE_SSL_FAILED:
     case CURLE_SSL_CONNECT_ERROR:
     case CURLE_PEER_FAILED_VERIFICATION:
@@ -124,11 +124,11 @@ Trouble trouble_of(CURLcode code) {
     case CURLE_SSL_CERTPROBLEM:
     case CURLE_SSL_ISSUER_ERROR:
     case CURLE_SSL_ENGINE_INITFAILED:
-      return Trouble::tls;
+      return ConnectionError::tls;
     case CURLE_LOGIN_DENIED:
-      return Trouble::login;
+      return ConnectionError::login;
     default:
-      return Trouble::broken;
+      return ConnectionError::broken;
   }
 }
 
@@ -269,7 +269,7 @@ Outcome Smtp::send(const Mail& mail, const Watch& watch) {
   if (session.failure) {
     std::rethrow_exception(session.failure);
   }
-  if (session.exchange.trouble == Trouble::none) {
+  if (session.exchange.trouble == ConnectionError::none) {
     session.exchange.trouble = trouble_of(code);
     session.exchange.trouble_text = reason[0] != '\0' ? reason.data() : curl_easy_strerror(code);
   }

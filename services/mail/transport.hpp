@@ -1,4 +1,4 @@
-// The interface between the postman and a mail server.
+// The interface between the mail_sender and a mail server.
 #pragma once
 
 #include <functional>

@@ -69,7 +69,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
 
  private:
   using Handle = dds_instance_handle_t;
-  struct Said {
+  struct ReceivedOutcome {
     fabric::Outcome outcome;
     Handle participant = DDS_HANDLE_NIL;
     std::string program;
@@ -98,7 +98,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   void on_channel(const fabric::ChannelStatus& /*status*/) override {}
 
   void hear() {
-    for (const Said& said : said_) {
+    for (const ReceivedOutcome& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (is_asked(*command, said.participant)) {
         heard.try_emplace(command->id, CommandResult{said.outcome, said.at - sent_.at(command->id),
@@ -115,7 +115,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   /// Warns of outcomes from participants that did not get the command.
   void warn() const {
     std::set<std::string> told;
-    for (const Said& said : said_) {
+    for (const ReceivedOutcome& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (!is_asked(*command, said.participant) && told.insert(said.program).second) {
         fmt::print(stderr,
@@ -137,7 +137,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   std::optional<fabric::endpoints::GatewayMonitor> gateways_;
   std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
   fabric::registry::InstanceRegistry registry_;
-  std::vector<Said> said_;
+  std::vector<ReceivedOutcome> said_;
 };
 
 }  // namespace

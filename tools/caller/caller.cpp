@@ -91,7 +91,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
   }
   void perform(const Withdraw& withdraw) { end->withdraw(withdraw.key); }
   // A lost event costs an observer one line.
-  void perform(const Tell& tell) { static_cast<void>(end->publish(tell.event)); }
+  void perform(const Notice& tell) { static_cast<void>(end->publish(tell.event)); }
   void perform(const Interim& interim) { listener->on_interim(interim.reply); }
   void perform(const Ended& ended) { listener->on_ended(ended); }
 
@@ -125,7 +125,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
     for (const Action& action : calls.take_actions()) {
       if (const auto* withdraw = std::get_if<Withdraw>(&action)) {
         perform(*withdraw);
-      } else if (const auto* tell = std::get_if<Tell>(&action)) {
+      } else if (const auto* tell = std::get_if<Notice>(&action)) {
         perform(*tell);
       }
     }

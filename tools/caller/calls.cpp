@@ -240,7 +240,7 @@ void Calls::tell(const fabric::CallId& call, const Open& open, fabric::EventKind
   constexpr std::size_t longest_detail = 255;
   const bool request = kind == fabric::EventKind::seen;
   out_.emplace_back(
-      Tell{{.key = open.order.key,
+      Notice{{.key = open.order.key,
             .call = call,
             .attempt = open.attempt,
             .kind = kind,

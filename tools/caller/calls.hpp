@@ -4,8 +4,8 @@
 //   Calls calls(epoch);
 //   calls.on_instance_ready(identity);
 //   const auto id = calls.add({.key = {"call.7f3a", 1}, .uuid = "…", .text = "3"}, now);
-//   for (const Action& action : calls.take_actions()) …        → Tell, Publish
-//   calls.on_reply(reply, now);                                → Tell, Withdraw, Ended
+//   for (const Action& action : calls.take_actions()) …        → Notice, Publish
+//   calls.on_reply(reply, now);                                → Notice, Withdraw, Ended
 #pragma once
 
 #include <map>
@@ -35,7 +35,7 @@ struct Withdraw {
   fabric::RequestKey key;
 };
 /// For observers.
-struct Tell {
+struct Notice {
   fabric::Event event;
 };
 /// An interim reply.
@@ -43,7 +43,7 @@ struct Interim {
   fabric::Reply reply;
 };
 
-using Action = std::variant<Publish, Withdraw, Tell, Interim, Ended>;
+using Action = std::variant<Publish, Withdraw, Notice, Interim, Ended>;
 using Actions = std::vector<Action>;
 
 class Calls {

@@ -79,7 +79,7 @@ fabric::ProgramEvent DataPlan::replayed(fabric::ProgramEvent event, fabric::Chan
   return event;
 }
 
-void Told::add(const fabric::DataSample& sample) {
+void PublishedValues::add(const fabric::DataSample& sample) {
   if (sample.values.empty()) {
     groups_.erase({sample.key, sample.group});
   } else {
@@ -87,11 +87,11 @@ void Told::add(const fabric::DataSample& sample) {
   }
 }
 
-void Told::add(const fabric::ProgramEvent& event) {
+void PublishedValues::add(const fabric::ProgramEvent& event) {
   programs_.insert_or_assign(event.key, event);
 }
 
-std::vector<fabric::ProgramEvent> Told::resets(fabric::Time now) const {
+std::vector<fabric::ProgramEvent> PublishedValues::resets(fabric::Time now) const {
   std::vector<fabric::ProgramEvent> resets;
   for (const auto& [key, last] : programs_) {
     const bool runs = last.kind == ProgramEventKind::started ||
@@ -107,7 +107,7 @@ std::vector<fabric::ProgramEvent> Told::resets(fabric::Time now) const {
   return resets;
 }
 
-std::vector<fabric::DataSample> Told::groups() const {
+std::vector<fabric::DataSample> PublishedValues::groups() const {
   std::vector<fabric::DataSample> groups;
   groups.reserve(groups_.size());
   for (const auto& [channel, group] : groups_) {
@@ -116,7 +116,7 @@ std::vector<fabric::DataSample> Told::groups() const {
   return groups;
 }
 
-std::vector<fabric::ProgramEvent> Told::programs() const {
+std::vector<fabric::ProgramEvent> PublishedValues::programs() const {
   std::vector<fabric::ProgramEvent> programs;
   programs.reserve(programs_.size());
   for (const auto& [key, last] : programs_) {

@@ -62,7 +62,7 @@ class DataPlan {
 };
 
 /// What a replay has published and must withdraw at its end.
-class Told {
+class PublishedValues {
  public:
   void add(const fabric::DataSample& sample);
   void add(const fabric::ProgramEvent& event);

@@ -21,7 +21,7 @@ Player::Player(asio::any_io_executor executor, const Plan& plan, PlayOptions opt
 
 void Player::start() {
   begin_round();
-  pump_later();
+  schedule_step();
 }
 
 void Player::begin_round() {
@@ -30,7 +30,7 @@ void Player::begin_round() {
   start_ = Clock::now();
 }
 
-void Player::pump_later() {
+void Player::schedule_step() {
   asio::post(executor_, [this, alive = std::weak_ptr(alive_)] {
     if (alive.lock()) {
       pump();
@@ -60,7 +60,7 @@ void Player::pump() {
     stage_.on_done();
   } else if (round_over) {
     begin_round();
-    pump_later();
+    schedule_step();
   } else {
     set_timer();
   }
@@ -94,7 +94,7 @@ void Player::ended(std::size_t call, std::optional<Answer> answer, const std::st
                      .took = Clock::now() - open.issued,
                      .late = open.late,
                      .held_up = open.held_up});
-  pump_later();
+  schedule_step();
 }
 
 void Player::stop(const std::string& reason) {
@@ -109,7 +109,7 @@ void Player::stop(const std::string& reason) {
   for (const std::size_t call : calls) {
     stage_.withdraw(call, reason);
   }
-  pump_later();
+  schedule_step();
 }
 
 void Player::withdraw_overdue(Clock::time_point now) {
@@ -139,7 +139,7 @@ std::optional<std::size_t> Player::upcoming() const {
 
 void Player::allow() {
   scheduler_->allow();
-  pump_later();
+  schedule_step();
 }
 
 void Player::set_timer() {

@@ -77,7 +77,7 @@ class Player {
 
   void begin_round();
   void pump();
-  void pump_later();
+  void schedule_step();
   void issue(std::size_t call, Clock::time_point now);
   void withdraw_overdue(Clock::time_point now);
   void set_timer();

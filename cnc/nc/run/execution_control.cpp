@@ -13,11 +13,11 @@ using values::Result;
 
 constexpr double same_case = 0.001;
 
-bool judge(syntax::Truth rule, double value) {
+bool judge(syntax::ConditionRule rule, double value) {
   switch (rule) {
-    case syntax::Truth::half_or_beyond:
+    case syntax::ConditionRule::half_or_beyond:
       return values::is_true(value);
-    case syntax::Truth::above_half:
+    case syntax::ConditionRule::above_half:
       return value > 0.5;
     default:
       return value >= 0.5;

@@ -118,7 +118,7 @@ void ControlParser::close() {
 void ControlParser::parse_if() {
   Expression condition = parse_expression(cursor_);
   const std::size_t branch =
-      writer_.add(Branch{std::move(condition), Truth::half_or_beyond, false, 0});
+      writer_.add(Branch{std::move(condition), ConditionRule::half_or_beyond, false, 0});
   if (cursor_.accept("$")) {  // $IF … $GOTO … in one block has no $ENDIF
     if (!cursor_.accept_word("GOTO")) {
       cursor_.fail("only $GOTO may follow $IF in its block");
@@ -150,7 +150,7 @@ void ControlParser::parse_elseif() {
   }
   begin_if_part(*statement);
   Expression condition = parse_expression(cursor_);
-  statement->branch = writer_.add(Branch{std::move(condition), Truth::half_or_beyond, false, 0});
+  statement->branch = writer_.add(Branch{std::move(condition), ConditionRule::half_or_beyond, false, 0});
 }
 
 void ControlParser::parse_else() {
@@ -175,7 +175,7 @@ void ControlParser::parse_while() {
   Expression condition = parse_expression(cursor_);
   open(Kind::while_, begin);
   open_.back().exits.push_back(
-      writer_.add(Branch{std::move(condition), Truth::half_or_beyond, false, 0}));
+      writer_.add(Branch{std::move(condition), ConditionRule::half_or_beyond, false, 0}));
 }
 
 void ControlParser::parse_endwhile() {
@@ -194,7 +194,7 @@ void ControlParser::parse_enddo() {
   if (const Open* statement = innermost(Kind::do_)) {
     patch(statement->continues, writer_.next());
     Expression condition = parse_expression(cursor_);
-    writer_.add(Branch{std::move(condition), Truth::half_or_above, true, statement->begin});
+    writer_.add(Branch{std::move(condition), ConditionRule::half_or_above, true, statement->begin});
     close();
   }
 }
@@ -207,7 +207,7 @@ void ControlParser::parse_until() {
   if (const Open* statement = innermost(Kind::repeat)) {
     patch(statement->continues, writer_.next());
     Expression condition = parse_expression(cursor_);
-    writer_.add(Branch{std::move(condition), Truth::above_half, false, statement->begin});
+    writer_.add(Branch{std::move(condition), ConditionRule::above_half, false, statement->begin});
     close();
   }
 }

@@ -67,7 +67,7 @@ struct Words {
 };
 
 /// How a condition is evaluated (IB/tf5200_programming_manual/206901003, 206940939, 206946827).
-enum class Truth {
+enum class ConditionRule {
   half_or_beyond,  // |value| >= 0.5: $IF, $WHILE
   above_half,      // value > 0.5: $UNTIL, #WAIT FOR
   half_or_above    // value >= 0.5: $ENDDO
@@ -81,7 +81,7 @@ struct Jump {
 /// Goes to the target if the condition's truth is `when`.
 struct Branch {
   Expression condition;
-  Truth rule = Truth::half_or_beyond;
+  ConditionRule rule = ConditionRule::half_or_beyond;
   bool when = false;
   std::size_t target = 0;
 };

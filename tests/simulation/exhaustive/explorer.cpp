@@ -52,16 +52,16 @@ std::vector<std::size_t> Explorer::choices() const {
   return taken;
 }
 
-std::vector<std::size_t> Explorer::candidates(const std::vector<Happening>& waiting) const {
+std::vector<std::size_t> Explorer::candidates(const std::vector<NcEvent>& waiting) const {
   std::vector<std::size_t> found;
   std::optional<Time> first_timer;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    const Happening& one = waiting[i];
+    const NcEvent& one = waiting[i];
     if (one.timer) {
       first_timer = std::min(first_timer.value_or(one.at), one.at);
       continue;
     }
-    const bool waits = one.lane != 0 && std::ranges::any_of(waiting, [&](const Happening& other) {
+    const bool waits = one.lane != 0 && std::ranges::any_of(waiting, [&](const NcEvent& other) {
                          return other.lane == one.lane && other.parties == one.parties &&
                                 other.number < one.number;
                        });
@@ -80,15 +80,15 @@ std::vector<std::size_t> Explorer::candidates(const std::vector<Happening>& wait
   return found;
 }
 
-Meaning Explorer::cause_of(const Happening& one) const {
+Meaning Explorer::cause_of(const NcEvent& one) const {
   const auto known = now_.causes.find(one.number);
   assert(known != now_.causes.end());
   return known->second;
 }
 
-Meaning Explorer::state(const std::vector<Happening>& waiting) const {
+Meaning Explorer::state(const std::vector<NcEvent>& waiting) const {
   Meaning on_its_way = 0;
-  for (const Happening& one : waiting) {
+  for (const NcEvent& one : waiting) {
     on_its_way += meaning_of(cause_of(one), one.parties, one.lane, one.timer);
   }
   Meaning all = meaning_of(early_, now_.judged, on_its_way);
@@ -99,14 +99,14 @@ Meaning Explorer::state(const std::vector<Happening>& waiting) const {
 }
 
 /// Runs that come to the same state may plan events in different orders, but for the same causes.
-void Explorer::sort(std::vector<std::size_t>& found, const std::vector<Happening>& waiting) const {
+void Explorer::sort(std::vector<std::size_t>& found, const std::vector<NcEvent>& waiting) const {
   std::ranges::sort(found, {}, [&](std::size_t i) {
     return std::tuple(waiting[i].timer, cause_of(waiting[i]), waiting[i].number);
   });
 }
 
 std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
-                                          const std::vector<Happening>& waiting) {
+                                          const std::vector<NcEvent>& waiting) {
   if (repeating_) {
     const Choice& choice = path_[depth_++];
     if (depth_ == path_.size()) {
@@ -129,7 +129,7 @@ std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
     }
     on_new_choice();
     std::unordered_map<std::uint64_t, Meaning> causes;
-    for (const Happening& one : waiting) {
+    for (const NcEvent& one : waiting) {
       causes.emplace(one.number, cause_of(one));
     }
     now_.causes = std::move(causes);
@@ -138,10 +138,10 @@ std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
   return found[path_[depth_++].taken];
 }
 
-std::optional<std::size_t> Explorer::choose(const std::vector<Happening>& waiting, Time) {
+std::optional<std::size_t> Explorer::choose(const std::vector<NcEvent>& waiting, Time) {
   if (!started_) {
     const auto first = std::ranges::min_element(
-        waiting, {}, [](const Happening& one) { return std::pair(one.at, one.number); });
+        waiting, {}, [](const NcEvent& one) { return std::pair(one.at, one.number); });
     return static_cast<std::size_t>(first - waiting.begin());
   }
   auto found = candidates(waiting);
@@ -157,7 +157,7 @@ std::optional<std::size_t> Explorer::choose(const std::vector<Happening>& waitin
   return chosen;
 }
 
-void Explorer::happens(const Happening& happening) {
+void Explorer::happens(const NcEvent& happening) {
   if (repeating_) {
     return;
   }
@@ -204,7 +204,7 @@ void Explorer::happened() {
   }
 }
 
-void Explorer::planned(const Happening& happening, std::optional<Meaning> means) {
+void Explorer::planned(const NcEvent& happening, std::optional<Meaning> means) {
   if (!repeating_) {
     now_.causes[happening.number] = means ? *means : meaning_of(current_, ++planned_);
   }

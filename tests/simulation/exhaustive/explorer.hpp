@@ -67,14 +67,14 @@ class Explorer final : public Order {
   void repeat(const std::vector<std::size_t>& choices);
   [[nodiscard]] std::vector<std::size_t> choices() const;
 
-  std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) override;
-  void happens(const Happening& happening) override;
+  std::optional<std::size_t> choose(const std::vector<NcEvent>& waiting, Time now) override;
+  void happens(const NcEvent& happening) override;
   void touches(std::uint64_t parties) override;
   void becomes(std::uint64_t parties, Meaning meaning) override;
   void remembers(Meaning fact) override { now_.judged += repeating_ ? 0 : fact; }
   [[nodiscard]] bool watches() const override { return !repeating_; }
   void happened() override;
-  void planned(const Happening& happening, std::optional<Meaning> means) override;
+  void planned(const NcEvent& happening, std::optional<Meaning> means) override;
 
  private:
   static constexpr std::size_t most_parties = 64;
@@ -96,13 +96,13 @@ class Explorer final : public Order {
     Marks before{};
   };
 
-  [[nodiscard]] std::vector<std::size_t> candidates(const std::vector<Happening>& waiting) const;
-  [[nodiscard]] Meaning cause_of(const Happening& one) const;
-  [[nodiscard]] Meaning state(const std::vector<Happening>& waiting) const;
-  void sort(std::vector<std::size_t>& found, const std::vector<Happening>& waiting) const;
+  [[nodiscard]] std::vector<std::size_t> candidates(const std::vector<NcEvent>& waiting) const;
+  [[nodiscard]] Meaning cause_of(const NcEvent& one) const;
+  [[nodiscard]] Meaning state(const std::vector<NcEvent>& waiting) const;
+  void sort(std::vector<std::size_t>& found, const std::vector<NcEvent>& waiting) const;
   /// Picks one of these events; nothing if the state was seen before.
   std::optional<std::size_t> pick(std::vector<std::size_t> found,
-                                  const std::vector<Happening>& waiting);
+                                  const std::vector<NcEvent>& waiting);
 
   Bounds bounds_;
   Random random_;

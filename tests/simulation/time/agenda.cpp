@@ -6,7 +6,7 @@
 namespace millrace::tests::simulation {
 
 void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
-  Happening one;
+  NcEvent one;
   one.at = std::max(when, now_);
   one.number = ++planned_;
   one.parties = plan.parties;
@@ -25,7 +25,7 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   }
 }
 
-void Agenda::keep(Happening happening) {
+void Agenda::keep(NcEvent happening) {
   Due due{happening.at, happening.number, waiting_.size()};
   if (free_.empty()) {
     waiting_.push_back(std::move(happening));
@@ -38,7 +38,7 @@ void Agenda::keep(Happening happening) {
   std::ranges::push_heap(due_, later);
 }
 
-std::optional<Happening> Agenda::take() {
+std::optional<NcEvent> Agenda::take() {
   if (order_ == nullptr) {
     if (due_.empty()) {
       return std::nullopt;
@@ -50,13 +50,13 @@ std::optional<Happening> Agenda::take() {
     return std::move(waiting_[place]);
   }
   // A walk need not try orders in which nothing happens.
-  std::erase_if(waiting_, [](const Happening& one) { return one.lives.over(); });
+  std::erase_if(waiting_, [](const NcEvent& one) { return one.lives.over(); });
   const auto chosen = waiting_.empty() ? std::nullopt : order_->choose(waiting_, now_);
   if (!chosen) {
     return std::nullopt;
   }
   std::swap(waiting_[*chosen], waiting_.back());
-  Happening next = std::move(waiting_.back());
+  NcEvent next = std::move(waiting_.back());
   waiting_.pop_back();
   return next;
 }

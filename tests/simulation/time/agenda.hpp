@@ -67,7 +67,7 @@ struct Lives {
   }
 };
 
-struct Happening {
+struct NcEvent {
   Time at{};
   /// Orders events at the same time, and counts all that were ever planned.
   std::uint64_t number = 0;
@@ -98,9 +98,9 @@ class Order {
  public:
   virtual ~Order() = default;
   /// Index into `waiting`, which has no order; nothing if all is over.
-  virtual std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) = 0;
+  virtual std::optional<std::size_t> choose(const std::vector<NcEvent>& waiting, Time now) = 0;
   /// The chosen event is about to happen.
-  virtual void happens(const Happening& /*happening*/) {}
+  virtual void happens(const NcEvent& /*happening*/) {}
   /// The current event changes these parties too.
   virtual void touches(std::uint64_t /*parties*/) {}
   /// From now on `meaning` is the whole state of these parties.
@@ -112,7 +112,7 @@ class Order {
   /// The current event has happened.
   virtual void happened() {}
   /// An event is planned. Its cause does not matter if its meaning is given.
-  virtual void planned(const Happening& /*happening*/, std::optional<Meaning> /*means*/) {}
+  virtual void planned(const NcEvent& /*happening*/, std::optional<Meaning> /*means*/) {}
 };
 
 class Agenda {
@@ -159,16 +159,16 @@ class Agenda {
   static bool later(const Due& a, const Due& b) {
     return a.at != b.at ? a.at > b.at : a.number > b.number;
   }
-  void keep(Happening happening);
+  void keep(NcEvent happening);
   /// Nothing if all is over.
-  std::optional<Happening> take();
+  std::optional<NcEvent> take();
 
   Order* order_;
   Time now_{};
   std::uint64_t planned_ = 0;
   /// In no order. Without an Order, `due_` is a heap by time, and the place of a past event is
   /// reused by way of `free_`.
-  std::vector<Happening> waiting_;
+  std::vector<NcEvent> waiting_;
   std::vector<Due> due_;
   std::vector<std::size_t> free_;
 };

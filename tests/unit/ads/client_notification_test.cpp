@@ -48,7 +48,7 @@ class ClientNotification : public ClientFixture {
   MemoryDevice device;
   std::optional<Server> server;
   std::vector<std::pair<std::size_t, Bytes>> told;
-  Told tell = [this](std::size_t item, BytesView value) {
+  NotificationHandler tell = [this](std::size_t item, BytesView value) {
     told.emplace_back(item, Bytes(value.begin(), value.end()));
   };
 };

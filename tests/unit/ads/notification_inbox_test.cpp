@@ -27,7 +27,7 @@ class NotificationInboxTest : public testing::Test {
 
   NotificationInbox sut;
   std::vector<std::pair<std::size_t, Bytes>> told;
-  Told tell = [this](std::size_t item, BytesView value) {
+  NotificationHandler tell = [this](std::size_t item, BytesView value) {
     told.emplace_back(item, Bytes(value.begin(), value.end()));
   };
 };

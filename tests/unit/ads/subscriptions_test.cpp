@@ -178,7 +178,7 @@ TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
 class HabitsTest : public SubscriptionsTest {
  protected:
   // The notifications of ten values, one in each cycle.
-  std::vector<std::uint8_t> told(const SubscriptionHabits& habits) {
+  std::vector<std::uint8_t> told(const SubscriptionBehaviour& habits) {
     limits.habits = habits;
     Subscriptions with(device, limits);
     const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
@@ -207,11 +207,11 @@ TEST_F(HabitsTest, TellsAllChanges) {
 }
 
 TEST_F(HabitsTest, TellsTheFirstValueAlone) {
-  EXPECT_THAT(told({.tells = SubscriptionHabits::Tells::first_value}), ElementsAre(0));
+  EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::first_value}), ElementsAre(0));
 }
 
 TEST_F(HabitsTest, TellsNothing) {
-  EXPECT_THAT(told({.tells = SubscriptionHabits::Tells::nothing}), IsEmpty());
+  EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::nothing}), IsEmpty());
 }
 
 TEST_F(HabitsTest, LosesEveryThird) {

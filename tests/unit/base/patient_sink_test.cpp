@@ -1,4 +1,4 @@
-#include "base/program/patient_sink.hpp"
+#include "base/program/retrying_sink.hpp"
 
 #include <array>
 #include <future>
@@ -36,7 +36,7 @@ class PatientSinkTest : public testing::Test {
   }
 
   void open(std::size_t room) {
-    auto sut = std::make_shared<PatientSink>(ends_[1], room);
+    auto sut = std::make_shared<RetryingSink>(ends_[1], room);
     sut->set_pattern("%v");
     log = std::make_shared<spdlog::logger>("test", std::move(sut));
   }

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using cnc::ads::ByteWriter;
 using cnc::ads::ErrorCode;
 using cnc::variables::Reading;
-using cnc::variables::Trouble;
+using cnc::variables::LookupError;
 using cnc::variables::Type;
 using fabric::Quality;
 using testing::ElementsAre;
@@ -63,7 +63,7 @@ class DataSampler : public testing::Test {
       for (const std::string& name : look_up->names) {
         if (refused.contains(name)) {
           known.emplace_back(
-              tl::unexpected(Trouble{refused.at(name), cnc::ads::describe(refused.at(name))}));
+              tl::unexpected(LookupError{refused.at(name), cnc::ads::describe(refused.at(name))}));
         } else {
           known.emplace_back(reading_of(name));
         }

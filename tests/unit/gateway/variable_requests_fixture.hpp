@@ -92,7 +92,7 @@ class VariableRequestsTest : public testing::Test {
       std::vector<Found> found;
       for (const std::string& name : look_up->names) {
         found.push_back(numbers.contains(name) ? Found(reading_of(name))
-                                               : tl::unexpected(cnc::variables::Trouble{
+                                               : tl::unexpected(cnc::variables::LookupError{
                                                      cnc::ads::ErrorCode::symbol_not_found,
                                                      "0x710 symbol not found"}));
       }

@@ -93,7 +93,7 @@ Setting read_setting(const std::filesystem::path& file) {
       setting.until = seconds(time);
     } else if (word == "at") {
       double time = 0;
-      Happening happening;
+      NcEvent happening;
       words >> time >> happening.action >> std::ws;
       happening.time = seconds(time);
       std::getline(words, happening.argument);
@@ -209,7 +209,7 @@ class Run {
     }
   }
 
-  void happen(const Happening& happening, nanoseconds now) {
+  void happen(const NcEvent& happening, nanoseconds now) {
     std::istringstream words(happening.argument);
     if (happening.action == "write") {
       std::string name;

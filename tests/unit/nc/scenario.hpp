@@ -37,7 +37,7 @@ class MapEnvironment : public Environment {
 };
 
 /// An external event at a time: `at 0.5 write V.G.X 1`.
-struct Happening {
+struct NcEvent {
   std::chrono::nanoseconds time{};
   std::string action;
   std::string argument;
@@ -50,7 +50,7 @@ struct Setting {
   Variables variables;
   /// External variables that are not synchronous.
   Names asynchronous;
-  std::vector<Happening> happenings;
+  std::vector<NcEvent> happenings;
   /// Block search for this block.
   std::optional<long> search;
   std::chrono::nanoseconds until = std::chrono::seconds(60);

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "base/program/log.hpp"
-#include "base/program/patient_sink.hpp"
+#include "base/program/retrying_sink.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
 #include "services/sdk/runner.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
@@ -114,7 +114,7 @@ TEST_F(InlineServiceTest, AnswersThoughNobodyReadsItsLog) {
   {
     const Service sut(inline_options(), echo,
                       std::make_shared<spdlog::logger>(
-                          "test", std::make_shared<base::program::PatientSink>(ends[1])));
+                          "test", std::make_shared<base::program::RetryingSink>(ends[1])));
     ASSERT_TRUE(until_ready(sut));
     for (std::uint64_t number = 1; number <= 200; ++number) {
       ASSERT_EQ(answer(sut, number), "4");

@@ -165,7 +165,7 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_FALSE(sut.variable_symbols);
   EXPECT_EQ(sut.max_notifications, 8);
   EXPECT_EQ(sut.notifications.by_handle, ads::ErrorCode::no_more_handles);
-  EXPECT_EQ(sut.notifications.tells, ads::SubscriptionHabits::Tells::first_value);
+  EXPECT_EQ(sut.notifications.tells, ads::SubscriptionBehaviour::Notifies::first_value);
   EXPECT_EQ(sut.notifications.delay, std::chrono::milliseconds(20));
   EXPECT_EQ(sut.notifications.lose_every, 3);
 }

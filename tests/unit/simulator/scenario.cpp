@@ -161,7 +161,7 @@ class Player {
     std::string mistake;
     for (int i = 0; i < cycles; ++i) {
       now_ += std::chrono::milliseconds(1);
-      for (const Happening& happening : machine_.tick(now_)) {
+      for (const NcEvent& happening : machine_.tick(now_)) {
         if (const auto* aborted = std::get_if<nc::AbortedEvent>(&happening.event)) {
           mistake = aborted->why.to_string();
         }

@@ -81,9 +81,9 @@ caller::Order order_of(const CallOptions& options, const std::string& uuid, std:
   return order;
 }
 
-class Errand : public caller::CallerListener {
+class OneCall : public caller::CallerListener {
  public:
-  Errand(fabric::dds::Participant& participant, const caller::Order& order)
+  OneCall(fabric::dds::Participant& participant, const caller::Order& order)
       : order_(order),
         grace_(io_),
         time_(grace, Clock::now()),
@@ -204,7 +204,7 @@ int call(const CallOptions& options) {
   }
   const caller::Order order = order_of(options, *uuid, std::move(text));
   fabric::dds::Participant participant(options.fabric.options());
-  const caller::Ended ended = Errand(participant, order).run();
+  const caller::Ended ended = OneCall(participant, order).run();
   show(options, order, ended);
   const bool served = ended.reply && ended.reply->code != fabric::ServiceCode::failed &&
                       ended.reply->code != fabric::ServiceCode::refused;

@@ -63,7 +63,7 @@ tools::replay::AsCncOptions settings_of(const Options& options) {
 }
 
 /// Follows which services are there, and calls none.
-struct Onlooker : caller::CallerListener {
+struct ServiceFollower : caller::CallerListener {
   void on_ended(const caller::Ended&) override {}
 };
 
@@ -84,7 +84,7 @@ int as_cnc(const Options& options, const Plan& plan) {
     program::ready(what);
   }
 
-  Onlooker onlooker;
+  ServiceFollower onlooker;
   const fabric::dds::ParticipantOptions join = options.fabric.options();
   fabric::dds::Participant participant(join);
   const caller::Caller registry(participant, run.io().get_executor(), onlooker);

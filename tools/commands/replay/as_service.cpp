@@ -69,9 +69,9 @@ tools::replay::AsServiceOptions settings_of(const Options& options, const Plan& 
           .host = base::posix::host_name()};
 }
 
-class StandIn : public tools::replay::AsServiceListener {
+class ReportingListener : public tools::replay::AsServiceListener {
  public:
-  StandIn(const Options& options, const Plan& plan)
+  ReportingListener(const Options& options, const Plan& plan)
       : options_(options), plan_(plan), signals_(io_, SIGINT, SIGTERM) {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
@@ -163,7 +163,7 @@ class StandIn : public tools::replay::AsServiceListener {
 }  // namespace
 
 int as_service(const Options& options, const Plan& plan) {
-  StandIn stand_in(options, plan);
+  ReportingListener stand_in(options, plan);
   check_unserved(options, plan);
   fabric::dds::Participant participant(options.fabric.options());
   return stand_in.serve(participant);

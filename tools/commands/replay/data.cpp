@@ -206,7 +206,7 @@ class DataReplay {
   fabric::dds::Participant participant_;
   fabric::endpoints::DataEndpoint end_;
   Progress progress_;
-  tools::replay::Told told_;
+  tools::replay::PublishedValues told_;
   recording::Histogram late_;
   Clock::time_point start_{};
   fabric::Time wall_{};

@@ -27,7 +27,7 @@ constexpr std::string_view ending = ".mcap";
 constexpr std::size_t most_listed = 10'000;
 
 /// Stops reading a file: the request is satisfied or was dropped.
-struct Enough {};
+struct StopReading {};
 
 struct Listed {
   std::string name;
@@ -101,11 +101,11 @@ Recordings::Result<boost::json::object> Recordings::info(const std::string& name
     try {
       recording::read_entries(file, {}, [&](const recording::Entry& entry) {
         if (*stopped_) {
-          throw Enough();
+          throw StopReading();
         }
         hops.add(entry);
       });
-    } catch (const Enough&) {
+    } catch (const StopReading&) {
       // stop() was called.
     }
     hops.close();
@@ -126,21 +126,21 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
       recording::read_entries(file, {}, [&](const recording::Entry& entry) {
         const plant::EndedCall* ended = call_store.add(entry);
         if (*stopped_) {
-          throw Enough();
+          throw StopReading();
         }
         if (ended == nullptr || !filter.takes(*ended) || (skip > 0 && skip-- > 0)) {
           return;
         }
         if (list.size() == most) {
           more = true;
-          throw Enough();
+          throw StopReading();
         }
         boost::json::object call = print::json_of(ended->call);
         call["failed"] = ended->failed;
         call["result"] = ended->result();
         list.push_back(std::move(call));
       });
-    } catch (const Enough&) {
+    } catch (const StopReading&) {
       // The next page has the rest.
     }
     return boost::json::object{{"calls", std::move(list)}, {"more", more}};
@@ -155,15 +155,15 @@ Recordings::Result<boost::json::object> Recordings::alarms(const std::string& na
     try {
       recording::read_entries(file, {.kinds = {"alarm"}}, [&](const recording::Entry& entry) {
         if (*stopped_) {
-          throw Enough();
+          throw StopReading();
         }
         if (list.size() == most) {
           more = true;
-          throw Enough();
+          throw StopReading();
         }
         list.push_back(print::json_of(entry));
       });
-    } catch (const Enough&) {
+    } catch (const StopReading&) {
       // The complete list is in the file.
     }
     return boost::json::object{{"alarms", std::move(list)}, {"more", more}};
@@ -177,11 +177,11 @@ Recordings::Result<boost::json::object> Recordings::timeline(const std::string& 
     try {
       recording::read_entries(file, {.call = call}, [&](const recording::Entry& entry) {
         if (*stopped_) {
-          throw Enough();
+          throw StopReading();
         }
         builder.add(entry);
       });
-    } catch (const Enough&) {
+    } catch (const StopReading&) {
       // stop() was called.
     }
     const recording::Timeline timeline = builder.build();

@@ -283,7 +283,7 @@ Outcome Site::data(const Target& target, const fabric::Moment& now) const {
                          "none or for each of them",
                          most_lines));
   }
-  std::vector<plant::Wanted> wanted;
+  std::vector<plant::LineRequest> wanted;
   for (std::size_t i = 0; i < variables.size(); ++i) {
     // Milliseconds since 1970; later times overflow nanoseconds.
     constexpr std::int64_t latest = 9'000'000'000'000;

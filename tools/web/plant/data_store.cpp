@@ -361,9 +361,9 @@ boost::json::object DataStore::line_of(const Key& key, const Group& group, const
 }
 
 boost::json::object DataStore::history(const std::string& machine,
-                                       const std::vector<Wanted>& wanted, fabric::Time now) const {
+                                       const std::vector<LineRequest>& wanted, fabric::Time now) const {
   boost::json::array series;
-  for (const Wanted& each : wanted) {
+  for (const LineRequest& each : wanted) {
     // The separator is '/': channel numbers and group names have none.
     const std::size_t first = each.variable.find('/');
     const std::size_t second = each.variable.find('/', first + 1);

@@ -34,7 +34,7 @@ struct DataFilter {
 };
 
 /// A requested line over time.
-struct Wanted {
+struct LineRequest {
   /// "1/axes/V.A.ACT_POS.X": channel, group and name.
   std::string variable{};
   /// The reader has the line up to this time; zero = nothing.
@@ -73,7 +73,7 @@ class DataStore {
   [[nodiscard]] boost::json::array samples(const DataFilter& filter) const;
   /// {time, series}: of each known line the points since then, and its present value.
   [[nodiscard]] boost::json::object history(const std::string& machine,
-                                            const std::vector<Wanted>& wanted,
+                                            const std::vector<LineRequest>& wanted,
                                             fabric::Time now) const;
 
   [[nodiscard]] std::size_t groups() const { return groups_.size(); }

@@ -54,7 +54,7 @@ std::vector<Message> sent(const Actions& actions, const std::string& channel) {
 
 inline std::string said(const Actions& actions) {
   std::string text;
-  for (const Say& say : all<Say>(actions)) {
+  for (const LogLine& say : all<LogLine>(actions)) {
     text += say.text + "\n";
   }
   return text;

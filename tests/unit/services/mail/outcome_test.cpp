@@ -22,50 +22,50 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         OutcomeCase{
             "taken", {.handed_over = true, .code = 250, .replied_after = true}, Verdict::accepted},
-        OutcomeCase{"no contact", {.trouble = Trouble::no_contact}, Verdict::later},
-        OutcomeCase{"broken before", {.trouble = Trouble::broken, .code = 354}, Verdict::later},
-        OutcomeCase{"greeting 421", {.trouble = Trouble::broken, .code = 421}, Verdict::later},
-        OutcomeCase{"greeting 554", {.trouble = Trouble::broken, .code = 554}, Verdict::refused},
-        OutcomeCase{"recipient 550", {.trouble = Trouble::broken, .code = 550}, Verdict::refused},
+        OutcomeCase{"no contact", {.trouble = ConnectionError::no_contact}, Verdict::later},
+        OutcomeCase{"broken before", {.trouble = ConnectionError::broken, .code = 354}, Verdict::later},
+        OutcomeCase{"greeting 421", {.trouble = ConnectionError::broken, .code = 421}, Verdict::later},
+        OutcomeCase{"greeting 554", {.trouble = ConnectionError::broken, .code = 554}, Verdict::refused},
+        OutcomeCase{"recipient 550", {.trouble = ConnectionError::broken, .code = 550}, Verdict::refused},
         OutcomeCase{
             "message 451",
-            {.trouble = Trouble::broken, .handed_over = true, .code = 451, .replied_after = true},
+            {.trouble = ConnectionError::broken, .handed_over = true, .code = 451, .replied_after = true},
             Verdict::later},
         OutcomeCase{
             "message 554",
-            {.trouble = Trouble::broken, .handed_over = true, .code = 554, .replied_after = true},
+            {.trouble = ConnectionError::broken, .handed_over = true, .code = 554, .replied_after = true},
             Verdict::refused},
         OutcomeCase{"broken behind the message",
-                    {.trouble = Trouble::broken, .handed_over = true, .code = 354},
+                    {.trouble = ConnectionError::broken, .handed_over = true, .code = 354},
                     Verdict::doubt},
         OutcomeCase{"an earlier refusal says nothing about the message",
-                    {.trouble = Trouble::broken, .handed_over = true, .code = 502},
+                    {.trouble = ConnectionError::broken, .handed_over = true, .code = 502},
                     Verdict::doubt},
-        OutcomeCase{"certificate", {.trouble = Trouble::tls, .code = 220}, Verdict::insecure},
-        OutcomeCase{"password", {.trouble = Trouble::login, .code = 535}, Verdict::login},
-        OutcomeCase{"login for now", {.trouble = Trouble::login, .code = 454}, Verdict::later},
+        OutcomeCase{"certificate", {.trouble = ConnectionError::tls, .code = 220}, Verdict::insecure},
+        OutcomeCase{"password", {.trouble = ConnectionError::login, .code = 535}, Verdict::login},
+        OutcomeCase{"login for now", {.trouble = ConnectionError::login, .code = 454}, Verdict::later},
         OutcomeCase{"no supported login method",
-                    {.trouble = Trouble::login, .code = 354},
+                    {.trouble = ConnectionError::login, .code = 354},
                     Verdict::login}));
 
 TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
-  EXPECT_EQ(outcome_of({.trouble = Trouble::broken,
+  EXPECT_EQ(outcome_of({.trouble = ConnectionError::broken,
                         .trouble_text = "RCPT failed",
                         .code = 550,
                         .reply = "550 unknown"})
                 .reply,
             "550 unknown");
-  const Outcome gone = outcome_of({.trouble = Trouble::no_contact, .trouble_text = "refused"});
+  const Outcome gone = outcome_of({.trouble = ConnectionError::no_contact, .trouble_text = "refused"});
   EXPECT_EQ(gone.reply, "refused");
   EXPECT_FALSE(gone.contact);
 }
 
 TEST(MailOutcome, TellsAServerThatStallsFromOneThatIsNotThere) {
-  const Outcome stalled = outcome_of({.trouble = Trouble::timeout, .code = 250});
+  const Outcome stalled = outcome_of({.trouble = ConnectionError::timeout, .code = 250});
   EXPECT_EQ(stalled.verdict, Verdict::later);
   EXPECT_TRUE(stalled.contact);
   EXPECT_TRUE(stalled.stalled);
-  const Outcome silent = outcome_of({.trouble = Trouble::timeout});
+  const Outcome silent = outcome_of({.trouble = ConnectionError::timeout});
   EXPECT_EQ(silent.verdict, Verdict::later);
   EXPECT_FALSE(silent.contact);
   EXPECT_FALSE(silent.stalled);

@@ -1,4 +1,4 @@
-#include "services/mail/postman.hpp"
+#include "services/mail/mail_sender.hpp"
 
 #include <deque>
 #include <filesystem>
@@ -139,7 +139,7 @@ class MailPostman : public testing::Test {
   FakeServer server;
   tests::KeptAlarms alarms;
   std::optional<fabric::Alarm> seen_while_it_waits;
-  std::optional<Postman> sut;
+  std::optional<MailSender> sut;
 };
 
 TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
@@ -393,7 +393,7 @@ TEST_F(MailPostmanAfterAWhile, TriesFirstWhatIsDueTheLongest) {
   wait_for("b@example.com", 1, 10s);
   wait_for("b@example.com", 2, 30s);
   wait_for("b@example.com", 3, 20s);
-  Postman postman(sample_config(), Spool(spool), pit, base::program::no_log(), alarms);
+  MailSender mail_sender(sample_config(), Spool(spool), pit, base::program::no_log(), alarms);
   tests::await("all mails", [&] { return pit.taken().size() == 3; });
   EXPECT_THAT(pit.taken(), testing::ElementsAre("2", "3", "1"));
 }
@@ -407,8 +407,8 @@ TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
   }
   Config config = sample_config();
   config.retry = {.first = 1ms, .longest = 4ms};
-  std::optional<Postman> postman;
-  postman.emplace(config, Spool(spool), pit, base::program::no_log(), alarms);
+  std::optional<MailSender> mail_sender;
+  mail_sender.emplace(config, Spool(spool), pit, base::program::no_log(), alarms);
   tests::await("all that can be sent", [&] { return pit.taken().size() == 17; });
   const std::jthread releasing([&](const std::stop_token& end) {
     tests::await("an end", [&] {
@@ -416,7 +416,7 @@ TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
       return end.stop_requested();
     });
   });
-  postman.reset();
+  mail_sender.reset();
 }
 
 }  // namespace

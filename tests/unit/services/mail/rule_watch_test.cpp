@@ -53,11 +53,11 @@ class ARule : public testing::Test {
     now.wall += time;
     sut->on_time(now);
   }
-  std::vector<Occasion> see(fabric::observer::Sample sample) {
+  std::vector<RuleEvent> see(fabric::observer::Sample sample) {
     sut->on_entry({.at = now.wall, .sample = std::move(sample)}, now);
     return sut->take();
   }
-  std::vector<Occasion> event(ProgramEventKind kind, const std::string& machine = "press") {
+  std::vector<RuleEvent> event(ProgramEventKind kind, const std::string& machine = "press") {
     return see(fabric::ProgramEvent{.key = {machine, 1},
                                     .kind = kind,
                                     .at = now.wall,
@@ -66,21 +66,21 @@ class ARule : public testing::Test {
                                     .error = kind == ProgramEventKind::aborted ? 21462U : 0U,
                                     .parts = 12});
   }
-  std::vector<Occasion> channel(ChannelState state, std::chrono::seconds ago = 0s) {
+  std::vector<RuleEvent> channel(ChannelState state, std::chrono::seconds ago = 0s) {
     return see(fabric::ChannelStatus{.key = {"press", 1},
                                      .state = state,
                                      .since = now.wall - ago,
                                      .uuid = uuid,
                                      .reason = "all instances are busy"});
   }
-  std::vector<Occasion> link(std::uint8_t gateway, bool connected) {
+  std::vector<RuleEvent> link(std::uint8_t gateway, bool connected) {
     return see(fabric::MachineStatus{.machine = "press",
                                      .gateway = id_of(gateway),
                                      .connected = connected,
                                      .since = now.wall,
                                      .reason = connected ? "" : "no route"});
   }
-  std::vector<Occasion> instance(std::uint8_t id, fabric::observer::Change change) {
+  std::vector<RuleEvent> instance(std::uint8_t id, fabric::observer::Change change) {
     return see(fabric::observer::InstanceNews{change, {.id = id_of(id), .uuid = uuid}});
   }
 

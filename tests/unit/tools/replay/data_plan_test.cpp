@@ -95,7 +95,7 @@ TEST(ADataPlan, SendsNothingFromTheFutureWhenItIsFast) {
 }
 
 TEST(WhatAReplayTold, IsTakenBack) {
-  Told sut;
+  PublishedValues sut;
   sut.add(sample(0));
   sut.add(sample(100));
   sut.add(event(ProgramEventKind::started, 0, 0));

@@ -24,16 +24,16 @@
 namespace millrace::services::mail {
 
 /// Functions may be called from any thread.
-class Postman {
+class MailSender {
  public:
   /// `transport` and `alarms`, which gets its alarms, must outlive it. Mails that wait in the
   /// spool are tried from now on.
-  Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
+  MailSender(Config config, Spool spool, Transport& transport, base::program::Log log,
           fabric::AlarmSink& alarms);
   /// Cancels attempts that are not handed over; their mails are in the spool.
-  ~Postman();
-  Postman(const Postman&) = delete;
-  Postman& operator=(const Postman&) = delete;
+  ~MailSender();
+  MailSender(const MailSender&) = delete;
+  MailSender& operator=(const MailSender&) = delete;
 
   /// Sends the mail of the call and returns after the first attempt. For a repeated call, returns
   /// the stage of the earlier mail.

@@ -1,4 +1,4 @@
-#include "base/program/patient_sink.hpp"
+#include "base/program/retrying_sink.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -35,9 +35,9 @@ std::size_t write_piece(int fd, std::string_view text) {
 
 }  // namespace
 
-PatientSink::PatientSink(int fd, std::size_t room) : fd_(fd), room_(room) {}
+RetryingSink::RetryingSink(int fd, std::size_t room) : fd_(fd), room_(room) {}
 
-PatientSink::~PatientSink() {
+RetryingSink::~RetryingSink() {
   {
     const Lock lock(lock_);
     ending_ = true;
@@ -47,7 +47,7 @@ PatientSink::~PatientSink() {
   }
 }
 
-void PatientSink::sink_it_(const spdlog::details::log_msg& message) {
+void RetryingSink::sink_it_(const spdlog::details::log_msg& message) {
   spdlog::memory_buf_t line;
   formatter_->format(message, line);
   std::string_view text(line.data(), line.size());
@@ -60,7 +60,7 @@ void PatientSink::sink_it_(const spdlog::details::log_msg& message) {
   }
 }
 
-std::string_view PatientSink::write_now(std::string_view text) const {
+std::string_view RetryingSink::write_now(std::string_view text) const {
   while (!text.empty() && takes(fd_, std::chrono::milliseconds(0))) {
     const std::size_t written = write_piece(fd_, text);
     if (written == 0) {
@@ -71,19 +71,19 @@ std::string_view PatientSink::write_now(std::string_view text) const {
   return text;
 }
 
-void PatientSink::keep(std::string_view text) {
+void RetryingSink::keep(std::string_view text) {
   if (size_ + text.size() > room_) {
     ++dropped_;
     return;
   }
-  tell_of_the_dropped();
+  report_dropped();
   kept_.emplace_back(text);
   size_ += text.size();
   start_writer();
 }
 
 /// Adds the line about dropped lines at their place.
-void PatientSink::tell_of_the_dropped() {
+void RetryingSink::report_dropped() {
   if (dropped_ > 0) {
     kept_.push_back(std::to_string(dropped_) +
                     " log lines are missing here: standard error was not read in time\n");
@@ -92,7 +92,7 @@ void PatientSink::tell_of_the_dropped() {
   }
 }
 
-void PatientSink::start_writer() {
+void RetryingSink::start_writer() {
   if (writing_) {
     return;
   }
@@ -108,7 +108,7 @@ void PatientSink::start_writer() {
   }
 }
 
-void PatientSink::write_kept() {
+void RetryingSink::write_kept() {
   Lock lock(lock_);
   auto end = std::chrono::steady_clock::time_point::max();
   while (!kept_.empty() && std::chrono::steady_clock::now() < end) {
@@ -128,7 +128,7 @@ void PatientSink::write_kept() {
       kept_.front().erase(0, written);
     }
     if (kept_.empty()) {
-      tell_of_the_dropped();
+      report_dropped();
     }
   }
   writing_ = false;

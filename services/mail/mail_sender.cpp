@@ -1,4 +1,4 @@
-#include "services/mail/postman.hpp"
+#include "services/mail/mail_sender.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -21,7 +21,7 @@ constexpr std::chrono::seconds spool_pause{10};
 
 }  // namespace
 
-Postman::Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
+MailSender::MailSender(Config config, Spool spool, Transport& transport, base::program::Log log,
                  fabric::AlarmSink& alarms)
     : config_(std::move(config)),
       spool_(std::move(spool)),
@@ -35,7 +35,7 @@ Postman::Postman(Config config, Spool spool, Transport& transport, base::program
   stalled_thread_ = std::thread([this] { run(Lane::stalled); });
 }
 
-Postman::~Postman() {
+MailSender::~MailSender() {
   {
     const Lock lock(lock_);
     stopping_ = true;
@@ -45,7 +45,7 @@ Postman::~Postman() {
   stalled_thread_.join();
 }
 
-void Postman::read_spool() {
+void MailSender::read_spool() {
   auto content = spool_.content();
   if (!content) {
     throw std::runtime_error(content.error());
@@ -62,23 +62,23 @@ void Postman::read_spool() {
              content->calls);
 }
 
-void Postman::tell_condition() {
+void MailSender::tell_condition() {
   condition_.waiting(waiting_.size(), std::chrono::steady_clock::now());
   condition_.tell(alarms_);
 }
 
 template <typename Value>
-void Postman::note_spool(const Spool::Result<Value>& result) {
+void MailSender::note_spool(const Spool::Result<Value>& result) {
   condition_.spool(result ? std::nullopt : std::optional(result.error()));
   tell_condition();
 }
 
-Spool::Result<std::optional<Entry>> Postman::known(fabric::CallId call) const {
+Spool::Result<std::optional<Entry>> MailSender::known(fabric::CallId call) const {
   const auto unwritten = unwritten_.find(call);
   return unwritten != unwritten_.end() ? std::optional(unwritten->second) : spool_.find(call);
 }
 
-Response Postman::answer(const CallInfo& call) {
+Response MailSender::answer(const CallInfo& call) {
   if (call.replayed && !config_.send_replayed) {
     const auto mail = compose(config_, call, std::chrono::system_clock::now());
     return mail ? answer_to({.verdict = Verdict::accepted}) : mail.error();
@@ -106,7 +106,7 @@ Response Postman::answer(const CallInfo& call) {
       {.call = call.call, .mail = *std::move(mail), .made = std::chrono::system_clock::now()});
 }
 
-bool Postman::post(fabric::CallId id, Mail mail) {
+bool MailSender::post(fabric::CallId id, Mail mail) {
   Lock lock(lock_);
   const auto earlier = known(id);
   if (!earlier || *earlier || busy_.contains(id)) {
@@ -133,7 +133,7 @@ bool Postman::post(fabric::CallId id, Mail mail) {
   return kept.has_value();
 }
 
-Response Postman::first_attempt(Lock& lock, const Entry& entry) {
+Response MailSender::first_attempt(Lock& lock, const Entry& entry) {
   busy_.insert(entry.call);
   lock.unlock();
   const auto kept = spool_.put(entry);
@@ -148,7 +148,7 @@ Response Postman::first_attempt(Lock& lock, const Entry& entry) {
   return answer_to(attempt(lock, entry, true));
 }
 
-Outcome Postman::send(const Entry& entry) {
+Outcome MailSender::send(const Entry& entry) {
   bool handed_over = false;
   const auto hand_over = [&] {
     Entry leaving = entry;
@@ -171,7 +171,7 @@ Outcome Postman::send(const Entry& entry) {
   }
 }
 
-Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
+Outcome MailSender::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   busy_.insert(entry.call);
   lock.unlock();
   Outcome outcome = send(entry);
@@ -198,7 +198,7 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   return outcome;
 }
 
-void Postman::keep(Lock& lock, const Entry& entry) {
+void MailSender::keep(Lock& lock, const Entry& entry) {
   const auto kept = spool_.put(entry);
   if (!kept) {
     log_->error("call {}: the outcome of its mail is not in the spool yet: {}",
@@ -215,7 +215,7 @@ void Postman::keep(Lock& lock, const Entry& entry) {
   }
 }
 
-void Postman::drop(Lock& lock, fabric::CallId call) {
+void MailSender::drop(Lock& lock, fabric::CallId call) {
   const auto gone = spool_.remove(call);
   if (!gone) {
     log_->error("call {}: {}", call.to_string(), gone.error());
@@ -226,7 +226,7 @@ void Postman::drop(Lock& lock, fabric::CallId call) {
   unwritten_.erase(call);
 }
 
-void Postman::note(const Entry& entry) {
+void MailSender::note(const Entry& entry) {
   if (entry.stage == Stage::waiting) {
     waiting_.insert_or_assign(entry.call, entry.next);
   } else {
@@ -234,7 +234,7 @@ void Postman::note(const Entry& entry) {
   }
 }
 
-void Postman::tell(const Entry& entry, const Outcome& outcome) const {
+void MailSender::tell(const Entry& entry, const Outcome& outcome) const {
   const std::string call = entry.call.to_string();
   switch (outcome.verdict) {
     case Verdict::accepted:
@@ -267,7 +267,7 @@ void Postman::tell(const Entry& entry, const Outcome& outcome) const {
   }
 }
 
-void Postman::run(Lane lane) {
+void MailSender::run(Lane lane) {
   Lock lock(lock_);
   while (!stopping_) {
     const fabric::Time time = std::chrono::system_clock::now();
@@ -295,7 +295,7 @@ void Postman::run(Lane lane) {
   }
 }
 
-void Postman::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
+void MailSender::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
   const auto entry = known(call);
   if (!entry) {
     log_->error("call {}: its mail is tried again later: {}", call.to_string(), entry.error());
@@ -311,7 +311,7 @@ void Postman::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
   attempt(lock, **entry, false);
 }
 
-void Postman::write_again(Lock& lock) {
+void MailSender::write_again(Lock& lock) {
   const auto entries = unwritten_;
   for (const auto& [call, entry] : entries) {
     if (busy_.insert(call).second) {
@@ -323,7 +323,7 @@ void Postman::write_again(Lock& lock) {
   }
 }
 
-bool Postman::believes_clock() {
+bool MailSender::believes_clock() {
   const bool believes = clock_->believes(base::loop::clocks_now());
   if (const auto news = clock_->news()) {
     log_->warn("{}", *news);
@@ -331,7 +331,7 @@ bool Postman::believes_clock() {
   return believes;
 }
 
-std::optional<fabric::CallId> Postman::due(Lane lane, fabric::Time now, fabric::Time& wake) const {
+std::optional<fabric::CallId> MailSender::due(Lane lane, fabric::Time now, fabric::Time& wake) const {
   std::optional<fabric::CallId> longest;
   fabric::Time since = fabric::Time::max();
   for (const auto& [call, wanted] : waiting_) {
@@ -351,7 +351,7 @@ std::optional<fabric::CallId> Postman::due(Lane lane, fabric::Time now, fabric::
   return longest;
 }
 
-void Postman::forget_old(Lock& lock, fabric::Time now) {
+void MailSender::forget_old(Lock& lock, fabric::Time now) {
   lock.unlock();
   const auto forgotten = spool_.forget(now - config_.remember);
   lock.lock();

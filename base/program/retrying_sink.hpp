@@ -19,13 +19,13 @@
 namespace millrace::base::program {
 
 /// Thread-safe.
-class PatientSink final : public spdlog::sinks::base_sink<std::mutex> {
+class RetryingSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   /// `fd` must stay open longer than the sink. At most `room` bytes are kept; further lines are
   /// dropped, and a line at their place has their number.
-  explicit PatientSink(int fd, std::size_t room = std::size_t{1} << 20U);
+  explicit RetryingSink(int fd, std::size_t room = std::size_t{1} << 20U);
   /// Waits for the reader to take the kept lines, at most one second.
-  ~PatientSink() override;
+  ~RetryingSink() override;
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override;
@@ -39,7 +39,7 @@ class PatientSink final : public spdlog::sinks::base_sink<std::mutex> {
   void keep(std::string_view text);
   void start_writer();
   void write_kept();
-  void tell_of_the_dropped();
+  void report_dropped();
 
   const int fd_;
   const std::size_t room_;
