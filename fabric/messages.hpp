@@ -213,8 +213,8 @@ struct ChannelStatus {
 };
 MILLRACE_FIELDS(ChannelStatus, (key, .required = true), call,
                 (uuid, .words = "UUID", .sparse = true), (state, .json = "channel_state"), since,
-                attempt, instance, cause, reason, calls, (answered, .json = "answered_calls"), withdrawn,
-                (repeated, .proto = "repeated_calls"), late, failed,
+                attempt, instance, cause, reason, calls, (answered, .json = "answered_calls"),
+                withdrawn, (repeated, .proto = "repeated_calls"), late, failed,
                 (gone, .sparse = true, .on_wire = false))
 
 /// No gateway claims before 2020 or after 2199: even a gateway with an unset clock claims within
@@ -266,7 +266,8 @@ struct MachineStatus {
   std::uint32_t pid = 0;
   std::string version{};
   std::uint64_t epoch = 0;
-  /// An observer says that the gateway is gone; only machine, gateway, since and reason have a value then.
+  /// An observer says that the gateway is gone; only machine, gateway, since and reason have a
+  /// value then.
   bool gone = false;
   bool operator==(const MachineStatus&) const = default;
 };

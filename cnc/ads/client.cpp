@@ -39,7 +39,8 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
                                               Bytes payload, std::uint32_t asked);
   using Handles = std::vector<std::uint32_t>;
   static asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
-      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told);
+      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted,
+      NotificationHandler told);
   static asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> add_in_a_sum(
       Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
   static asio::awaitable<std::vector<Result<std::uint32_t>>> add_singly(
@@ -169,7 +170,8 @@ asio::awaitable<Result<Bytes>> Client::Impl::fetch(Self self, std::uint16_t port
 }
 
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
-    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told) {
+    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted,
+    NotificationHandler told) {
   self->inbox.expect();
   const auto closed = self->closed;
   auto answers = co_await add_in_a_sum(self, port, wanted);

@@ -35,7 +35,8 @@ class NotificationInbox {
   void expect() { ++expected_; }
   /// The request has its response: handle i belongs to item i; 0 marks an item that was refused.
   /// Passes on the samples that were held.
-  void add(std::uint16_t port, const std::vector<std::uint32_t>& handles, const NotificationHandler& told);
+  void add(std::uint16_t port, const std::vector<std::uint32_t>& handles,
+           const NotificationHandler& told);
   /// Ends the calls for these handles. Samples that still come for them are not strangers.
   void remove(std::uint16_t port, const std::vector<std::uint32_t>& handles);
   void receive(std::uint16_t port, const std::vector<Stamp>& stamps);

@@ -354,7 +354,7 @@ asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
 }
 
 asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(Stream::Socket socket,
-                                                                      SecureWelcome welcome) {
+                                                                            SecureWelcome welcome) {
   auto stream = welcome.context.stream(std::move(socket));
   const auto client = co_await answer_hello(*stream, welcome);
   if (!client) {

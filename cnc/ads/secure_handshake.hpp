@@ -63,7 +63,7 @@ struct AcceptedClient {
 };
 
 /// A client and the transport of its frames, or the reason of the refusal, as text for the log.
-boost::asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(Stream::Socket socket,
-                                                                             SecureWelcome welcome);
+boost::asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(
+    Stream::Socket socket, SecureWelcome welcome);
 
 }  // namespace millrace::cnc::ads

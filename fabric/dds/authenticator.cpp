@@ -144,11 +144,11 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
                                     fmt::join(trust->identity_partitions, ", "))));
   watch.emplace(trust,
                 TrustWatch::Reported{.revoked =
-                                     [this](const auto& names) {
-                                       look();
-                                       return revoke(names);
-                                     },
-                                 .said = [this](std::string text) { say(std::move(text)); }});
+                                         [this](const auto& names) {
+                                           look();
+                                           return revoke(names);
+                                         },
+                                     .said = [this](std::string text) { say(std::move(text)); }});
 }
 
 void Authenticator::Impl::on_identity(dds_entity_t own,

@@ -289,7 +289,8 @@ std::string excess_of(const millrace_VariableRequest& sample) {
 }  // namespace
 
 template <typename Value, typename Type, const Topic& its_topic>
-tl::expected<BorrowedSample<Type>, std::string> CodecOf<Value, Type, its_topic>::encode(const Value& value) {
+tl::expected<BorrowedSample<Type>, std::string> CodecOf<Value, Type, its_topic>::encode(
+    const Value& value) {
   tl::expected<BorrowedSample<Type>, std::string> lent;
   Putter putter(lent->lists);
   putter.all(value, static_cast<Type&>(*lent));

@@ -11,8 +11,8 @@ namespace {
 
 bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
   const auto all = [](const fabric::ChannelStatus& s) {
-    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.cause, s.reason, s.calls, s.answered,
-                    s.withdrawn, s.repeated, s.late, s.failed);
+    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.cause, s.reason, s.calls,
+                    s.answered, s.withdrawn, s.repeated, s.late, s.failed);
   };
   return all(a) == all(b);
 }

@@ -65,7 +65,8 @@ bool Machines::consider(const fabric::MachineStatus& status, Moment now) {
           "implausible", machine,
           fmt::format(
               "{}: {} claims this machine since an impossible time (claimed={}); ignored. Its "
-              "sender is not a gateway of this plant, or its clock is wrong: see docs/how-to/secure-a-network.md",
+              "sender is not a gateway of this plant, or its clock is wrong: see "
+              "docs/how-to/secure-a-network.md",
               machine, who, status.claimed.time_since_epoch().count()),
           now);
       return false;

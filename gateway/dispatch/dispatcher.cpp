@@ -175,9 +175,9 @@ std::optional<Reason> Dispatcher::why_unserved(const std::string& uuid,
     return {};
   }
   if (service.draining) {
-    return Reason{fabric::Cause::draining,
-                  fmt::format("the service {} is draining and accepts no new calls",
-                              printable(uuid))};
+    return Reason{
+        fabric::Cause::draining,
+        fmt::format("the service {} is draining and accepts no new calls", printable(uuid))};
   }
   if (service.elsewhere != nullptr) {
     return Reason{fabric::Cause::other_channels,
@@ -188,9 +188,9 @@ std::optional<Reason> Dispatcher::why_unserved(const std::string& uuid,
   if (last == last_of_.end()) {
     return Reason{fabric::Cause::unknown_uuid, explain_unserved(uuid, instances_.uuids())};
   }
-  return Reason{fabric::Cause::no_instance,
-                fmt::format("no instance serves {}; the last one was {}", printable(uuid),
-                            last->second)};
+  return Reason{
+      fabric::Cause::no_instance,
+      fmt::format("no instance serves {}; the last one was {}", printable(uuid), last->second)};
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {

@@ -95,7 +95,7 @@ class Dispatcher {
 
   /// Why no instance serves this UUID for this channel; nullopt if one does.
   [[nodiscard]] std::optional<Reason> why_unserved(const std::string& uuid,
-                                                        const fabric::ChannelKey& key) const;
+                                                   const fabric::ChannelKey& key) const;
 
   /// How often a call of this canonical UUID may run: at most once if any instance announces it.
   [[nodiscard]] fabric::Delivery delivery_of(const std::string& uuid) const;

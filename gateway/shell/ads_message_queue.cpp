@@ -244,9 +244,8 @@ asio::awaitable<bool> AdsMessageQueue::watch(std::function<void()> told) {
   std::vector<cnc::ads::AddNotificationRequest> wanted;
   wanted.push_back(
       {layout_->control.index, layout_->control.size, cnc::ads::Transmission::on_change, 0, cycle});
-  cnc::ads::NotificationHandler tell = [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) {
-    told();
-  };
+  cnc::ads::NotificationHandler tell = [told = std::move(told)](std::size_t /*item*/,
+                                                                BytesView /*value*/) { told(); };
   const auto granted = co_await client_.subscribe(port, std::move(wanted), std::move(tell));
   co_return !granted.empty() && granted.front().has_value();
 }

@@ -194,8 +194,9 @@ Actions Bridge::on_drained(Registration number) {
   }
   Actions actions{
       Unregister{number},
-      LogLine{Level::info, fmt::format("{} of {} has answered all its calls and is not served any more",
-                                   program_name(key->second), key->first)}};
+      LogLine{Level::info,
+              fmt::format("{} of {} has answered all its calls and is not served any more",
+                          program_name(key->second), key->first)}};
   program->registration.reset();
   program->calls.clear();
   registered_.erase(number);
@@ -272,9 +273,9 @@ void Bridge::register_anew(Program& program, const Key& key, const Announcement&
   program.refused = false;
   registered_.emplace(number, key);
   actions.emplace_back(Register{number, program.announced});
-  actions.emplace_back(
-      LogLine{Level::info, fmt::format("{} of {} at {} is there: {}", program_name(key.second),
-                                   key.first, program.sender.to_string(), program.announced.name)});
+  actions.emplace_back(LogLine{
+      Level::info, fmt::format("{} of {} at {} is there: {}", program_name(key.second), key.first,
+                               program.sender.to_string(), program.announced.name)});
 }
 
 void Bridge::warn_limited(const char* kind, std::string_view about, const std::string& text,

@@ -22,7 +22,7 @@ constexpr std::chrono::seconds spool_pause{10};
 }  // namespace
 
 MailSender::MailSender(Config config, Spool spool, Transport& transport, base::program::Log log,
-                 fabric::AlarmSink& alarms)
+                       fabric::AlarmSink& alarms)
     : config_(std::move(config)),
       spool_(std::move(spool)),
       transport_(transport),
@@ -331,7 +331,8 @@ bool MailSender::believes_clock() {
   return believes;
 }
 
-std::optional<fabric::CallId> MailSender::due(Lane lane, fabric::Time now, fabric::Time& wake) const {
+std::optional<fabric::CallId> MailSender::due(Lane lane, fabric::Time now,
+                                              fabric::Time& wake) const {
   std::optional<fabric::CallId> longest;
   fabric::Time since = fabric::Time::max();
   for (const auto& [call, wanted] : waiting_) {

@@ -29,7 +29,7 @@ class MailSender {
   /// `transport` and `alarms`, which gets its alarms, must outlive it. Mails that wait in the
   /// spool are tried from now on.
   MailSender(Config config, Spool spool, Transport& transport, base::program::Log log,
-          fabric::AlarmSink& alarms);
+             fabric::AlarmSink& alarms);
   /// Cancels attempts that are not handed over; their mails are in the spool.
   ~MailSender();
   MailSender(const MailSender&) = delete;

@@ -24,8 +24,8 @@ fabric::Moment moment_now() {
 }  // namespace
 
 struct RuleThread::Impl final : fabric::observer::ObserverListener {
-  Impl(const fabric::dds::ParticipantOptions& join, const Config& the_config, MailSender& the_postman,
-       base::program::Log the_log)
+  Impl(const fabric::dds::ParticipantOptions& join, const Config& the_config,
+       MailSender& the_postman, base::program::Log the_log)
       : config(the_config),
         mail_sender(the_postman),
         log(std::move(the_log)),

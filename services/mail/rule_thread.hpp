@@ -14,8 +14,8 @@ namespace millrace::services::mail {
 class RuleThread {
  public:
   /// `mail_sender` must outlive it. Throws std::runtime_error if joining the fabric fails.
-  RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config, MailSender& mail_sender,
-             base::program::Log log);
+  RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config,
+             MailSender& mail_sender, base::program::Log log);
   ~RuleThread();
   RuleThread(const RuleThread&) = delete;
   RuleThread& operator=(const RuleThread&) = delete;

@@ -241,18 +241,18 @@ void Calls::tell(const fabric::CallId& call, const Open& open, fabric::EventKind
   const bool request = kind == fabric::EventKind::seen;
   out_.emplace_back(
       Notice{{.key = open.order.key,
-            .call = call,
-            .attempt = open.attempt,
-            .kind = kind,
-            .at = now.wall,
-            .instance = reply != nullptr
-                            ? reply->instance
-                            : (open.asked.empty() ? fabric::InstanceId{} : open.asked.back()),
-            .uuid = open.order.uuid,
-            .text = reply != nullptr ? reply->text : (request ? open.order.text : std::string()),
-            .state = reply != nullptr ? reply->state : (request ? open.order.state : 0),
-            .detail = detail.substr(0, longest_detail),
-            .replayed = open.order.replayed}});
+              .call = call,
+              .attempt = open.attempt,
+              .kind = kind,
+              .at = now.wall,
+              .instance = reply != nullptr
+                              ? reply->instance
+                              : (open.asked.empty() ? fabric::InstanceId{} : open.asked.back()),
+              .uuid = open.order.uuid,
+              .text = reply != nullptr ? reply->text : (request ? open.order.text : std::string()),
+              .state = reply != nullptr ? reply->state : (request ? open.order.state : 0),
+              .detail = detail.substr(0, longest_detail),
+              .replayed = open.order.replayed}});
 }
 
 }  // namespace millrace::tools::caller

@@ -150,7 +150,8 @@ void ControlParser::parse_elseif() {
   }
   begin_if_part(*statement);
   Expression condition = parse_expression(cursor_);
-  statement->branch = writer_.add(Branch{std::move(condition), ConditionRule::half_or_beyond, false, 0});
+  statement->branch =
+      writer_.add(Branch{std::move(condition), ConditionRule::half_or_beyond, false, 0});
 }
 
 void ControlParser::parse_else() {

@@ -1,5 +1,3 @@
-#include "base/program/retrying_sink.hpp"
-
 #include <array>
 #include <future>
 #include <memory>
@@ -14,6 +12,7 @@
 #include <spdlog/logger.h>
 #include <unistd.h>
 
+#include "base/program/retrying_sink.hpp"
 #include "tests/support/await.hpp"
 
 namespace millrace::base::program {

@@ -12,8 +12,8 @@ namespace {
 using namespace std::chrono_literals;
 using cnc::ads::ByteWriter;
 using cnc::ads::ErrorCode;
-using cnc::variables::Reading;
 using cnc::variables::LookupError;
+using cnc::variables::Reading;
 using cnc::variables::Type;
 using fabric::Quality;
 using testing::ElementsAre;

@@ -23,8 +23,7 @@ Cell poll_of(const MachineStatus& status) {
 }
 
 Cell gateway_of(const MachineStatus& status) {
-  return status.gone ? Cell()
-                     : fmt::format("{} ({}), {}", status.host, status.pid, status.version);
+  return status.gone ? Cell() : fmt::format("{} ({}), {}", status.host, status.pid, status.version);
 }
 
 template <typename T>
@@ -46,7 +45,9 @@ const print::Listing<MachineStatus>& machines_listing() {
        8},
       {"ROUND TRIP", "", [](const auto& it) { return if_known(it.round_trip); }, Align::right, 3},
       {"GATEWAY", "", &gateway_of, Align::left, 7},
-      {"WHY", "", [](const auto& it) -> Cell { return it.reason; }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });
+      {"WHY", "", [](const auto& it) -> Cell {
+         return it.reason;
+       }}}.with_fields<MachineStatus>([](const auto& it) { return &it; });
   return machines;
 }
 

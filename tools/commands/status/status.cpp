@@ -230,9 +230,8 @@ const print::Listing<MachineRow>& machines_listing() {
       {"CHANNELS", "", &channels_of},
       {"GATEWAY", "",
        [](const auto& row) -> Cell {
-         return row.status->gone
-                    ? Cell()
-                    : fmt::format("{} ({})", row.status->host, row.status->pid);
+         return row.status->gone ? Cell()
+                                 : fmt::format("{} ({})", row.status->host, row.status->pid);
        },
        Align::left, 2}};
   return machines;
@@ -246,8 +245,7 @@ std::vector<MachineRow> machine_rows(const StatusOptions& options, const bus::Fa
       continue;
     }
     MachineRow& row = machines[status.machine];
-    if (row.status == nullptr || status.connected ||
-        (!row.status->connected && !status.gone)) {
+    if (row.status == nullptr || status.connected || (!row.status->connected && !status.gone)) {
       row.status = &status;
     }
   }

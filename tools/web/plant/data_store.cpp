@@ -361,7 +361,8 @@ boost::json::object DataStore::line_of(const Key& key, const Group& group, const
 }
 
 boost::json::object DataStore::history(const std::string& machine,
-                                       const std::vector<LineRequest>& wanted, fabric::Time now) const {
+                                       const std::vector<LineRequest>& wanted,
+                                       fabric::Time now) const {
   boost::json::array series;
   for (const LineRequest& each : wanted) {
     // The separator is '/': channel numbers and group names have none.

@@ -23,27 +23,37 @@ INSTANTIATE_TEST_SUITE_P(
         OutcomeCase{
             "taken", {.handed_over = true, .code = 250, .replied_after = true}, Verdict::accepted},
         OutcomeCase{"no contact", {.trouble = ConnectionError::no_contact}, Verdict::later},
-        OutcomeCase{"broken before", {.trouble = ConnectionError::broken, .code = 354}, Verdict::later},
-        OutcomeCase{"greeting 421", {.trouble = ConnectionError::broken, .code = 421}, Verdict::later},
-        OutcomeCase{"greeting 554", {.trouble = ConnectionError::broken, .code = 554}, Verdict::refused},
-        OutcomeCase{"recipient 550", {.trouble = ConnectionError::broken, .code = 550}, Verdict::refused},
         OutcomeCase{
-            "message 451",
-            {.trouble = ConnectionError::broken, .handed_over = true, .code = 451, .replied_after = true},
-            Verdict::later},
+            "broken before", {.trouble = ConnectionError::broken, .code = 354}, Verdict::later},
         OutcomeCase{
-            "message 554",
-            {.trouble = ConnectionError::broken, .handed_over = true, .code = 554, .replied_after = true},
-            Verdict::refused},
+            "greeting 421", {.trouble = ConnectionError::broken, .code = 421}, Verdict::later},
+        OutcomeCase{
+            "greeting 554", {.trouble = ConnectionError::broken, .code = 554}, Verdict::refused},
+        OutcomeCase{
+            "recipient 550", {.trouble = ConnectionError::broken, .code = 550}, Verdict::refused},
+        OutcomeCase{"message 451",
+                    {.trouble = ConnectionError::broken,
+                     .handed_over = true,
+                     .code = 451,
+                     .replied_after = true},
+                    Verdict::later},
+        OutcomeCase{"message 554",
+                    {.trouble = ConnectionError::broken,
+                     .handed_over = true,
+                     .code = 554,
+                     .replied_after = true},
+                    Verdict::refused},
         OutcomeCase{"broken behind the message",
                     {.trouble = ConnectionError::broken, .handed_over = true, .code = 354},
                     Verdict::doubt},
         OutcomeCase{"an earlier refusal says nothing about the message",
                     {.trouble = ConnectionError::broken, .handed_over = true, .code = 502},
                     Verdict::doubt},
-        OutcomeCase{"certificate", {.trouble = ConnectionError::tls, .code = 220}, Verdict::insecure},
+        OutcomeCase{
+            "certificate", {.trouble = ConnectionError::tls, .code = 220}, Verdict::insecure},
         OutcomeCase{"password", {.trouble = ConnectionError::login, .code = 535}, Verdict::login},
-        OutcomeCase{"login for now", {.trouble = ConnectionError::login, .code = 454}, Verdict::later},
+        OutcomeCase{
+            "login for now", {.trouble = ConnectionError::login, .code = 454}, Verdict::later},
         OutcomeCase{"no supported login method",
                     {.trouble = ConnectionError::login, .code = 354},
                     Verdict::login}));
@@ -55,7 +65,8 @@ TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
                         .reply = "550 unknown"})
                 .reply,
             "550 unknown");
-  const Outcome gone = outcome_of({.trouble = ConnectionError::no_contact, .trouble_text = "refused"});
+  const Outcome gone =
+      outcome_of({.trouble = ConnectionError::no_contact, .trouble_text = "refused"});
   EXPECT_EQ(gone.reply, "refused");
   EXPECT_FALSE(gone.contact);
 }

@@ -383,8 +383,7 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
 TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
   using enum fabric::ChannelState;
   add_healthy_plant();
-  add(fabric::MachineStatus{
-      .machine = "lathe", .reason = "its gateway is gone", .gone = true});
+  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone", .gone = true});
   add(fabric::ChannelStatus{
       .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "no service"});
   add(fabric::ChannelStatus{

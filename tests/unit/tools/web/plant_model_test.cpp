@@ -46,9 +46,11 @@ Entry channel(fabric::ChannelState state, std::uint64_t call = 0) {
 
 Entry machine(std::uint8_t gateway, const std::string& host, bool connected = true) {
   return {.at = at(0),
-          .sample = fabric::MachineStatus{
-              .machine = "cnc", .gateway = id(gateway), .connected = connected, .host = host,
-              .gone = host.empty()}};
+          .sample = fabric::MachineStatus{.machine = "cnc",
+                                          .gateway = id(gateway),
+                                          .connected = connected,
+                                          .host = host,
+                                          .gone = host.empty()}};
 }
 
 class APlant : public testing::Test {
