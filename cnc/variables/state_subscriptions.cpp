@@ -142,7 +142,7 @@ asio::awaitable<void> StateSubscriptions::unsubscribe(std::vector<std::uint16_t>
 }
 
 void StateSubscriptions::leave() {
-  ads::Client::Belongings all{sda_port};
+  ads::Client::Resources all{sda_port};
   for (const auto& [channel, subscribed] : subscribed_) {
     all.notifications.insert(all.notifications.end(), subscribed.notifications.begin(),
                              subscribed.notifications.end());

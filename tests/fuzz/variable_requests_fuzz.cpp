@@ -59,7 +59,7 @@ void answer(VariableRequests& requests, const Step& step, Input& in, gateway::Mo
     for (std::size_t i = 0; i < look_up->names.size(); ++i) {
       found.push_back(error == ErrorCode::none
                           ? Found(reading_of(in))
-                          : tl::unexpected(cnc::variables::Trouble{error, in.text()}));
+                          : tl::unexpected(cnc::variables::LookupError{error, in.text()}));
     }
     requests.on_resolved(found, 2, now);
   } else if (const auto* read = std::get_if<gateway::data::Read>(&step)) {

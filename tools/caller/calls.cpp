@@ -103,10 +103,9 @@ void Calls::on_time(Moment now) {
   for (const fabric::CallId& id : over) {
     const Open& open = open_.at(id);
     const std::string why =
-        open.published
-            ? "the instance that has the call has not responded"
-            : dispatcher_.why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
-                  .value_or(open.reason);
+        open.published ? "the instance that has the call has not responded"
+                       : why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
+                             .value_or(open.reason);
     end(id, std::nullopt,
         fmt::format("no response within {}: {}", seconds_of(open.order.patience), why), now);
   }
@@ -148,7 +147,7 @@ void Calls::carry_out(const gateway::dispatch::Decisions& decisions, Moment now)
       take_back(*back, now);
     } else if (const auto* explain = std::get_if<gateway::dispatch::Explain>(&decision)) {
       if (const auto open = open_.find(explain->call); open != open_.end()) {
-        open->second.reason = explain->reason;
+        open->second.reason = explain->reason.text;
       }
     }
   }
@@ -185,13 +184,13 @@ void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
 
 void Calls::take_back(const gateway::dispatch::Unassign& back, Moment now) {
   Open& open = open_.at(back.call);
-  tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason);
+  tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason.text);
   if (back.held) {
     end(back.call, std::nullopt, "its instance is lost, and the call must not run twice", now);
     return;
   }
   open.published = false;
-  open.reason = back.reason;
+  open.reason = back.reason.text;
   withdraw(open, open.asked.back());
 }
 

@@ -99,7 +99,7 @@ void collect_numbers(const syntax::Expression& expression, std::vector<double>& 
 
 }  // namespace
 
-std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth rule,
+std::optional<bool> truth_at(const syntax::Expression& condition, syntax::ConditionRule rule,
                              double state) {
   const Known value = Evaluator(state).of(condition);
   const auto* const number = value ? std::get_if<double>(&*value) : nullptr;
@@ -107,17 +107,17 @@ std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth 
     return std::nullopt;
   }
   switch (rule) {
-    case syntax::Truth::half_or_beyond:
+    case syntax::ConditionRule::half_or_beyond:
       return std::abs(*number) >= 0.5;
-    case syntax::Truth::above_half:
+    case syntax::ConditionRule::above_half:
       return *number > 0.5;
-    case syntax::Truth::half_or_above:
+    case syntax::ConditionRule::half_or_above:
       return *number >= 0.5;
   }
   return std::nullopt;
 }
 
-bool can_be_true(const syntax::Expression& condition, syntax::Truth rule) {
+bool can_be_true(const syntax::Expression& condition, syntax::ConditionRule rule) {
   constexpr double greatest_state = 4294967295.0;
   // Comparisons change their result only next to the numbers in them.
   std::vector<double> states{1, 2, 99, 1e6, greatest_state};

@@ -1,6 +1,6 @@
 // The value of a condition of an NC program while its request has no response yet. Pure.
 //
-//   truth_at(condition, syntax::Truth::above_half, 0)    // true: over before there is an answer
+//   truth_at(condition, syntax::ConditionRule::above_half, 0)    // true: over before there is an answer
 //   can_be_true(condition, rule)                         // false: no answer ever ends this wait
 #pragma once
 
@@ -14,10 +14,11 @@ namespace millrace::tools::lint {
 namespace syntax = cnc::nc::syntax;
 
 /// Is the condition true while RESPONSE_STATE is `state`? Nullopt if that depends on anything else.
-std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth rule, double state);
+std::optional<bool> truth_at(const syntax::Expression& condition, syntax::ConditionRule rule,
+                             double state);
 
 /// False if it is certain that no response makes it true.
-bool can_be_true(const syntax::Expression& condition, syntax::Truth rule);
+bool can_be_true(const syntax::Expression& condition, syntax::ConditionRule rule);
 
 /// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.
 std::string_view service_part(const syntax::Variable& variable);

@@ -161,7 +161,7 @@ class Reader {
 
  private:
   static Effect::Flaw flaw_of(const syntax::Expression& condition) {
-    constexpr auto rule = syntax::Truth::above_half;
+    constexpr auto rule = syntax::ConditionRule::above_half;
     if (truth_at(condition, rule, 0).value_or(false)) {
       return Effect::Flaw::over_at_once;
     }

@@ -63,7 +63,7 @@ Answer ValueStore::answer(const Question& question) {
     std::vector<Sampler::Resolved> all;
     for (const std::string& name : look_up->names) {
       if (!value_of(name)) {
-        all.emplace_back(tl::unexpected(cnc::variables::Trouble{
+        all.emplace_back(tl::unexpected(cnc::variables::LookupError{
             cnc::ads::ErrorCode::symbol_not_found, "0x710 symbol not found"}));
         continue;
       }
@@ -99,7 +99,7 @@ Answer ValueStore::failure(const Question& question, cnc::ads::ErrorCode code) {
   Answer made = answer_to(question);
   if (const auto* look_up = std::get_if<data::Resolve>(&question.step)) {
     made.found = std::vector<Sampler::Resolved>(
-        look_up->names.size(), tl::unexpected(cnc::variables::Trouble{code, "no answer"}));
+        look_up->names.size(), tl::unexpected(cnc::variables::LookupError{code, "no answer"}));
   } else if (const auto* read = std::get_if<data::Read>(&question.step)) {
     made.found =
         std::vector<Sampler::Answer>(read->readings.size(), Sampler::Answer(tl::unexpected(code)));
