@@ -99,7 +99,7 @@ std::string cyclone_configuration(const ParticipantOptions& options, std::string
     list += handshaking;
   }
   const bool usual = uses_uri(options) ? uri.empty() : !finds_otherwise(extra);
-  if (usual && options.finding == Finding::hears) {
+  if (usual && options.finding == Finding::discovers) {
     list += hearing;
   }
   if (!names_interface(extra)) {

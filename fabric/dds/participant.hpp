@@ -18,7 +18,7 @@ struct Trust;
 /// How processes find each other with multicast.
 enum class Finding : std::uint8_t {
   /// Gateways and tools: in the group, receives all others.
-  hears,
+  discovers,
   /// Services: they are not in the discovery group and only announce themselves to it, several
   /// times a second. Processes in the group respond. So services, which do not communicate with
   /// each other, do not discover each other: discovery between all would cost the square of their
@@ -40,7 +40,7 @@ struct ParticipantOptions {
   /// since one that has lost a process which it does not receive would not find it again while it
   /// still has that process's entry.
   std::optional<std::chrono::milliseconds> participant_lease{};
-  Finding finding = Finding::hears;
+  Finding finding = Finding::discovers;
   /// The name that tools show.
   std::string name{};
   /// Further Cyclone configuration (XML fragments or files, separated by commas); it overrides

@@ -133,7 +133,7 @@ typedef struct millrace_participant_options {
   /* Nonzero: this process also calls services, lists instances or observes calls. It then discovers
    * every other process; one that only serves is discovered by gateways and tools, which costs a
    * large fabric less. */
-  int32_t hears;
+  int32_t discovers;
   /* MILLRACE_LOG_…; 0: MILLRACE_LOG_LEVEL, else MILLRACE_LOG_INFO. */
   int32_t log_level;
   /* Receives what the library logs. NULL: standard error, in the form that all services have. */
@@ -287,7 +287,7 @@ MILLRACE_API millrace_code millrace_call_decline(millrace_call* call, const char
 /* Frees the handle. A call that has not ended gets an error response. NULL is allowed. */
 MILLRACE_API void millrace_call_free(millrace_call* call);
 
-/* ---- Request: call a service without a controller. The participant must hear (`hears`). ---- */
+/* ---- Request: call a service without a controller. The participant must discover others (`discovers`). ---- */
 
 typedef struct millrace_request millrace_request;
 
@@ -369,7 +369,7 @@ typedef struct millrace_instance {
   int64_t mean_ns;
 } millrace_instance;
 
-/* Listens until no further instance appears, 0.7 to 5 s. The participant must hear (`hears`). */
+/* Listens until no further instance appears, 0.7 to 5 s. The participant must discover others (`discovers`). */
 MILLRACE_API millrace_code millrace_list(millrace_participant* participant,
                                          millrace_instances** instances);
 MILLRACE_API size_t millrace_instances_count(const millrace_instances* instances);
@@ -378,7 +378,7 @@ MILLRACE_API const millrace_instance* millrace_instances_at(const millrace_insta
                                                             size_t index);
 MILLRACE_API void millrace_instances_free(millrace_instances* instances);
 
-/* ---- Observer: calls and alarms as they happen. The participant must hear (`hears`). ---- */
+/* ---- Observer: calls and alarms as they happen. The participant must discover others (`discovers`). ---- */
 
 typedef struct millrace_observer millrace_observer;
 

@@ -118,7 +118,7 @@ sdk::IsgSettings read_settings(const millrace_participant_options& options) {
 
 }  // namespace
 
-Participant::Participant(const millrace_participant_options& options) : hears_(options.hears != 0) {
+Participant::Participant(const millrace_participant_options& options) : discovers_(options.discovers != 0) {
   const sdk::IsgSettings settings = read_settings(options);
   log_ = make_log(options, settings.options.name, settings.log_level);
   join_ = sdk::join_options(settings.options);
@@ -143,7 +143,7 @@ Participant::Participant(const millrace_participant_options& options) : hears_(o
   }
   try {
     shared_ = std::make_shared<sdk::SharedParticipant>(
-        join_, log_, hears_ ? fabric::dds::Finding::hears : fabric::dds::Finding::announces);
+        join_, log_, discovers_ ? fabric::dds::Finding::discovers : fabric::dds::Finding::announces);
   } catch (const std::invalid_argument&) {
     throw;
   } catch (const std::exception& error) {
@@ -160,9 +160,9 @@ Participant::~Participant() {
 }
 
 void Participant::check_hears(const char* what) const {
-  if (!hears_) {
+  if (!discovers_) {
     throw Error(MILLRACE_INVALID,
-                fmt::format("{} needs a participant that hears the others: set 'hears' in its "
+                fmt::format("{} needs a participant that discovers the others: set 'discovers' in its "
                             "millrace_participant_options",
                             what));
   }

@@ -85,7 +85,7 @@ class Participant {
   };
 
   const pid_t process_ = ::getpid();
-  const bool hears_;
+  const bool discovers_;
   const std::shared_ptr<std::atomic<bool>> expired_ = std::make_shared<std::atomic<bool>>(false);
   const std::shared_ptr<Instances> instances_ = std::make_shared<Instances>();
   base::program::Log log_;

@@ -105,7 +105,7 @@ SharedParticipant::Impl::~Impl() {
 }
 
 void SharedParticipant::Impl::start() {
-  if (participant.options().finding != fabric::dds::Finding::hears) {
+  if (participant.options().finding != fabric::dds::Finding::discovers) {
     host();
   }
   if (participant.authenticator() != nullptr) {
@@ -219,7 +219,7 @@ asio::io_context& SharedParticipant::loop() {
 }
 
 void SharedParticipant::add_instance(const fabric::InstanceId& id, HostedInstance& hosted) {
-  if (impl_->participant.options().finding == fabric::dds::Finding::hears) {
+  if (impl_->participant.options().finding == fabric::dds::Finding::discovers) {
     std::packaged_task<void()> host([impl = impl_.get()] { impl->host(); });
     asio::dispatch(impl_->context, [&host] { host(); });
     host.get_future().get();

@@ -38,7 +38,7 @@ class HostedInstance {
 class SharedParticipant {
  public:
   /// Throws std::runtime_error if the fabric cannot be joined. A process that also calls services
-  /// or observes its fabric sets `hears`: participants of one process share their discovery
+  /// or observes its fabric sets `discovers`: participants of one process share their discovery
   /// settings.
   SharedParticipant(const fabric::dds::ParticipantOptions& join,
                     std::shared_ptr<spdlog::logger> log,

@@ -197,7 +197,7 @@ TEST_F(CInterface, SaysWhatIsWrongWithItsUse) {
            "calls: 1 concurrent_calls is 257; expected 1 to 256\n",
            "delivery: 1 delivery is 2; expected 0 or 1\n",
            "threads: 1 threads is set, but handler is NULL\n",
-           "deaf: 1 millrace_request_send needs a participant that hears the others",
+           "deaf: 1 millrace_request_send needs a participant that discovers the others",
            "null call: 1 call is NULL\n",
            "later header: 0 \n",
            "next with a handler: 1 the service has a handler, which gets its calls\n",

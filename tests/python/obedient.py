@@ -1,6 +1,6 @@
 """A service for tests: it follows the instruction in its request.
 
-    obedient.py [--hears] [--own FLAG] and the flags of every service
+    obedient.py [--discovers] [--own FLAG] and the flags of every service
 """
 
 import os
@@ -83,9 +83,9 @@ def obey(call):
 
 def main():
     parser = millrace.argument_parser()
-    parser.add_argument("--hears", action="store_true")
+    parser.add_argument("--discovers", action="store_true")
     arguments = parser.parse_args()
-    millrace.run(arguments, hears=arguments.hears)
+    millrace.run(arguments, discovers=arguments.discovers)
 
 
 if __name__ == "__main__":

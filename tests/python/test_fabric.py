@@ -179,10 +179,10 @@ class APythonService(OnAFabric):
         self.start("coroutines.py")
         sut = self.start()
         self.assertEqual(self.call("call " + UNKNOWN).state, 500)
-        sut.await_error(r"for handlers that call services write millrace\.run\(hears=True\)")
+        sut.await_error(r"for handlers that call services write millrace\.run\(discovers=True\)")
         sut.signal()
         self.assertEqual(sut.wait(), 0)
-        self.start("obedient.py", "--hears")
+        self.start("obedient.py", "--discovers")
         self.assertEqual(self.call("call b0ad0000-0000-4000-8000-000000000003").text, "it said: alone")
 
     def test_takes_the_command_line_of_every_service(self):
@@ -192,7 +192,7 @@ class APythonService(OnAFabric):
                 return set(re.findall(r"(?<![\w-])--[a-z-]+", program.output.text))
 
         own = flags(sys.executable, TOP / "tests/python/obedient.py", "--help")
-        self.assertEqual(own - {"--hears"}, flags(BIN / "millrace-square-root", "--help"))
+        self.assertEqual(own - {"--discovers"}, flags(BIN / "millrace-square-root", "--help"))
 
     def test_tells_what_its_command_line_says(self):
         self.start("obedient.py", "--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel", "press/*",
@@ -299,7 +299,7 @@ class ACaller(OnAFabric):
 
     def test_shares_the_participant_of_a_server_that_hears(self):
         millrace.disconnect()
-        with millrace.Server(obedient.obey, domain=self.domain.number, hears=True):
+        with millrace.Server(obedient.obey, domain=self.domain.number, discovers=True):
             self.assertEqual(self.call("hello").text, "hello, attempt 1")
 
 
@@ -333,7 +333,7 @@ class OnAFabricWithTrust(OnAFabric):
     def test_a_tester_may_not_serve(self):
         config = self.issue("bench", "--role", "tester")
         with self.assertRaisesRegex(millrace.Error, "may not write"):
-            millrace.Server(obedient.obey, fabric_config=config, hears=True)
+            millrace.Server(obedient.obey, fabric_config=config, discovers=True)
 
 
 class AnNcProgram(OnAFabric):

@@ -39,7 +39,7 @@ def connect(
         previous, _own = _own, None
         if previous is not None:
             previous.close()
-        _own = Participant(fabric_config=fabric_config, domain=domain, fabric=fabric, name=name, hears=True)
+        _own = Participant(fabric_config=fabric_config, domain=domain, fabric=fabric, name=name, discovers=True)
 
 
 @atexit.register
@@ -59,13 +59,13 @@ def _participant() -> Participant:
             return _own
         server = _server.any_server()
         if server is not None:
-            if not server.participant.hears:
+            if not server.participant.discovers:
                 raise _errors.InvalidArgument(
                     "this process serves, and discovers no other process; for handlers that call services write "
-                    "millrace.run(hears=True)"
+                    "millrace.run(discovers=True)"
                 )
             return server.participant
-        _own = Participant(hears=True)
+        _own = Participant(discovers=True)
         return _own
 
 

@@ -39,7 +39,7 @@ class ParticipantOptions(Structure):
         ("domain", c_uint32),
         ("fabric", c_char_p),
         ("name", c_char_p),
-        ("hears", c_int32),
+        ("discovers", c_int32),
         ("log_level", c_int32),
         ("log", LogFunction),
         ("log_context", c_void_p),

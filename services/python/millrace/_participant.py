@@ -40,11 +40,11 @@ class Participant:
         domain: int | None = None,
         fabric: str | None = None,
         name: str | None = None,
-        hears: bool = False,
+        discovers: bool = False,
         log_level: str | None = None,
     ) -> None:
         #: Whether this process discovers the others. `call()`, `services()` and `watch()` need it.
-        self.hears = hears
+        self.discovers = discovers
         self._process = os.getpid()
         options = _library.ParticipantOptions(
             size=ctypes.sizeof(_library.ParticipantOptions),
@@ -53,7 +53,7 @@ class Participant:
             domain=0 if domain is None else domain,
             fabric=_library.option(fabric),
             name=_library.option(name),
-            hears=1 if hears else 0,
+            discovers=1 if discovers else 0,
             log_level=_WORDS[log_level] if log_level else 0,
             log=_LOG,
         )

@@ -152,12 +152,12 @@ class _Signals:
 def run(
     arguments: argparse.Namespace | Sequence[str] | None = None,
     *services: _service.Service,
-    hears: bool = False,
+    discovers: bool = False,
 ) -> None:
     """Serves all services of `@millrace.service` until SIGTERM, SIGINT or an operator's drain command.
 
     `arguments` is the result of a parser of `millrace.argument_parser()`, or the words of a command line; None: the
-    command line of this process. `services` are served instead of all. With `hears` handlers may call other services.
+    command line of this process. `services` are served instead of all. With `discovers` handlers may call other services.
 
     Prints one ready line to standard output. The first signal drains: the process takes no new call and answers those
     under way. A second signal ends it at once with exit code 1. Raises SystemExit(2) for a wrong flag, option or file,
@@ -178,7 +178,7 @@ def run(
                 domain=arguments.domain,
                 fabric=arguments.fabric,
                 name=name,
-                hears=hears,
+                discovers=discovers,
                 log_level=arguments.log_level,
             )
         except _errors.Error as error:

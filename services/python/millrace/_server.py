@@ -154,7 +154,7 @@ class Server:
     """Serves from the end of its constructor until `close()`; a context manager.
 
     `services` are those of `@millrace.service`; they share one DDS participant. The other arguments choose the fabric,
-    as the flags of every service do; None: the environment and /etc/millrace/fabric.textproto choose. With `hears`
+    as the flags of every service do; None: the environment and /etc/millrace/fabric.textproto choose. With `discovers`
     handlers may call other services.
     """
 
@@ -165,11 +165,11 @@ class Server:
         domain: int | None = None,
         fabric: str | None = None,
         name: str | None = None,
-        hears: bool = False,
+        discovers: bool = False,
         log_level: str | None = None,
     ) -> None:
         self.participant = Participant(
-            fabric_config=fabric_config, domain=domain, fabric=fabric, name=name, hears=hears, log_level=log_level
+            fabric_config=fabric_config, domain=domain, fabric=fabric, name=name, discovers=discovers, log_level=log_level
         )
         self._running: list[_Running] = []
         self._threads: list[threading.Thread] = []

@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   int result = 2;
   millrace_code code;
   options.name = "c_client";
-  options.hears = 1;
+  options.discovers = 1;
   if ((code = millrace_join(&options, &participant)) != MILLRACE_OK) {
     return failed(code);
   }

@@ -31,7 +31,7 @@ TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
 
 // Cyclone combines interfaces: one named by both would be an error.
 TEST(CycloneConfiguration, IgnoresTheEnvironmentOfAProgramWithASettingOfItsOwn) {
-  for (const dds::Finding finding : {dds::Finding::hears, dds::Finding::announces}) {
+  for (const dds::Finding finding : {dds::Finding::discovers, dds::Finding::announces}) {
     const dds::ParticipantOptions options{.finding = finding, .configuration = "<A/>"};
     EXPECT_EQ(dds::cyclone_configuration(options, loopback),
               dds::cyclone_configuration(options, ""));
