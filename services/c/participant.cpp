@@ -118,7 +118,8 @@ sdk::IsgSettings read_settings(const millrace_participant_options& options) {
 
 }  // namespace
 
-Participant::Participant(const millrace_participant_options& options) : discovers_(options.discovers != 0) {
+Participant::Participant(const millrace_participant_options& options)
+    : discovers_(options.discovers != 0) {
   const sdk::IsgSettings settings = read_settings(options);
   log_ = make_log(options, settings.options.name, settings.log_level);
   join_ = sdk::join_options(settings.options);
@@ -143,7 +144,8 @@ Participant::Participant(const millrace_participant_options& options) : discover
   }
   try {
     shared_ = std::make_shared<sdk::SharedParticipant>(
-        join_, log_, discovers_ ? fabric::dds::Finding::discovers : fabric::dds::Finding::announces);
+        join_, log_,
+        discovers_ ? fabric::dds::Finding::discovers : fabric::dds::Finding::announces);
   } catch (const std::invalid_argument&) {
     throw;
   } catch (const std::exception& error) {
@@ -161,10 +163,11 @@ Participant::~Participant() {
 
 void Participant::check_hears(const char* what) const {
   if (!discovers_) {
-    throw Error(MILLRACE_INVALID,
-                fmt::format("{} needs a participant that discovers the others: set 'discovers' in its "
-                            "millrace_participant_options",
-                            what));
+    throw Error(
+        MILLRACE_INVALID,
+        fmt::format("{} needs a participant that discovers the others: set 'discovers' in its "
+                    "millrace_participant_options",
+                    what));
   }
 }
 
