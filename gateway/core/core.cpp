@@ -91,7 +91,7 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
 void Core::stop() {
   enter();
   ends_at_ = now_.steady + longest_end;
-  stop_accepting("the gateway is ending");
+  stop_accepting({fabric::Cause::none, "the gateway is ending"});
   finish();
 }
 
@@ -259,7 +259,7 @@ void Core::on_journal_error(const std::string& error) {
       channel.republish_status(now_);
       follow(channel);
     }
-    error.empty() ? accept_again() : stop_accepting(error);
+    error.empty() ? accept_again() : stop_accepting({fabric::Cause::journal, error});
   }
   host_.set_alarm(
       {.kind = "journal"}, error,

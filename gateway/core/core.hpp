@@ -198,7 +198,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// Skipped requests may now have another reason, or none.
   void offer_again();
   /// No call is accepted, and why; until accept_again().
-  void stop_accepting(const std::string& reason) { not_accepting_ = reason; }
+  void stop_accepting(Reason reason) { not_accepting_ = std::move(reason); }
   void accept_again();
   [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
                                  const std::string& canonical_uuid) const;
@@ -255,7 +255,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// A request was skipped because no call number was available.
   bool out_of_numbers_ = false;
   /// Why no call is accepted; empty while calls are.
-  std::string not_accepting_;
+  Reason not_accepting_;
   MessageQueues queues_;
   Machines machines_;
   /// The last wake-up time that was requested.

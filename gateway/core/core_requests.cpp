@@ -46,7 +46,7 @@ void Core::follow(channel::Channel& channel) {
   if (news.found) {
     admit(channel);
   }
-  context_.blocked.note(channel.status(), not_accepting_.empty(), now_);
+  context_.blocked.note(channel.status(), not_accepting_.text.empty(), now_);
 }
 
 void Core::apply(const dispatch::Decisions& decisions) {
@@ -73,8 +73,8 @@ void Core::apply(const dispatch::Decisions& decisions) {
 void Core::admit(channel::Channel& channel) {
   const std::string uuid = fabric::canonical_uuid(channel.found().uuid);
   const Policy policy = policy_of(channel.key(), uuid);
-  if (!not_accepting_.empty()) {
-    channel.leave_unserved({fabric::Cause::none, not_accepting_}, policy, now_);
+  if (!not_accepting_.text.empty()) {
+    channel.leave_unserved(not_accepting_, policy, now_);
     follow(channel);
     return;
   }
@@ -141,7 +141,7 @@ void Core::offer_again() {
 }
 
 void Core::accept_again() {
-  not_accepting_.clear();
+  not_accepting_ = {};
   offer_again();
 }
 

@@ -153,9 +153,9 @@ test('a call that waits a moment needs nothing, one that waits long needs attent
 });
 
 test('a call that runs beyond its time is to be watched', () => {
-  const channel = { channel_state: 'running', link: 'up', reason: 'no response within 30 s; the NC program goes on waiting' };
+  const channel = { channel_state: 'running', link: 'up', cause: 'deadline', reason: 'no response within 30 s; the NC program goes on waiting' };
   assert.equal(stateOf(channel), 'stuck');
-  assert.equal(stateOf({ ...channel, reason: '' }), 'running');
+  assert.equal(stateOf({ ...channel, cause: 'none', reason: '' }), 'running');
 });
 
 test('an aborted NC program needs attention, one on hold is to be watched, and a call that needs an operator comes first', () => {

@@ -199,7 +199,7 @@ class APythonService(OnAFabric):
                    "--concurrency", "4", "--delivery", "at-most-once", "--completion-signal", "response")
         (instance,) = millrace.services()
         self.assertEqual((instance.uuid, instance.name, instance.version), ("Weather", "weather", "1.2"))
-        self.assertEqual(instance.description, "Does what its request says.")
+        self.assertEqual(instance.description, "Follows the instruction in its request.")
         self.assertEqual(instance.channels, ["cnc/1", "press/*"])
         self.assertEqual((instance.concurrency, instance.delivery, instance.completion), (4, "at-most-once", "response"))
 

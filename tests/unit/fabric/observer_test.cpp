@@ -231,6 +231,34 @@ TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
   EXPECT_EQ(all<ChannelStatus>().back().calls, 3U);
 }
 
+/// A gateway that is killed disposes nothing, and the key still has the writer of the next one.
+TEST_F(AnObserver, TakesAChannelFromTheNextGatewayWhenTheFirstIsKilled) {
+  struct Other {
+    explicit Other(const dds::ParticipantOptions& options) : participant(options) {}
+    dds::Participant participant;
+    wire::Writer<MachineStatus> machines{participant, "millrace"};
+    wire::Writer<ChannelStatus> channels{participant, "millrace"};
+  };
+  const ChannelKey key{"mill", 1};
+  const auto join = [&](std::uint32_t calls) {
+    auto other = std::make_unique<Other>(processes.there());
+    EXPECT_TRUE(other->machines.write({.machine = "mill",
+                                       .gateway = InstanceId::random(),
+                                       .claimed = earliest_claim + std::chrono::hours(calls),
+                                       .host = "hall",
+                                       .epoch = 7 + calls}));
+    EXPECT_TRUE(other->channels.write({.key = key, .calls = calls}));
+    return other;
+  };
+  auto first = join(1);
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
+  const auto second = join(2);
+  EXPECT_TRUE(until_ignored("tells of mill/1"));
+  first.reset();
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 1; }));
+  EXPECT_EQ(all<ChannelStatus>().back().calls, 2U);
+}
+
 TEST_F(AnObserver, SaysWhoTellsOfMoreThanItTakes) {
   wire::Writer<Alarm> stranger(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));

@@ -67,6 +67,7 @@ TEST_F(AReleasedAnswer, IsFollowedByARequestWhereAnotherStateStandsBesideOtherTe
 TEST_F(AReleasedAnswer, IsFollowedByNoRequestWhereOtherTextsStoodForLessThanASecondEachTime) {
   auto sut = released(false);
   EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
   now += 600ms;
   EXPECT_EQ(read(sut, 1, 0), Found::nothing);
   now += 500ms;
