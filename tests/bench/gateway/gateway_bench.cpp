@@ -153,7 +153,11 @@ int run(int argc, char** argv) {
       {"program", measure_program},
       {"load", measure_controller_load},
       {"idle", measure_idle},
-      {"secure", [] { return measure_secure_links() && measure_secure_gateway(); }},
+      {"secure",
+       [] {
+         const bool links = measure_secure_links();
+         return measure_secure_gateway() && links;
+       }},
       {"takeover", measure_takeover},
       {"alarm", [&] { return measure_alarms(std::chrono::seconds(seconds)); }},
       {"scaling", [&] { return measure_scaling(scaling); }},
