@@ -136,7 +136,10 @@ BlockedEntry get(const pb::Standing& in) {
           .call = get(in.call()),
           .uuid = in.uuid(),
           .since = fabric::Time(std::chrono::nanoseconds(in.since())),
-          .reason = {static_cast<fabric::Cause>(in.cause()), in.reason()}};
+          .reason = {in.cause() <= static_cast<std::uint32_t>(fabric::Cause::controller)
+                         ? static_cast<fabric::Cause>(in.cause())
+                         : fabric::Cause::none,
+                     in.reason()}};
 }
 
 pb::Record message_of(const JournalEntry& entry) {

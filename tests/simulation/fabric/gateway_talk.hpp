@@ -73,7 +73,7 @@ class GatewayTalk {
     // Samples that have arrived and are not taken yet; no value: the gateway is gone.
     std::map<std::pair<std::string, EndNumber>, std::optional<fabric::MachineStatus>> machines_in;
     std::map<Key, fabric::ChannelStatus> channels_in;
-    /// The gateway of each end it has ever heard, by machine.
+    /// The gateway of each end from which it has received a state, by machine.
     std::map<std::pair<std::string, EndNumber>, fabric::InstanceId> known;
     bool due = false;
   };

@@ -18,7 +18,7 @@ TEST(ReplyKeys, AdmitWhatWasAskedHoweverManyOthersThereAre) {
   EXPECT_FALSE(sut.admits(reply_key(7)));
   sut.ask(reply_key(7));
   EXPECT_TRUE(sut.admits(reply_key(7)));
-  EXPECT_TRUE(sut.admits(reply_key(1000))) << "known keys take no more room";
+  EXPECT_TRUE(sut.admits(reply_key(1000))) << "a known key needs no room of its own";
   EXPECT_FALSE(sut.admits(reply_key(8)));
   EXPECT_EQ(sut.dropped(), 2U);
 }

@@ -9,7 +9,7 @@ namespace millrace::tools::web::live {
 
 namespace {
 
-/// Header fields of all responses: the browser trusts the page no more than necessary.
+/// Header fields of all responses: they limit what the browser allows the page.
 constexpr std::string_view protection =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src "
     "'self'; connect-src 'self'; font-src 'self'; manifest-src 'self'; base-uri 'none'; "

@@ -134,7 +134,7 @@ function lastOf(machine) {
   return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid } : null;
 }
 
-/** A machine without known channels, because no gateway has ever reached it. */
+/** A machine without known channels, because no gateway has reached it yet. */
 function concernOfMachine(machine) {
   const down = machine.links.filter((link) => !link.connected);
   if (machine.channels.length > 0 || down.length === 0 || down.length < machine.links.length) {
