@@ -43,6 +43,9 @@ Released::Found Released::decide(const ServiceSnapshot& snapshot, const ReadTime
       (snapshot.response_state == state_ || snapshot.response_state != stood_)) {
     return Found::idle;
   }
+  if (!text_last_ && snapshot.response_state == 0 && stood_ != 0 && !cleared_) {
+    return Found::idle;  // the interim state was set to 0, and not by us
+  }
   if (!snapshot.has(Variable::response)) {
     whole_ = true;
     return Found::nothing;

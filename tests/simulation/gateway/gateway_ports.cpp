@@ -281,6 +281,7 @@ void GatewayProcess::leaves_all_of(const std::string& machine) {
 
 void GatewayProcess::leaves(const Key& key) {
   served_.erase(key);
+  ++times_left_[key];
   if (const auto machine = plugged_.find(key.machine); machine != plugged_.end()) {
     machine->second.controller->channel(key.channel).left_by(plan_.number);
   }

@@ -86,6 +86,11 @@ class GatewayProcess final : public Member,
   [[nodiscard]] std::size_t open_calls() const;
   /// It serves the channel now.
   [[nodiscard]] bool serves(const Key& key) const { return served_.contains(key); }
+  /// How often it has left the channel, for example to another gateway.
+  [[nodiscard]] unsigned times_left(const Key& key) const {
+    const auto found = times_left_.find(key);
+    return found == times_left_.end() ? 0 : found->second;
+  }
   /// It has started with less than it had journalled: a program may wait for an answer to a call
   /// that no gateway remembers.
   [[nodiscard]] bool lost_memory() const { return lost_memory_; }
@@ -186,6 +191,7 @@ class GatewayProcess final : public Member,
   Time looked_from_{};
   /// The channels in its last on_serve.
   std::set<Key> served_;
+  std::map<Key, unsigned> times_left_;
 
   bool lost_memory_ = false;
   /// Offset of the steady clock of its host.

@@ -51,6 +51,7 @@ void ValueUser::ask() {
     Open open;
     open.gateway = gateway.number();
     open.life = gateway.life();
+    open.times_left = gateway.times_left(key);
     open.asked = plant_.agenda().now();
     open.calm =
         calm_ && gateway.serves(key) && open.asked >= plant_.cable_of(controller).late_until;
@@ -81,7 +82,8 @@ void ValueUser::expect_reply(const fabric::InstanceId& token) {
     const Open asked = open_.extract(token).mapped();
     const GatewayProcess& gateway = *plant_.gateways().at(asked.gateway);
     if (asked.calm && !asked.answered && gateway.life() == asked.life &&
-        gateway.serves(asked.request.key)) {
+        gateway.serves(asked.request.key) &&
+        gateway.times_left(asked.request.key) == asked.times_left) {
       violated("V1: gateway {} has not answered a question about variables of {}", asked.gateway,
                asked.request.key.to_string());
     }

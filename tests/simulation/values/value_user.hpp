@@ -23,6 +23,8 @@ class ValueUser {
     fabric::VariableRequest request;
     GatewayNumber gateway = 0;
     std::uint64_t life = 0;
+    /// A gateway that leaves the channel to another one leaves the question to it, too.
+    unsigned times_left = 0;
     Time asked{};
     bool calm = false;
     bool answered = false;

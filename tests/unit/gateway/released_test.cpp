@@ -106,6 +106,30 @@ TEST_F(AReleasedAnswer, IsWrittenAgainAlsoWhereAnInterimStateStandsThereStill) {
   EXPECT_EQ(read(sut, 0, 1), Found::idle);
 }
 
+// A kernel has cleared REQUEST_STATE when the interim state was written, so we have not. A late
+// release may be lost, but the program has set RESPONSE_STATE to 0. Found by the simulation.
+TEST_F(AReleasedAnswer, IsOverWhenTheInterimStateReads0AndOnlyTheProgramCanHaveClearedIt) {
+  AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
+  ServiceSnapshot shown{ReadSet::request, request.uuid, "2", 0, 1001, ""};
+  writer.on_read(shown, RequestStatus::pending, request, {now, now});
+  writer.on_written(now);
+  shown = {ReadSet::all, request.uuid, "2", 0, 1001, "1.4"};
+  writer.on_read(shown, RequestStatus::pending, request, {now, now});
+  ASSERT_EQ(writer.on_written(now), AnswerWriter::Step::done);
+  ASSERT_FALSE(writer.may_be_cleared());
+  Released sut(request, writer);
+
+  EXPECT_EQ(read(sut, 0, 1001), Found::nothing);
+  EXPECT_EQ(read(sut, 0, 0), Found::idle);
+}
+
+TEST_F(AReleasedAnswer, IsAwaitedWhereOurOwn0MayHaveClearedTheInterimState) {
+  auto sut = released(true, 1001);
+  EXPECT_EQ(read(sut, 0, 0), Found::nothing);
+  now += 1s;
+  EXPECT_EQ(read(sut, 0, 0), Found::unreleased);
+}
+
 TEST_F(AReleasedAnswer, OfAKernelThatClearsRequestStateIsOverWhenThatReads0) {
   auto sut = released(false);
   EXPECT_EQ(read(sut, 1, 1), Found::nothing) << "the old request";
