@@ -15,27 +15,29 @@ namespace {
 using base::text::quoted;
 using base::text::safe;
 
-using recording::FollowedCall;
+using recording::Call;
+using recording::Stage;
+using recording::Step;
+using Name = recording::InstanceNames::Name;
 
-std::string request_of(const FollowedCall& call) {
-  return call.request ? fmt::format("{} {}", quoted(*call.request), call.request_state)
-                      : std::string("?");
+std::string text_of(const Step* step) {
+  return step == nullptr ? std::string("?") : fmt::format("{} {}", quoted(step->text), step->state);
 }
 
-std::string end_of(const FollowedCall& call) {
-  return call.last == fabric::EventKind::written
-             ? fmt::format("{} {}", quoted(call.response), call.response_state)
-             : std::string(name_of(call.last));
+std::string response_of(const Call& call) {
+  const Step* const end = call.end();
+  return end != nullptr && end->stage == Stage::written ? text_of(end) : std::string(end_of(call));
 }
 
-std::string instance_of(const FollowedCall& call) {
-  if (!call.instance_name.empty()) {
-    return fmt::format("{} on {}", safe(call.instance_name), safe(call.host));
+std::string instance_of(const Call& call, const Name& name) {
+  if (!name.name.empty()) {
+    return fmt::format("{} on {}", safe(name.name), safe(name.host));
   }
-  return call.instance == fabric::InstanceId{} ? "no instance" : call.instance.to_string();
+  const fabric::InstanceId instance = call.instance();
+  return instance == fabric::InstanceId{} ? "no instance" : instance.to_string();
 }
 
-std::string what_of(const recording::TimelineStep& step) {
+std::string what_of(const Step& step) {
   std::string what;
   if (step.withheld) {
     what = fmt::format("({} bytes, not recorded)", *step.withheld);
@@ -50,44 +52,56 @@ std::string what_of(const recording::TimelineStep& step) {
 
 }  // namespace
 
-std::string line_of(const FollowedCall& call) {
+std::string_view end_of(const Call& call) {
+  const Step* const end = call.end();
+  if (end == nullptr) {
+    return {};
+  }
+  return fabric::name_of(end->stage == Stage::written ? fabric::EventKind::written
+                                                      : fabric::EventKind::withdrawn);
+}
+
+std::string line_of(const Call& call, const Name& name) {
   const auto duration = call.duration();
-  std::string line = fmt::format("{}  {}  {}  {} -> {}  {}  {}  {}", clock_text(call.ended),
-                                 safe(call.key.to_string()), safe(call.uuid), request_of(call),
-                                 end_of(call), duration ? duration_text(*duration) : "-",
-                                 instance_of(call), call.id.to_string());
-  if (call.attempt > 1) {
-    line += fmt::format(" #{}", call.attempt);
+  const Step end = call.end() == nullptr ? Step{} : *call.end();
+  std::string line = fmt::format(
+      "{}  {}  {}  {} -> {}  {}  {}  {}", clock_text(end.at), safe(call.key.to_string()),
+      safe(call.uuid), text_of(call.first(Stage::seen)), response_of(call),
+      duration ? duration_text(*duration) : "-", instance_of(call, name), call.id.to_string());
+  if (call.attempt() > 1) {
+    line += fmt::format(" #{}", call.attempt());
   }
   if (call.replayed) {
     line += "  (replayed)";
   }
-  return call.detail.empty() ? line : line + "  " + safe(call.detail);
+  return end.detail.empty() ? line : line + "  " + safe(end.detail);
 }
 
-boost::json::object json_of(const FollowedCall& call) {
+boost::json::object json_of(const Call& call, const Name& name) {
   boost::json::object out{{"call", call.id.to_string()}, {"machine", utf8(call.key.machine)},
                           {"channel", call.key.channel}, {"uuid", utf8(call.uuid)},
-                          {"end", name_of(call.last)},   {"attempt", call.attempt}};
-  if (call.request) {
-    out["request"] = text_json(*call.request);
-    out["request_state"] = call.request_state;
+                          {"end", end_of(call)},         {"attempt", call.attempt()}};
+  const Step* const seen = call.first(Stage::seen);
+  if (seen != nullptr) {
+    out["request"] = text_json(seen->text);
+    out["request_state"] = seen->state;
   }
-  if (call.last == fabric::EventKind::written) {
-    out["response"] = text_json(call.response);
-    out["response_state"] = call.response_state;
+  const Step end = call.end() == nullptr ? Step{} : *call.end();
+  if (end.stage == Stage::written) {
+    out["response"] = text_json(end.text);
+    out["response_state"] = end.state;
   }
-  if (call.instance != fabric::InstanceId{}) {
-    out["instance"] = call.instance.to_string();
-    out["name"] = utf8(call.instance_name);
-    out["host"] = utf8(call.host);
+  if (const fabric::InstanceId instance = call.instance(); instance != fabric::InstanceId{}) {
+    out["instance"] = instance.to_string();
+    out["name"] = utf8(name.name);
+    out["host"] = utf8(name.host);
   }
-  put_time(out, "seen", call.seen);
-  put_time(out, "ended", call.ended);
+  put_time(out, "seen", seen == nullptr ? fabric::Time{} : seen->at);
+  put_time(out, "ended", end.at);
   if (const auto duration = call.duration()) {
     out["duration_ms"] = std::chrono::duration<double, std::milli>(*duration).count();
   }
-  out["detail"] = utf8(call.detail);
+  out["detail"] = utf8(end.detail);
   out["replayed"] = call.replayed;
   return out;
 }
@@ -98,10 +112,10 @@ std::string text_of(const recording::Timeline& timeline) {
                                  timeline.replayed ? ", replayed" : "");
   Table table({{"TIME"}, {"AFTER", Align::right}, {"ATTEMPT", Align::right}, {"HOP"}, {"WHAT"}});
   const fabric::Time start = timeline.steps.front().at;
-  if (timeline.steps.front().stage == recording::Stage::seen) {
+  if (timeline.steps.front().stage == Stage::seen) {
     table.add({"", "", "", "written by the program", "up to one poll earlier; not timestamped"});
   }
-  for (const recording::TimelineStep& step : timeline.steps) {
+  for (const Step& step : timeline.steps) {
     table.add({clock_text(step.at), duration_text(step.at - start),
                step.attempt == 0 ? "" : std::to_string(step.attempt),
                std::string(name_of(step.stage)) + (step.by_service ? " *" : ""), what_of(step)});

@@ -8,7 +8,7 @@ namespace millrace::tools::print {
 
 namespace {
 
-boost::json::object json_of(const recording::TimelineStep& step) {
+boost::json::object json_of(const recording::Step& step) {
   boost::json::object out;
   put_time(out, "time", step.at);
   out["hop"] = name_of(step.stage);
@@ -33,7 +33,7 @@ boost::json::object json_of(const recording::TimelineStep& step) {
 
 boost::json::object json_of(const recording::Timeline& timeline) {
   boost::json::array steps;
-  for (const recording::TimelineStep& step : timeline.steps) {
+  for (const recording::Step& step : timeline.steps) {
     steps.push_back(json_of(step));
   }
   return {{"call", timeline.call.to_string()},

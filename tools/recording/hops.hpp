@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/recording/entry.hpp"
+#include "tools/recording/call.hpp"
 #include "tools/recording/histogram.hpp"
 
 namespace millrace::tools::recording {
@@ -42,6 +42,10 @@ std::string_view name_of(Hop hop);
 
 using HopHistograms = std::array<Histogram, hop_count>;
 
+/// Nothing where one of the two times is not known. Of the attempt whose response was written.
+using HopTimes = std::array<std::optional<std::chrono::nanoseconds>, hop_count>;
+HopTimes hops_of(const Call& call);
+
 /// The samples of a call come from several writers, so they may be recorded out of order.
 class HopStatistics {
  public:
@@ -60,26 +64,14 @@ class HopStatistics {
   [[nodiscard]] const std::map<std::string, HopHistograms>& services() const { return services_; }
 
  private:
-  /// The known times of a call so far.
   struct Open {
     /// In the order in which calls were first received.
     std::uint64_t turn = 0;
-    std::string uuid;
-    fabric::Time seen{};
-    fabric::Time dispatched{};
-    fabric::Time received{};
-    fabric::Time started{};
-    fabric::Time answered{};
-    fabric::Time replied{};
-    fabric::Time written{};
+    Call call;
   };
 
-  void add(const fabric::Event& event, const std::string& uuid);
-  void finish_if_whole(fabric::CallId id);
-  void count(const Open& call);
-  void measure(const std::string& uuid, Hop hop, fabric::Time from, fabric::Time to);
+  void count(const Call& call);
   void forget_oldest();
-  Open& open(const fabric::CallId& id);
   using OpenCalls = std::map<fabric::CallId, Open>;
   void close(OpenCalls::iterator call);
 

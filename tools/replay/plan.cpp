@@ -6,15 +6,20 @@ namespace millrace::tools::replay {
 
 namespace {
 
+using recording::Stage;
+using recording::Step;
+
 /// How long the request stood in the channel before its dispatch, by the gateway's clock.
 nanoseconds before_dispatch(const fabric::Request& request) {
   const bool known = request.seen != fabric::Time{} && request.dispatched > request.seen;
   return known ? request.dispatched - request.seen : nanoseconds{};
 }
 
-nanoseconds work_of(const fabric::Reply& reply) {
-  const bool known = reply.received != fabric::Time{} && reply.answered > reply.received;
-  return known ? reply.answered - reply.received : nanoseconds{};
+/// In the instance, by its own clock.
+nanoseconds work_of(const recording::Call& call, const Step& reply) {
+  const Step* const received = call.of_attempt(Stage::received, reply.attempt);
+  const bool known = received != nullptr && reply.by_service && reply.at > received->at;
+  return known ? reply.at - received->at : nanoseconds{};
 }
 
 /// Why no controller can have made this request; empty if one can. Recordings are untrusted input.
@@ -59,104 +64,89 @@ std::optional<nanoseconds> PlannedCall::end() const {
   return std::nullopt;
 }
 
+PlanBuilder::Found& PlanBuilder::found(const fabric::CallId& call) {
+  return found_.try_emplace(call, Found{.call = recording::Call(call)}).first->second;
+}
+
 void PlanBuilder::add(const recording::Entry& entry) {
+  const fabric::CallId call = call_of(entry);
   if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
-    add(*request, entry);
-  } else if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    add(*reply, entry);
+    add(*request, found(call), entry);
   } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
-    add(*event, entry);
-  } else if (const auto* withdrawal = std::get_if<recording::Withdrawal>(&entry.sample)) {
-    if (const auto place = found_.find(withdrawal->call); place != found_.end()) {
-      place->second.withdrawn = entry.at;
+    Found& one = found(call);
+    one.call.add(entry);
+    if (event->kind == fabric::EventKind::seen && !one.planned && filter_.takes(entry)) {
+      one.planned = PlannedCall{.recorded = event->call,
+                                .channel = event->key,
+                                .uuid = event->uuid,
+                                .text = event->text,
+                                .state = event->state};
+      one.asked = entry.at;
+      one.withheld = entry.withheld.has_value();
+    }
+  } else if (std::holds_alternative<fabric::Reply>(entry.sample)) {
+    found(call).call.add(entry);
+  } else if (std::holds_alternative<recording::Withdrawal>(entry.sample)) {
+    if (const auto place = found_.find(call); place != found_.end()) {
+      place->second.taken_back = entry.at;
     }
   }
 }
 
-void PlanBuilder::add(const fabric::Request& request, const recording::Entry& entry) {
-  Found& found = found_[request.call];
+void PlanBuilder::add(const fabric::Request& request, Found& found, const recording::Entry& entry) {
   if (found.by_request) {
     // Dispatched again: the earlier withdrawal was not that of the program.
-    found.withdrawn.reset();
+    found.taken_back.reset();
+    found.call.add(entry);
     return;
   }
   if (!filter_.takes(entry)) {
     return;
   }
+  found.call.add(entry);
   found.by_request = true;
-  found.call = PlannedCall{.recorded = request.call,
-                           .channel = request.key,
-                           .uuid = request.uuid,
-                           .text = request.text,
-                           .state = request.state};
+  found.planned = PlannedCall{.recorded = request.call,
+                              .channel = request.key,
+                              .uuid = request.uuid,
+                              .text = request.text,
+                              .state = request.state};
   found.asked = entry.at - before_dispatch(request);
   found.withheld = entry.withheld.has_value();
 }
 
-void PlanBuilder::add(const fabric::Reply& reply, const recording::Entry& entry) {
-  if (reply.kind != fabric::ReplyKind::interim && reply.kind != fabric::ReplyKind::final) {
-    return;  // Declined: the response is that of another instance.
-  }
-  Found& found = found_[reply.call];
-  const Heard heard{entry.at, TimedAnswer{.answer = {reply.text, reply.state, entry.withheld},
-                                          .work = work_of(reply)}};
-  if (reply.kind == fabric::ReplyKind::interim) {
-    // An instance that is discovered again delivers its last reply again.
-    if (found.interim.empty() || found.interim.back().answer.answer != heard.answer.answer) {
-      found.interim.push_back(heard);
-    }
-  } else if (!found.answer) {
-    found.answer = heard;
-  }
-}
-
-void PlanBuilder::add(const fabric::Event& event, const recording::Entry& entry) {
-  const Heard heard{entry.at, TimedAnswer{.answer = {event.text, event.state, entry.withheld}}};
-  if (event.kind == fabric::EventKind::seen) {
-    Found& found = found_[event.call];
-    if (!found.call && filter_.takes(entry)) {
-      found.call = PlannedCall{.recorded = event.call,
-                               .channel = event.key,
-                               .uuid = event.uuid,
-                               .text = event.text,
-                               .state = event.state};
-      found.asked = entry.at;
-      found.withheld = entry.withheld.has_value();
-    }
-  } else if (event.kind == fabric::EventKind::replied) {
-    found_[event.call].replied = heard;
-  } else if (event.kind == fabric::EventKind::withdrawn) {
-    Found& found = found_[event.call];
-    found.given_up = true;
-    found.withdrawn = entry.at;
-  } else if (event.kind == fabric::EventKind::written) {
-    Found& found = found_[event.call];
-    found.given_up = false;
-    found.settled = heard;
-  }
-}
-
 PlannedCall PlanBuilder::planned(const Found& found) {
-  PlannedCall call = *found.call;
+  PlannedCall call = *found.planned;
   const auto since = [&](fabric::Time at) { return std::max(nanoseconds{}, at - found.asked); };
-  const auto timed = [&](const Heard& heard) {
-    TimedAnswer answer = heard.answer;
-    answer.after = since(heard.at);
-    return answer;
+  const auto timed = [&](const Step& step) {
+    return TimedAnswer{.answer = {step.text, step.state, step.withheld},
+                       .after = since(step.received),
+                       .work = work_of(found.call, step)};
   };
-  for (const Heard& heard : found.interim) {
-    call.interim.push_back(timed(heard));
+  for (const Step& step : found.call.steps) {
+    if (step.stage == Stage::interim_reply) {
+      call.interim.push_back(timed(step));
+    }
   }
-  if (const auto& answer = found.answer ? found.answer : found.replied; answer && !found.given_up) {
-    call.answer = timed(*answer);
+  const bool given_up = found.call.outcome() == recording::Outcome::withdrawn;
+  const Step* const answered = found.call.first(Stage::answered);
+  const Step* const reply = answered != nullptr ? answered : found.call.last(Stage::replied);
+  if (reply != nullptr && !given_up) {
+    call.answer = timed(*reply);
   }
   // Unless the gateway wrote the service's response.
-  if (found.settled && (!call.answer || call.answer->answer != found.settled->answer.answer)) {
-    call.settled = timed(*found.settled);
+  if (const Step* const written = found.call.last(Stage::written)) {
+    const TimedAnswer settled = timed(*written);
+    if (!call.answer || call.answer->answer != settled.answer) {
+      call.settled = settled;
+    }
   }
-  // A gateway also withdraws a request after its response.
-  if (found.withdrawn && !call.answer && !call.settled) {
-    call.withdrawn_after = since(*found.withdrawn);
+  // A gateway also takes a request back after its response.
+  if (!call.answer && !call.settled) {
+    if (given_up) {
+      call.withdrawn_after = since(found.call.end()->received);
+    } else if (found.taken_back) {
+      call.withdrawn_after = since(*found.taken_back);
+    }
   }
   return call;
 }
@@ -165,15 +155,15 @@ Plan PlanBuilder::build(const PlanOptions& options) const {
   Plan plan;
   std::vector<const Found*> order;
   for (const auto& [id, found] : found_) {
-    if (!found.call) {
+    if (!found.planned) {
       continue;
     }
-    const std::string impossible = why_impossible(*found.call);
+    const std::string impossible = why_impossible(*found.planned);
     if (found.withheld) {
-      plan.skipped.push_back(
-          {id, found.call->channel, "its request text is not in the recording (--without-text)"});
+      plan.skipped.push_back({id, found.planned->channel,
+                              "its request text is not in the recording (--without-text)"});
     } else if (!impossible.empty()) {
-      plan.skipped.push_back({id, found.call->channel, impossible});
+      plan.skipped.push_back({id, found.planned->channel, impossible});
     } else {
       order.push_back(&found);
     }

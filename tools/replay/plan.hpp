@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/recording/entry.hpp"
+#include "tools/recording/call.hpp"
 #include "tools/recording/filter.hpp"
 
 namespace millrace::tools::replay {
@@ -93,35 +93,23 @@ class PlanBuilder {
   [[nodiscard]] Plan build(const PlanOptions& options = {}) const;
 
  private:
-  /// A response, and when the recorder received it.
-  struct Heard {
-    fabric::Time at{};
-    TimedAnswer answer{};
-  };
-
   /// Requests, replies and events come by different DDS writers, so a reply may precede its
   /// request. If a request was answered before the recorder discovered its writer, only the
   /// gateway's events show it. Times are by the recorder's clock.
   struct Found {
+    recording::Call call;
     /// Without the request: omitted or filtered out.
-    std::optional<PlannedCall> call{};
+    std::optional<PlannedCall> planned{};
     fabric::Time asked{};
     bool withheld = false;
     /// The request itself was there, not only its event.
     bool by_request = false;
-    std::vector<Heard> interim{};
-    std::optional<Heard> answer{};
-    /// The service's reply, as the gateway's events report it.
-    std::optional<Heard> replied{};
-    std::optional<Heard> settled{};
-    std::optional<fabric::Time> withdrawn{};
-    /// The gateway reports a withdrawal and no response.
-    bool given_up = false;
+    /// The gateway took its request back.
+    std::optional<fabric::Time> taken_back{};
   };
 
-  void add(const fabric::Request& request, const recording::Entry& entry);
-  void add(const fabric::Reply& reply, const recording::Entry& entry);
-  void add(const fabric::Event& event, const recording::Entry& entry);
+  Found& found(const fabric::CallId& call);
+  void add(const fabric::Request& request, Found& found, const recording::Entry& entry);
   static PlannedCall planned(const Found& found);
 
   recording::Filter filter_;

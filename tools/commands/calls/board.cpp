@@ -26,20 +26,22 @@ void put(std::string& text, std::size_t& rows, const std::string& line, std::siz
   }
 }
 
-std::string request_text(const recording::FollowedCall& call) {
-  return call.request ? base::text::quoted(*call.request) : "?";
+std::string request_text(const recording::Call& call) {
+  const recording::Step* const seen = call.first(recording::Stage::seen);
+  return seen == nullptr ? "?" : base::text::quoted(seen->text);
 }
 
 }  // namespace
 
-void Board::add(const recording::FollowedCall& call, fabric::Time now) {
+void Board::add(const recording::Call& call, const recording::InstanceNames::Name& instance,
+                fabric::Time now) {
   Channel& channel = channels_[call.key];
   channel.rate.add(now, call.duration());
+  const recording::Step* const written = call.first(recording::Stage::written);
   channel.last_response =
-      call.last == fabric::EventKind::written
-          ? fmt::format("{} {}", base::text::quoted(call.response), call.response_state)
-          : std::string(fabric::name_of(call.last));
-  lines_.push_back(print::line_of(call));
+      written != nullptr ? fmt::format("{} {}", base::text::quoted(written->text), written->state)
+                         : std::string(print::end_of(call));
+  lines_.push_back(print::line_of(call, instance));
   if (lines_.size() > most_lines) {
     lines_.pop_front();
   }

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tools/bus/fabric_model.hpp"
-#include "tools/recording/call_follower.hpp"
+#include "tools/recording/call.hpp"
 #include "tools/recording/rates.hpp"
 
 namespace millrace::tools::commands::calls {
@@ -16,7 +16,8 @@ namespace millrace::tools::commands::calls {
 class Board {
  public:
   /// A call has ended, received at `now`.
-  void add(const recording::FollowedCall& call, fabric::Time now);
+  void add(const recording::Call& call, const recording::InstanceNames::Name& instance,
+           fabric::Time now);
 
   /// At most `rows` lines of at most `columns` characters.
   [[nodiscard]] std::string text(const bus::FabricModel& live,

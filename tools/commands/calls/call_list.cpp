@@ -12,113 +12,117 @@ namespace {
 
 using print::Align;
 using print::Cell;
+using recording::Stage;
+using recording::Step;
 
-Cell request_of(const CallRow& row) {
-  return row.call.request ? Cell(base::text::quoted(*row.call.request)) : Cell();
-}
-bool is_answered(const CallRow& row) {
-  return row.call.response_state != 0 || !row.call.response.empty();
-}
-Cell response_of(const CallRow& row) {
-  return is_answered(row) ? Cell(base::text::quoted(row.call.response)) : Cell();
+const Step* request_of(const CallRow& row) {
+  return row.call.first(Stage::seen);
 }
 Cell took(const CallRow& row) {
   return row.took ? Cell(*row.took) : Cell();
 }
 Cell service_of(const CallRow& row) {
-  return row.call.instance_name.empty() ? row.call.uuid : row.call.instance_name;
+  return row.instance.name.empty() ? row.uuid : row.instance.name;
+}
+
+/// What the gateway has done last, in the words of its events.
+std::string_view word_of(Stage stage) {
+  switch (stage) {
+    case Stage::dispatched:
+      return name_of(fabric::EventKind::dispatched);
+    case Stage::interim:
+      return name_of(fabric::EventKind::interim);
+    case Stage::refused:
+      return name_of(fabric::EventKind::refused);
+    case Stage::lost:
+      return name_of(fabric::EventKind::lost);
+    case Stage::held:
+      return name_of(fabric::EventKind::held);
+    case Stage::replied:
+      return name_of(fabric::EventKind::replied);
+    case Stage::withdrawn:
+      return name_of(fabric::EventKind::withdrawn);
+    case Stage::written:
+      return name_of(fabric::EventKind::written);
+    default:
+      return name_of(fabric::EventKind::seen);
+  }
 }
 
 }  // namespace
 
 void CallList::add(const recording::Entry& entry) {
-  if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
-    add(*request);
-  } else if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    add(*reply, entry.uuid);
-  } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
-    if (news->change != recording::Change::gone) {
-      names_[news->identity.id] = {news->identity.name, news->identity.host};
-    }
-  } else if (const auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
-    if (status->call != fabric::CallId{}) {
-      CallRow& row = row_of(status->call, status->key);
-      row.call.uuid = fabric::canonical_uuid(status->uuid);
-      row.call.instance = status->instance;
-      row.call.attempt = status->attempt;
-      if (row.state.empty()) {
-        row.state = name_of(status->state);
-        row.at = status->since;
-      }
-    }
-  }
-  if (auto ended = follower_.add(entry)) {
-    CallRow& row = row_of(ended->id, ended->key);
-    if (!ended->request) {
-      ended->request = row.call.request;
-      ended->request_state = row.call.request_state;
-    }
-    row = {*ended, std::string(name_of(ended->last)), ended->ended, ended->duration()};
-  }
-}
-
-void CallList::add(const fabric::Request& request) {
-  CallRow& row = row_of(request.call, request.key);
-  row.call.uuid = fabric::canonical_uuid(request.uuid);
-  row.call.request = request.text;
-  row.call.request_state = request.state;
-  row.call.seen = request.seen;
-  row.call.attempt = request.attempt;
-  row.call.instance = request.assigned;
-  row.call.replayed = request.replayed;
-  if (row.at < request.dispatched) {
-    row.state = name_of(fabric::EventKind::dispatched);
-    row.at = request.dispatched;
-  }
-}
-
-void CallList::add(const fabric::Reply& reply, const std::string& uuid) {
-  if (reply.kind != fabric::ReplyKind::final) {
+  names_.add(entry);
+  const fabric::CallId id = call_of(entry);
+  if (id == fabric::CallId{}) {
     return;
   }
-  CallRow& row = row_of(reply.call, reply.key);
-  if (row.call.ended != fabric::Time{}) {
-    return;
+  if (const auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    known(id, status->key).status = *status;
+  } else if (std::holds_alternative<fabric::Request>(entry.sample) ||
+             std::holds_alternative<fabric::Reply>(entry.sample) ||
+             std::holds_alternative<fabric::Event>(entry.sample)) {
+    known(id, *channel_of(entry)).call.add(entry);
   }
-  if (!uuid.empty()) {
-    row.call.uuid = uuid;
-  }
-  row.call.instance = reply.instance;
-  row.call.attempt = reply.attempt;
-  row.call.response = reply.text;
-  row.call.response_state = reply.state;
-  row.state = reply.code == fabric::ServiceCode::ok ? "answered" : name_of(reply.code);
-  row.at = reply.answered;
-  row.took = reply.answered - reply.received;
 }
 
-CallRow& CallList::row_of(const fabric::CallId& id, const fabric::ChannelKey& key) {
-  const auto [row, is_new] = rows_.try_emplace(id);
+CallList::Known& CallList::known(const fabric::CallId& id, const fabric::ChannelKey& key) {
+  const auto [call, is_new] = calls_.try_emplace(id, Known{.call = recording::Call(id)});
   if (is_new) {
-    row->second.call.id = id;
-    row->second.call.key = key;
+    call->second.call.key = key;
     order_.push_back(id);
     if (order_.size() > most_) {
-      rows_.erase(order_.front());
+      calls_.erase(order_.front());
       order_.pop_front();
     }
   }
-  return row->second;
+  return call->second;
+}
+
+CallRow CallList::row_of(const Known& known) const {
+  CallRow row{.call = known.call, .uuid = known.call.uuid, .attempt = known.call.attempt()};
+  fabric::InstanceId instance = row.call.instance();
+  const Step* const answered = row.call.last(Stage::answered);
+  if (const Step* const end = row.call.end()) {
+    row.state = word_of(end->stage);
+    row.at = end->at;
+    row.took = row.call.duration();
+    if (end->stage == Stage::written) {
+      row.response = *end;
+    }
+  } else if (answered != nullptr && answered->attempt >= row.attempt) {
+    row.state =
+        answered->code == fabric::ServiceCode::ok ? "answered" : fabric::name_of(answered->code);
+    row.at = answered->at;
+    row.attempt = answered->attempt;
+    instance = answered->instance;
+    row.response = *answered;
+    if (const Step* const received = row.call.of_attempt(Stage::received, answered->attempt)) {
+      row.took = answered->at - received->at;
+    }
+  } else if (const Step* const newest = row.call.newest()) {
+    row.state = word_of(newest->stage);
+    row.at = newest->at;
+  } else if (known.status) {
+    row.state = name_of(known.status->state);
+    row.at = known.status->since;
+    row.attempt = known.status->attempt;
+    instance = known.status->instance;
+  } else if (const Step* const seen = row.call.first(Stage::seen)) {
+    row.state = word_of(Stage::seen);
+    row.at = seen->at;
+  }
+  if (row.uuid.empty() && known.status) {
+    row.uuid = fabric::canonical_uuid(known.status->uuid);
+  }
+  row.instance = names_.of(instance);
+  return row;
 }
 
 std::vector<CallRow> CallList::rows() const {
   std::vector<CallRow> rows;
-  for (const auto& [id, row] : rows_) {
-    rows.push_back(row);
-    const auto name = names_.find(row.call.instance);
-    if (name != names_.end()) {
-      std::tie(rows.back().call.instance_name, rows.back().call.host) = name->second;
-    }
+  for (const auto& [id, known] : calls_) {
+    rows.push_back(row_of(known));
   }
   std::ranges::stable_sort(rows, {}, &CallRow::at);
   return rows;
@@ -130,35 +134,46 @@ const print::Listing<CallRow>& listing() {
       {"CHANNEL", "", [](const auto& row) -> Cell { return row.call.key.to_string(); }},
       {"", "machine", [](const auto& row) -> Cell { return row.call.key.machine; }},
       {"", "channel", [](const auto& row) -> Cell { return std::int64_t{row.call.key.channel}; }},
-      {"", "uuid", [](const auto& row) -> Cell { return row.call.uuid; }},
+      {"", "uuid", [](const auto& row) -> Cell { return row.uuid; }},
       {"STATE", "end", [](const auto& row) -> Cell { return row.state; }, Align::left, 1},
       {"AGO", "", [](const auto& row) -> Cell { return row.at; }, Align::right, 2},
       {"", "at", [](const auto& row) -> Cell { return row.at; }},
       {"TOOK", "duration_ms", &took, Align::right, 2},
       {"SERVICE", "", &service_of, Align::left, 3},
-      {"HOST", "host", [](const auto& row) -> Cell { return row.call.host; }, Align::left, 6},
-      {"", "name", [](const auto& row) -> Cell { return row.call.instance_name; }},
-      {"REQUEST", "", &request_of, Align::left, 4},
-      {"RESPONSE", "", &response_of, Align::left, 4},
+      {"HOST", "host", [](const auto& row) -> Cell { return row.instance.host; }, Align::left, 6},
+      {"", "name", [](const auto& row) -> Cell { return row.instance.name; }},
+      {"REQUEST", "",
+       [](const auto& row) -> Cell {
+         return request_of(row) ? Cell(base::text::quoted(request_of(row)->text)) : Cell();
+       },
+       Align::left, 4},
+      {"RESPONSE", "",
+       [](const auto& row) -> Cell {
+         return row.response ? Cell(base::text::quoted(row.response->text)) : Cell();
+       },
+       Align::left, 4},
       {"", "request",
        [](const auto& row) -> Cell {
-         return row.call.request ? Cell(base::text::to_utf8(*row.call.request)) : Cell();
+         return request_of(row) ? Cell(base::text::to_utf8(request_of(row)->text)) : Cell();
        }},
       {"", "request_state",
        [](const auto& row) -> Cell {
-         return row.call.request ? Cell(std::int64_t{row.call.request_state}) : Cell();
+         return request_of(row) ? Cell(std::int64_t{request_of(row)->state}) : Cell();
        }},
       {"", "response",
        [](const auto& row) -> Cell {
-         return is_answered(row) ? Cell(base::text::to_utf8(row.call.response)) : Cell();
+         return row.response ? Cell(base::text::to_utf8(row.response->text)) : Cell();
        }},
       {"", "response_state",
        [](const auto& row) -> Cell {
-         return is_answered(row) ? Cell(std::int64_t{row.call.response_state}) : Cell();
+         return row.response ? Cell(std::int64_t{row.response->state}) : Cell();
        }},
-      {"ATTEMPT", "attempt", [](const auto& row) -> Cell { return std::int64_t{row.call.attempt}; },
+      {"ATTEMPT", "attempt", [](const auto& row) -> Cell { return std::int64_t{row.attempt}; },
        Align::right, print::only_wide},
-      {"WHY", "detail", [](const auto& row) -> Cell { return row.call.detail; }}};
+      {"WHY", "detail", [](const auto& row) -> Cell {
+         const Step* const newest = row.call.newest();
+         return newest == nullptr ? std::string() : newest->detail;
+       }}};
   return calls;
 }
 

@@ -7,21 +7,29 @@
 
 #include <deque>
 #include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "tools/print/listing.hpp"
-#include "tools/recording/call_follower.hpp"
+#include "tools/recording/call.hpp"
 
 namespace millrace::tools::commands::calls {
 
 struct CallRow {
-  recording::FollowedCall call{};
+  recording::Call call{};
+  std::string uuid{};
+  std::uint32_t attempt = 0;
+  /// That has or had the last attempt.
+  recording::InstanceNames::Name instance{};
   /// "dispatched", "answered", "written": the last known step.
   std::string state{};
   /// Time of the last known step.
   fabric::Time at{};
   /// From seen to ended; otherwise the time in the handler.
   std::optional<std::chrono::nanoseconds> took{};
+  /// The step with the response, if there is one.
+  std::optional<recording::Step> response{};
 };
 
 class CallList {
@@ -34,16 +42,19 @@ class CallList {
   [[nodiscard]] std::vector<CallRow> rows() const;
 
  private:
-  void add(const fabric::Request& request);
-  void add(const fabric::Reply& reply, const std::string& uuid);
-  CallRow& row_of(const fabric::CallId& id, const fabric::ChannelKey& key);
+  struct Known {
+    recording::Call call;
+    /// Of its channel, where nothing else is known of the call.
+    std::optional<fabric::ChannelStatus> status{};
+  };
+  Known& known(const fabric::CallId& id, const fabric::ChannelKey& key);
+  [[nodiscard]] CallRow row_of(const Known& known) const;
 
   std::size_t most_;
-  recording::CallFollower follower_;
-  std::map<fabric::CallId, CallRow> rows_;
+  std::map<fabric::CallId, Known> calls_;
   /// In the order of their first samples.
   std::deque<fabric::CallId> order_;
-  std::map<fabric::InstanceId, std::pair<std::string, std::string>> names_;
+  recording::InstanceNames names_;
 };
 
 const print::Listing<CallRow>& listing();

@@ -47,9 +47,9 @@ int list(const CallsOptions& options) {
 }
 
 int show(const CallsOptions& options) {
-  recording::TimelineBuilder builder(options.call);
-  listen(options, [&](const recording::Entry& entry) { builder.add(entry); });
-  const recording::Timeline timeline = builder.build();
+  recording::Call call(options.call);
+  listen(options, [&](const recording::Entry& entry) { call.add(entry); });
+  const recording::Timeline timeline = recording::timeline_of(call);
   if (timeline.steps.empty()) {
     fmt::print(stderr,
                "millrace: call {} is no longer on the fabric; 'millrace recording calls FILE {}' "

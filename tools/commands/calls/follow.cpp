@@ -49,6 +49,7 @@ class Follower : public fabric::observer::ObserverListener {
       return;
     }
     live_.add(entry);
+    names_.add(entry);
     if (const auto call = follower_.add(entry)) {
       show(*call, entry.at);
       if (++seen_ == options_.count) {
@@ -58,13 +59,14 @@ class Follower : public fabric::observer::ObserverListener {
   }
 
  private:
-  void show(const recording::FollowedCall& call, fabric::Time now) {
+  void show(const recording::Call& call, fabric::Time now) {
+    const auto instance = names_.of(call.instance());
     if (screen_) {
-      board_.add(call, now);
+      board_.add(call, instance, now);
     } else if (options_.output.json) {
-      print::print_json(print::json_of(call));
+      print::print_json(print::json_of(call, instance));
     } else {
-      fmt::print("{}\n", print::line_of(call));
+      fmt::print("{}\n", print::line_of(call, instance));
     }
     // The reader of a pipe wants each call when it ends.
     if (std::fflush(stdout) != 0) {
@@ -92,6 +94,7 @@ class Follower : public fabric::observer::ObserverListener {
   std::optional<Screen> screen_;
   bus::FabricModel live_;
   recording::CallFollower follower_;
+  recording::InstanceNames names_;
   Board board_;
   std::uint64_t seen_ = 0;
   boost::asio::io_context io_{1};

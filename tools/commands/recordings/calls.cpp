@@ -42,10 +42,10 @@ int list(const CallsOptions& options) {
 
 int show(const CallsOptions& options) {
   mcap::FileSource source = open(options.file);
-  recording::TimelineBuilder builder(options.call);
+  recording::Call call(options.call);
   const auto read = recording::read_entries(
-      source, {.call = options.call}, [&](const recording::Entry& entry) { builder.add(entry); });
-  const recording::Timeline timeline = builder.build();
+      source, {.call = options.call}, [&](const recording::Entry& entry) { call.add(entry); });
+  const recording::Timeline timeline = recording::timeline_of(call);
   if (timeline.steps.empty()) {
     fmt::print(stderr, "millrace: no call {} in {}; 'millrace recording calls' lists them\n",
                options.call.to_string(), options.file.string());

@@ -135,7 +135,7 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
           more = true;
           throw StopReading();
         }
-        boost::json::object call = print::json_of(ended->call);
+        boost::json::object call = print::json_of(ended->call, ended->instance);
         call["failed"] = ended->failed;
         call["result"] = ended->result();
         list.push_back(std::move(call));
@@ -173,18 +173,18 @@ Recordings::Result<boost::json::object> Recordings::alarms(const std::string& na
 Recordings::Result<boost::json::object> Recordings::timeline(const std::string& name,
                                                              const fabric::CallId& call) const {
   return source(name).and_then([&](mcap::FileSource file) -> Result<boost::json::object> {
-    recording::TimelineBuilder builder(call);
+    recording::Call found(call);
     try {
       recording::read_entries(file, {.call = call}, [&](const recording::Entry& entry) {
         if (*stopped_) {
           throw StopReading();
         }
-        builder.add(entry);
+        found.add(entry);
       });
     } catch (const StopReading&) {
       // stop() was called.
     }
-    const recording::Timeline timeline = builder.build();
+    const recording::Timeline timeline = recording::timeline_of(found);
     if (timeline.steps.empty()) {
       return tl::unexpected(
           Refusal{404, fmt::format("no call {} is in {}", call.to_string(), name)});

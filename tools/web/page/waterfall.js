@@ -4,7 +4,7 @@
 //   const { start, end, lanes } = layOut(timeline);
 import { milliseconds } from './time.js';
 
-const endsAttempt = new Set(['reply at the gateway', 'late reply dropped', 'reply refused', 'instance lost', 'withdrawn by the program', 'written back']);
+const endsAttempt = new Set(['reply at the gateway', 'late reply dropped', 'reply refused', 'declined by the instance', 'instance lost', 'withdrawn by the program', 'written back']);
 
 /** The steps with `at` in milliseconds by the gateway's clock; steps of a service are converted to it. */
 export function placed(steps) {
@@ -59,7 +59,7 @@ function attemptLane(number, steps, end) {
     }
   }
   close(end, true);
-  const marks = own.filter((step) => ['interim state shown', 'reply refused', 'instance lost', 'late reply dropped'].includes(step.hop))
+  const marks = own.filter((step) => ['interim state shown', 'reply refused', 'declined by the instance', 'instance lost', 'late reply dropped'].includes(step.hop))
     .map((step) => ({ at: step.at, hop: step.hop }));
   return { number, instance: own.find((step) => step.instance)?.instance ?? '', bars, marks };
 }

@@ -8,15 +8,6 @@ namespace millrace::tools::web::plant {
 
 namespace {
 
-/// The attempt of an entry that reports a failure.
-std::uint32_t attempt_of(const recording::Entry& entry) {
-  if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    return reply->attempt;
-  }
-  const auto* event = std::get_if<fabric::Event>(&entry.sample);
-  return event == nullptr ? 0 : event->attempt;
-}
-
 bool has_text(std::string_view cp1252, const std::string& wanted) {
   return small_letters(print::text_json(cp1252)).find(wanted) != std::string::npos;
 }
@@ -39,49 +30,74 @@ bool NormalStates::contain(const std::string& uuid, std::uint32_t state) const {
 }
 
 std::string_view EndedCall::result() const {
-  if (call.last == fabric::EventKind::withdrawn) {
+  if (call.outcome() == recording::Outcome::withdrawn) {
     return "withdrawn";
   }
   return failed ? "failed" : other_state ? "other_state" : "answered";
 }
 
 bool CallFilter::takes(const EndedCall& ended) const {
-  const recording::FollowedCall& call = ended.call;
+  const recording::Call& call = ended.call;
+  const auto has = [&](const recording::Step* step) {
+    return step != nullptr && has_text(step->text, text);
+  };
   return (machine.empty() || call.key.machine == machine) &&
          (channel == 0 || call.key.channel == channel) && (uuid.empty() || call.uuid == uuid) &&
-         (instance.empty() || call.instance.to_string() == instance) &&
+         (instance.empty() || call.instance().to_string() == instance) &&
          ((!failed && !other_state) || (failed && ended.failed) ||
           (other_state && ended.other_state)) &&
          (result.empty() || ended.result() == result) &&
-         (text.empty() || has_text(call.request.value_or(""), text) ||
-          has_text(call.response, text));
+         (text.empty() || has(call.first(recording::Stage::seen)) ||
+          has(call.first(recording::Stage::written)));
 }
 
 const EndedCall* CallStore::add(const recording::Entry& entry) {
-  std::optional<recording::FollowedCall> over = follower_.add(entry);
-  const fabric::CallId call = recording::call_of(entry);
-  const bool tells_of_its_way = std::holds_alternative<fabric::Request>(entry.sample) ||
-                                std::holds_alternative<fabric::Reply>(entry.sample) ||
-                                std::holds_alternative<fabric::Event>(entry.sample);
-  if (call == fabric::CallId{} || !tells_of_its_way) {
+  names_.add(entry);
+  const fabric::CallId id = recording::call_of(entry);
+  const bool is_event = std::holds_alternative<fabric::Event>(entry.sample);
+  const bool shows_a_step = is_event || std::holds_alternative<fabric::Request>(entry.sample) ||
+                            std::holds_alternative<fabric::Reply>(entry.sample);
+  if (id == fabric::CallId{} || !shows_a_step) {
     return nullptr;
   }
-  Kept& kept = open(call);
-  kept.timeline.add(entry);
-  if (recording::is_failure(entry)) {
-    // A failed attempt before the last one is not a failure of the call.
-    kept.failed_attempt = std::max(kept.failed_attempt, attempt_of(entry));
-    if (kept.ended && kept.failed_attempt == kept.ended->call.attempt) {
-      // A reply may arrive after the end of its call, from another writer.
-      kept.ended->failed = true;
-      kept.ended->other_state = false;
+  Kept& kept = open(id);
+  recording::Call& call = kept.call.call;
+  call.add(entry);
+  if (kept.ended) {
+    // A reply may arrive after the end of its call, from another writer.
+    judge(kept.call);
+    return nullptr;
+  }
+  if (call.end() == nullptr) {
+    if (is_event) {
+      under_way_[call.key] = id;
     }
-  }
-  if (!over) {
     return nullptr;
   }
-  end(kept, std::move(*over));
-  return &*kept.ended;
+  if (const auto current = under_way_.find(call.key);
+      current != under_way_.end() && current->second == id) {
+    under_way_.erase(current);
+  }
+  kept.ended = true;
+  kept.call.instance = names_.of(call.instance());
+  judge(kept.call);
+  open_.erase(kept.place);
+  ended_.push_back(id);
+  if (ended_.size() > limits_.ended) {
+    forget_oldest();
+  }
+  return &kept.call;
+}
+
+void CallStore::judge(EndedCall& ended) const {
+  ended.failed = ended.call.outcome() != recording::Outcome::answered;
+  ended.other_state = !ended.failed && !normal_.contain(ended.call.uuid, ended.call.end()->state);
+}
+
+const recording::Call* CallStore::under_way(const fabric::ChannelKey& key) const {
+  const auto current = under_way_.find(key);
+  const auto known = current == under_way_.end() ? calls_.end() : calls_.find(current->second);
+  return known == calls_.end() ? nullptr : &known->second.call.call;
 }
 
 CallStore::Kept& CallStore::open(const fabric::CallId& call) {
@@ -93,31 +109,14 @@ CallStore::Kept& CallStore::open(const fabric::CallId& call) {
     open_.pop_front();
   }
   const auto place = open_.insert(open_.end(), call);
-  return calls_.emplace(call, Kept{.timeline = recording::TimelineBuilder(call), .place = place})
+  return calls_.emplace(call, Kept{.call = {.call = recording::Call(call)}, .place = place})
       .first->second;
-}
-
-void CallStore::end(Kept& kept, recording::FollowedCall call) {
-  const bool answered_by_a_service =
-      call.last == fabric::EventKind::written && call.instance != fabric::InstanceId{};
-  if (kept.ended) {
-    return;  // A gateway that resumed has repeated the end.
-  }
-  open_.erase(kept.place);
-  ended_.push_back(call.id);
-  const bool failed =
-      !answered_by_a_service || (call.attempt > 0 && kept.failed_attempt == call.attempt);
-  const bool other_state = !failed && !normal_.contain(call.uuid, call.response_state);
-  kept.ended = EndedCall{std::move(call), failed, other_state};
-  if (ended_.size() > limits_.ended) {
-    forget_oldest();
-  }
 }
 
 void CallStore::forget_oldest() {
   const auto oldest = calls_.find(ended_.front());
   ended_.pop_front();
-  const EndedCall& ended = *oldest->second.ended;
+  const EndedCall& ended = oldest->second.call;
   if ((!ended.failed && !ended.other_state) || limits_.failed == 0) {
     calls_.erase(oldest);
     return;
@@ -131,12 +130,13 @@ void CallStore::forget_oldest() {
 
 recording::Timeline CallStore::timeline(const fabric::CallId& call) const {
   const auto known = calls_.find(call);
-  return known == calls_.end() ? recording::Timeline{} : known->second.timeline.build();
+  return known == calls_.end() ? recording::Timeline{}
+                               : recording::timeline_of(known->second.call.call);
 }
 
 const EndedCall* CallStore::ended(const fabric::CallId& call) const {
   const auto known = calls_.find(call);
-  return known == calls_.end() || !known->second.ended ? nullptr : &*known->second.ended;
+  return known == calls_.end() || !known->second.ended ? nullptr : &known->second.call;
 }
 
 std::vector<const EndedCall*> CallStore::list(const CallFilter& filter, std::size_t most) const {

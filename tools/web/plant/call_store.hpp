@@ -18,7 +18,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/recording/call_follower.hpp"
 #include "tools/recording/timeline.hpp"
 
 namespace millrace::tools::web::plant {
@@ -33,9 +32,10 @@ struct NormalStates {
 };
 
 struct EndedCall {
-  recording::FollowedCall call{};
-  /// The service failed or refused the last attempt, the program withdrew the call, or the response
-  /// came from the gateway or an operator.
+  recording::Call call{};
+  /// The last one, by the name it had then.
+  recording::InstanceNames::Name instance{};
+  /// Its outcome is not `answered`.
   bool failed = false;
   /// The service's state is not among the normal ones: usually an error of the service.
   bool other_state = false;
@@ -93,18 +93,14 @@ class CallStore {
   [[nodiscard]] const EndedCall* oldest() const;
   [[nodiscard]] std::size_t size() const { return ended_.size() + failed_.size(); }
 
-  /// By channel.
-  [[nodiscard]] const std::map<fabric::ChannelKey, recording::FollowedCall>& under_way() const {
-    return follower_.under_way();
-  }
+  /// The call of the channel that is under way; nullptr if none is known.
+  [[nodiscard]] const recording::Call* under_way(const fabric::ChannelKey& key) const;
 
  private:
   using Order = std::list<fabric::CallId>;
   struct Kept {
-    recording::TimelineBuilder timeline;
-    /// The last attempt that failed; 0 if none did.
-    std::uint32_t failed_attempt = 0;
-    std::optional<EndedCall> ended{};
+    EndedCall call;
+    bool ended = false;
     /// Valid while the call has not ended.
     Order::iterator place{};
   };
@@ -115,12 +111,13 @@ class CallStore {
   };
 
   Kept& open(const fabric::CallId& call);
-  void end(Kept& kept, recording::FollowedCall call);
+  void judge(EndedCall& call) const;
   void forget_oldest();
 
   Limits limits_;
   NormalStates normal_;
-  recording::CallFollower follower_;
+  recording::InstanceNames names_;
+  std::map<fabric::ChannelKey, fabric::CallId> under_way_;
   std::unordered_map<fabric::CallId, Kept, Hash> calls_;
   /// Ordered by begin, and by end.
   Order open_;

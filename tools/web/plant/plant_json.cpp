@@ -107,11 +107,13 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
       trouble != nullptr) {
     out["journal"] = print::utf8(trouble->text);
   }
-  const auto call = calls_.under_way().find(status.key);
-  if (call != calls_.under_way().end() && call->second.id == status.call && call->second.request) {
-    out["request"] = print::text_json(*call->second.request);
-    out["request_state"] = call->second.request_state;
-    print::put_time(out, "seen", call->second.seen);
+  const recording::Call* const call = calls_.under_way(status.key);
+  const recording::Step* const seen =
+      call != nullptr && call->id == status.call ? call->first(recording::Stage::seen) : nullptr;
+  if (seen != nullptr) {
+    out["request"] = print::text_json(seen->text);
+    out["request_state"] = seen->state;
+    print::put_time(out, "seen", seen->at);
   } else if (const auto left = left_.find(status.key);
              status.state == fabric::ChannelState::unserved && status.call == fabric::CallId{} &&
              left != left_.end() && left->second.uuid == status.uuid) {
@@ -145,12 +147,12 @@ boost::json::object PlantModel::service_json(const bus::KnownInstance& instance,
 }
 
 boost::json::object PlantModel::json_of(const EndedCall& ended) const {
-  boost::json::object out = print::json_of(ended.call);
+  boost::json::object out = print::json_of(ended.call, ended.instance);
   out["failed"] = ended.failed;
   out["result"] = ended.result();
   // The name at the time of the call; the UUID may have another service now.
-  const std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
-                                                            : print::utf8(ended.call.instance_name);
+  const std::string name = ended.instance.name.empty() ? name_of_service(ended.call.uuid)
+                                                       : print::utf8(ended.instance.name);
   if (!name.empty()) {
     out["service"] = name;
   }
@@ -247,7 +249,7 @@ boost::json::object PlantModel::calls(const CallFilter& filter, std::size_t most
   }
   boost::json::object out{{"calls", std::move(list)}, {"kept", calls_.size()}};
   if (const EndedCall* oldest = calls_.oldest()) {
-    print::put_time(out, "oldest", oldest->call.ended);
+    print::put_time(out, "oldest", oldest->call.end()->at);
   }
   return out;
 }

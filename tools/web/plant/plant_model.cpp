@@ -161,7 +161,8 @@ void PlantModel::mark_callers_of(const recording::InstanceNews& news) {
 }
 
 void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
-  const recording::FollowedCall& call = ended.call;
+  const recording::Call& call = ended.call;
+  const fabric::InstanceId instance = call.instance();
   ++ended_;
   failed_ += ended.failed ? 1U : 0U;
   other_states_ += ended.other_state ? 1U : 0U;
@@ -169,14 +170,14 @@ void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
   throughput_.add(now.steady, duration, ended.failed);
   channel_pace_[call.key].add(now.steady, duration, ended.failed);
   moving_channels_.insert(call.key);
-  if (live_.instances().contains(call.instance)) {
-    instance_pace_[call.instance].add(now.steady, duration, ended.failed);
-    moving_instances_.insert(call.instance);
+  if (live_.instances().contains(instance)) {
+    instance_pace_[instance].add(now.steady, duration, ended.failed);
+    moving_instances_.insert(instance);
     if (ended.other_state) {
-      ++other_states_of_[call.instance];
+      ++other_states_of_[instance];
     }
   }
-  history_.add_call(call.uuid, call.instance, call.key, duration, ended.failed);
+  history_.add_call(call.uuid, instance, call.key, duration, ended.failed);
   calls_ended_.push_back(call.id);
 }
 
@@ -331,7 +332,7 @@ boost::json::array PlantModel::take_calls(std::uint64_t& skipped) {
     std::ranges::stable_partition(
         ended, [](const EndedCall* call) { return call->failed || call->other_state; });
     ended.resize(calls_in_change);
-    std::ranges::stable_sort(ended, {}, [](const EndedCall* call) { return call->call.ended; });
+    std::ranges::stable_sort(ended, {}, [](const EndedCall* call) { return call->call.end()->at; });
   }
   boost::json::array calls;
   for (const EndedCall* call : ended) {

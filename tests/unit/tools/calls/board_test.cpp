@@ -22,7 +22,7 @@ class TheBoard : public testing::Test {
     for (const recording::Entry& entry : entries) {
       live.add(entry);
       if (const auto call = follower.add(entry)) {
-        sut.add(*call, entry.at);
+        sut.add(*call, {}, entry.at);
       }
     }
   }

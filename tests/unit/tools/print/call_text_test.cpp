@@ -9,48 +9,49 @@
 namespace millrace::tools::print {
 namespace {
 
-using recording::FollowedCall;
+using recording::Call;
+using recording::Stage;
+using recording::Step;
 using recording::tests::at;
 using testing::HasSubstr;
 
-FollowedCall answered() {
-  return {.id = {0x5f, 17},
-          .key = {"cnc", 1},
-          .uuid = recording::tests::square_root,
-          .request = "2",
-          .request_state = 1,
-          .response = "1.414214",
-          .response_state = 1,
-          .attempt = 1,
-          .instance = {{1}},
-          .instance_name = "sq1",
-          .host = "hall",
-          .seen = at(0),
-          .ended = at(7.1),
-          .last = fabric::EventKind::written};
+const recording::InstanceNames::Name sq1{"sq1", "hall"};
+
+Call answered() {
+  Call call({0x5f, 17});
+  call.key = {"cnc", 1};
+  call.uuid = recording::tests::square_root;
+  call.steps = {{.stage = Stage::seen, .at = at(0), .text = "2", .state = 1},
+                {.stage = Stage::written,
+                 .at = at(7.1),
+                 .attempt = 1,
+                 .instance = {{1}},
+                 .text = "1.414214",
+                 .state = 1}};
+  return call;
 }
 
-TEST(ACallInOneLine, TellsRequestResponseTimeAndInstance) {
-  EXPECT_EQ(line_of(answered()),
+TEST(ACallInOneLine, HasRequestResponseTimeAndInstance) {
+  EXPECT_EQ(line_of(answered(), sq1),
             "07:00:00.007100  cnc/1  560aacbf-6335-44a9-895a-8b27f3ed5e47  \"2\" 1 -> "
             "\"1.414214\" 1  7.10 ms  sq1 on hall  5f-17");
 }
 
-TEST(ACallInOneLine, TellsHowItEndedIfNotByAnAnswer) {
-  FollowedCall call = answered();
-  call.last = fabric::EventKind::withdrawn;
-  call.request.reset();
-  call.seen = {};
-  call.attempt = 2;
+TEST(ACallInOneLine, NamesTheEndOfACallWithoutAResponse) {
+  Call call = answered();
+  call.steps = {{.stage = Stage::withdrawn,
+                 .at = at(7.1),
+                 .attempt = 2,
+                 .instance = {{1}},
+                 .detail = "the program\nwrote another request"}};
   call.replayed = true;
-  call.detail = "the program\nwrote another request";
-  const std::string line = line_of(call);
+  const std::string line = line_of(call, sq1);
   EXPECT_THAT(line, HasSubstr("  ? -> withdrawn  -  "));
   EXPECT_THAT(line, HasSubstr("5f-17 #2  (replayed)  the program\\x0awrote"));
 }
 
 TEST(ACallAsJson, NamesWhatIsKnown) {
-  EXPECT_EQ(json_text(json_of(answered())),
+  EXPECT_EQ(json_text(json_of(answered(), sq1)),
             R"({"call":"5f-17","machine":"cnc","channel":1,)"
             R"("uuid":"560aacbf-6335-44a9-895a-8b27f3ed5e47","end":"written","attempt":1,)"
             R"("request":"2","request_state":1,"response":"1.414214","response_state":1,)"

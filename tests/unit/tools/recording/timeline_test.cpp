@@ -16,18 +16,18 @@ using tests::one_call;
 
 std::vector<Stage> stages(const Timeline& timeline) {
   std::vector<Stage> stages;
-  for (const TimelineStep& step : timeline.steps) {
+  for (const Step& step : timeline.steps) {
     stages.push_back(step.stage);
   }
   return stages;
 }
 
 Timeline timeline_of(const std::vector<Entry>& entries) {
-  TimelineBuilder sut({0x5f, 17});
+  Call call({0x5f, 17});
   for (const Entry& entry : entries) {
-    sut.add(entry);
+    call.add(entry);
   }
-  return sut.build();
+  return recording::timeline_of(call);
 }
 
 TEST(Timeline, ShowsEachHopOnce) {

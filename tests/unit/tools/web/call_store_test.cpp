@@ -148,7 +148,7 @@ TEST(ACallStore, TakesACallThatWasAnsweredAtTheSecondAttemptForAnswered) {
   entries.insert(entries.begin() + 3, lost);
   add(sut, entries);
   EXPECT_EQ(sut.ended({0x5f, 1})->result(), "answered");
-  EXPECT_EQ(sut.ended({0x5f, 1})->call.attempt, 2U);
+  EXPECT_EQ(sut.ended({0x5f, 1})->call.attempt(), 2U);
 }
 
 TEST(ACallStore, CountsWhatNoServiceAnsweredAsFailed) {

@@ -1,0 +1,156 @@
+// What is known of one call: every step that the gateway and the instances published.
+//
+//   Call call(id);
+//   call.add(entry);                         // any entry, in any order
+//   call.outcome() == Outcome::answered
+//
+// Lists, timelines, durations, metrics and replay plans read a call here, so they agree on what it
+// was.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::recording {
+
+/// In the order a call takes them.
+enum class Stage : std::uint8_t {
+  seen,
+  unserved,
+  dispatched,
+  received,
+  started,
+  /// The instance has published an interim reply.
+  interim_reply,
+  /// The gateway has written it.
+  interim,
+  answered,
+  declined,
+  replied,
+  refused,
+  lost,
+  held,
+  late,
+  withdrawn,
+  written,
+};
+
+/// "seen by the gateway", …
+std::string_view name_of(Stage stage);
+
+struct Step {
+  Stage stage = Stage::seen;
+  /// By the clock of its publisher; zero if that gives none.
+  fabric::Time at{};
+  /// When the observer received it.
+  fabric::Time received{};
+  std::uint32_t attempt = 0;
+  /// By the clock of the service's host rather than the gateway's.
+  bool by_service = false;
+  /// The instance it concerns, or all zero.
+  fabric::InstanceId instance{};
+  /// Its attempt has failed (is_failure() of its entry).
+  bool failure = false;
+  /// Of a reply.
+  fabric::ServiceCode code = fabric::ServiceCode::ok;
+  /// Request or response text, if there is one.
+  std::string text{};
+  std::optional<std::uint32_t> withheld{};
+  std::uint32_t state = 0;
+  std::string detail{};
+};
+
+enum class Outcome : std::uint8_t {
+  under_way,
+  /// By a service.
+  answered,
+  /// A step of the last attempt is a failure.
+  failed,
+  /// The response came from the gateway or an operator.
+  settled,
+  /// By the NC program.
+  withdrawn,
+};
+
+struct Call {
+  enum class Texts : std::uint8_t { kept, left_out };
+
+  Call() = default;
+  explicit Call(fabric::CallId call, Texts wanted = Texts::kept) : id(call), texts(wanted) {}
+
+  /// False for an entry that is not of this call, or shows no step.
+  bool add(const Entry& entry);
+
+  /// As they were received, each once. nullptr if there is none.
+  [[nodiscard]] const Step* first(Stage stage) const;
+  [[nodiscard]] const Step* last(Stage stage) const;
+  /// The same of one attempt.
+  [[nodiscard]] const Step* of_attempt(Stage stage, std::uint32_t attempt) const;
+  /// Written or withdrawn; nullptr while it is under way. A gateway that resumes may repeat it.
+  [[nodiscard]] const Step* end() const;
+  /// The newest step of the gateway that concerns an attempt; nullptr if it is not dispatched.
+  [[nodiscard]] const Step* newest() const;
+  [[nodiscard]] Outcome outcome() const;
+  /// From seen to its end; none unless both are known.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> duration() const;
+
+  [[nodiscard]] std::uint32_t attempt() const {
+    return newest() == nullptr ? 0 : newest()->attempt;
+  }
+  [[nodiscard]] fabric::InstanceId instance() const {
+    return newest() == nullptr ? fabric::InstanceId{} : newest()->instance;
+  }
+
+  fabric::CallId id{};
+  Texts texts = Texts::kept;
+  fabric::ChannelKey key{};
+  /// Canonical.
+  std::string uuid{};
+  bool replayed = false;
+  std::vector<Step> steps{};
+
+ private:
+  void add(const fabric::Request& request, const Entry& entry);
+  void add(const fabric::Reply& reply, const Entry& entry);
+  void add(const fabric::Event& event, const Entry& entry);
+  void add(Step step);
+};
+
+/// Name and host of each instance that was discovered. Also of those that are gone: their last
+/// calls may end later.
+class InstanceNames {
+ public:
+  struct Name {
+    std::string name{};
+    std::string host{};
+  };
+
+  void add(const Entry& entry);
+  /// Empty if discovery has not shown it.
+  [[nodiscard]] Name of(const fabric::InstanceId& instance) const;
+
+ private:
+  std::map<fabric::InstanceId, Name> names_;
+};
+
+/// The calls of each channel that are under way. Takes entries in the order in which they were
+/// received.
+class CallFollower {
+ public:
+  /// The call that ends with this entry.
+  std::optional<Call> add(const Entry& entry);
+
+  [[nodiscard]] const std::map<fabric::ChannelKey, Call>& under_way() const { return under_way_; }
+
+ private:
+  std::map<fabric::ChannelKey, Call> under_way_;
+};
+
+}  // namespace millrace::tools::recording
