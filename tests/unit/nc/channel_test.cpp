@@ -35,7 +35,7 @@ class NcChannel : public testing::Test {
     return texts;
   }
 
-  MapEnvironment environment_{std::filesystem::path(MILLRACE_TEST_DATA) / "nc"};
+  MapEnvironment environment_;
   std::chrono::nanoseconds now_{};
 };
 
@@ -184,11 +184,10 @@ TEST_F(NcChannel, BringsTheCycleThatWaitsForAService) {
 TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
   class OwnCycle : public MapEnvironment {
    public:
-    using MapEnvironment::MapEnvironment;
     tl::expected<std::string, Fault> load(std::string_view /*program*/) override {
       return "#MSG [\"own\"]\nM17\n";
     }
-  } own{std::filesystem::path()};
+  } own;
   Channel sut;
   start(sut, "L CYCLE [NAME=\"SysServiceWait.cyc\"]\nM30\n");
   const auto events = sut.tick(0s, own);
@@ -200,10 +199,9 @@ TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
 TEST_F(NcChannel, RunsASubprogramAsItIsWhenItsRunBegins) {
   class Corrected : public MapEnvironment {
    public:
-    using MapEnvironment::MapEnvironment;
     tl::expected<std::string, Fault> load(std::string_view /*program*/) override { return text; }
     std::string text;
-  } programs{std::filesystem::path()};
+  } programs;
   Channel sut;
   std::vector<std::string> said;
   for (const char* text : {"before", "after"}) {

@@ -1,8 +1,6 @@
 #include "tests/unit/nc/scenario.hpp"
 
-#include <fstream>
 #include <iomanip>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -55,13 +53,13 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
   } else if (name == "time_scale") {
     options.time_scale = std::stod(value);
   } else {
-    throw std::runtime_error("setting.txt: unknown option " + name);
+    throw std::runtime_error("setting: unknown option " + name);
   }
 }
 
-Setting read_setting(const std::filesystem::path& file) {
+Setting read_setting(const std::string& text) {
   Setting setting;
-  std::istringstream lines(read_file(file));
+  std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string word;
@@ -99,13 +97,13 @@ Setting read_setting(const std::filesystem::path& file) {
       std::getline(words, happening.argument);
       setting.happenings.push_back(happening);
     } else if (!word.empty() && word.front() != '#') {
-      throw std::runtime_error("setting.txt: " + line);
+      throw std::runtime_error("setting: " + line);
     }
   }
   return setting;
 }
 
-// Writes events as lines of expected.txt.
+// Writes events as lines of the expected output.
 struct Writer {
   std::ostream& out;
 
@@ -135,17 +133,17 @@ struct Writer {
 
 class Run {
  public:
-  Run(const std::filesystem::path& folder, Setting setting)
-      : folder_(folder),
+  Run(const tests::Section& section, Setting setting)
+      : section_(section),
         setting_(std::move(setting)),
-        environment_(folder, setting_.variables, setting_.asynchronous),
+        environment_(section.texts, setting_.variables, setting_.asynchronous),
         channel_(setting_.options) {
     channel_.set_block_search(setting_.search);
     out_ << std::fixed << std::setprecision(3);
   }
 
-  std::string operator()(const std::string& program) {
-    start("program.nc", program);
+  std::string operator()() {
+    start("program.nc", section_.text());
     std::size_t next = 0;
     for (nanoseconds now{}; now <= setting_.until; now += milliseconds(1)) {
       for (; next < setting_.happenings.size() && setting_.happenings[next].time <= now; ++next) {
@@ -203,7 +201,7 @@ class Run {
   }
 
   void stream(const std::string& file, nanoseconds now) {
-    if (const auto written = channel_.stream(read_file(folder_ / file)); !written) {
+    if (const auto written = channel_.stream(section_.text(file)); !written) {
       stamp(now);
       out_ << "not streamed: error " << written.error().id << '\n';
     }
@@ -217,7 +215,7 @@ class Run {
       words >> name >> std::ws;
       std::getline(words, value);
       if (!environment_.write(name, parse_value(value))) {
-        throw std::runtime_error("setting.txt: cannot write " + name);
+        throw std::runtime_error("setting: cannot write " + name);
       }
     } else if (happening.action == "resume") {
       channel_.resume();
@@ -230,7 +228,8 @@ class Run {
     } else if (happening.action == "reset") {
       channel_.reset();
     } else if (happening.action == "start") {
-      start(happening.argument, read_file(folder_ / happening.argument));
+      const bool streamed = happening.argument == setting_.options.stream_program;
+      start(happening.argument, streamed ? "" : section_.text(happening.argument));
     } else if (happening.action == "acknowledge") {
       channel_.acknowledge(std::stoul(happening.argument));
     } else if (happening.action == "read") {
@@ -241,11 +240,11 @@ class Run {
            << channel_.decoder_place().block << '\n';
       show_axes();
     } else {
-      throw std::runtime_error("setting.txt: unknown action " + happening.action);
+      throw std::runtime_error("setting: unknown action " + happening.action);
     }
   }
 
-  std::filesystem::path folder_;
+  const tests::Section& section_;
   Setting setting_;
   MapEnvironment environment_;
   Channel channel_;
@@ -254,9 +253,8 @@ class Run {
 
 }  // namespace
 
-MapEnvironment::MapEnvironment(std::filesystem::path folder, Variables variables,
-                               Names asynchronous)
-    : folder_(std::move(folder)),
+MapEnvironment::MapEnvironment(Programs programs, Variables variables, Names asynchronous)
+    : programs_(std::move(programs)),
       variables_(std::move(variables)),
       asynchronous_(std::move(asynchronous)) {
   for (const char* name : {"UUID", "REQUEST", "RESPONSE"}) {
@@ -307,20 +305,16 @@ bool MapEnvironment::synchronous(std::string_view name) {
 }
 
 tl::expected<std::string, Fault> MapEnvironment::load(std::string_view program) {
-  const std::filesystem::path file = folder_ / program;
-  if (!std::filesystem::exists(file)) {
+  const auto found = programs_.find(std::string(program));
+  if (found == programs_.end()) {
     return tl::make_unexpected(Fault{0, "no program " + std::string(program)});
   }
-  return read_file(file);
+  return found->second;
 }
 
-std::string run_scenario(const std::filesystem::path& folder) {
-  return Run(folder, read_setting(folder / "setting.txt"))(read_file(folder / "program.nc"));
-}
-
-std::string read_file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+std::string run_scenario(const tests::Section& section) {
+  const auto setting = section.texts.find("setting");
+  return Run(section, read_setting(setting == section.texts.end() ? "" : setting->second))();
 }
 
 }  // namespace millrace::cnc::nc::test

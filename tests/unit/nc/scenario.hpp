@@ -1,9 +1,8 @@
-// One folder of the NC test suite: a program, the behaviour of its environment, and the expected
-// output. See tests/data/nc/suite/README.md.
+// One section of the NC test suite: a program, the behaviour of its environment, and the expected
+// output. See docs/dev/nc-language-tests.md.
 #pragma once
 
 #include <chrono>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -11,17 +10,19 @@
 #include <vector>
 
 #include "cnc/nc/channel.hpp"
+#include "tests/support/sections.hpp"
 
 namespace millrace::cnc::nc::test {
 
 using Names = std::set<std::string, std::less<>>;
 using Variables = std::map<std::string, Value, std::less<>>;
+using Programs = std::map<std::string, std::string>;
 
-/// Variables in a map, programs in a folder. A write of REQUEST_STATE clears RESPONSE_STATE, as in
-/// the kernel.
+/// Variables and programs in maps. A write of REQUEST_STATE clears RESPONSE_STATE, as in the
+/// kernel.
 class MapEnvironment : public Environment {
  public:
-  explicit MapEnvironment(std::filesystem::path folder, Variables variables = {},
+  explicit MapEnvironment(Programs programs = {}, Variables variables = {},
                           Names asynchronous = {});
 
   tl::expected<Value, Fault> read(std::string_view name) override;
@@ -31,7 +32,7 @@ class MapEnvironment : public Environment {
   tl::expected<std::string, Fault> load(std::string_view program) override;
 
  private:
-  std::filesystem::path folder_;
+  Programs programs_;
   Variables variables_;
   Names asynchronous_;
 };
@@ -43,7 +44,7 @@ struct NcEvent {
   std::string argument;
 };
 
-/// setting.txt of a scenario.
+/// The text `setting` of a section.
 struct Setting {
   ChannelOptions options;
   /// Variables in addition to V.G.SERVICE.
@@ -56,10 +57,7 @@ struct Setting {
   std::chrono::nanoseconds until = std::chrono::seconds(60);
 };
 
-/// Runs a folder's program in virtual time and returns its whole output.
-std::string run_scenario(const std::filesystem::path& folder);
-
-/// Content of a file; empty if there is none.
-std::string read_file(const std::filesystem::path& path);
+/// Runs a section's program in virtual time and returns its whole output.
+std::string run_scenario(const tests::Section& section);
 
 }  // namespace millrace::cnc::nc::test

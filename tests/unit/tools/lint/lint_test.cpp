@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/sections.hpp"
+
 namespace millrace::tools::lint {
 namespace {
 
@@ -88,23 +90,39 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
       }
     }
   }
-  ASSERT_GT(files.size(), 100U);
   std::ranges::sort(files);
+  std::size_t programs = 0;
   std::string found;
-  for (const auto& file : files) {
+  const auto add_findings = [&](const Source& program, const auto& read_beside) {
+    ++programs;
     const auto beside = [&](const std::string& name) {
-      const std::string text = read_all(file.parent_path() / name);
+      const std::string text = read_beside(name);
       return text.empty() ? std::nullopt : std::optional(Source{name, text});
     };
-    const std::string name = std::filesystem::relative(file, top).string();
-    const std::vector<Source> programs{{name, read_all(file)}};
     // The programs of the suite are full of deliberate language errors, which its own tests check.
     for (const Finding& finding :
-         lint(programs, {.load = beside, .off = {Rule::syntax, Rule::wait_without_timeout}})) {
+         lint(std::vector<Source>{program},
+              {.load = beside, .off = {Rule::syntax, Rule::wait_without_timeout}})) {
       found += finding.place.file + ":" + std::to_string(finding.place.line) + " " +
                std::string(about(finding.rule).name) + "\n";
     }
+  };
+  for (const auto& file : files) {
+    add_findings({std::filesystem::relative(file, top).string(), read_all(file)},
+                 [&](const auto& name) { return read_all(file.parent_path() / name); });
   }
+  for (const auto& section : tests::read_sections_in(MILLRACE_TEST_DATA "/nc/suite")) {
+    for (const auto& [name, text] : section.texts) {
+      if (name.empty() || name.ends_with(".nc")) {
+        const std::string file = std::filesystem::relative(section.file, top).string();
+        add_findings({file + ":" + section.name + (name.empty() ? "" : "/") + name, text},
+                     [&](const auto& other) {
+                       return section.texts.contains(other) ? section.texts.at(other) : "";
+                     });
+      }
+    }
+  }
+  ASSERT_GT(programs, 100U);
   EXPECT_EQ(found, read_all(folder / "repository.expected"));
 }
 

@@ -1,5 +1,0 @@
-#VAR
-  V.P.A[3]
-#ENDVAR
-N40 V.P.A = 1
-M30

@@ -1,3 +1,0 @@
-N10 G01 X100 F6000
-N20 #MSG SYN ["not sent"]
-M30

@@ -1,6 +1,0 @@
-%L SUB
-#MSG ["%d", P1]
-M17
-%MAIN
-N10 G00 X5 P1 = 7 LL SUB
-M30

@@ -1,7 +1,0 @@
-%L INNER
-#MSG ["%d", @P1]
-#MSG ["%d", @P2]
-M17
-%MAIN
-N10 LL CYCLE [NAME=INNER @P1=1]
-M30

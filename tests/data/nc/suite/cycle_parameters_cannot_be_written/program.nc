@@ -1,6 +1,0 @@
-%L INNER
-N10 @P1 = 5
-M17
-%MAIN
-N20 #MSG ["%d", @Q1]
-M30

@@ -1,4 +1,0 @@
-N10 G01 X100 F6000
-N20 V.P.A = V.E.SENSOR
-N30 #MSG ["%d, at %d", V.P.A, V.A.ACT_POS.X]
-N40 M30

@@ -1,6 +1,0 @@
-N10 G01 X100 F6000
-N20 V.P.A = V.E.FREE[2].VALUE
-N30 #MSG ["%d, at %d", V.P.A, V.A.ACT_POS.X]
-N40 V.P.A = Vs.E.FREE[2].VALUE
-N50 #MSG ["%d, at %d", V.P.A, V.A.ACT_POS.X]
-N60 M30

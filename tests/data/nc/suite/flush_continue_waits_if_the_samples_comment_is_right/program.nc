@@ -1,4 +1,0 @@
-N10 G01 X100 F6000
-N20 #FLUSH CONTINUE
-N30 #MSG ["after the motion"]
-N40 M30

@@ -1,3 +1,0 @@
-N10 $FOR X = 1, 3, 1
-N20 $ENDFOR
-M30

@@ -1,3 +1,0 @@
-N10 L sub.nc
-N20 #MSG ["never"]
-M30

@@ -1,3 +1,0 @@
-N10 #MSG ["one"]
-N20 L nowhere.nc
-M30

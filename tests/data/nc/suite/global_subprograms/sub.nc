@@ -1,6 +1,0 @@
-%L INNER
-N10 P1 = P1 * 10
-M17
-%sub
-N20 LL INNER
-N30 M17

@@ -1,8 +1,0 @@
-V.P.WHERE = "SECOND"
-$GOTO V.P.WHERE
-[FIRST] #MSG ["first"]
-M30
-[SECOND] #MSG ["second"]
-V.P.WHERE = "NOWHERE"
-N50 $GOTO V.P.WHERE
-M30

@@ -1,4 +1,0 @@
-#INIT P1
-#INIT
-#INIT V.E.A, V.P.B
-M30

@@ -1,3 +1,0 @@
-#MSG ["one"]
-M02
-#MSG ["never"]

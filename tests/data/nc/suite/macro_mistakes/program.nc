@@ -1,4 +1,0 @@
-N10 "A" =
-N20 "A" = 5
-N30 #INIT MACRO
-M30

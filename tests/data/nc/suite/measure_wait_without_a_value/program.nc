@@ -1,3 +1,0 @@
-L CYCLE [NAME="MeasureWait.cyc", @P1="bore"]
-#MSG ["never"]
-M30

@@ -1,6 +1,0 @@
-N10 SSDQInit[SD.CTRL]
-N20 G01 X0.001 F60000 SSDQ[SD.QUEUE, SD.CTRL, "jerk"]
-N30 #MSG SYN ["behind it"]
-N40 G01 X0.002 SSD[SD.COUNT = 1]
-N50 #MSG SYN ["behind the other"]
-N60 M30

@@ -1,5 +1,0 @@
-#VAR
-  V.P.A : SGN08
-#ENDVAR
-N40 V.P.A = -129
-M30

@@ -1,5 +1,0 @@
-#VAR
-  V.P.A : UNS08
-#ENDVAR
-N40 V.P.A = 256
-M30

@@ -1,5 +1,0 @@
-#VAR
-  V.P.A : UNS32
-#ENDVAR
-N40 V.P.A = -1
-M30

@@ -1,2 +1,0 @@
-N10 SSDQ[SD.QUEUE, SD.CTRL, "one"]
-N20 M30

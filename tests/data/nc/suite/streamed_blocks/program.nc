@@ -1,4 +1,0 @@
-N10 G01 X1 F60000
-N20 L stream.nc
-N30 #MSG SYN ["X%.0f", V.A.ABS.X]
-M30

@@ -1,4 +1,0 @@
-N10 $FOR P1 = 1, 12, 1
-N20 #MSG SYN ["%d", P1]
-N30 $ENDFOR
-N40 M30

@@ -1,2 +1,0 @@
-N10 SSD[SD.COUNT = "text"]
-N20 M30

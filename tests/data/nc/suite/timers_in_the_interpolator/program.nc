@@ -1,9 +1,0 @@
-#TIMER START [ID=1]
-#TIMER START SYN [ID=2]
-G01 X100 F6000
-#TIMER STOP SYN [ID=2]
-X200
-N60 #TIMER READ SYN [ID=2]
-#TIMER READ [ID=1]
-#MSG ["the first motion took %d ms, both %d ms", V.G.TIMER[2], V.G.TIMER[1]]
-M30

@@ -1,3 +1,0 @@
-N10 #MSG ["%d", EXIST[V.G.NOSUCH]]
-N20 V.G.NOSUCH = 1
-M30

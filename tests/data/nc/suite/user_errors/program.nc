@@ -1,5 +1,0 @@
-N10 #ERROR [ID=455 RC=0 MID=3 PV1=1.5 PM1=2]
-N20 #MSG ["goes on"]
-N30 #ERROR [ID455 RC2 PV1="tool" PIV1=7]
-N40 #MSG ["never"]
-M30

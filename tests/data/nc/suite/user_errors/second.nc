@@ -1,2 +1,0 @@
-#MSG ["after the reset"]
-M30

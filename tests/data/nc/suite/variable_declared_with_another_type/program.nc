@@ -1,7 +1,0 @@
-#VAR
-  V.S.A : UNS08
-#ENDVAR
-N40 #VAR
-  V.S.A : UNS16
-#ENDVAR
-M30
