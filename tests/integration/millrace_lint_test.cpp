@@ -1,9 +1,13 @@
 // `millrace lint` as a user starts it, also with a running service.
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/sections.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -11,11 +15,18 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* data = MILLRACE_TEST_DATA "/lint/";
 constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
 class TheLint : public testing::Test {
  protected:
+  TheLint() {
+    for (const Section& section : read_sections_in(MILLRACE_TEST_DATA "/lint")) {
+      for (const auto& [name, text] : section.texts) {
+        std::ofstream(programs + (name.empty() ? section.name + ".nc" : name)) << text;
+      }
+    }
+  }
+
   /// Runs `millrace lint ARGS` to its end; returns its output.
   std::string run(std::vector<std::string> args) {
     args.insert(args.begin(), {binary("millrace"), "lint"});
@@ -25,37 +36,34 @@ class TheLint : public testing::Test {
     return process.output();
   }
 
+  const TemporaryFolder folder;
+  const std::string programs = folder.path().string() + "/";
   int exit_code = -1;
   std::string errors;
 };
 
 TEST_F(TheLint, FindsNothingInAProgramThatIsWell) {
-  EXPECT_EQ(run({data + std::string("complete.nc")}), "nothing found\n");
+  EXPECT_EQ(run({programs + "complete.nc"}), "nothing found\n");
   EXPECT_EQ(exit_code, 0);
 }
 
 TEST_F(TheLint, EndsWithOneForErrorsAndForWarningsIfTheyCount) {
-  EXPECT_THAT(run({data + std::string("wait_without_flush.nc")}),
-              HasSubstr("[wait-without-flush]"));
+  EXPECT_THAT(run({programs + "wait_without_flush.nc"}), HasSubstr("[wait-without-flush]"));
   EXPECT_EQ(exit_code, 0);
-  run({"--strict", data + std::string("wait_without_flush.nc")});
+  run({"--strict", programs + "wait_without_flush.nc"});
   EXPECT_EQ(exit_code, 1);
-  run({data + std::string("timer_missing.nc")});
+  run({programs + "timer_missing.nc"});
   EXPECT_EQ(exit_code, 1);
 }
 
 TEST_F(TheLint, ReadsSubprogramsBesideTheProgramAndFromThePath) {
-  EXPECT_THAT(run({data + std::string("subprograms.nc")}),
-              HasSubstr("ask_and_wait.sub:3:1: warning"));
-  EXPECT_THAT(run({data + std::string("subprograms.nc")}),
-              HasSubstr("somewhere_else.sub was not found"));
+  EXPECT_THAT(run({programs + "subprograms.nc"}), HasSubstr("ask_and_wait.sub:3:1: warning"));
+  EXPECT_THAT(run({programs + "subprograms.nc"}), HasSubstr("somewhere_else.sub was not found"));
 }
 
 TEST_F(TheLint, TakesOneValueForEachFlag) {
-  EXPECT_THAT(run({"--uuid", square_root, data + std::string("complete.nc")}),
-              HasSubstr("nothing found"));
-  EXPECT_THAT(run({"--uuid", "another", data + std::string("complete.nc")}),
-              HasSubstr("[unknown-uuid]"));
+  EXPECT_THAT(run({"--uuid", square_root, programs + "complete.nc"}), HasSubstr("nothing found"));
+  EXPECT_THAT(run({"--uuid", "another", programs + "complete.nc"}), HasSubstr("[unknown-uuid]"));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -63,10 +71,10 @@ TEST_F(TheLint, SaysWhatItExpects) {
   run({});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("no program is named"));
-  run({"--off", "no-rule", data + std::string("complete.nc")});
+  run({"--off", "no-rule", programs + "complete.nc"});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("--rules"));
-  run({data + std::string("there_is_no_such.nc")});
+  run({programs + "there_is_no_such.nc"});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("No such file"));
 }
@@ -74,11 +82,11 @@ TEST_F(TheLint, SaysWhatItExpects) {
 TEST_F(TheLint, AsksTheFabricWhichServicesThereAre) {
   const Domain domain;
   const std::string number = std::to_string(domain.number());
-  EXPECT_THAT(run({"--live", "--domain", number, data + std::string("complete.nc")}),
+  EXPECT_THAT(run({"--live", "--domain", number, programs + "complete.nc"}),
               HasSubstr("[unknown-uuid]"));
   Process service({binary("millrace-square-root"), "--domain", number});
   service.await("^ready");
-  EXPECT_THAT(run({"--live", "--domain", number, data + std::string("complete.nc")}),
+  EXPECT_THAT(run({"--live", "--domain", number, programs + "complete.nc"}),
               Not(HasSubstr("[unknown-uuid]")));
   EXPECT_EQ(exit_code, 0) << errors;
 }

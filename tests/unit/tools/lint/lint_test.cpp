@@ -1,5 +1,5 @@
-// Each program of tests/data/lint, with its expected findings: lines "LINE RULE", or "FILE:LINE
-// RULE" for a subprogram.
+// Each program of tests/data/lint/*.txt, with its expected findings: lines "LINE RULE", or
+// "FILE:LINE RULE" for a subprogram.
 #include "tools/lint/lint.hpp"
 
 #include <filesystem>
@@ -19,16 +19,12 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-const std::filesystem::path folder = std::filesystem::path(MILLRACE_TEST_DATA) / "lint";
-
-std::optional<Source> load(const std::string& name) {
-  std::ifstream file(folder / name, std::ios::binary);
-  if (!file) {
-    return std::nullopt;
-  }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return Source{name, text.str()};
+/// Finds the other texts of a section as files beside its program.
+auto texts_of(const tests::Section& section) {
+  return [&section](const std::string& name) {
+    const auto text = section.texts.find(name);
+    return text == section.texts.end() ? std::nullopt : std::optional(Source{name, text->second});
+  };
 }
 
 std::vector<Finding> lint(const std::string& text, LintOptions options = {}) {
@@ -43,34 +39,23 @@ std::vector<Rule> rules_of(const std::vector<Finding>& findings) {
   return rules;
 }
 
-class Programs : public testing::TestWithParam<std::string> {};
+class Programs : public testing::TestWithParam<tests::Section> {};
 
 TEST_P(Programs, HaveTheFindingsThatAreExpected) {
-  const std::string program = GetParam() + ".nc";
-  const auto source = load(program);
-  ASSERT_TRUE(source);
+  const Source program{GetParam().name + ".nc", GetParam().text()};
   std::string found;
-  for (const Finding& finding : lint(std::vector<Source>{*source}, {.load = load})) {
-    const std::string file = finding.place.file == program ? "" : finding.place.file + ":";
+  for (const Finding& finding :
+       lint(std::vector<Source>{program}, {.load = texts_of(GetParam())})) {
+    const std::string file = finding.place.file == program.name ? "" : finding.place.file + ":";
     found += file + std::to_string(finding.place.line) + " " +
              std::string(about(finding.rule).name) + "\n";
   }
-  EXPECT_EQ(found, load(GetParam() + ".expected").value_or(Source{}).text);
+  EXPECT_EQ(found, GetParam().text("expected"));
 }
 
-std::vector<std::string> all_programs() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".nc") {
-      names.push_back(entry.path().stem().string());
-    }
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(Lint, Programs, testing::ValuesIn(all_programs()),
-                         [](const auto& program) { return program.param; });
+INSTANTIATE_TEST_SUITE_P(Lint, Programs,
+                         testing::ValuesIn(tests::read_sections_in(MILLRACE_TEST_DATA "/lint")),
+                         [](const auto& program) { return program.param.name; });
 
 std::string read_all(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -93,12 +78,8 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
   std::ranges::sort(files);
   std::size_t programs = 0;
   std::string found;
-  const auto add_findings = [&](const Source& program, const auto& read_beside) {
+  const auto add_findings = [&](const Source& program, const auto& beside) {
     ++programs;
-    const auto beside = [&](const std::string& name) {
-      const std::string text = read_beside(name);
-      return text.empty() ? std::nullopt : std::optional(Source{name, text});
-    };
     // The programs of the suite are full of deliberate language errors, which its own tests check.
     for (const Finding& finding :
          lint(std::vector<Source>{program},
@@ -109,21 +90,22 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
   };
   for (const auto& file : files) {
     add_findings({std::filesystem::relative(file, top).string(), read_all(file)},
-                 [&](const auto& name) { return read_all(file.parent_path() / name); });
+                 [&](const std::string& name) {
+                   const std::string text = read_all(file.parent_path() / name);
+                   return text.empty() ? std::nullopt : std::optional(Source{name, text});
+                 });
   }
   for (const auto& section : tests::read_sections_in(MILLRACE_TEST_DATA "/nc/suite")) {
     for (const auto& [name, text] : section.texts) {
       if (name.empty() || name.ends_with(".nc")) {
         const std::string file = std::filesystem::relative(section.file, top).string();
         add_findings({file + ":" + section.name + (name.empty() ? "" : "/") + name, text},
-                     [&](const auto& other) {
-                       return section.texts.contains(other) ? section.texts.at(other) : "";
-                     });
+                     texts_of(section));
       }
     }
   }
   ASSERT_GT(programs, 100U);
-  EXPECT_EQ(found, read_all(folder / "repository.expected"));
+  EXPECT_EQ(found, read_all(MILLRACE_TEST_DATA "/lint/repository.expected"));
 }
 
 TEST(Lint, NamesTheServiceThatWasMeant) {

@@ -1,7 +1,0 @@
-; Statements of a Rexroth MTX beside a service call: nothing to say.
-N10 SSDQInit[SD.CONTROL]
-N20 G01 X100 F1000 SSDQ[SD.ALARMS, SD.CONTROL, "drill " + INT_TO_STR[P1]]
-N30 SSD[SD.COUNT = 5] SSDE[SD.LIMIT = 2 * SD.COUNT]
-N40 "REPORT" = "SSDQ[SD.ALARMS, SD.CONTROL, P2]"
-N50 "REPORT"
-N60 M30

@@ -1,4 +1,0 @@
-%not_readable
-N10 $IF P1
-N20 M30
-N30 #NONSENSE
