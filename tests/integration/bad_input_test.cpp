@@ -9,6 +9,7 @@
 
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -126,23 +127,25 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(Check, SaysWhatIsGoodAndWhatIsNot) {
-  const fs::path data = fs::path(MILLRACE_TEST_DATA) / "config";
   for (const auto& [program, kind] :
-       {std::pair<std::string, std::string>{"millrace-archiver", ".archiver.textproto"},
-        {"millrace-batch", ".batch.textproto"},
-        {"millrace-dial-gauge", ".dial_gauge.textproto"},
-        {"millrace-lcm", ".lcm.textproto"},
-        {"millrace-mail", ".mail.textproto"}}) {
-    for (const std::string folder : {"good", "bad"}) {
+       {std::pair<std::string, std::string>{"millrace-archiver", "archiver"},
+        {"millrace-batch", "batch"},
+        {"millrace-dial-gauge", "dial_gauge"},
+        {"millrace-lcm", "lcm"},
+        {"millrace-mail", "mail"}}) {
+    const TemporaryFolder bad;
+    write_bad_configurations(kind, bad.path());
+    for (const fs::path& folder : {fs::path(MILLRACE_TEST_DATA) / "config/good", bad.path()}) {
+      const bool good = folder != bad.path();
       std::size_t tried = 0;
-      for (const auto& entry : fs::directory_iterator(data / folder)) {
-        if (!entry.path().string().ends_with(kind)) {
+      for (const auto& entry : fs::directory_iterator(folder)) {
+        if (!entry.path().string().ends_with("." + kind + ".textproto")) {
           continue;
         }
         ++tried;
         Process sut({binary(program), "--config", entry.path().string(), "--check"});
-        EXPECT_EQ(sut.wait(), folder == "good" ? 0 : 2) << entry.path() << sut.error_output();
-        EXPECT_EQ(sut.output().find(" is good: ") != std::string::npos, folder == "good");
+        EXPECT_EQ(sut.wait(), good ? 0 : 2) << entry.path() << sut.error_output();
+        EXPECT_EQ(sut.output().find(" is good: ") != std::string::npos, good);
       }
       EXPECT_GT(tried, 0U) << program;
     }

@@ -11,6 +11,7 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/service_interface.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/wait_for.hpp"
@@ -239,16 +240,19 @@ struct WrongUse {
 class MillraceCncUsage : public testing::TestWithParam<WrongUse> {};
 
 TEST_P(MillraceCncUsage, IsRefusedWithAReason) {
+  const TemporaryFolder folder;
+  write_bad_configurations("cnc", folder.path());
   std::vector<std::string> command{binary("millrace-cnc")};
-  command.insert(command.end(), GetParam().flags.begin(), GetParam().flags.end());
+  for (const std::string& flag : GetParam().flags) {
+    const bool is_file = flag.ends_with(".textproto");
+    command.push_back(is_file ? (folder.path() / flag).string() : flag);
+  }
   Process sut(std::move(command));
   EXPECT_EQ(sut.wait(), 2);
   EXPECT_THAT(sut.error_output(), StartsWith("millrace-cnc: "));
   EXPECT_THAT(sut.error_output(), HasSubstr(GetParam().message));
   EXPECT_EQ(sut.output(), "");
 }
-
-const std::string config_folder = std::string(MILLRACE_TEST_DATA) + "/config/bad/";
 
 INSTANTIATE_TEST_SUITE_P(
     Wrong, MillraceCncUsage,
@@ -268,11 +272,11 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{{"--speed", "0.0001"}, "--speed 0.0001: expected 0 or at least 0.001"},
         WrongUse{{"--dir", "/no/such/folder"}, "--dir"},
         WrongUse{{"--config", "/no/such/file"}, "--config"},
-        WrongUse{{"--config", config_folder + "no_channels.cnc.textproto"},
+        WrongUse{{"--config", "no_channels.cnc.textproto"},
                  "no_channels.cnc.textproto:1:1: channels: 0; expected 1 to 255"},
-        WrongUse{{"--config", config_folder + "two_axes_of_one_name.cnc.textproto"},
+        WrongUse{{"--config", "two_axes_of_one_name.cnc.textproto"},
                  "two_axes_of_one_name.cnc.textproto:2:8: axis.name: there are two axes X"},
-        WrongUse{{"--config", config_folder + "misspelt_switch.cnc.textproto"},
+        WrongUse{{"--config", "misspelt_switch.cnc.textproto"},
                  "misspelt_switch.cnc.textproto:2:39: "},
         WrongUse{{"--no-such-flag"}, "--no-such-flag"}));
 

@@ -1,49 +1,56 @@
-// A bad configuration lists its expected errors, in lines "# expect: FILE:LINE:COLUMN: …".
+// tests/data/config/bad/PROGRAM.txt: sections with a bad configuration and what the program reports
+// about it, in lines `LINE:COLUMN: the beginning of a text`.
 #pragma once
 
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/sections.hpp"
+#include "tests/support/temporary_folder.hpp"
+
 namespace millrace::tests {
 
-/// The files of tests/data/config/bad with this ending.
-inline std::vector<std::filesystem::path> bad_configurations(const std::string& data,
-                                                             const std::string& ending) {
-  std::vector<std::filesystem::path> found;
-  for (const auto& entry : std::filesystem::directory_iterator(data + "/config/bad")) {
-    if (entry.path().string().ends_with(ending)) {
-      found.push_back(entry.path());
-    }
+/// Writes the bad configurations of a program as files NAME.PROGRAM.textproto. Returns each file
+/// with its section.
+inline std::vector<std::pair<std::filesystem::path, Section>> write_bad_configurations(
+    const std::string& program, const std::filesystem::path& folder) {
+  std::vector<std::pair<std::filesystem::path, Section>> written;
+  for (Section& section : read_sections(MILLRACE_TEST_DATA "/config/bad/" + program + ".txt")) {
+    const auto file = folder / (section.name + "." + program + ".textproto");
+    std::ofstream(file, std::ios::binary) << section.text();
+    written.emplace_back(file, std::move(section));
   }
-  EXPECT_FALSE(found.empty()) << ending;
-  return found;
+  EXPECT_FALSE(written.empty()) << program;
+  return written;
 }
 
-/// Expects that `error` has exactly the lines that `file` expects, in this order. An expectation is
-/// the beginning of a line, from the file's name on.
-inline void expect_its_mistakes(const std::filesystem::path& file, const std::string& error) {
-  const std::string mark = "# expect: ";
-  std::vector<testing::Matcher<std::string>> expected;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with(mark)) {
-      expected.emplace_back(
-          testing::StartsWith(file.parent_path().string() + "/" + line.substr(mark.size())));
+/// Expects that `error_of(FILE)` has exactly the expected lines of each bad configuration of this
+/// program, in this order.
+template <typename ErrorOf>
+void expect_mistakes(const std::string& program, ErrorOf error_of) {
+  const TemporaryFolder folder;
+  for (const auto& [file, section] : write_bad_configurations(program, folder.path())) {
+    std::vector<testing::Matcher<std::string>> expected;
+    std::istringstream mistakes(section.text("expected"));
+    for (std::string line; std::getline(mistakes, line);) {
+      expected.emplace_back(testing::StartsWith(file.string() + ":" + line));
     }
+    EXPECT_FALSE(expected.empty()) << section << " expects nothing";
+    const std::string error = error_of(file);
+    std::vector<std::string> lines;
+    std::istringstream text(error);
+    for (std::string line; std::getline(text, line);) {
+      lines.push_back(line);
+    }
+    EXPECT_THAT(lines, testing::ElementsAreArray(expected)) << section << '\n' << error;
   }
-  EXPECT_FALSE(expected.empty()) << file << " expects nothing";
-  std::vector<std::string> lines;
-  std::istringstream text(error);
-  for (std::string line; std::getline(text, line);) {
-    lines.push_back(line);
-  }
-  EXPECT_THAT(lines, testing::ElementsAreArray(expected)) << error;
 }
 
 }  // namespace millrace::tests
