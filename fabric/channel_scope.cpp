@@ -4,8 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/characters.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::fabric {
 

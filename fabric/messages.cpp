@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/trim.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::fabric {
 
@@ -100,6 +100,16 @@ std::string canonical_uuid(std::string_view text) {
     return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return lower;
+}
+
+std::optional<CallId> parse_call_id(std::string_view text) {
+  const std::size_t dash = text.find('-');
+  if (dash == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const auto epoch = base::text::parse_number<std::uint64_t>(text.substr(0, dash), 16);
+  const auto number = base::text::parse_number<std::uint64_t>(text.substr(dash + 1));
+  return epoch && number ? std::optional(CallId{*epoch, *number}) : std::nullopt;
 }
 
 }  // namespace millrace::fabric

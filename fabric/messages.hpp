@@ -6,6 +6,7 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -356,5 +357,23 @@ MILLRACE_FIELDS(Event, (key, .required = true), call, (uuid, .words = "UUID", .s
 std::string canonical_uuid(std::string_view text);
 /// True for the 36-character form of a UUID, in any case.
 bool is_uuid(std::string_view text);
+
+// The id of a call, read from text.
+
+/// "5f3a9c0112d4-17", as CallId::to_string() writes it; nothing for another text.
+std::optional<CallId> parse_call_id(std::string_view text);
+
+// Enumeration values from another process that this one may not know. Pure.
+//
+//   if (!is_known(reply)) …                  // "is of an unknown kind or code"
+
+/// Any kind of a later version, or an invalid one.
+inline constexpr auto unknown_kind =
+    static_cast<ReplyKind>(std::numeric_limits<std::uint8_t>::max());
+
+/// Whether this version knows the kind of the reply.
+inline bool is_known(const Reply& reply) {
+  return reply.kind <= ReplyKind::declined;
+}
 
 }  // namespace millrace::fabric

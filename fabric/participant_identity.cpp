@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 
@@ -125,6 +125,13 @@ std::string issuer_of(const std::string& certificate, const std::string& said) {
   }
   // At most 127 bytes fit.
   return fmt::format("{:.40} ({:.80})", certificate, said);
+}
+
+std::string time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now) {
+  const auto left = until - now;
+  return left < std::chrono::days(2)
+             ? fmt::format("{} hours", std::chrono::floor<std::chrono::hours>(left).count())
+             : fmt::format("{} days", std::chrono::floor<std::chrono::days>(left).count());
 }
 
 }  // namespace millrace::fabric

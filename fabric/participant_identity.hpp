@@ -10,6 +10,7 @@
 // identity is known before any sample of the process.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -88,5 +89,13 @@ std::string denial_of(const IdentityStatus& status, Authorization authorization,
 /// The issuer of a command: the name in the certificate comes first, then the command's own:
 /// "office (anna@hall-pc)". Without trust (`certificate` empty) the command's own.
 std::string issuer_of(const std::string& certificate, const std::string& said);
+
+// When the expiry of a certificate needs a warning, and how far off it is. Pure.
+
+/// Time enough to renew a certificate and to go to its host.
+inline constexpr std::chrono::days certificate_expires_soon{30};
+
+/// "30 days"; in the last two days "40 hours".
+std::string time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now);
 
 }  // namespace millrace::fabric

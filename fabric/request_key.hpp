@@ -8,11 +8,21 @@
 
 #include <compare>
 #include <cstdint>
+#include <functional>
+#include <string>
 
-#include "fabric/channel_key_hash.hpp"
 #include "fabric/messages.hpp"
 
 namespace millrace::fabric {
+
+// A hash for tables that are searched several times in each call.
+
+struct ChannelKeyHash {
+  std::size_t operator()(const ChannelKey& key) const {
+    constexpr std::size_t spread = 0x9e3779b97f4a7c15;
+    return std::hash<std::string>()(key.machine) ^ (spread * (key.channel + std::size_t{1}));
+  }
+};
 
 /// Ordered by channel first.
 struct RequestKey {

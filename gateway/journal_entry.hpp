@@ -7,10 +7,17 @@
 #include <variant>
 
 #include "fabric/messages.hpp"
-#include "gateway/reason.hpp"
 #include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway {
+
+// Why a channel does not go on, for programs and for people.
+
+struct Reason {
+  fabric::Cause cause = fabric::Cause::none;
+  std::string text{};
+  bool operator==(const Reason&) const = default;
+};
 
 /// Call numbers of `epoch` below `reserved` may be in use. Written a block ahead, so that a number
 /// is never given twice even if the newest entries are lost with the power.

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "base/loop/watchdog.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "base/program/supervisor.hpp"
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "gateway/settings/settings.hpp"

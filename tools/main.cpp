@@ -1,7 +1,6 @@
 // millrace: the operator's command.
 #include "base/program/command_line.hpp"
 #include "tools/commands/calls/calls.hpp"
-#include "tools/commands/completion.hpp"
 #include "tools/commands/controller/controller.hpp"
 #include "tools/commands/data/data.hpp"
 #include "tools/commands/doctor/doctor.hpp"
@@ -12,10 +11,10 @@
 #include "tools/commands/recordings/recordings.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/status/status.hpp"
+#include "tools/commands/subcommand.hpp"
 #include "tools/commands/trust/trust.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/commands/web/web.hpp"
-#include "tools/commands/word_order.hpp"
 
 namespace {
 

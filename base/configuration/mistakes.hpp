@@ -5,12 +5,14 @@
 //   if (!mistakes.none()) return tl::unexpected(mistakes.text());
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 #include <google/protobuf/message.h>
+#include <tl/expected.hpp>
 
 #include "base/configuration/config_file.hpp"
 
@@ -51,5 +53,13 @@ class Mistakes {
   const ConfigPlaces& places_;
   std::string text_;
 };
+
+// Resolves the path of a file or folder in a configuration.
+
+/// A relative path starts at `folder`, the folder of the configuration. A path that begins with
+/// $CREDENTIALS_DIRECTORY is in the folder where systemd stores the credentials of a unit's
+/// LoadCredential= (systemd.exec(5)); an error if there is none.
+tl::expected<std::filesystem::path, std::string> place_of(const std::string& named,
+                                                          const std::filesystem::path& folder);
 
 }  // namespace millrace::base::configuration

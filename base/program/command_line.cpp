@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -17,10 +20,8 @@
 #include <unistd.h>
 
 #include "base/program/command_tree.hpp"
-#include "base/program/completion.hpp"
-#include "base/program/man_page.hpp"
 #include "base/program/supervisor.hpp"
-#include "base/text/edit_distance.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 
 namespace millrace::base::program {
@@ -250,6 +251,35 @@ void ready(std::string_view what) {
   fmt::print("ready: {}\n", what);
   std::fflush(stdout);
   tell_supervisor(fmt::format("READY=1\nSTATUS={}", what));
+}
+
+namespace {
+
+/// False for a text that is not a finite number.
+bool is_number(const std::string& text, double& number) {
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && at == end && std::isfinite(number);
+}
+
+CLI::Validator checked(std::string name, std::string expected, bool (*fits)(double)) {
+  return {[expected = std::move(expected), fits](const std::string& text) {
+            double number = 0;
+            return is_number(text, number) && fits(number)
+                       ? std::string()
+                       : fmt::format("{} is not allowed; expected {}", text, expected);
+          },
+          std::move(name)};
+}
+
+}  // namespace
+
+CLI::Validator positive_number() {
+  return checked("POSITIVE", "a number greater than 0", [](double number) { return number > 0; });
+}
+
+CLI::Validator non_negative_number() {
+  return checked("NONNEGATIVE", "0 or a greater number", [](double number) { return number >= 0; });
 }
 
 }  // namespace millrace::base::program

@@ -2,7 +2,10 @@
 // arguments of each.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,5 +40,25 @@ struct Command {
 
 /// All parts of `app` that are not hidden; `name` is the program's name.
 Command command_tree(const CLI::App& app, const std::string& name);
+
+// The man page of a program, generated from the same data as its --help.
+//
+//   fmt::print("{}", man_page(command_tree(app, "millrace-gateway"), "0.1.0"));
+
+/// In roff with the macros of man(7), section 1.
+std::string man_page(const Command& command, const std::string& version);
+
+// Scripts that complete a command in a shell.
+//
+//   fmt::print("{}", completion_script(command_tree(app, "millrace"), Shell::bash));
+
+enum class Shell : std::uint8_t { bash, zsh, fish };
+
+/// "bash", "zsh" or "fish".
+std::optional<Shell> parse_shell(std::string_view word);
+
+/// Offers subcommands, options, and the valid words of arguments and of options' values. The shell
+/// completes all other words, such as file names.
+std::string completion_script(const Command& command, Shell shell);
 
 }  // namespace millrace::base::program

@@ -1,9 +1,9 @@
-#include "base/program/completion.hpp"
-
 #include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
+
+#include "base/program/command_tree.hpp"
 
 namespace millrace::base::program {
 

@@ -1,10 +1,10 @@
-#include "base/program/man_page.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <string_view>
 
 #include <fmt/format.h>
+
+#include "base/program/command_tree.hpp"
 
 namespace millrace::base::program {
 

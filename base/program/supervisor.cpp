@@ -10,7 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::base::program {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/characters.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
 
 namespace millrace::base::text {

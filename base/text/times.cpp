@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/characters.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::base::text {
 

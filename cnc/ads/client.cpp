@@ -5,13 +5,13 @@
 #include <boost/asio/co_spawn.hpp>
 
 #include "base/program/barrier.hpp"
-#include "cnc/ads/dial.hpp"
-#include "cnc/ads/link_words.hpp"
-#include "cnc/ads/notification_answer.hpp"
+#include "cnc/ads/link.hpp"
 #include "cnc/ads/request.hpp"
 #include "cnc/ads/requester.hpp"
 #include "cnc/ads/response.hpp"
 #include "cnc/ads/secure_handshake.hpp"
+#include "cnc/ads/stream.hpp"
+#include "cnc/ads/subscriptions.hpp"
 #include "cnc/ads/symbols.hpp"
 
 namespace millrace::cnc::ads {

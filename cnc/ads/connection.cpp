@@ -8,7 +8,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 
 namespace millrace::cnc::ads {

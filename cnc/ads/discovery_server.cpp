@@ -7,7 +7,7 @@
 #include <boost/asio/ip/udp.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 
 namespace millrace::cnc::ads {

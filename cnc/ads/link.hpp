@@ -8,6 +8,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include "cnc/ads/client.hpp"
 #include "cnc/ads/frame.hpp"
 #include "cnc/ads/outbox.hpp"
 
@@ -56,5 +57,16 @@ class Link : public std::enable_shared_from_this<Link> {
   LinkHandlers handlers_;
   std::string local_address_;
 };
+
+// Explains to the operator why a client has no connection: what happened, and what to check.
+
+/// For the end of an established connection.
+LinkError explain_end(const ClientOptions& options, const LinkEnd& end);
+/// For a TCP connection whose first request did not return a state: `answer` is its error, `end` is
+/// how the connection ended if it did.
+LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const LinkEnd& end,
+                           const std::string& local_address);
+/// For a failed TCP connection, with the reason that dial() returned.
+LinkError explain_no_connection(const ClientOptions& options, const std::string& reason);
 
 }  // namespace millrace::cnc::ads

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 
 namespace millrace::cnc::ads {
 namespace {

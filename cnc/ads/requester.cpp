@@ -8,7 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 
 namespace millrace::cnc::ads {
 namespace {

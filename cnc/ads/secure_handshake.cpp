@@ -10,7 +10,7 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 
 namespace millrace::cnc::ads {
 namespace {

@@ -10,7 +10,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/accept.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
 

@@ -7,13 +7,43 @@
 //   send(session.poll(now));               // notifications, again at session.next_due()
 #pragma once
 
+#include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
-#include "cnc/ads/lingering.hpp"
+#include "cnc/ads/device.hpp"
+#include "cnc/ads/frame.hpp"
 #include "cnc/ads/subscriptions.hpp"
 #include "cnc/ads/sum_commands.hpp"
 
 namespace millrace::cnc::ads {
+
+// Notifications of lost connections, which continue when a client of the same NetId connects again.
+// A TwinCAT router does so, by reports of clients (inferred).
+//
+//   lingering.keep(client, subscriptions.give_up());       // the connection is lost
+//   if (auto kept = lingering.take(client))                // its first frame on a new connection
+//     subscriptions.adopt(std::move(*kept), now);
+
+class Lingering {
+ public:
+  /// Replaces earlier subscriptions of the client. While those of 100 clients are kept, those of a
+  /// further client are dropped (our choice).
+  void keep(const NetId& client, Subscriptions::Kept kept) {
+    if (!kept.subscriptions.empty() && (kept_.size() < most_clients || kept_.contains(client))) {
+      kept_.insert_or_assign(client, std::move(kept));
+    }
+  }
+  std::optional<Subscriptions::Kept> take(const NetId& client) {
+    auto node = kept_.extract(client);
+    return node.empty() ? std::nullopt : std::optional(std::move(node.mapped()));
+  }
+
+ private:
+  static constexpr std::size_t most_clients = 100;
+  std::map<NetId, Subscriptions::Kept> kept_;
+};
 
 /// Reaction to a frame whose target NetId is not the server's. A TwinCAT router without a route to
 /// the target answers with AMS error 7.
@@ -91,5 +121,13 @@ class Session {
   std::uint16_t next_port_ = 32768;
   bool over_ = false;
 };
+
+// The response of a Device to one ADS request. Notification requests are handled elsewhere
+// (subscriptions.hpp).
+
+/// Returns the payload of the response. A payload that does not fit its command gets invalid_size;
+/// an unsupported command gets service_not_supported. Both errors have the form of that command's
+/// response, so that no client waits for more bytes.
+Bytes answer(Device& device, std::uint16_t port, Command command, BytesView payload);
 
 }  // namespace millrace::cnc::ads

@@ -4,13 +4,16 @@
 //   const auto [error, size] = co_await stream->read_some(asio::buffer(chunk));
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <tuple>
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <tl/expected.hpp>
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/ads/frame.hpp"
@@ -46,5 +49,18 @@ struct Transport {
 
 /// Plain ADS.
 Transport plain_transport(Stream::Socket socket);
+
+// Opens a TCP connection to a host by name, within a deadline that does not depend on the resolver
+// or the network.
+//
+//   auto socket = co_await dial("10.0.0.5", 48898, 3s);
+//   if (!socket) …                          // socket.error() is the reason
+
+/// A connected socket, or the reason of the failure, as text that follows the name of the host.
+using Dialled = tl::expected<boost::asio::ip::tcp::socket, std::string>;
+
+/// Resolves and connects; `timeout` limits both together.
+boost::asio::awaitable<Dialled> dial(std::string host, std::uint16_t tcp_port,
+                                     std::chrono::milliseconds timeout);
 
 }  // namespace millrace::cnc::ads

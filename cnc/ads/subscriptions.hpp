@@ -83,7 +83,7 @@ class Subscriptions {
   };
 
  public:
-  /// The part of the state that may outlive a connection (lingering.hpp).
+  /// The part of the state that may outlive a connection (Lingering).
   struct Kept {
     std::map<std::uint32_t, Subscription> subscriptions;
     std::uint32_t next_handle = 1;
@@ -137,5 +137,19 @@ class Subscriptions {
   std::uint64_t samples_ = 0;
   std::uint32_t next_handle_ = 1;
 };
+
+// Answers the requests that add and delete device notifications, single ones and sums.
+
+namespace sum {
+/// Index groups of ReadWrites; the index offset is the number of items. In: 40 bytes for each
+/// notification. Out: result and handle of each.
+inline constexpr std::uint32_t add_notifications = 0xF085;
+/// In: handles. Out: all results.
+inline constexpr std::uint32_t delete_notifications = 0xF086;
+}  // namespace sum
+
+/// The payload of the response; nullopt for any other request.
+std::optional<Bytes> answer_notification(Subscriptions& subscriptions, const Packet& packet,
+                                         Moment now);
 
 }  // namespace millrace::cnc::ads

@@ -11,7 +11,7 @@
 #include <memory>
 #include <optional>
 
-#include "cnc/ads/forwarding_device.hpp"
+#include "cnc/ads/device.hpp"
 
 namespace millrace::cnc::ads {
 

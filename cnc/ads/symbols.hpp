@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "cnc/ads/data_types.hpp"
-#include "cnc/ads/forwarding_device.hpp"
+#include "cnc/ads/device.hpp"
 
 namespace millrace::cnc::ads {
 

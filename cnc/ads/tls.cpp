@@ -15,7 +15,7 @@
 #include <openssl/evp.h>
 #include <openssl/ssl.h>
 
-#include "base/loop/quietly.hpp"
+#include "base/loop/loop.hpp"
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "cnc/nc/run/decoder.hpp"
-#include "cnc/nc/syntax/program_parser.hpp"
+#include "cnc/nc/syntax/program.hpp"
 
 namespace millrace::cnc::nc {
 

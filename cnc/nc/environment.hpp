@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -47,5 +48,11 @@ class Environment {
   /// The text of a global subprogram or cycle, by the name in the program.
   virtual tl::expected<std::string, Fault> load(std::string_view program) = 0;
 };
+
+// The cycles of this library, written in NC: cnc/nc/cycles/*.cyc.
+
+/// The text of a cycle by its file name ("SysServiceWait.cyc", case-insensitive); nullopt if the
+/// library does not have it.
+[[nodiscard]] std::optional<std::string_view> shipped_cycle(std::string_view name);
 
 }  // namespace millrace::cnc::nc

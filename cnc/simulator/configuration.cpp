@@ -9,9 +9,8 @@
 
 #include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
-#include "cnc/simulator/axis_variables.hpp"
-#include "cnc/simulator/secure_ads_reader.hpp"
-#include "cnc/simulator/system_data_reader.hpp"
+#include "cnc/simulator/configuration_parts.hpp"
+#include "cnc/simulator/virtual_channel.hpp"
 #include "idl/cnc.pb.h"
 
 namespace millrace::cnc::simulator {

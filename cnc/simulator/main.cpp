@@ -8,9 +8,9 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
+#include "cnc/simulator/host_files.hpp"
 #include "cnc/simulator/options.hpp"
 #include "cnc/simulator/panel.hpp"
-#include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/station.hpp"
 
 namespace {

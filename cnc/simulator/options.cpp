@@ -6,8 +6,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
-#include "base/program/number_range.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "cnc/simulator/configuration.hpp"
 
 namespace millrace::cnc::simulator {

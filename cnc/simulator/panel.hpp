@@ -14,8 +14,8 @@
 
 #include "base/program/log.hpp"
 #include "cnc/simulator/cycle.hpp"
+#include "cnc/simulator/host_files.hpp"
 #include "cnc/simulator/machine.hpp"
-#include "cnc/simulator/report_files.hpp"
 
 namespace millrace::cnc::simulator {
 

@@ -12,14 +12,32 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tl/expected.hpp>
 
 #include "cnc/nc/channel.hpp"
-#include "cnc/simulator/program_source.hpp"
 
 namespace millrace::cnc::simulator {
+
+// The source of NC programs for the virtual CNC.
+
+struct Program {
+  /// Name of the file in diagnostics.
+  std::string file;
+  /// The contents of the file, in CP1252.
+  std::string text;
+};
+
+class ProgramSource {
+ public:
+  virtual ~ProgramSource() = default;
+
+  /// The NC program with this name, as an NC program or an operator writes it, or the reason why it
+  /// cannot be loaded.
+  virtual tl::expected<Program, std::string> load(std::string_view name) = 0;
+};
 
 enum class Mode : std::uint32_t { standby = 1, automatic = 2, mdi = 3, manual = 4, reference = 5 };
 

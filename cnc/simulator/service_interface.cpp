@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "cnc/variables/service_variable.hpp"
-#include "cnc/variables/text.hpp"
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::simulator {
 

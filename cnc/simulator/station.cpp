@@ -7,7 +7,7 @@
 
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
-#include "cnc/simulator/route_file.hpp"
+#include "cnc/simulator/host_files.hpp"
 
 namespace millrace::cnc::simulator {
 

@@ -18,11 +18,11 @@
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/simulator/cycle.hpp"
+#include "cnc/simulator/host_files.hpp"
 #include "cnc/simulator/machine.hpp"
 #include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/options.hpp"
 #include "cnc/simulator/panel.hpp"
-#include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 
 namespace millrace::cnc::simulator {

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "cnc/simulator/variable_name.hpp"
+#include "cnc/simulator/variable.hpp"
 
 namespace millrace::cnc::simulator {
 

@@ -7,7 +7,7 @@
 #include <charconv>
 
 #include "cnc/ads/bytes.hpp"
-#include "cnc/nc/values/types.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::simulator {
 

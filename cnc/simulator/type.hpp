@@ -18,7 +18,7 @@
 #include "cnc/nc/environment.hpp"
 #include "cnc/nc/variable_directory.hpp"
 #include "cnc/variables/layout.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 
 namespace millrace::cnc::simulator {
 

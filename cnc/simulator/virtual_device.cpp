@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "cnc/simulator/objects/attributes.hpp"
+#include "cnc/simulator/objects/group.hpp"
 #include "cnc/variables/addresses.hpp"
 
 namespace millrace::cnc::simulator {

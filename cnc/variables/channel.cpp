@@ -1,7 +1,7 @@
 #include "cnc/variables/channel.hpp"
 
 #include "cnc/ads/sum_commands.hpp"
-#include "cnc/variables/text.hpp"
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::variables {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 
 namespace millrace::cnc::variables {
 namespace {

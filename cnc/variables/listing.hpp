@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cnc/variables/channel.hpp"
-#include "cnc/variables/family.hpp"
+#include "cnc/variables/names.hpp"
 
 namespace millrace::cnc::variables {
 

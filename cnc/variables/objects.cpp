@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "cnc/variables/addresses.hpp"
-#include "cnc/variables/text.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::variables {
 

@@ -1,6 +1,6 @@
 #include "cnc/variables/request_states.hpp"
 
-#include "cnc/variables/service_value.hpp"
+#include "cnc/variables/service_variable.hpp"
 
 namespace millrace::cnc::variables {
 namespace {

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <variant>
 
+#include "cnc/ads/device.hpp"
+
 namespace millrace::cnc::variables {
 
 enum class ServiceVariable : std::uint8_t {
@@ -47,5 +49,21 @@ constexpr bool is_state(ServiceVariable variable) {
 
 /// A state, or a text as bytes in CP1252 without the NUL.
 using ServiceValue = std::variant<std::uint32_t, std::string>;
+
+// Encodes and decodes the bytes of the Service Interface's variables. Pure.
+
+/// How many bytes to request: texts may be padded to their full size, which is documented only for
+/// REQUEST and RESPONSE (128).
+constexpr std::uint32_t read_length(ServiceVariable variable) {
+  constexpr std::uint32_t state_size = 4;
+  constexpr std::uint32_t longest_text = 256;
+  return is_state(variable) ? state_size : longest_text;
+}
+
+/// A state that does not have 4 bytes is a protocol_error.
+ads::Result<ServiceValue> decode_value(ServiceVariable variable, ads::BytesView bytes);
+
+/// A text that does not fit fails with invalid_size. The value must be of the variable's kind.
+ads::Result<ads::Bytes> encode_value(ServiceVariable variable, const ServiceValue& value);
 
 }  // namespace millrace::cnc::variables

@@ -6,11 +6,15 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 #include <tl/expected.hpp>
 
+#include "cnc/ads/bytes.hpp"
+#include "cnc/ads/device.hpp"
+#include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 
 namespace millrace::cnc::variables {
@@ -40,5 +44,48 @@ tl::expected<std::vector<Element>, std::string> decode_elements(ElementType type
 /// element and the expected value; nothing is truncated or rounded.
 tl::expected<Bytes, std::string> encode_elements(ElementType type,
                                                  const std::vector<std::string>& texts);
+
+// Strings of the CNC: CP1252 bytes, at most 127 of them, NUL-terminated
+// (IB/tf527x_kernelv_api/402403595.html, documented).
+//
+//   auto bytes = encode_text("hello");      // 6 bytes
+//   auto text = decode_text(answer);        // 6 or 128 bytes, both are in use
+
+/// Bytes of a CNC string without and with its NUL.
+inline constexpr std::size_t max_text = 127;
+inline constexpr std::size_t text_size = max_text + 1;
+
+/// The bytes up to the first NUL or the end. Not documented: whether a controller returns the text
+/// with its NUL or the whole padded buffer. Both are accepted.
+std::string decode_text(ads::BytesView bytes);
+
+/// The text and its NUL. Fails with the reason if the text does not fit or contains a NUL; the text
+/// is never truncated.
+tl::expected<ads::Bytes, std::string> encode_text(std::string_view text);
+
+// How to read a value of a controller whose address and type are known (readings.hpp finds them).
+// Pure.
+
+struct Reading {
+  std::uint16_t port = sda_port;
+  ads::Index index;
+  /// The most bytes of the response.
+  std::uint32_t length = 0;
+  /// The input of a ReadWrite; empty for a plain Read.
+  Bytes input;
+  ElementType type;
+  bool is_array = false;
+  Access access = Access::read_only;
+  /// Size of the whole variable in bytes, and elements in each dimension; empty = a scalar.
+  std::uint32_t size = 0;
+  std::vector<std::uint32_t> dimensions;
+};
+
+/// Why the address or type of a value could not be found.
+struct LookupError {
+  ads::ErrorCode code = ads::ErrorCode::none;
+  /// For people: the error, or the fault in the response.
+  std::string reason;
+};
 
 }  // namespace millrace::cnc::variables

@@ -32,7 +32,7 @@ install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT
 
 # The headers that a service includes, and those that they include.
 set(headers
-  fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/alarm_sink.hpp fabric/dds/participant.hpp
+  fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp
   services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/shared_participant.hpp
   services/sdk/alarms.hpp services/sdk/response.hpp services/sdk/service.hpp)

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "fabric/dds/entity.hpp"
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "fabric/participant_identity.hpp"
 
 namespace millrace::fabric::dds {

@@ -19,4 +19,14 @@ bool uses_uri(const ParticipantOptions& options);
 /// (peers, no multicast, other ports), or `uri` applies.
 std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri);
 
+// The log of Cyclone while a process runs: lines on standard error, in Cyclone's format. Repeated
+// lines (a rejected participant tries once a second) appear at growing intervals.
+
+/// Installs this for the whole process.
+void take_cyclone_log();
+
+/// What lines of the same fault have in common: all words without digits. Words with digits are
+/// ids, ports and times.
+std::string kind_of_line(std::string_view text);
+
 }  // namespace millrace::fabric::dds

@@ -15,7 +15,6 @@
 #include "base/text/quoted.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/dds/configuration.hpp"
-#include "fabric/dds/cyclone_log.hpp"
 #include "fabric/dds/entity.hpp"
 
 namespace millrace::fabric::dds {

@@ -7,8 +7,8 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "fabric/certificate_expiry.hpp"
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::endpoints {

@@ -9,8 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/match_queue.hpp"
-#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/endpoints/channel_status_writer.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/request_writers.hpp"

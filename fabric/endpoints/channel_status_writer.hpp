@@ -13,8 +13,8 @@
 #include <string>
 #include <unordered_map>
 
-#include "fabric/channel_key_hash.hpp"
 #include "fabric/dds/reader_count.hpp"
+#include "fabric/request_key.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::endpoints {

@@ -4,7 +4,9 @@
 #include <deque>
 #include <optional>
 
-#include "fabric/dds/post_once.hpp"
+#include <fmt/format.h>
+
+#include "fabric/dds/listeners.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 
@@ -93,6 +95,35 @@ bool is_for(registry::EndpointHandle participant, const Command& command,
   return command.key.machine.empty() ? instances.is_home(participant, command.instance) ||
                                            gateways.is_gateway(participant, command.instance)
                                      : gateways.claims(participant, command.key.machine);
+}
+
+InstanceCommands::InstanceCommands(dds::Participant& participant,
+                                   const boost::asio::any_io_executor& executor,
+                                   InstanceCommandsListener& listener)
+    : listener_(listener), end_(participant, executor, *this) {}
+
+void InstanceCommands::on_command(const Command& command) {
+  const bool drain = command.kind == CommandKind::drain;
+  if (!drain && command.kind != CommandKind::ping) {
+    return;
+  }
+  const std::optional<std::uint32_t> running = listener_.running(command.instance);
+  if (!running) {
+    return;
+  }
+  if (drain) {
+    listener_.on_drain(command.instance, command.issuer);
+  }
+  const auto told = end_.publish(
+      {.responder = command.instance,
+       .command = command.id,
+       .done = true,
+       .detail = drain ? fmt::format("leaves when the calls it runs ({}) are answered", *running)
+                       : fmt::format("runs {} calls", *running),
+       .at = std::chrono::system_clock::now()});
+  if (!told) {
+    listener_.on_unreported(command, told.error());
+  }
 }
 
 }  // namespace millrace::fabric::endpoints

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::fabric::endpoints {

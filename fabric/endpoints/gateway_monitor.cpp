@@ -12,7 +12,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/authenticator.hpp"
-#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/key_owners.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/wire/reader.hpp"

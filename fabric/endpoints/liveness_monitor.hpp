@@ -11,17 +11,20 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <tl/expected.hpp>
 
 #include "fabric/dds/authenticator.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/dds/participant.hpp"
-#include "fabric/dds/post_once.hpp"
 #include "fabric/endpoints/discovery.hpp"
 #include "fabric/registry/instance_registry.hpp"
 #include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::endpoints {
 
@@ -104,5 +107,29 @@ bool LivenessMonitor::take_heartbeats(Use use) {
   }
   return !batch.empty();
 }
+
+// The endpoint of a process with instances: publishes that it runs, and the load of its instances.
+//
+//   HeartbeatEndpoint end(participant);
+//   end.publish({.process = process, .at = now, .loads = …});      // four times in the lease
+
+class HeartbeatEndpoint {
+ public:
+  /// Heartbeats within the lease of a participant's instances: readers take silence for four fifths
+  /// of it as their end, so two heartbeats may be lost or late.
+  static constexpr int heartbeats_per_lease = 4;
+
+  /// Throws std::runtime_error with Cyclone's reason.
+  explicit HeartbeatEndpoint(const dds::Participant& participant)
+      : writer_(participant, participant.options().fabric) {}
+
+  /// Fails for too many loads or calls. From any thread.
+  tl::expected<void, std::string> publish(const Heartbeat& heartbeat) {
+    return writer_.write(heartbeat);
+  }
+
+ private:
+  wire::Writer<Heartbeat> writer_;
+};
 
 }  // namespace millrace::fabric::endpoints

@@ -10,12 +10,10 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "fabric/dds/post_once.hpp"
-#include "fabric/dds/serial_listener.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/recent_keys.hpp"
 #include "fabric/registry/identity.hpp"
-#include "fabric/registry/identity_text.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 

@@ -16,7 +16,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <tl/expected.hpp>
 
-#include "fabric/dds/match_queue.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/topics.hpp"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 

@@ -5,11 +5,11 @@
 #include <millrace/mirror_request_t.hpp>
 #include <millrace/mirror_withdrawal_t.hpp>
 
+#include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
-#include "base/text/number.hpp"
-#include "fabric/call_id_text.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/lcm/message.hpp"
+#include "fabric/messages.hpp"
 #include "fabric/words.hpp"
 
 namespace millrace::fabric::lcm {

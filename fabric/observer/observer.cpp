@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/endpoints/gateway_monitor.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 
 namespace millrace::fabric::profile {
 

@@ -7,7 +7,7 @@
 
 #include <sys/stat.h>
 
-#include "base/configuration/named_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::fabric::profile {

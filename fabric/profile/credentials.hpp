@@ -11,7 +11,7 @@
 
 #include <tl/expected.hpp>
 
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "fabric/trust/folder.hpp"
 
 namespace millrace::config {

@@ -13,7 +13,7 @@
 #include "base/configuration/config_file.hpp"
 #include "base/configuration/mistakes.hpp"
 #include "fabric/profile/credentials.hpp"
-#include "fabric/trust/governance.hpp"
+#include "fabric/trust/permissions.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::fabric::profile {

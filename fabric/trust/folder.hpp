@@ -14,7 +14,7 @@
 
 #include <tl/expected.hpp>
 
-#include "fabric/trust/governance.hpp"
+#include "fabric/trust/permissions.hpp"
 
 namespace millrace::fabric::trust {
 

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "base/program/barrier.hpp"
-#include "fabric/reply_kind.hpp"
+#include "fabric/messages.hpp"
 #include "idl/millrace.h"
 
 namespace millrace::fabric::wire {

@@ -15,7 +15,7 @@
 //   millrace/variable/reply     gateway to one requester         partition FABRIC/ASKER
 // Those of variables have no key. Requests are volatile: a requester repeats its request until it
 // is answered. The last reply stays for a requester that the gateway discovers later.
-// fabric/trust/grants.hpp has the permissions with trust.
+// fabric/trust/permissions.hpp has the permissions with trust.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each
 // other; the number in it is the version.

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/reply_kind.hpp"
+#include "fabric/messages.hpp"
 #include "gateway/channel/open_call.hpp"
 #include "gateway/text.hpp"
 

@@ -22,7 +22,7 @@
 
 #include <tl/expected.hpp>
 
-#include "fabric/channel_key_hash.hpp"
+#include "fabric/request_key.hpp"
 #include "gateway/channel/channel.hpp"
 #include "gateway/core/call_numbers.hpp"
 #include "gateway/core/machines.hpp"

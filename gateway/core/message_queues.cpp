@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "fabric/cases.hpp"
-#include "gateway/queues/queue_sample.hpp"
+#include "gateway/queues/message_queue.hpp"
 
 namespace millrace::gateway::core {
 

@@ -25,7 +25,7 @@
 #include "gateway/core/ports.hpp"
 #include "gateway/queue_log.hpp"
 #include "gateway/queues/message_queue.hpp"
-#include "gateway/queues/step_answer.hpp"
+#include "gateway/queues/queue_reader.hpp"
 
 namespace millrace::gateway::core {
 

@@ -15,7 +15,7 @@
 #include "gateway/journal_entry.hpp"
 #include "gateway/machines/controller.hpp"
 #include "gateway/moment.hpp"
-#include "gateway/readers.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/settings/settings.hpp"
 
 namespace millrace::gateway::core {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "fabric/channel_key_hash.hpp"
+#include "fabric/request_key.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::core {

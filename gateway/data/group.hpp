@@ -6,17 +6,44 @@
 //   if (auto sample = group.end_cycle(now)) publish(*sample);
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "cnc/variables/reading.hpp"
+#include <tl/expected.hpp>
+
+#include "cnc/variables/value.hpp"
 #include "fabric/data.hpp"
-#include "gateway/data/groups.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::data {
+
+// The sampled data of a machine, from the configuration (idl/gateway.proto, Data).
+
+/// Values that are read together, and published together.
+struct GroupSettings {
+  /// A unique name in its channel; at most 63 characters.
+  std::string name;
+  std::uint16_t channel = 1;
+  /// Variables as programs write them, objects as cnc/variables/objects.hpp has them.
+  std::vector<std::string> names;
+  std::chrono::milliseconds period{1000};
+  /// A number counts as changed when it differs by more than this from the last published one.
+  double deadband = 0;
+  /// Published on each cycle; otherwise when a value is another one.
+  bool always = false;
+  bool operator==(const GroupSettings&) const = default;
+};
+
+struct DataSettings {
+  std::vector<GroupSettings> groups;
+  /// The request budget of all groups of the machine; calls have their own.
+  double requests_per_second = 50;
+  bool operator==(const DataSettings&) const = default;
+};
 
 /// A variable or object of a group.
 struct Item {
@@ -87,5 +114,17 @@ class Group {
   SteadyTime counting_since_{};
   std::uint32_t counted_ = 0;
 };
+
+// Conversion of a controller's bytes to values of the fabric, and detection of changes. Pure.
+
+/// The type as the fabric names it.
+fabric::ValueType type_of(const cnc::variables::Reading& reading);
+/// The controller's response as elements; the error describes the mismatch.
+tl::expected<fabric::Elements, std::string> elements_of(const cnc::variables::Reading& reading,
+                                                        cnc::variables::BytesView answer);
+
+/// Whether `now` differs from the published value `told`: another quality, reason or text, a number
+/// that differs by more than `deadband`, other elements. Its time does not count.
+bool is_news(const fabric::Value& told, const fabric::Value& now, double deadband);
 
 }  // namespace millrace::gateway::data

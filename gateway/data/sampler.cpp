@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "gateway/data/values.hpp"
+#include "gateway/data/group.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::data {

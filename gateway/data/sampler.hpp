@@ -21,11 +21,11 @@
 
 #include <tl/expected.hpp>
 
-#include "cnc/variables/reading.hpp"
+#include "cnc/variables/value.hpp"
 #include "fabric/data.hpp"
 #include "gateway/data/group.hpp"
 #include "gateway/data/rate_limit.hpp"
-#include "gateway/readers.hpp"
+#include "gateway/outputs.hpp"
 
 namespace millrace::gateway::data {
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/edit_distance.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/text.hpp"
 

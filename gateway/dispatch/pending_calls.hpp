@@ -15,8 +15,8 @@
 
 #include "fabric/messages.hpp"
 #include "gateway/dispatch/instances.hpp"
+#include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
-#include "gateway/reason.hpp"
 
 namespace millrace::gateway::dispatch {
 

@@ -6,6 +6,7 @@
 //   journal->append(entry, ticket);
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,7 +15,7 @@
 
 #include "base/program/log.hpp"
 #include "gateway/journal/journal_state.hpp"
-#include "gateway/journal/options.hpp"
+#include "gateway/journal/journal_writer.hpp"
 #include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
@@ -45,5 +46,10 @@ std::unique_ptr<Journal> in_memory(boost::asio::any_io_executor executor);
 /// millrace journal.
 std::unique_ptr<Journal> open_file(boost::asio::any_io_executor executor, FileOptions options,
                                    base::program::Log log);
+
+// The epoch of a new journal.
+
+/// 48 random bits, never 0: no two journals share their call ids.
+std::uint64_t draw_epoch();
 
 }  // namespace millrace::gateway::journal

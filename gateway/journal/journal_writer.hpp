@@ -16,8 +16,10 @@
 // after a failed write are unknown.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,10 +27,33 @@
 #include <tl/expected.hpp>
 
 #include "gateway/journal/journal_state.hpp"
-#include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
+
+// How a journal is stored in a file.
+
+/// When entries are forced to the disk. A crash of the gateway loses nothing under any of them;
+/// they differ in what a power cut may take.
+enum class Sync : std::uint8_t {
+  /// At times that the operating system chooses: the entries of the last half minute may be lost.
+  never,
+  /// Once a second: the entries of that second may be lost.
+  interval,
+  /// Before each next step: none are lost, for two waits for the disk in each call.
+  always,
+};
+
+struct FileOptions {
+  std::filesystem::path folder;
+  Sync sync = Sync::interval;
+  /// How often `interval` forces to the disk, and how often a full disk is tried again.
+  std::chrono::milliseconds period{1000};
+  /// A longer file is rewritten with open calls only, once it has several times the length that
+  /// these need.
+  std::size_t compact_at = std::size_t{1} << 20U;
+  bool operator==(const FileOptions&) const = default;
+};
 
 /// The journal's file on a disk, and the new one that will replace it. Errors are phrases that
 /// follow "the journal ". Slow operations are only started here, one at a time, and end with the

@@ -3,7 +3,6 @@
 
 #include <boost/asio/post.hpp>
 
-#include "gateway/journal/epoch.hpp"
 #include "gateway/journal/journal.hpp"
 
 namespace millrace::gateway::journal {

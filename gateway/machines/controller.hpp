@@ -12,8 +12,8 @@
 #include "gateway/machines/machine_status_writer.hpp"
 #include "gateway/machines/subscriptions.hpp"
 #include "gateway/outputs.hpp"
+#include "gateway/queues/queue_reader.hpp"
 #include "gateway/queues/queue_settings.hpp"
-#include "gateway/queues/step_answer.hpp"
 #include "gateway/variables/variable_requests.hpp"
 
 namespace millrace::gateway::machines {

@@ -27,8 +27,8 @@
 
 #include "fabric/messages.hpp"
 #include "gateway/moment.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/read_intervals.hpp"
-#include "gateway/readers.hpp"
 #include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway::machines {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "fabric/data.hpp"
-#include "gateway/data/groups.hpp"
+#include "gateway/data/group.hpp"
 
 namespace millrace::gateway::programs {
 

@@ -1,17 +1,45 @@
 #include "gateway/queues/message_queue.hpp"
 
 #include <algorithm>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "fabric/cases.hpp"
-#include "gateway/queues/queue_messages.hpp"
+#include "fabric/data.hpp"
+#include "gateway/queues/queue_settings.hpp"
+#include "gateway/queues/ring.hpp"
+#include "gateway/text.hpp"
 
 namespace millrace::gateway::queues {
 
 namespace {
+
+// Messages about a queue for people.
+
+/// The queue fills up, and why its messages are not read.
+std::string filling_message(const QueueSettings& settings, const Control& control,
+                            std::size_t waiting, const std::string& key) {
+  const std::string full = fmt::format(
+      "when the queue is full, the next SSDQ is a runtime error of its NC program; `millrace "
+      "channels` shows why the call of {} waits",
+      key);
+  if (settings.acknowledge == Acknowledge::when_answered) {
+    return fmt::format(
+        "{} of {} messages that fit into {} have no response yet from {}, and stay in the queue "
+        "(drain: WHEN_ANSWERED); {}",
+        filled(control), control.elements - 1, settings.array, settings.uuid, full);
+  }
+  return fmt::format(
+      "{} of {} messages that the journal may hold (backlog) wait for {}, and {} of {} that fit "
+      "into {} are in the queue; {}",
+      waiting, settings.backlog, settings.uuid, filled(control), control.elements - 1,
+      settings.array, full);
+}
 
 /// Three quarters; and of few places all but one, so that it is said before the last one is taken.
 constexpr bool is_filling(std::size_t used, std::size_t all) {
@@ -207,6 +235,50 @@ QueueView MessageQueue::view() const {
           trouble_,
           service_interface_.response(),
           service_interface_.response_state()};
+}
+
+fabric::DataSample sample_of(const fabric::ChannelKey& key, const QueueSettings& settings,
+                             const QueueView& view, fabric::Time at) {
+  constexpr std::chrono::seconds period{1};
+  fabric::DataSample sample{.key = key,
+                            .group = std::string(fabric::queue_group),
+                            .at = at,
+                            .period = period,
+                            .wanted = period};
+  const auto quality = view.trouble.empty() ? fabric::Quality::good : fabric::Quality::stale;
+  const auto number = [&](std::string_view name, std::int64_t value, fabric::Quality how) {
+    sample.values.push_back({.name = std::string(name),
+                             .type = fabric::ValueType::uns32,
+                             .quality = how,
+                             .at = at,
+                             .elements = std::vector<std::int64_t>{value}});
+    if (how != fabric::Quality::good) {
+      sample.values.back().reason = truncate_reason(view.trouble);
+    }
+  };
+  const auto text = [&](std::string_view name, const std::string& value) {
+    sample.values.push_back({.name = std::string(name),
+                             .type = fabric::ValueType::string,
+                             .quality = fabric::Quality::good,
+                             .at = at,
+                             .elements = std::vector<std::string>{value}});
+  };
+  const bool known = view.control.has_value();
+  const Control control = view.control.value_or(Control{0, 0, 0});
+  const auto ring = known ? quality : fabric::Quality::stale;
+  number("last_filled", control.last_filled, ring);
+  number("last_get", control.last_get, ring);
+  number("elements", control.elements, ring);
+  number("messages", static_cast<std::int64_t>(view.messages), fabric::Quality::good);
+  number("answered", static_cast<std::int64_t>(view.answered), fabric::Quality::good);
+  number("waiting", static_cast<std::int64_t>(view.waiting), fabric::Quality::good);
+  number("response_state", view.response_state, fabric::Quality::good);
+  text("response", view.response);
+  text("array", settings.array);
+  text("uuid", settings.uuid);
+  text("drain",
+       settings.acknowledge == Acknowledge::when_journalled ? "JOURNALLED" : "WHEN_ANSWERED");
+  return sample;
 }
 
 }  // namespace millrace::gateway::queues

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "fabric/data.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/outputs.hpp"
 #include "gateway/queue_log.hpp"
@@ -131,5 +132,12 @@ class MessageQueue {
   std::optional<SteadyTime> filling_since_;
   bool filling_logged_ = false;
 };
+
+// A message queue in numbers, as machine data have them.
+
+/// The group "queue" of its key (fabric/data.hpp).
+[[nodiscard]] fabric::DataSample sample_of(const fabric::ChannelKey& key,
+                                           const QueueSettings& settings, const QueueView& view,
+                                           fabric::Time at);
 
 }  // namespace millrace::gateway::queues

@@ -149,4 +149,13 @@ class QueueReader {
   std::optional<std::uint32_t> tried_;
 };
 
+// The responses of a controller to the requests of a message queue.
+
+template <typename T>
+using Answer = tl::expected<T, std::string>;
+
+/// The result of a Step, in the order of their types; errors are phrases that follow the name of
+/// the queue.
+using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
+
 }  // namespace millrace::gateway::queues

@@ -1,5 +1,3 @@
-#include "gateway/settings/data_reader.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -7,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "gateway/settings/readers.hpp"
 
 namespace millrace::gateway::settings {
 

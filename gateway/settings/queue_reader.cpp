@@ -1,5 +1,3 @@
-#include "gateway/settings/queue_reader.hpp"
-
 #include <algorithm>
 #include <set>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "fabric/channel_scope.hpp"
 #include "fabric/messages.hpp"
+#include "gateway/settings/readers.hpp"
 
 namespace millrace::gateway::settings {
 

@@ -1,14 +1,13 @@
-#include "gateway/settings/secure_reader.hpp"
-
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "base/configuration/named_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "base/openssl/certificate.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "cnc/ads/tls.hpp"
+#include "gateway/settings/readers.hpp"
 
 namespace millrace::gateway::settings {
 

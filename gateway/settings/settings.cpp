@@ -6,11 +6,9 @@
 
 #include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
-#include "gateway/settings/data_reader.hpp"
-#include "gateway/settings/queue_reader.hpp"
-#include "gateway/settings/secure_reader.hpp"
+#include "gateway/settings/readers.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {

@@ -9,8 +9,11 @@
 #include <memory>
 
 #include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
 
 #include "base/program/log.hpp"
+#include "cnc/ads/client.hpp"
+#include "cnc/variables/readings.hpp"
 #include "gateway/machines/controller.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -40,5 +43,21 @@ class AdsController final : public machines::Controller {
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
+
+// Sends the core's value requests to a controller.
+
+/// An open connection for value requests: it stores what was found out about the controller for the
+/// next request.
+struct ValueSource {
+  ValueSource(cnc::ads::Client& the_client, cnc::variables::Location the_location)
+      : client(the_client), location(the_location), readings(client, location) {}
+  cnc::ads::Client& client;
+  cnc::variables::Location location;
+  cnc::variables::Readings readings;
+};
+
+/// One request of a source at a time; its client must outlive it.
+boost::asio::awaitable<machines::Answer> ask_values(std::shared_ptr<ValueSource> source,
+                                                    machines::Question question);
 
 }  // namespace millrace::gateway::shell

@@ -12,7 +12,7 @@
 #include "cnc/ads/symbols.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 #include "fabric/cases.hpp"
 
 namespace millrace::gateway::shell {

@@ -20,8 +20,8 @@
 
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/value.hpp"
+#include "gateway/queues/queue_reader.hpp"
 #include "gateway/queues/queue_settings.hpp"
-#include "gateway/queues/step_answer.hpp"
 
 namespace millrace::gateway::shell {
 

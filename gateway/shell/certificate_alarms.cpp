@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "base/openssl/certificate.hpp"
-#include "fabric/certificate_expiry.hpp"
+#include "fabric/participant_identity.hpp"
 
 namespace millrace::gateway::shell {
 

@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-#include "base/posix/host.hpp"
+#include "base/posix/system.hpp"
 #include "fabric/channel_scope.hpp"
 #include "gateway/shell/certificate_alarms.hpp"
 

@@ -1,9 +1,8 @@
 #include "gateway/variables/variable_cache.hpp"
 
 #include "cnc/ads/error.hpp"
-#include "gateway/data/values.hpp"
+#include "gateway/data/group.hpp"
 #include "gateway/text.hpp"
-#include "gateway/variables/text.hpp"
 
 namespace millrace::gateway::variables {
 

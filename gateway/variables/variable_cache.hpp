@@ -11,11 +11,14 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <tl/expected.hpp>
 
 #include "cnc/ads/device.hpp"
-#include "cnc/variables/reading.hpp"
+#include "cnc/ads/error.hpp"
+#include "cnc/variables/value.hpp"
+#include "fabric/data.hpp"
 #include "fabric/variables.hpp"
 #include "gateway/moment.hpp"
 
@@ -60,5 +63,15 @@ class VariableCache {
  private:
   std::map<std::pair<std::uint16_t, std::string>, VariableCacheEntry> all_;
 };
+
+// Values as text for logs and recordings, and errors for replies.
+
+/// "3.5", "\"text\"", "[1, 2, 3]"; what is not printable ASCII becomes '?'.
+std::string text_of(const fabric::Elements& elements);
+/// The same for values in a request.
+std::string text_of(const std::vector<std::string>& values);
+
+/// The ADS error number from a controller; 0 for our own errors (no response, no link).
+std::uint32_t ads_number(cnc::ads::ErrorCode code);
 
 }  // namespace millrace::gateway::variables

@@ -29,7 +29,7 @@
 #include "fabric/variables.hpp"
 #include "gateway/data/rate_limit.hpp"
 #include "gateway/data/sampler.hpp"
-#include "gateway/readers.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/variables/variable_cache.hpp"
 #include "gateway/variables/write_rules.hpp"
 

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "cnc/variables/family.hpp"
+#include "cnc/variables/names.hpp"
 #include "gateway/text.hpp"
-#include "gateway/variables/text.hpp"
+#include "gateway/variables/variable_cache.hpp"
 #include "gateway/variables/variable_requests.hpp"
 
 namespace millrace::gateway::variables {

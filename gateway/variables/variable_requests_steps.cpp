@@ -5,7 +5,7 @@
 
 #include "cnc/ads/error.hpp"
 #include "gateway/text.hpp"
-#include "gateway/variables/text.hpp"
+#include "gateway/variables/variable_cache.hpp"
 #include "gateway/variables/variable_requests.hpp"
 
 namespace millrace::gateway::variables {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "cnc/variables/family.hpp"
+#include "cnc/variables/names.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::variables {

@@ -7,7 +7,7 @@
 
 #include <tl/expected.hpp>
 
-#include "services/archiver/retention.hpp"
+#include "services/archiver/archive.hpp"
 
 namespace millrace::services::archiver {
 

@@ -6,7 +6,7 @@
 #include "services/archiver/answering.hpp"
 #include "services/archiver/config.hpp"
 #include "services/archiver/observer_thread.hpp"
-#include "services/archiver/query_command.hpp"
+#include "services/archiver/query.hpp"
 #include "services/archiver/writer.hpp"
 #include "services/sdk/command_line.hpp"
 

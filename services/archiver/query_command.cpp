@@ -1,5 +1,3 @@
-#include "services/archiver/query_command.hpp"
-
 #include <filesystem>
 #include <fstream>
 #include <iostream>

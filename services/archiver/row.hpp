@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "fabric/data.hpp"
-#include "services/archiver/request.hpp"
+#include "services/text/fields.hpp"
 
 namespace millrace::services::archiver {
+
+using Field = text::Field;
 
 /// The data that an NC program sent; one per call.
 struct Put {

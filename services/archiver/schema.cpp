@@ -1,10 +1,10 @@
-#include "services/archiver/schema.hpp"
-
 #include <array>
 #include <stdexcept>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
+
+#include "services/archiver/segment.hpp"
 
 namespace millrace::services::archiver {
 

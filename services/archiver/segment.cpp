@@ -6,11 +6,10 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <sqlite3.h>
 
-#include "base/posix/file_identity.hpp"
+#include "base/posix/files.hpp"
 #include "base/text/cp1252.hpp"
 #include "fabric/words.hpp"
 #include "services/archiver/samples.hpp"
-#include "services/archiver/schema.hpp"
 
 namespace millrace::services::archiver {
 

@@ -22,7 +22,7 @@
 
 #include "base/loop/clock_watch.hpp"
 #include "base/program/repeats.hpp"
-#include "fabric/alarm_sink.hpp"
+#include "fabric/alarm.hpp"
 #include "services/archiver/archive.hpp"
 
 namespace spdlog {

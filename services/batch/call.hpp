@@ -19,8 +19,8 @@
 
 #include <tl/expected.hpp>
 
+#include "services/batch/config.hpp"
 #include "services/batch/process.hpp"
-#include "services/batch/script.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::batch {

@@ -2,15 +2,50 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include <tl/expected.hpp>
 
-#include "services/batch/script.hpp"
+#include "fabric/messages.hpp"
 
 namespace millrace::services::batch {
+
+// One script of the batch service, as configured and checked.
+
+enum class TooLong : std::uint8_t { refuse, cut };
+enum class Encoding : std::uint8_t { utf8, cp1252 };
+
+/// The properties that tools and gateways see; a change needs a new registration.
+struct Registration {
+  /// Canonical (fabric::canonical_uuid).
+  std::string uuid;
+  std::string name;
+  std::string description;
+  fabric::Delivery delivery = fabric::Delivery::at_most_once;
+  std::uint32_t concurrency = 1;
+  /// Empty = any.
+  std::vector<fabric::ChannelScope> channels;
+  bool operator==(const Registration&) const = default;
+};
+
+struct Script {
+  Registration registration;
+  /// Absolute.
+  std::filesystem::path program;
+  /// The arguments before the request.
+  std::vector<std::string> arguments;
+  /// Absolute.
+  std::filesystem::path folder;
+  std::chrono::milliseconds time_limit{30000};
+  std::chrono::milliseconds kill_after{1000};
+  TooLong too_long = TooLong::refuse;
+  Encoding encoding = Encoding::utf8;
+  bool accept_empty = false;
+  bool operator==(const Script&) const = default;
+};
 
 struct Config {
   std::chrono::milliseconds settle{500};

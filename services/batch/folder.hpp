@@ -6,9 +6,9 @@
 #include <mutex>
 
 #include "base/program/log.hpp"
+#include "services/batch/catalog.hpp"
 #include "services/batch/config.hpp"
 #include "services/batch/host.hpp"
-#include "services/batch/settle.hpp"
 
 namespace millrace::services::batch {
 

@@ -6,16 +6,39 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "base/program/log.hpp"
-#include "services/batch/answering.hpp"
-#include "services/batch/script.hpp"
+#include "services/batch/config.hpp"
+#include "services/sdk/call.hpp"
 #include "services/sdk/service.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace millrace::services::batch {
+
+// The handler of one script.
+
+/// A script that may be replaced while calls run; each call runs the script that was current when
+/// it began.
+class CurrentScript {
+ public:
+  explicit CurrentScript(Script script) : script_(std::move(script)) {}
+  [[nodiscard]] Script get() const;
+  void set(Script script);
+
+ private:
+  mutable std::mutex lock_;
+  Script script_;
+};
+
+/// Runs the script for each call; a cancelled call ends its process.
+sdk::Handler answering(std::shared_ptr<const CurrentScript> script, base::program::Log log);
 
 /// Not thread-safe.
 class Host {
@@ -49,5 +72,15 @@ class Host {
   /// Services that finish their calls; each thread ends with its service.
   std::vector<std::jthread> leaving_;
 };
+
+// millrace-batch --exec: one script, configured on the command line.
+
+/// The command line of every service, and --exec PROGRAM, --time-limit MS, --accept-empty, --cut
+/// and --cp1252. Returns an exit code.
+int serve_one(int argc, char** argv);
+
+/// Adds those of its flags that `others` does not have, for their help, man page and completion. A
+/// command line with one of them and without --exec is refused.
+void tell_flags_of_one(CLI::App& others);
 
 }  // namespace millrace::services::batch

@@ -9,7 +9,7 @@
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "services/batch/folder.hpp"
-#include "services/batch/one_script.hpp"
+#include "services/batch/host.hpp"
 #include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 

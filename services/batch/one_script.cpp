@@ -1,9 +1,7 @@
-#include "services/batch/one_script.hpp"
-
+#include "base/program/command_line.hpp"
 #include "base/program/command_tree.hpp"
-#include "base/program/number_range.hpp"
-#include "services/batch/answering.hpp"
 #include "services/batch/catalog.hpp"
+#include "services/batch/host.hpp"
 #include "services/sdk/command_line.hpp"
 
 namespace millrace::services::batch {

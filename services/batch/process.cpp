@@ -9,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "services/batch/session.hpp"
 #include "services/batch/spawn.hpp"
 
 namespace millrace::services::batch {

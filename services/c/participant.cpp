@@ -9,7 +9,7 @@
 
 #include "base/program/supervisor.hpp"
 #include "base/text/quoted.hpp"
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "services/c/requests.hpp"
 #include "services/sdk/isg_settings.hpp"
 

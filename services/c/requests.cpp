@@ -5,7 +5,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include "services/c/participant.hpp"
-#include "tools/caller/channel.hpp"
+#include "tools/caller/caller.hpp"
 
 namespace millrace::services::c {
 

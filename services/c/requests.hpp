@@ -14,7 +14,7 @@
 
 #include "services/c/errors.hpp"
 #include "services/sdk/shared_participant.hpp"
-#include "tools/bus/listening_time.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
 
 namespace millrace::services::c {

@@ -50,4 +50,13 @@ tl::expected<Config, std::string> load(const std::filesystem::path& file);
 /// point stored in `folder`.
 Config demonstration(const std::filesystem::path& folder);
 
+// Stores the zero points of the gauges in a file, so that they survive a restart.
+
+/// The zero points of an earlier run; empty if the file does not exist. The error is the fault of
+/// the file: the service must not answer with values from an unknown zero point.
+tl::expected<Zeros, std::string> read_zeros(const std::filesystem::path& file);
+
+/// Durable once it returns.
+tl::expected<void, std::string> keep_zeros(const std::filesystem::path& file, const Zeros& zeros);
+
 }  // namespace millrace::services::dial_gauge

@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "services/dial_gauge/config.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "services/dial_gauge/serial_line.hpp"
-#include "services/dial_gauge/zeros.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::dial_gauge {

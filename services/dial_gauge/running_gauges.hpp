@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/program/log.hpp"
-#include "fabric/alarm_sink.hpp"
+#include "fabric/alarm.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/sdk/response.hpp"
 

@@ -8,7 +8,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/lcm/message.hpp"
 #include "services/lcm/bridge.hpp"
-#include "services/lcm/channels.hpp"
+#include "services/lcm/received.hpp"
 
 namespace millrace::services::lcm {
 

@@ -5,10 +5,9 @@
 #include <boost/asio/ip/address_v4.hpp>
 
 #include "base/configuration/mistakes.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
 #include "idl/lcm.pb.h"
-#include "services/lcm/channels.hpp"
 #include "services/lcm/received.hpp"
 
 namespace millrace::services::lcm {

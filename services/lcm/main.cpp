@@ -6,7 +6,6 @@
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "services/lcm/host.hpp"
-#include "services/lcm/mirror_thread.hpp"
 #include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 

@@ -9,13 +9,12 @@
 #include <millrace/presence_t.hpp>
 #include <millrace/reply_t.hpp>
 
-#include "base/text/characters.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
-#include "fabric/call_id_text.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/lcm/message.hpp"
-#include "services/lcm/channels.hpp"
+#include "fabric/messages.hpp"
 
 namespace millrace::services::lcm {
 

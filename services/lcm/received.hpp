@@ -4,6 +4,7 @@
 //   if (!presence) warn_limited(presence.error());
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 
 #include <tl/expected.hpp>
 
+#include "fabric/lcm/packet.hpp"
 #include "fabric/messages.hpp"
 #include "services/lcm/rules.hpp"
 
@@ -76,5 +78,24 @@ tl::expected<Answered, std::string> parse_reply(std::string_view bytes);
 tl::expected<std::string, std::string> to_controller(const std::string& text, Encoding encoding);
 /// The reverse.
 std::string from_controller(const std::string& text, Encoding encoding);
+
+// The LCM channels between the bridge and the LCM processes.
+
+/// From all LCM processes.
+inline constexpr std::string_view presence_channel = "MILLRACE_PRESENCE";
+
+// Followed by the canonical UUID. To its processes:
+inline constexpr std::string_view request_prefix = "MILLRACE_REQUEST.";
+inline constexpr std::string_view withdrawal_prefix = "MILLRACE_WITHDRAWAL.";
+inline constexpr std::string_view drain_prefix = "MILLRACE_DRAIN.";
+// From them:
+inline constexpr std::string_view reply_prefix = "MILLRACE_REPLY.";
+
+/// Bytes of an identifier that fits into a channel's name.
+inline constexpr std::size_t longest_uuid = fabric::lcm::longest_channel - withdrawal_prefix.size();
+
+inline std::string channel_of(std::string_view prefix, std::string_view uuid) {
+  return std::string(prefix).append(uuid);
+}
 
 }  // namespace millrace::services::lcm

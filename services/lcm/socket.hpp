@@ -7,7 +7,10 @@
 // the network, and leaves the choice of the interface to the routes: docs/dev/decisions/lcm.md.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -47,6 +50,18 @@ class Socket {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+// The IPv4 addresses of this host.
+
+class LocalAddresses {
+ public:
+  /// Reads the addresses again for an unknown one, at most once a second.
+  bool has(std::uint32_t address, std::chrono::steady_clock::time_point now);
+
+ private:
+  std::set<std::uint32_t> known_;
+  std::chrono::steady_clock::time_point looked_{};
 };
 
 }  // namespace millrace::services::lcm

@@ -12,7 +12,6 @@
 
 #include "services/mail/config.hpp"
 #include "services/mail/mail.hpp"
-#include "services/mail/outcome.hpp"
 #include "services/sdk/response.hpp"
 #include "services/text/answer.hpp"
 

@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <tl/expected.hpp>
 
 #include "services/mail/config.hpp"
 #include "services/mail/mail.hpp"
+#include "services/mail/template.hpp"
 #include "services/sdk/response.hpp"
 
 namespace millrace::services::mail {
@@ -34,5 +37,23 @@ Mail compose(const Config& config, const Rule& rule, const Values& values, fabri
 
 /// The keys that every template may use because the call has their values: "call.machine" …
 const std::set<std::string>& call_keys();
+
+// The requests of NC programs to the mail service. Pure.
+//
+//   parse("done program=WELLE7 parts=12")     // template done, two values
+//   parse("alarm to=shift2 text=\"no oil\"")  // for recipients other than the template's
+
+struct Request {
+  std::string template_name;
+  /// Names after to=, separated by commas; empty = the template's.
+  std::vector<std::string> to;
+  /// UTF-8.
+  Values values;
+  bool operator==(const Request&) const = default;
+};
+
+/// `request` is CP1252: the name of a template, then fields (services/text/fields.hpp). Unprintable
+/// bytes, including line ends, are refused. The error contains what was expected and where.
+tl::expected<Request, std::string> parse(std::string_view request);
 
 }  // namespace millrace::services::mail

@@ -12,9 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "fabric/alarm_sink.hpp"
+#include "fabric/alarm.hpp"
 #include "services/mail/mail.hpp"
-#include "services/mail/outcome.hpp"
 
 namespace millrace::services::mail {
 

@@ -10,7 +10,7 @@
 
 #include <tl/expected.hpp>
 
-#include "services/mail/address.hpp"
+#include "services/mail/message.hpp"
 #include "services/mail/rule.hpp"
 #include "services/mail/template.hpp"
 

@@ -18,8 +18,8 @@
 #include "base/program/log.hpp"
 #include "services/mail/compose.hpp"
 #include "services/mail/condition.hpp"
+#include "services/mail/mail.hpp"
 #include "services/mail/spool.hpp"
-#include "services/mail/transport.hpp"
 
 namespace millrace::services::mail {
 

@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "services/mail/config.hpp"
-#include "services/mail/transport.hpp"
+#include "services/mail/mail.hpp"
 
 namespace millrace::services::mail {
 

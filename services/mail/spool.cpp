@@ -7,9 +7,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include "base/posix/fd.hpp"
-#include "base/posix/file_identity.hpp"
-#include "base/posix/folder_lock.hpp"
+#include "base/posix/files.hpp"
+#include "base/posix/system.hpp"
 #include "services/mail/spool_schema.hpp"
 
 namespace millrace::services::mail {

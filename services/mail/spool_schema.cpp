@@ -7,7 +7,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
-#include "fabric/call_id_text.hpp"
+#include "fabric/messages.hpp"
 
 namespace millrace::services::mail {
 
@@ -119,7 +119,7 @@ void bind(SQLite::Statement& statement, const Entry& entry) {
   statement.bind(++index, entry.attempts);
   statement.bind(++index, entry.reply);
   statement.bind(++index, entry.mail.from);
-  // Addresses have no line ends (address.cpp).
+  // Addresses have no line ends (message.cpp).
   statement.bind(++index, fmt::format("{}", fmt::join(entry.mail.to, "\n")));
   statement.bind(++index, entry.mail.message);
 }

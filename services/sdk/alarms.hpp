@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "fabric/alarm_sink.hpp"
+#include "fabric/alarm.hpp"
 
 namespace spdlog {
 class logger;

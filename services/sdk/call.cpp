@@ -6,7 +6,7 @@
 
 #include "base/program/barrier.hpp"
 #include "services/sdk/call_scheduler.hpp"
-#include "services/sdk/call_sink.hpp"
+#include "services/sdk/runner.hpp"
 
 namespace millrace::services::sdk {
 

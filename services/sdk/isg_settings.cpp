@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/words.hpp"

@@ -12,11 +12,25 @@
 #include <vector>
 
 #include "fabric/endpoints/reply_endpoint.hpp"
+#include "fabric/messages.hpp"
 #include "services/sdk/call_scheduler.hpp"
-#include "services/sdk/call_sink.hpp"
+#include "services/sdk/response.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
+
+// The receiver of a call's reports.
+
+/// Implemented by the instance that runs the call; its functions may be called from any thread.
+class CallSink {
+ public:
+  virtual ~CallSink() = default;
+  /// The response has passed check_text.
+  virtual void interim(fabric::CallId call, const Response& response) = 0;
+  virtual void finished(fabric::CallId call, const Result& result) = 0;
+  /// The handler has not begun it and will not.
+  virtual void declined(fabric::CallId call, const std::string& reason) = 0;
+};
 
 /// Runs calls in the receiving thread, which saves a hand-over. The process receives nothing from
 /// the fabric in that time: after one call over the limit, calls get threads of their own.

@@ -15,10 +15,10 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
-#include "base/loop/watchdog.hpp"
+#include "base/loop/loop.hpp"
 #include "fabric/dds/authenticator.hpp"
-#include "fabric/endpoints/heartbeat_endpoint.hpp"
-#include "fabric/endpoints/instance_commands.hpp"
+#include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/registry/heartbeats.hpp"
 
 namespace millrace::services::sdk {

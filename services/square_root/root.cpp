@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <tl/expected.hpp>
 
-#include "base/text/trim.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/messages.hpp"
 #include "services/text/answer.hpp"
 

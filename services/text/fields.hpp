@@ -25,4 +25,17 @@ tl::expected<std::vector<Field>, std::string> fields(std::string_view text);
 /// Letters, digits, '_' and '-', 1 to 32: the form of a key, and of other names in requests.
 bool is_name(std::string_view name);
 
+// Splits requests into words, independent of the locale.
+//
+//   words("  READ  depth ") == {"READ", "depth"}
+
+/// The parts of `text` between blanks and tabs; views into it.
+std::vector<std::string_view> words(std::string_view text);
+
+/// ASCII letters only.
+std::string upper_case(std::string_view text);
+
+/// An ASCII letter or digit, '_' or '-'.
+bool is_name_character(char c);
+
 }  // namespace millrace::services::text

@@ -20,7 +20,7 @@
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tools/recorder/recording_file.hpp"
-#include "tools/recording/histogram.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace {
 

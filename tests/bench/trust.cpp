@@ -10,8 +10,6 @@
 // together can. Exit code 1 if a goal is missed: the median of a call with SIGN at most 1.5 times,
 // with ENCRYPT 1.7 times that without, a process joins in at most 100 ms more, all instances within
 // 10 s.
-#include "fabric/dds/trust.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -26,6 +24,7 @@
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
+#include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/trust/folder.hpp"
 #include "tests/support/domain.hpp"

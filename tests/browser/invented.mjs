@@ -9,7 +9,7 @@ import { dirname, extname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const page = join(dirname(fileURLToPath(import.meta.url)), 'page');
-const head = readFileSync(join(process.env.MILLRACE_SOURCE, 'tools/web/live/head.cpp'), 'utf8');
+const head = readFileSync(join(process.env.MILLRACE_SOURCE, 'tools/web/live/messages.cpp'), 'utf8');
 /** As the server sends it: the pieces of the C++ text, put together. */
 const policy = /Content-Security-Policy: ((?:[^\\]|\\(?!r))*)\\r/.exec(head.replace(/"\s*\n\s*"/g, ''))[1];
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };

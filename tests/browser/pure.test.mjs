@@ -373,8 +373,8 @@ test('each reason of a gateway has a German sentence, with all its values', () =
   const rooms = ['channel', 'core', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
     .filter((file) => file.endsWith('.cpp') && file !== 'subscriptions.cpp').map((file) => `gateway/${room}/${file}`));
   const files = [...rooms, 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp', 'gateway/shell/certificate_alarms.cpp', 'gateway/shell/ads_controller.cpp',
-    'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
-    'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
+    'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/stream.cpp', 'cnc/ads/link.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
+    'cnc/ads/requester.cpp', 'cnc/variables/probe.cpp', 'fabric/observer/observer.cpp'];
   const known = reasons.map(([sentence]) => sentence);
   const missing = files.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))
     .filter((sentence) => !noReasons.has(sentence) && !known.some((one) => partOf(sentence).test(one))).map((sentence) => `${file}: ${sentence}`));

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/codec.hpp"
 #include "idl/millrace.h"

@@ -1,6 +1,6 @@
 // A stranger on a fabric without trust sends few, well-formed lies: the identity of an existing
 // instance, ownership of a machine that has an owner, and content that no channel can take.
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "idl/millrace.h"
 #include "tests/failures/hostile_line.hpp"
 

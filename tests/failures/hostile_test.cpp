@@ -2,7 +2,7 @@
 // answered, each machine keeps its owner, and neither memory nor logs fill up.
 #include <iostream>
 
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/reply_keys.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/failures/hostile_line.hpp"

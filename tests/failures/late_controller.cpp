@@ -5,7 +5,6 @@
 
 #include "cnc/ads/symbols.hpp"
 #include "cnc/variables/addresses.hpp"
-#include "cnc/variables/service_value.hpp"
 #include "cnc/variables/service_variable.hpp"
 
 namespace millrace::tests::failures {

@@ -9,7 +9,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/failures/hostile_line.hpp"
 

@@ -9,9 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/endpoints/heartbeat_endpoint.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "services/archiver/answering.hpp"
-#include "services/text/words.hpp"
+#include "services/text/fields.hpp"
 
 using namespace millrace::services;
 

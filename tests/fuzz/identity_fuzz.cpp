@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "fabric/registry/identity.hpp"
-#include "fabric/registry/identity_text.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace millrace::fabric;

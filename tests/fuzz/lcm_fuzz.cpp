@@ -7,7 +7,7 @@
 #include "fabric/lcm/mirror.hpp"
 #include "fabric/lcm/packet.hpp"
 #include "services/lcm/bridge.hpp"
-#include "services/lcm/channels.hpp"
+#include "services/lcm/received.hpp"
 #include "tools/recording/reader.hpp"
 
 using namespace millrace;

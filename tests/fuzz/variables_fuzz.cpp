@@ -5,7 +5,7 @@
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 #include "cnc/variables/objects.hpp"
-#include "cnc/variables/service_value.hpp"
+#include "cnc/variables/service_variable.hpp"
 
 namespace {
 

@@ -9,8 +9,7 @@
 
 #include "tools/web/actions/user_actions.hpp"
 #include "tools/web/http/site.hpp"
-#include "tools/web/live/head.hpp"
-#include "tools/web/live/request_of.hpp"
+#include "tools/web/live/messages.hpp"
 
 namespace {
 

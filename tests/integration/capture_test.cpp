@@ -16,7 +16,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "tests/integration/trusted_chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/own_network.hpp"

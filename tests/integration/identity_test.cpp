@@ -1,6 +1,8 @@
 // A fabric with trust, on which a participant tries to exceed its rights: a gateway acts for the
 // machines in its certificate, and a revoked participant loses its trust even while it is
 // connected.
+#include "fabric/registry/identity.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -12,7 +14,6 @@
 #include "fabric/dds/participant.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/profile.hpp"
-#include "fabric/registry/identity_text.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"

@@ -7,7 +7,7 @@
 
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/objects.hpp"
-#include "cnc/variables/text.hpp"
+#include "cnc/variables/value.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/wait_for.hpp"

@@ -11,7 +11,6 @@
 
 #include "base/openssl/signed_text.hpp"
 #include "fabric/participant_identity.hpp"
-#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/integration/trusted_chain.hpp"
 

@@ -16,7 +16,6 @@
 #include <gtest/gtest.h>
 
 #include "base/openssl/signed_text.hpp"
-#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/integration/chain.hpp"
 

@@ -13,7 +13,7 @@
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/run_until.hpp"
-#include "tools/bus/variables.hpp"
+#include "tools/bus/operator.hpp"
 
 namespace millrace::tests::integration {
 namespace {

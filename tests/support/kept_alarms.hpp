@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "fabric/alarm_sink.hpp"
+#include "fabric/alarm.hpp"
 
 namespace millrace::tests {
 

@@ -22,7 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 
 namespace millrace::tests {
 

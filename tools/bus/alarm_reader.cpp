@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "fabric/dds/post_once.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/observer/alarms.hpp"
 #include "fabric/wire/reader.hpp"
 

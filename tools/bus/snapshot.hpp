@@ -1,13 +1,65 @@
 // Joins a fabric, listens until no new process comes (ListeningTime), and leaves.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
 
 #include "fabric/dds/participant.hpp"
 #include "tools/bus/fabric_model.hpp"
-#include "tools/bus/listening_time.hpp"
 
 namespace millrace::tools::bus {
+
+// How long a command listens to a fabric until all processes on it have announced themselves. Pure.
+
+struct Patience {
+  /// The shortest time. On a host that is not busy all processes have announced themselves by then.
+  std::chrono::milliseconds at_least{700};
+  /// Listens on until no new process came for this long.
+  std::chrono::milliseconds quiet{200};
+  std::chrono::milliseconds at_most{5000};
+  /// With trust: the longest wait for announced participants to be authenticated. A participant of
+  /// another plant never is.
+  std::chrono::milliseconds authentication{3000};
+};
+
+/// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least again.
+class ListeningTime {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// A timer that fires later than this shows that the host is busy. Discovery is late then, too
+  /// (our choice).
+  static constexpr std::chrono::milliseconds most_late{20};
+  /// The longest time between two timers, so that a busy host is noticed.
+  static constexpr std::chrono::milliseconds look_again{50};
+
+  ListeningTime(Patience patience, Clock::time_point start)
+      : patience_(patience),
+        start_(start),
+        authentication_until_(start + patience.authentication),
+        until_(start + patience.at_least) {}
+
+  /// A new process announced itself.
+  void on_news(Clock::time_point now) { until_ = std::max(until_, now + patience_.quiet); }
+  /// A timer of this process was due at `due` and fired at `now`.
+  void on_timer(Clock::time_point due, Clock::time_point now) {
+    if (now - due > most_late) {
+      until_ = std::max(until_, now + patience_.at_least);
+    }
+  }
+  /// `unauthenticated` while an announced participant is not authenticated.
+  [[nodiscard]] Clock::time_point end(bool unauthenticated = false) const {
+    return std::min(unauthenticated ? std::max(until_, authentication_until_) : until_,
+                    start_ + patience_.at_most);
+  }
+
+ private:
+  Patience patience_;
+  Clock::time_point start_;
+  Clock::time_point authentication_until_;
+  Clock::time_point until_;
+};
 
 /// Ends sooner once `enough` returns true, which is called after each change. Throws
 /// std::runtime_error if the fabric cannot be joined.

@@ -5,6 +5,7 @@
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "tools/caller/calls.hpp"
@@ -173,6 +174,24 @@ bool Caller::is_given_out(const fabric::CallId& call) const {
 
 std::size_t Caller::pending() const {
   return impl_->calls.pending();
+}
+
+std::string unique_machine(std::string_view prefix) {
+  std::random_device source;
+  return fmt::format("{}.{:08x}", prefix, source());
+}
+
+std::optional<std::string> reason_taken(const bus::FabricModel& live,
+                                        const fabric::ChannelKey& key) {
+  for (const auto& [channel, status] : live.channels()) {
+    if (channel.machine == key.machine) {
+      return fmt::format(
+          "a gateway serves machine '{}' on this fabric: a call in {} could replace one of its "
+          "calls; choose a machine name that no gateway serves",
+          key.machine, key.to_string());
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace millrace::tools::caller

@@ -8,12 +8,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <tl/expected.hpp>
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
+#include "tools/bus/fabric_model.hpp"
 #include "tools/caller/order.hpp"
 
 namespace millrace::tools::caller {
@@ -61,5 +63,15 @@ class Caller {
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
+
+// The channel of a tool's calls: never one that a gateway owns.
+
+/// "call.5f3a9c01": a unique machine name.
+std::string unique_machine(std::string_view prefix);
+
+/// Why a call in this channel would disturb a real one: a gateway serves its machine. Nullopt if it
+/// is free.
+std::optional<std::string> reason_taken(const bus::FabricModel& live,
+                                        const fabric::ChannelKey& key);
 
 }  // namespace millrace::tools::caller

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/reply_kind.hpp"
+#include "fabric/messages.hpp"
 #include "gateway/call_record.hpp"
 
 namespace millrace::tools::caller {

@@ -8,7 +8,7 @@
 #include <CLI/App.hpp>
 
 #include "fabric/messages.hpp"
-#include "tools/recording/filter.hpp"
+#include "tools/recording/entry.hpp"
 
 namespace millrace::tools::commands {
 
@@ -32,5 +32,10 @@ void add_time_filter(CLI::App& command, recording::Filter& filter);
 void add_filter(CLI::App& command, recording::Filter& filter);
 /// --call, --kind, --from, --to on top, for what is recorded.
 void add_recording_filter(CLI::App& command, recording::Filter& filter);
+
+// Input without echo: passwords.
+
+/// Reads a line of standard input. A terminal shows "PROMPT: " and no echo.
+std::string read_hidden(const std::string& prompt);
 
 }  // namespace millrace::tools::commands

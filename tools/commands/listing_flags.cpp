@@ -3,8 +3,8 @@
 #include <cstdlib>
 
 #include "base/program/command_line.hpp"
-#include "base/text/number.hpp"
-#include "tools/commands/calls/screen.hpp"
+#include "base/text/ascii.hpp"
+#include "tools/commands/calls/board.hpp"
 
 namespace millrace::tools::commands {
 

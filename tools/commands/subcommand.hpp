@@ -11,8 +11,11 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <CLI/App.hpp>
+
+#include "gateway/settings/settings.hpp"
 
 namespace millrace::tools::commands {
 
@@ -27,5 +30,27 @@ CLI::App& add_subcommand(CLI::App& parent, const std::string& name, const std::s
 
 /// Adds `--json`.
 void add_json(CLI::App& command, bool& json);
+
+// `millrace completion`: a script with which a shell completes subcommands and options.
+
+/// Describes the command line `app`, so it is added last.
+void add_completion(CLI::App& app, Chosen& chosen);
+
+// The order of words on the command line. Pure.
+
+/// Moves global options behind the command, where it takes them:
+/// "--domain 7 services" is "services --domain 7". Without a command: `status`.
+std::vector<std::string> word_order(std::vector<std::string> words);
+
+// The writer's name in our files.
+
+/// "millrace 0.1.0".
+std::string library_name();
+
+// The warning of a command before it connects to a controller over ADS.
+
+/// One connection per host is a rule of TwinCAT's router. The warning goes to standard error,
+/// unless the controller is on this host and therefore a virtual one.
+void warn_of_the_one_connection(const gateway::settings::MachineSettings& machine);
 
 }  // namespace millrace::tools::commands

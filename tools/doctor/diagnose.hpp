@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <boost/json/object.hpp>
+
 #include "tools/doctor/findings.hpp"
 
 namespace millrace::tools::doctor {
@@ -32,5 +34,10 @@ std::vector<Diagnosis> diagnose(const Findings& findings);
 
 /// No problem among them; warnings are allowed.
 bool is_healthy(const std::vector<Diagnosis>& diagnoses);
+
+// The findings and diagnoses of an examination as JSON.
+
+/// As `millrace doctor --json` prints it.
+boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>& diagnoses);
 
 }  // namespace millrace::tools::doctor

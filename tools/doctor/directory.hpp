@@ -11,12 +11,34 @@
 #include <string>
 #include <vector>
 
+#include <dds/dds.h>
+
 #include "fabric/dds/entity.hpp"
 #include "fabric/dds/participant.hpp"
 #include "tools/doctor/announcement.hpp"
-#include "tools/doctor/qos.hpp"
 
 namespace millrace::tools::doctor {
+
+// Whether a writer and a reader of one topic match: the QoS that DDS compares (OMG DDS 1.4, 2.2.3,
+// "request versus offered"). Pure except for the conversion.
+
+/// Durations in nanoseconds; the kinds in the order of the standard, a later one offering more.
+struct EndpointQos {
+  bool reliable = false;
+  std::uint32_t durability = DDS_DURABILITY_VOLATILE;
+  std::int64_t deadline = DDS_INFINITY;
+  std::int64_t latency_budget = 0;
+  bool exclusive = false;
+  std::uint32_t liveliness = DDS_LIVELINESS_AUTOMATIC;
+  std::int64_t lease = DDS_INFINITY;
+  bool by_source_time = false;
+};
+
+/// Unset policies have the standard's default for this side.
+EndpointQos qos_of(const dds_qos_t& qos, bool of_writer);
+
+/// "reliability: best effort is offered, reliable is requested", … ; empty if they fit.
+std::vector<std::string> misfits(const EndpointQos& offered, const EndpointQos& requested);
 
 /// Cyclone's instance handle of a discovered participant or endpoint.
 using Handle = dds_instance_handle_t;

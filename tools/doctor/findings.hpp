@@ -13,7 +13,6 @@
 #include "tools/doctor/announcement_receiver.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/network.hpp"
-#include "tools/doctor/peer.hpp"
 
 namespace millrace::tools::doctor {
 

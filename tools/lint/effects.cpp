@@ -4,10 +4,10 @@
 #include <string_view>
 #include <utility>
 
-#include "base/text/characters.hpp"
+#include "base/text/ascii.hpp"
 #include "cnc/nc/characters.hpp"
 #include "fabric/cases.hpp"
-#include "tools/lint/conditions.hpp"
+#include "tools/lint/types.hpp"
 
 namespace millrace::tools::lint {
 

@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
+#include "base/text/ascii.hpp"
+#include "base/text/quoted.hpp"
+
 namespace millrace::tools::lint {
 
 namespace {
@@ -67,6 +72,159 @@ std::optional<Rule> rule_named(std::string_view name) {
 std::string_view name_of(Severity severity) {
   constexpr std::array<std::string_view, 3> names{"hint", "warning", "error"};
   return names.at(static_cast<std::size_t>(severity));
+}
+
+namespace {
+
+constexpr std::string_view mark = "millrace-lint:";
+
+/// The word in front, which is taken off together with what separates it.
+std::string_view take_word(std::string_view& text) {
+  constexpr std::string_view separators = " ,\t";
+  const std::size_t begin = text.find_first_not_of(separators);
+  if (begin == std::string_view::npos) {
+    text = {};
+    return {};
+  }
+  const std::size_t end = text.find_first_of(separators, begin);
+  const std::string_view word = text.substr(begin, end - begin);
+  text = end == std::string_view::npos ? std::string_view() : text.substr(end);
+  return word;
+}
+
+}  // namespace
+
+Suppressions::Suppressions(const std::string& file, std::string_view text) {
+  int number = 1;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    read(file, text.substr(0, end), number++);
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+  }
+}
+
+void Suppressions::read(const std::string& file, std::string_view line, int number) {
+  const std::size_t place = line.find(mark);
+  if (place == std::string_view::npos) {
+    return;
+  }
+  const std::string_view code = base::text::trim(line);
+  const bool alone = code.starts_with('(') || code.starts_with(';');
+  std::string_view rest = line.substr(place + mark.size());
+  rest = base::text::trim(rest.substr(0, rest.find_first_of(")\r")));
+  const std::string_view what = take_word(rest);
+  std::set<Rule>* rules = nullptr;
+  if (what == "off-file") {
+    rules = &whole_file_;
+  } else if (what == "off") {
+    rules = &lines_[alone ? number + 1 : number];
+  }
+  const auto mistake = [&](std::string text) {
+    mistakes_.push_back(
+        {{file, number, static_cast<int>(place) + 1}, Rule::unknown_rule, std::move(text)});
+  };
+  if (rules == nullptr || rest.empty()) {
+    mistake(R"(expected "millrace-lint: off RULE, …" or "millrace-lint: off-file RULE, …")");
+    return;
+  }
+  while (!rest.empty()) {
+    const std::string_view word = take_word(rest);
+    if (const auto rule = rule_named(word)) {
+      rules->insert(*rule);
+    } else if (!word.empty()) {
+      mistake(fmt::format("{} is not a rule; `millrace lint --rules` names them",
+                          base::text::quoted(word)));
+    }
+  }
+}
+
+bool Suppressions::has(Rule rule, int line) const {
+  const auto found = lines_.find(line);
+  return whole_file_.contains(rule) || (found != lines_.end() && found->second.contains(rule));
+}
+
+namespace {
+
+Severity severity_of(const Finding& finding) {
+  return about(finding.rule).severity;
+}
+
+std::size_t count(const std::vector<Finding>& findings, Severity severity) {
+  return static_cast<std::size_t>(std::ranges::count(findings, severity, severity_of));
+}
+
+std::string counted(std::size_t number, std::string_view what) {
+  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+}
+
+/// SARIF knows no hints.
+std::string_view level_of(Severity severity) {
+  return severity == Severity::hint ? "note" : name_of(severity);
+}
+
+boost::json::object location_of(const Place& place) {
+  return {{"physicalLocation",
+           {{"artifactLocation", {{"uri", base::text::safe(place.file)}}},
+            {"region", {{"startLine", place.line}, {"startColumn", place.column}}}}}};
+}
+
+}  // namespace
+
+std::string text_of(const Finding& finding) {
+  return fmt::format("{}:{}:{}: {}: {} [{}]\n", base::text::safe(finding.place.file),
+                     finding.place.line, finding.place.column, name_of(severity_of(finding)),
+                     base::text::safe(finding.text), about(finding.rule).name);
+}
+
+boost::json::array json_of(const std::vector<Finding>& findings) {
+  boost::json::array out;
+  for (const Finding& finding : findings) {
+    out.push_back({{"file", base::text::safe(finding.place.file)},
+                   {"line", finding.place.line},
+                   {"column", finding.place.column},
+                   {"severity", name_of(severity_of(finding))},
+                   {"rule", about(finding.rule).name},
+                   {"text", base::text::safe(finding.text)}});
+  }
+  return out;
+}
+
+boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_view version) {
+  boost::json::array known;
+  for (const RuleInfo& rule : rules()) {
+    known.push_back({{"id", rule.name},
+                     {"shortDescription", {{"text", rule.summary}}},
+                     {"defaultConfiguration", {{"level", level_of(rule.severity)}}}});
+  }
+  boost::json::array results;
+  for (const Finding& finding : findings) {
+    results.push_back({{"ruleId", about(finding.rule).name},
+                       {"ruleIndex", static_cast<int>(finding.rule)},
+                       {"level", level_of(severity_of(finding))},
+                       {"message", {{"text", base::text::safe(finding.text)}}},
+                       {"locations", boost::json::array{location_of(finding.place)}}});
+  }
+  boost::json::object driver{
+      {"name", "millrace lint"}, {"version", version}, {"rules", std::move(known)}};
+  boost::json::object run{{"tool", {{"driver", std::move(driver)}}},
+                          {"results", std::move(results)}};
+  return {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
+          {"version", "2.1.0"},
+          {"runs", boost::json::array{std::move(run)}}};
+}
+
+std::string summary_of(const std::vector<Finding>& findings) {
+  std::string summary;
+  for (const Severity severity : {Severity::error, Severity::warning, Severity::hint}) {
+    if (const std::size_t number = count(findings, severity); number > 0) {
+      summary += (summary.empty() ? "" : ", ") + counted(number, name_of(severity));
+    }
+  }
+  return summary.empty() ? "nothing found" : summary;
+}
+
+bool fails(const std::vector<Finding>& findings, bool strict) {
+  return count(findings, Severity::error) > 0 || (strict && count(findings, Severity::warning) > 0);
 }
 
 }  // namespace millrace::tools::lint

@@ -6,10 +6,16 @@
 
 #include <compare>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
 
 namespace millrace::tools::lint {
 
@@ -75,5 +81,44 @@ struct Finding {
   std::string text;
   auto operator<=>(const Finding&) const = default;
 };
+
+// Comments that switch rules off. Pure.
+//
+//   #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0 (millrace-lint: off wait-without-timeout)
+//   ; millrace-lint: off wait-without-flush, wait-without-timeout         for the line that follows
+//   ; millrace-lint: off-file unknown-uuid                                for the whole file
+
+class Suppressions {
+ public:
+  /// Reads the comments of `text`; an unknown rule becomes a finding.
+  Suppressions(const std::string& file, std::string_view text);
+
+  [[nodiscard]] bool has(Rule rule, int line) const;
+  [[nodiscard]] const std::vector<Finding>& mistakes() const { return mistakes_; }
+
+ private:
+  void read(const std::string& file, std::string_view line, int number);
+
+  std::set<Rule> whole_file_;
+  std::map<int, std::set<Rule>> lines_;
+  std::vector<Finding> mistakes_;
+};
+
+// Findings as text, as JSON, and for editors and CI (SARIF 2.1.0). Pure.
+
+/// "part.nc:12:1: warning: … [wait-without-flush]", as compilers write it, with a line end.
+std::string text_of(const Finding& finding);
+
+/// [{file, line, column, severity, rule, text}]
+boost::json::array json_of(const std::vector<Finding>& findings);
+
+/// A log of one run, with all rules. `version` is this program's.
+boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_view version);
+
+/// "2 errors, 1 warning"; "nothing found".
+std::string summary_of(const std::vector<Finding>& findings);
+
+/// Whether the exit code is 1: an error, or, if `strict`, a warning.
+bool fails(const std::vector<Finding>& findings, bool strict);
 
 }  // namespace millrace::tools::lint

@@ -8,13 +8,13 @@
 
 #include <fmt/format.h>
 
-#include "base/text/characters.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
-#include "cnc/nc/cycles.hpp"
-#include "cnc/nc/syntax/program_parser.hpp"
+#include "cnc/nc/environment.hpp"
+#include "cnc/nc/syntax/program.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/dispatch/near_miss.hpp"
-#include "tools/lint/suppressions.hpp"
+#include "tools/lint/finding.hpp"
 #include "tools/lint/types.hpp"
 #include "tools/lint/walk.hpp"
 

@@ -6,11 +6,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cnc/nc/syntax/program.hpp"
+#include "cnc/nc/syntax/statement.hpp"
 
 namespace millrace::tools::lint {
 
@@ -28,5 +31,22 @@ class Types {
  private:
   std::set<std::string> macros_;
 };
+
+// The value of a condition of an NC program while its request has no response yet. Pure.
+//
+//   truth_at(condition, syntax::ConditionRule::above_half, 0)    // true: over before there is an answer
+//   can_be_true(condition, rule)                         // false: no answer ever ends this wait
+
+namespace syntax = cnc::nc::syntax;
+
+/// Is the condition true while RESPONSE_STATE is `state`? Nullopt if that depends on anything else.
+std::optional<bool> truth_at(const syntax::Expression& condition, syntax::ConditionRule rule,
+                             double state);
+
+/// False if it is certain that no response makes it true.
+bool can_be_true(const syntax::Expression& condition, syntax::ConditionRule rule);
+
+/// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.
+std::string_view service_part(const syntax::Variable& variable);
 
 }  // namespace millrace::tools::lint

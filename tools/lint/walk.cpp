@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "cnc/nc/characters.hpp"
-#include "tools/lint/conditions.hpp"
+#include "tools/lint/types.hpp"
 
 namespace millrace::tools::lint {
 

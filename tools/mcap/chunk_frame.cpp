@@ -1,11 +1,10 @@
-#include "tools/mcap/chunk_frame.hpp"
-
 #include <algorithm>
 #include <utility>
 
 #include "tools/mcap/compression.hpp"
-#include "tools/mcap/crc32.hpp"
 #include "tools/mcap/cursor.hpp"
+#include "tools/mcap/records.hpp"
+#include "tools/mcap/scan.hpp"
 
 namespace millrace::tools::mcap {
 

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <string>
 
-#include "tools/mcap/problem.hpp"
 #include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {

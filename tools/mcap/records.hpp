@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <tl/expected.hpp>
+
 namespace millrace::tools::mcap {
 
 /// Raw bytes with another owner.
@@ -177,6 +179,61 @@ struct Footer {
   std::uint64_t summary_offset_start = 0;
   /// From summary_start through the footer's summary_offset_start, 0 = not given.
   std::uint32_t summary_crc = 0;
+};
+
+// The checksum of MCAP: CRC-32 with zlib's polynomial.
+
+/// The checksum of what `before` is the checksum of, followed by `bytes`.
+std::uint32_t crc32(std::string_view bytes, std::uint32_t before = 0);
+
+// Names of record types for messages.
+
+/// "Chunk", or "0x42" for an opcode without a name.
+std::string opcode_name(std::uint8_t opcode);
+
+// A problem of a file, and its position.
+
+struct Problem {
+  /// Byte of the file at which it begins.
+  std::uint64_t offset = 0;
+  std::string text;
+
+  /// "at byte 4711: …"
+  [[nodiscard]] std::string to_string() const {
+    return "at byte " + std::to_string(offset) + ": " + text;
+  }
+  bool operator==(const Problem&) const = default;
+};
+
+using Problems = std::vector<Problem>;
+
+template <typename T>
+using Expected = tl::expected<T, Problem>;
+
+inline tl::unexpected<Problem> problem(std::uint64_t offset, std::string text) {
+  return tl::unexpected(Problem{offset, std::move(text)});
+}
+
+// The schemas and channels that a file has defined so far.
+
+class Definitions {
+ public:
+  /// False if it is known already. Another definition of the same id is a problem, and the first
+  /// one stays.
+  Expected<bool> add(const Schema& schema, std::uint64_t offset);
+  /// The same; a channel with an unknown schema is also a problem.
+  Expected<bool> add(const Channel& channel, std::uint64_t offset);
+
+  /// Null if there is none.
+  [[nodiscard]] const Schema* schema(SchemaId id) const;
+  [[nodiscard]] const Channel* channel(ChannelId id) const;
+
+  [[nodiscard]] const std::map<SchemaId, Schema>& schemas() const { return schemas_; }
+  [[nodiscard]] const std::map<ChannelId, Channel>& channels() const { return channels_; }
+
+ private:
+  std::map<SchemaId, Schema> schemas_;
+  std::map<ChannelId, Channel> channels_;
 };
 
 }  // namespace millrace::tools::mcap

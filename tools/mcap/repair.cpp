@@ -1,5 +1,8 @@
 #include "tools/mcap/repair.hpp"
 
+#include <fmt/format.h>
+
+#include "tools/mcap/file.hpp"
 #include "tools/mcap/scan.hpp"
 #include "tools/mcap/summary.hpp"
 #include "tools/mcap/writer.hpp"
@@ -80,6 +83,50 @@ tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
   return copier.result().and_then([&] { return writer.close(); }).map([&] {
     return RepairReport{writer.statistics(), std::move(copier.problems())};
   });
+}
+
+std::filesystem::path repaired_name(const std::filesystem::path& damaged) {
+  std::filesystem::path name = damaged;
+  if (name.extension() == ".part") {
+    name.replace_extension();
+  }
+  const std::string extension = name.extension().string();
+  return name.replace_extension(".repaired" + extension);
+}
+
+std::filesystem::path free_repaired_name(const std::filesystem::path& damaged) {
+  const std::filesystem::path first = repaired_name(damaged);
+  std::filesystem::path name = first;
+  for (unsigned number = 2; std::filesystem::exists(name) || std::filesystem::exists(part_of(name));
+       ++number) {
+    name.replace_filename(
+        fmt::format("{}-{}{}", first.stem().string(), number, first.extension().string()));
+  }
+  return name;
+}
+
+tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
+                                                    const std::filesystem::path& repaired,
+                                                    const std::string& library,
+                                                    const Revise& revise) {
+  auto source = FileSource::open(damaged);
+  if (!source) {
+    return tl::unexpected(source.error());
+  }
+  auto sink = FileSink::create(repaired);
+  if (!sink) {
+    return tl::unexpected(sink.error());
+  }
+  auto report = repair(*source, *sink, library, revise);
+  if (!report) {
+    sink->discard();
+    return tl::unexpected(damaged.string() + ": " + report.error());
+  }
+  if (auto finished = sink->finish(); !finished) {
+    sink->discard();
+    return tl::unexpected(finished.error());
+  }
+  return report;
 }
 
 }  // namespace millrace::tools::mcap

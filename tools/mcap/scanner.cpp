@@ -1,9 +1,8 @@
 #include "tools/mcap/scanner.hpp"
 
-#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/codec.hpp"
 #include "tools/mcap/cursor.hpp"
-#include "tools/mcap/decode.hpp"
-#include "tools/mcap/opcode_name.hpp"
+#include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {
 

@@ -1,6 +1,6 @@
 // The records that a scan has in memory.
-#include "tools/mcap/decode.hpp"
-#include "tools/mcap/opcode_name.hpp"
+#include "tools/mcap/codec.hpp"
+#include "tools/mcap/records.hpp"
 #include "tools/mcap/scanner.hpp"
 
 namespace millrace::tools::mcap {

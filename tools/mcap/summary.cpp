@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/codec.hpp"
 #include "tools/mcap/cursor.hpp"
-#include "tools/mcap/decode.hpp"
+#include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {
 

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/mcap/definitions.hpp"
-#include "tools/mcap/problem.hpp"
 #include "tools/mcap/records.hpp"
 #include "tools/mcap/sink.hpp"
 

@@ -1,9 +1,9 @@
-#include "tools/print/call_text.hpp"
-
+#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
@@ -125,6 +125,46 @@ std::string text_of(const recording::Timeline& timeline) {
     text += fmt::format(", which differs by at least {}", duration_text(timeline.clock_difference));
   }
   return text + '\n';
+}
+
+namespace {
+
+boost::json::object step_json(const recording::Step& step) {
+  boost::json::object out;
+  put_time(out, "time", step.at);
+  out["hop"] = name_of(step.stage);
+  out["attempt"] = step.attempt;
+  out["by_service"] = step.by_service;
+  if (step.instance != fabric::InstanceId{}) {
+    out["instance"] = step.instance.to_string();
+  }
+  if (step.withheld) {
+    out["text_size"] = *step.withheld;
+  } else if (!step.text.empty() || step.state != 0) {
+    out["text"] = text_json(step.text);
+    out["state"] = step.state;
+  }
+  if (!step.detail.empty()) {
+    out["detail"] = utf8(step.detail);
+  }
+  return out;
+}
+
+}  // namespace
+
+boost::json::object json_of(const recording::Timeline& timeline) {
+  boost::json::array steps;
+  for (const recording::Step& step : timeline.steps) {
+    steps.push_back(step_json(step));
+  }
+  return {{"call", timeline.call.to_string()},
+          {"machine", utf8(timeline.key.machine)},
+          {"channel", timeline.key.channel},
+          {"uuid", utf8(timeline.uuid)},
+          {"replayed", timeline.replayed},
+          {"clock_difference_ms",
+           std::chrono::duration<double, std::milli>(timeline.clock_difference).count()},
+          {"steps", std::move(steps)}};
 }
 
 }  // namespace millrace::tools::print

@@ -1,4 +1,4 @@
-// Machine data and program events for people and programs.
+// Machine data, program events and alarms for people and programs.
 //
 //   text_of(value)          == "3.5", "TRUE", "\"text\"", "[1, 2, 3]"
 //   json_of(value)          == {"name":"V.E.LIMIT","type":"REAL64","quality":"good","value":3.5, …}
@@ -8,6 +8,7 @@
 
 #include <boost/json/object.hpp>
 
+#include "fabric/alarm.hpp"
 #include "fabric/data.hpp"
 
 namespace millrace::tools::print {
@@ -27,5 +28,18 @@ std::string mode_text(std::uint32_t mode);
 std::string line_of(const fabric::ProgramEvent& event);
 /// Every value of a sample with its name, and its reason if it is not good.
 std::string line_of(const fabric::DataSample& sample);
+
+// Alarms as text and as JSON.
+//
+//   said_by(alarm) == "archiver on vm, pid 17"
+//   what_is_said(alarm) == "archiver on vm, pid 17: /srv/archive cannot be written: disk full"
+
+/// Safe to show.
+std::string said_by(const fabric::Alarm& alarm);
+std::string what_is_said(const fabric::Alarm& alarm);
+
+/// The JSON of every `--json`: "level", "kind", "subject", "text", "advice", "since", "program",
+/// "host", "pid", "responder".
+boost::json::object json_of(const fabric::Alarm& alarm);
 
 }  // namespace millrace::tools::print

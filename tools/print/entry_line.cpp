@@ -2,7 +2,6 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
-#include "tools/print/alarm_text.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/units.hpp"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/print/missing.hpp"
+#include "tools/print/recording_report.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::recorder {
@@ -43,12 +43,13 @@ std::vector<fabric::Alarm> alarms_of(const Condition& now) {
              "free space on the disk, or let the recorder remove its oldest files (--keep-size)"});
   }
   if (now.lost > 0 || now.missing.incomplete > 0 || now.missing.unseen > 0) {
-    alarms.push_back({.key = {.kind = "missing"},
-                      .level = AlarmLevel::warning,
-                      .text = fmt::format(
-                          "the recording is incomplete: {}{}", print::missing_text(now.missing),
-                          now.lost > 0 ? fmt::format("; the bus lost {} samples", now.lost) : ""),
-                      .advice = "give the recorder more processor time; see docs/how-to/record-and-replay.md"});
+    alarms.push_back(
+        {.key = {.kind = "missing"},
+         .level = AlarmLevel::warning,
+         .text =
+             fmt::format("the recording is incomplete: {}{}", print::missing_text(now.missing),
+                         now.lost > 0 ? fmt::format("; the bus lost {} samples", now.lost) : ""),
+         .advice = "give the recorder more processor time; see docs/how-to/record-and-replay.md"});
   }
   return alarms;
 }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tools/mcap/compression.hpp"
-#include "tools/recording/filter.hpp"
+#include "tools/recording/entry.hpp"
 
 namespace millrace::tools::recorder {
 

@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 
 #include "tools/mcap/file.hpp"
+#include "tools/mcap/repair.hpp"
 #include "tools/mcap/writer.hpp"
 #include "tools/recorder/options.hpp"
 #include "tools/recording/hops.hpp"
@@ -53,5 +54,13 @@ class RecordingFile {
   recording::HopStatistics hops_;
   bool ending_ = false;
 };
+
+// A complete recording from one that was cut or damaged.
+
+/// mcap::repair_file(), with the recorder's counts counted again: some may be lost. The counts of
+/// received and lost samples are unknown.
+tl::expected<mcap::RepairReport, std::string> repair_recording(
+    const std::filesystem::path& damaged, const std::filesystem::path& repaired,
+    const std::string& library);
 
 }  // namespace millrace::tools::recorder

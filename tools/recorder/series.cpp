@@ -5,8 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/characters.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "tools/mcap/file.hpp"
 
 namespace millrace::tools::recorder {

@@ -6,6 +6,7 @@
 
 #include <tl/expected.hpp>
 
+#include "tools/mcap/records.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::recording {
@@ -24,5 +25,16 @@ std::string schema_name(const Entry& entry);
 
 /// idl/recording.proto as a serialised google.protobuf.FileDescriptorSet, for readers without it.
 const std::string& descriptor_set();
+
+// The MCAP channel of an entry, named by what happened, not by DDS topic:
+//
+//   machine/cnc/1/request    machine/cnc/1/reply    machine/cnc/1/event
+//   service/560aacbf-…/instance    operator/command    program/millrace-archiver/alarm
+
+/// The MCAP topic of an entry.
+std::string topic_of(const Entry& entry);
+
+/// The origin of an entry: DDS topic, type and QoS, for the metadata of its MCAP channel.
+mcap::StringMap origin_metadata(const Entry& entry);
 
 }  // namespace millrace::tools::recording

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "tools/recording/call.hpp"
-#include "tools/recording/histogram.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::tools::recording {
 

@@ -1,6 +1,5 @@
 #include "tools/recording/writer.hpp"
 
-#include "tools/recording/channels.hpp"
 #include "tools/recording/codec.hpp"
 
 namespace millrace::tools::recording {

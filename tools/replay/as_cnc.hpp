@@ -15,11 +15,11 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
-#include "cnc/ads/forwarding_device.hpp"
+#include "cnc/ads/device.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/simulator/machine.hpp"
-#include "cnc/simulator/program_source.hpp"
+#include "cnc/simulator/program_control.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 #include "cnc/variables/service_variable.hpp"
 #include "tools/replay/player.hpp"

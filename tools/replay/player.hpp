@@ -13,7 +13,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "tools/replay/outcome.hpp"
+#include "tools/replay/comparison.hpp"
 #include "tools/replay/scheduler.hpp"
 
 namespace millrace::tools::replay {

@@ -1,24 +1,64 @@
 #include "tools/trust/certificate_authorities.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
+#include <string>
 
 #include <fmt/format.h>
+#include <openssl/sha.h>
 #include <sys/stat.h>
 
+#include "base/openssl/certificate.hpp"
 #include "base/openssl/signed_text.hpp"
-#include "base/posix/durable_file.hpp"
+#include "base/posix/files.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "fabric/trust/folder.hpp"
-#include "fabric/trust/governance.hpp"
-#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
-#include "tools/trust/late_number.hpp"
 
 namespace millrace::tools::trust {
 
 namespace {
+
+// A name for a participant that must not begin a handshake. Of two participants with DDS Security
+// the one with the lower GUID begins, and its GUID begins with a hash of the name in its
+// certificate (DDS Security 1.1, 9.3.3). Fast DDS 2.9 begins with a key agreement that Cyclone
+// encodes differently (Fast-DDS issue 3802, Cyclone DDS issue 1547), but accepts Cyclone's if
+// Cyclone begins. So a participant with Fast DDS gets a name whose hash is higher than those of the
+// others. Pure.
+//
+//   subject.number = late_number(subject);
+
+constexpr std::uint32_t numbers = 100'000'000;
+
+bool is_high(const std::string& encoded) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> hash{};
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): what SHA256() takes.
+  SHA256(reinterpret_cast<const unsigned char*>(encoded.data()), encoded.size(), hash.data());
+  constexpr unsigned char ones = 0xff;
+  constexpr unsigned char high_half = 0xf0;
+  return hash[0] == ones && hash[1] == ones && (hash[2] & high_half) == high_half;
+}
+
+/// Eight digits that give the subject a hash whose first 20 bits are ones: of a million other names
+/// one is higher. Takes half a second.
+std::string late_number(base::openssl::Subject subject) {
+  subject.number = fmt::format("{:08}", 0);
+  std::string encoded = base::openssl::encoded_name(subject);
+  // It comes last, so what is encoded ends with its digits.
+  const std::size_t at = encoded.size() - subject.number.size();
+  assert(encoded.substr(at) == subject.number);
+  for (std::uint32_t number = 0; number < numbers; ++number) {
+    encoded.replace(at, subject.number.size(), fmt::format("{:08}", number));
+    if (is_high(encoded)) {
+      break;
+    }
+  }
+  return encoded.substr(at);
+}
 
 namespace fs = std::filesystem;
 namespace openssl = base::openssl;

@@ -6,14 +6,12 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include "base/posix/durable_file.hpp"
-#include "base/posix/folder_lock.hpp"
-#include "base/text/characters.hpp"
+#include "base/posix/files.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/trust/folder.hpp"
 #include "idl/trust.pb.h"
-#include "tools/trust/participant_folder.hpp"
-#include "tools/trust/register.hpp"
+#include "tools/trust/pki_files.hpp"
 
 namespace millrace::tools::trust {
 

@@ -19,7 +19,7 @@
 
 #include <tl/expected.hpp>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "tools/trust/certificate_authorities.hpp"
 
 namespace millrace::config {

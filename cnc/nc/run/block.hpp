@@ -1,20 +1,35 @@
 // The blocks that the decoder passes to the interpolator.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
 
 #include "cnc/nc/diagnostic.hpp"
+#include "cnc/nc/environment.hpp"
 #include "cnc/nc/event.hpp"
 #include "cnc/nc/run/circle.hpp"
 #include "cnc/nc/run/system_data.hpp"
-#include "cnc/nc/run/tick.hpp"
 #include "cnc/nc/syntax/statement.hpp"
+#include "cnc/nc/timers.hpp"
 
 namespace millrace::cnc::nc::run {
+
+// The inputs of a channel's stages in each tick.
+
+using Duration = std::chrono::nanoseconds;
+
+struct Tick {
+  /// Simulated time to advance to.
+  Duration now;
+  Environment& environment;
+  /// Takes the events.
+  const std::function<void(Event)>& emit;
+};
 
 /// Motion of the axes to a position, in the order of the channel's axes: straight, or two of them
 /// on an arc.
@@ -71,5 +86,25 @@ struct Block {
   /// The block is before the one that a block search looks for: no motion.
   bool skipped = false;
 };
+
+// Executes a #TIMER command, in the decoder or in the interpolator.
+
+/// The order's id must be below Timers::count.
+inline void carry_out(const TimerOrder& order, Timers& timers, Duration now) {
+  switch (order.action) {
+    case syntax::TimerAction::start:
+      timers.start(order.id, now);
+      break;
+    case syntax::TimerAction::stop:
+      timers.stop(order.id, now);
+      break;
+    case syntax::TimerAction::read:
+      timers.read(order.id, now);
+      break;
+    case syntax::TimerAction::clear:
+      timers.clear(order.id);
+      break;
+  }
+}
 
 }  // namespace millrace::cnc::nc::run

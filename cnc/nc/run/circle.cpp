@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"
-#include "cnc/nc/syntax/program_parser.hpp"
+#include "cnc/nc/syntax/program.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "cnc/nc/run/block.hpp"
 #include "cnc/nc/run/decoder_state.hpp"
-#include "cnc/nc/run/tick.hpp"
 
 namespace millrace::cnc::nc::run {
 

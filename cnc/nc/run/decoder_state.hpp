@@ -2,13 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cnc/nc/environment.hpp"
 #include "cnc/nc/run/interpolator.hpp"
-#include "cnc/nc/run/library.hpp"
 #include "cnc/nc/run/macros.hpp"
 #include "cnc/nc/run/memory.hpp"
 #include "cnc/nc/run/message_box.hpp"
@@ -18,8 +19,25 @@
 #include "cnc/nc/run/system_variables.hpp"
 #include "cnc/nc/syntax/program.hpp"
 #include "cnc/nc/timers.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
+
+// The global subprograms and cycles that a running program has called, parsed once each.
+
+class Library {
+ public:
+  /// Finds a program by the name in its call: first in the environment, then among the cycles of
+  /// this library (shipped_cycle). A fault if it is in neither, has mistakes, or exceeds the number of
+  /// programs.
+  values::Result<std::shared_ptr<const syntax::Program>> find(const std::string& name,
+                                                              Environment& environment);
+  /// Forgets all programs, since files may have changed.
+  void clear() { programs_.clear(); }
+
+ private:
+  std::map<std::string, std::shared_ptr<const syntax::Program>> programs_;
+};
 
 /// A cycle that is called after each block with motion (or after each block).
 struct ModalCycle {

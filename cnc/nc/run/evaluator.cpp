@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

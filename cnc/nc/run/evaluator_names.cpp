@@ -1,6 +1,6 @@
 // The part of the evaluator for names: resolves, reads and writes them.
 #include "cnc/nc/run/evaluator.hpp"
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "cnc/nc/run/block.hpp"
 #include "cnc/nc/run/decoder_state.hpp"
 #include "cnc/nc/run/evaluator.hpp"
-#include "cnc/nc/run/tick.hpp"
 
 namespace millrace::cnc::nc::run {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "cnc/nc/run/block.hpp"
 #include "cnc/nc/run/execution.hpp"
-#include "cnc/nc/run/timer_order.hpp"
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

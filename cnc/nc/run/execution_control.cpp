@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "cnc/nc/run/execution.hpp"
-#include "cnc/nc/values/conversion.hpp"
-#include "cnc/nc/values/operators.hpp"
+#include "cnc/nc/values/operations.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"
-#include "cnc/nc/values/conversion.hpp"
 #include "cnc/nc/values/format.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 

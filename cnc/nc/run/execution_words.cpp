@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"
-#include "cnc/nc/values/operators.hpp"
+#include "cnc/nc/values/operations.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

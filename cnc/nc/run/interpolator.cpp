@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "cnc/nc/run/block.hpp"
 #include "cnc/nc/run/motion.hpp"
-#include "cnc/nc/run/timer_order.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "cnc/nc/environment.hpp"
 #include "cnc/nc/motion.hpp"
+#include "cnc/nc/run/block.hpp"
 #include "cnc/nc/run/message_box.hpp"
 #include "cnc/nc/run/queue.hpp"
-#include "cnc/nc/run/tick.hpp"
 #include "cnc/nc/timers.hpp"
 
 namespace millrace::cnc::nc::run {

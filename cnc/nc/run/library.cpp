@@ -1,9 +1,8 @@
-#include "cnc/nc/run/library.hpp"
-
 #include <utility>
 
-#include "cnc/nc/cycles.hpp"
-#include "cnc/nc/syntax/program_parser.hpp"
+#include "cnc/nc/environment.hpp"
+#include "cnc/nc/run/decoder_state.hpp"
+#include "cnc/nc/syntax/program.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "cnc/nc/syntax/cursor.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
-#include "cnc/nc/syntax/word_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -2,6 +2,7 @@
 // (IB/tf5200_programming_manual/507845131, documented).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <set>
 
@@ -33,5 +34,29 @@ class MessageBox {
   /// Messages whose acknowledgement is pending.
   std::set<std::uint64_t> awaited_;
 };
+
+inline std::uint64_t MessageBox::send(MessageEvent& message) {
+  message.number = ++sent_;
+  if (read_at_once_) {
+    read_ = sent_;
+  } else if (message.needs_acknowledge) {
+    awaited_.insert(sent_);
+  }
+  return sent_;
+}
+
+inline void MessageBox::read(std::uint64_t number) {
+  read_ = std::clamp(number, read_, sent_);
+}
+
+inline void MessageBox::acknowledge(std::uint64_t number) {
+  awaited_.erase(number);
+  read(number);
+}
+
+inline void MessageBox::reset() {
+  read_ = sent_;
+  awaited_.clear();
+}
 
 }  // namespace millrace::cnc::nc::run

@@ -1,11 +1,12 @@
 // Reads the words of a block; motion_path.cpp computes the motion of the axes.
+#include "cnc/nc/run/motion.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "cnc/nc/run/motion_draft.hpp"
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -2,8 +2,10 @@
 // functions.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cnc/nc/motion.hpp"
@@ -100,6 +102,22 @@ class MotionState {
   std::optional<double> radius_;
   /// mm/min; 0 = none programmed yet.
   double feed_ = 0;
+};
+
+// A block of words while it is read; only for motion*.cpp.
+
+struct MotionState::Draft {
+  std::vector<std::pair<std::size_t, double>> axes;
+  std::vector<int> functions;
+  std::optional<double> dwell;
+  /// I, J and K.
+  std::array<std::optional<double>, 3> centre;
+  bool has_radius = false;
+  bool is_dwell = false;
+  bool hold = false;
+  BlockEnd end = BlockEnd::none;
+
+  [[nodiscard]] bool has_centre() const { return centre[0] || centre[1] || centre[2]; }
 };
 
 }  // namespace millrace::cnc::nc::run

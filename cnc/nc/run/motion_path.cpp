@@ -1,8 +1,8 @@
 // Lines and circles: the target of a block, whether it can be reached, and the duration.
 #include <cmath>
 
-#include "cnc/nc/run/motion_draft.hpp"
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/run/motion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 

@@ -1,6 +1,6 @@
 #include "cnc/nc/run/system_data.hpp"
 
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <iterator>
 
-#include "cnc/nc/values/types.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {

@@ -1,8 +1,6 @@
-#include "cnc/nc/syntax/call_parser.hpp"
-
 #include <utility>
 
-#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

@@ -1,11 +1,9 @@
-#include "cnc/nc/syntax/command_parser.hpp"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

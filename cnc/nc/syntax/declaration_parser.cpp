@@ -1,9 +1,8 @@
 #include <utility>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/command_parser.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
-#include "cnc/nc/values/types.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

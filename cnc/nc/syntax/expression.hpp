@@ -7,8 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "cnc/nc/values/functions.hpp"
-#include "cnc/nc/values/operators.hpp"
+#include "cnc/nc/values/operations.hpp"
 
 namespace millrace::cnc::nc::syntax {
 

@@ -1,10 +1,9 @@
-#include "cnc/nc/syntax/expression_parser.hpp"
-
 #include <array>
 #include <optional>
 #include <utility>
 
 #include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

@@ -1,8 +1,7 @@
 #include <array>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/command_parser.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 #include "cnc/nc/values/format.hpp"
 
 namespace millrace::cnc::nc::syntax {

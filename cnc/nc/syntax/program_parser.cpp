@@ -1,16 +1,12 @@
-#include "cnc/nc/syntax/program_parser.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/call_parser.hpp"
-#include "cnc/nc/syntax/command_parser.hpp"
 #include "cnc/nc/syntax/control_parser.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
-#include "cnc/nc/syntax/word_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
+#include "cnc/nc/syntax/program.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

@@ -2,7 +2,7 @@
 #include <array>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "cnc/nc/characters.hpp"
-#include "cnc/nc/values/conversion.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::values {
 namespace {

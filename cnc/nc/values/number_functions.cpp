@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "cnc/nc/values/conversion.hpp"
-#include "cnc/nc/values/functions.hpp"
+#include "cnc/nc/values/operations.hpp"
+#include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::values {
 namespace {

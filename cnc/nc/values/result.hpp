@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <tl/expected.hpp>
 
 #include "cnc/nc/environment.hpp"
+#include "cnc/nc/variable_directory.hpp"
 
 namespace millrace::cnc::nc::values {
 
@@ -26,5 +29,34 @@ using Result = tl::expected<T, Fault>;
   }
   return value;
 }
+
+// Converts a Value to the type that an operation needs. The language has no implicit conversion: a
+// string in place of a number is an error, and the reverse (IB/tf5200_diagnosis, errors 21460 and
+// 21461).
+
+/// The number in a value, otherwise fault 21461 "number expected".
+[[nodiscard]] Result<double> number(const Value& value);
+/// The string in a value, otherwise fault 21460 "string expected".
+[[nodiscard]] Result<std::string> text(const Value& value);
+/// The number rounded to an integer; fault 21461 for a string, 21883 beyond ±2^53.
+[[nodiscard]] Result<long> integer(const Value& value);
+/// A value as text for #MSG with %s or a log: "3", "0.5".
+[[nodiscard]] std::string display(const Value& value);
+
+/// $IF, $WHILE, && and ||: |value| >= 0.5 (IB/tf5200_programming_manual/206901003, documented).
+[[nodiscard]] bool is_true(double value);
+
+// The types of variables, and the values that fit them.
+
+/// Finds a type by its name in the language, case-insensitive: "UNS32". STRING is recognised by its
+/// brackets, not here.
+[[nodiscard]] std::optional<VariableType> find_type(std::string_view name);
+/// For example "SGN16", "STRING[20]".
+[[nodiscard]] std::string type_name(const VariableShape& shape);
+/// 0 or "".
+[[nodiscard]] Value initial_value(const VariableShape& shape);
+/// The value as the type stores it: integers rounded, booleans 0 or 1. Faults: 21460 and 21461 for
+/// the wrong kind, 21462 for a string that is too long, 21883 for a number out of range.
+[[nodiscard]] Result<Value> fit(const VariableShape& shape, const Value& value);
 
 }  // namespace millrace::cnc::nc::values

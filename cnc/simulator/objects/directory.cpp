@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "cnc/ads/bytes.hpp"
-#include "cnc/simulator/objects/answers.hpp"
 #include "cnc/simulator/objects/group.hpp"
+#include "cnc/simulator/objects/object.hpp"
 
 namespace millrace::cnc::simulator::objects {
 

@@ -1,5 +1,9 @@
 #include "cnc/simulator/objects/group.hpp"
 
+#include <cassert>
+
+#include "cnc/ads/bytes.hpp"
+
 namespace millrace::cnc::simulator::objects {
 
 namespace {
@@ -39,6 +43,34 @@ std::optional<Group> Group::decode(std::uint32_t number) {
     return Group{whole, Attribute::value, current & channel_mask};
   }
   return decode_internal(current);
+}
+
+namespace {
+
+ads::Bytes text(std::string_view characters) {
+  return ads::ByteWriter().text(characters).u8(0).take();
+}
+
+}  // namespace
+
+ads::Bytes attribute_of(const Object& object, Attribute attribute) {
+  switch (attribute) {
+    case Attribute::name:
+      return text(object.name);
+    case Attribute::type:
+      return text(object.type);
+    case Attribute::length:
+      return ads::ByteWriter().u32(object.length).take();
+    case Attribute::unit:
+      return text(object.unit);
+    case Attribute::writable:
+      return ads::ByteWriter().u8(object.write ? 1 : 0).take();
+    case Attribute::value:
+    case Attribute::address:
+      break;
+  }
+  assert(false);
+  return {};
 }
 
 }  // namespace millrace::cnc::simulator::objects

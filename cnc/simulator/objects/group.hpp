@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "cnc/simulator/objects/object.hpp"
 #include "cnc/variables/addresses.hpp"
 
 namespace millrace::cnc::simulator::objects {
@@ -52,5 +53,12 @@ struct Group {
   /// The number of a group of values, with 0x100000.
   [[nodiscard]] std::uint32_t number() const { return static_cast<std::uint32_t>(kind) + channel; }
 };
+
+// The attributes of an object: name, type, length, unit, and whether it can be written
+// (IB/tf5200_ads_access_to_cnc/312767243, documented).
+
+/// Texts end with a NUL, the length is UNS32, writable is one byte (the kinds are documented, the
+/// sizes are our choice). `attribute` is neither value nor address.
+ads::Bytes attribute_of(const Object& object, Attribute attribute);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -1,7 +1,13 @@
 #include "cnc/simulator/objects/object.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
+#include <limits>
 #include <utility>
+
+#include "cnc/ads/bytes.hpp"
+#include "cnc/variables/layout.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -21,6 +27,47 @@ const Object* ObjectTable::find(std::uint32_t offset) const {
     return &found->second;
   }
   return rest_ ? &*rest_ : nullptr;
+}
+
+using ads::ErrorCode;
+using ads::Result;
+
+ads::Bytes encode_u32(std::uint32_t value) {
+  return ads::ByteWriter().u32(value).take();
+}
+
+ads::Bytes encode_s32(long value) {
+  using Limits = std::numeric_limits<std::int32_t>;
+  const long fitting = std::clamp<long>(value, Limits::min(), Limits::max());
+  return encode_u32(static_cast<std::uint32_t>(fitting));
+}
+
+ads::Bytes encode_f64(double value) {
+  return ads::ByteWriter().u64(std::bit_cast<std::uint64_t>(value)).take();
+}
+
+Result<ads::Bytes> encode_buffer(std::string_view text, std::size_t size) {
+  if (text.size() >= size) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  return ads::ByteWriter().text(text).zeros(size - text.size()).take();
+}
+
+Result<std::uint32_t> decode_u32(ads::BytesView in) {
+  ads::ByteReader reader(in);
+  const std::uint32_t value = reader.u32();
+  return reader.exact() ? Result<std::uint32_t>(value) : tl::unexpected(ErrorCode::invalid_size);
+}
+
+Result<std::string_view> decode_name(ads::BytesView in) {
+  const auto stream = variables::decode_name(in);
+  return stream ? Result<std::string_view>(stream->name) : tl::unexpected(ErrorCode::invalid_size);
+}
+
+Result<Selection> find_variable(const Context& at, std::string_view name) {
+  const auto found = at.channel->store().find(name);
+  return found ? Result<Selection>(*found)
+               : tl::unexpected(at.machine.settings().answers.unknown_variable);
 }
 
 }  // namespace millrace::cnc::simulator::objects

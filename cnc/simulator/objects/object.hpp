@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cnc/ads/device.hpp"
 #include "cnc/simulator/machine.hpp"
@@ -64,5 +65,28 @@ class ObjectTable {
   std::map<std::uint32_t, Object> objects_;
   std::optional<Object> rest_;
 };
+
+// Helpers of many objects: decode small inputs, encode small responses.
+
+/// Feeds are sent in µm/s.
+inline constexpr double micrometres_per_mm = 1e3;
+
+ads::Bytes encode_u32(std::uint32_t value);
+/// SGN32; a number out of range becomes the nearest one in range.
+ads::Bytes encode_s32(long value);
+ads::Bytes encode_f64(double value);
+
+/// The text in a buffer of `size` bytes, padded with zeros; invalid_size if it does not fit with
+/// its NUL.
+ads::Result<ads::Bytes> encode_buffer(std::string_view text, std::size_t size);
+
+/// An input of exactly four bytes; otherwise invalid_size.
+ads::Result<std::uint32_t> decode_u32(ads::BytesView in);
+
+/// The name at the front of an input; invalid_size if it is empty or longer than 255 characters.
+ads::Result<std::string_view> decode_name(ads::BytesView in);
+
+/// Finds a variable by name; otherwise the configured error for an unknown variable.
+ads::Result<Selection> find_variable(const Context& at, std::string_view name);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "cnc/simulator/objects/answers.hpp"
-#include "cnc/simulator/objects/old_value.hpp"
+#include "cnc/simulator/objects/object.hpp"
+#include "cnc/simulator/objects/old_variables.hpp"
 #include "cnc/simulator/objects/program_variables.hpp"
 
 namespace millrace::cnc::simulator::objects {

@@ -5,11 +5,16 @@
 #include <cctype>
 #include <numeric>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "cnc/simulator/objects/object.hpp"
 #include "cnc/variables/addresses.hpp"
+#include "cnc/variables/layout.hpp"
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -128,6 +133,232 @@ Result<variables::Description> describe_program_variable(const Context& at, std:
     }
     return description;
   });
+}
+
+namespace {
+
+using variables::NameInDescription;
+namespace offset = variables::offset;
+
+/// A numbered variable of one kind, or of all three kinds in a row; null if there is none.
+struct Enumeration {
+  const Store& store;
+  /// "V.E", "V.G", "V.A", or empty for all.
+  std::string_view kind;
+
+  [[nodiscard]] bool valid() const {
+    return kind.empty() ||
+           std::any_of(all_kinds.begin(), all_kinds.end(), [&](Kind one) { return includes(one); });
+  }
+  [[nodiscard]] bool includes(Kind one) const { return kind.empty() || kind == prefix_of(one); }
+
+  [[nodiscard]] std::size_t size() const {
+    std::size_t sum = 0;
+    for (const Kind one : all_kinds) {
+      sum += includes(one) ? store.family(one).size() : 0;
+    }
+    return sum;
+  }
+
+  [[nodiscard]] const Variable* at(std::size_t index) const {
+    for (const Kind one : all_kinds) {
+      if (!includes(one)) {
+        continue;
+      }
+      const Family& family = store.family(one);
+      if (index < family.size()) {
+        return &family.at(index);
+      }
+      index -= family.size();
+    }
+    return nullptr;
+  }
+};
+
+/// An array's name has no index, unless the index is in the middle of it (our choice).
+std::string described_name(const Declaration& declaration) {
+  return declaration.behind > 0 && !declaration.dimensions.empty() ? declaration.last_element()
+                                                                   : declaration.name;
+}
+
+Bytes describe(const Store& store, const Variable& variable, NameInDescription with_name) {
+  const Declaration& declaration = variable.declaration();
+  return variables::encode(
+      variables::Description{store.handle(declaration.name).value(), declaration.element.type,
+                             declaration.access, declaration.size(), declaration.dimensions,
+                             described_name(declaration)},
+      with_name);
+}
+
+Result<Selection> find_element(const Context& at, const variables::ElementOf& element) {
+  const auto found = at.channel->store().find(element.handle, element.indices);
+  return found ? Result<Selection>(*found) : tl::unexpected(ErrorCode::invalid_data);
+}
+
+Result<Bytes> value_of(const Context& at, const Selection& selection) {
+  const Declaration& declaration = selection.variable->declaration();
+  // The size is known before the read.
+  if (!selection.element &&
+      declaration.size() > std::min<std::size_t>(at.room, variables::max_stream)) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  Bytes bytes = selection.read();
+  const bool text = declaration.element.type == Type::string;
+  if (text && selection.element && !at.machine.settings().answers.whole_string_buffer) {
+    bytes.erase(std::find(bytes.begin(), bytes.end(), std::uint8_t{0}) + 1, bytes.end());
+  }
+  return bytes;
+}
+
+Result<Bytes> count_variables(const Context& at, BytesView in) {
+  const std::string kind = variables::decode_text(in);
+  const Enumeration variables{at.channel->store(), kind};
+  if (!variables.valid()) {
+    return tl::unexpected(ErrorCode::invalid_data);
+  }
+  return encode_u32(static_cast<std::uint32_t>(variables.size()));
+}
+
+/// The variable that the input of 0x45 and 0x4B selects.
+Result<const Variable*> by_index(const Context& at, BytesView in) {
+  const auto stream = variables::decode_index_stream(in);
+  if (!stream) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  const Enumeration variables{at.channel->store(), stream->kind};
+  const Variable* variable = variables.valid() ? variables.at(stream->index) : nullptr;
+  return variable != nullptr ? Result<const Variable*>(variable)
+                             : tl::unexpected(ErrorCode::invalid_data);
+}
+
+Result<Bytes> description_by_index(const Context& at, BytesView in) {
+  return by_index(at, in).map([&](const Variable* variable) {
+    return describe(at.channel->store(), *variable, NameInDescription::yes);
+  });
+}
+
+Result<Bytes> description_by_name(const Context& at, BytesView in) {
+  return decode_name(in).and_then([&](std::string_view name) -> Result<Bytes> {
+    if (is_program_variable(name)) {
+      return describe_program_variable(at, name).map([](const variables::Description& found) {
+        return variables::encode(found, NameInDescription::no);
+      });
+    }
+    return find_variable(at, name).map([&](const Selection& found) {
+      return describe(at.channel->store(), *found.variable, NameInDescription::no);
+    });
+  });
+}
+
+/// Empty for V.G. and V.A. variables (documented).
+Result<Bytes> extended_description(const Context& at, BytesView in) {
+  return by_index(at, in).map([](const Variable* variable) {
+    const auto& external = variable->declaration().external;
+    return external
+               ? ads::ByteWriter().u32(external->synchronisation()).u32(external->scope()).take()
+               : Bytes{};
+  });
+}
+
+Result<Bytes> handle_by_name(const Context& at, BytesView in) {
+  return decode_name(in).and_then([&](std::string_view name) -> Result<Bytes> {
+    const auto handle = at.channel->store().handle(name);
+    return handle ? Result<Bytes>(encode_u32(*handle))
+                  : tl::unexpected(at.machine.settings().answers.unknown_variable);
+  });
+}
+
+Result<Bytes> read_by_handle(const Context& at, BytesView in) {
+  const auto stream = variables::decode_handle_stream(in);
+  if (!stream) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  return find_element(at, stream->element).and_then([&](const Selection& found) {
+    return value_of(at, found);
+  });
+}
+
+Result<Bytes> read_by_name(const Context& at, BytesView in) {
+  return decode_name(in).and_then([&](std::string_view name) {
+    return is_program_variable(name)
+               ? read_program_variable(at, name)
+               : find_variable(at, name).and_then(
+                     [&](const Selection& found) { return value_of(at, found); });
+  });
+}
+
+Result<void> write_by_handle(const Context& at, BytesView in) {
+  const auto stream = variables::decode_handle_stream(in);
+  if (!stream) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  return find_element(at, stream->element).and_then([&](const Selection& found) {
+    return found.write(stream->value);
+  });
+}
+
+Result<void> write_variable_by_name(const Context& at, BytesView in) {
+  const auto stream = variables::decode_name(in);
+  if (!stream) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  if (is_program_variable(stream->name)) {
+    return write_program_variable(at, stream->name, stream->value);
+  }
+  return find_variable(at, stream->name).and_then([&](const Selection& found) {
+    return found.write(stream->value);
+  });
+}
+
+/// No stream is longer than 2048 bytes (documented).
+Result<Bytes> limit(Result<Bytes> out) {
+  return out && out->size() > variables::max_stream ? tl::unexpected(ErrorCode::invalid_size) : out;
+}
+
+void add_exchange(ObjectTable& table, std::uint32_t number, std::string name,
+                  Object::Exchange exchange) {
+  table.add(number, {.name = std::move(name),
+                     .type = "STREAM",
+                     .length = variables::max_stream,
+                     .exchange = [exchange = std::move(exchange)](const Context& at, BytesView in) {
+                       return in.size() > variables::max_stream
+                                  ? tl::unexpected(ErrorCode::invalid_size)
+                                  : limit(exchange(at, in));
+                     }});
+}
+
+void add_write(ObjectTable& table, std::uint32_t number, std::string name, Object::Write write) {
+  table.add(number, {.name = std::move(name),
+                     .type = "STREAM",
+                     .length = variables::max_stream,
+                     .write = [write = std::move(write)](const Context& at, BytesView in) {
+                       return in.size() > variables::max_stream
+                                  ? tl::unexpected(ErrorCode::invalid_size)
+                                  : write(at, in);
+                     }});
+}
+
+}  // namespace
+
+Object variable_by_handle() {
+  const auto find = [](const Context& at) { return at.channel->store().find(at.offset, {}); };
+  return {.name = "variable",
+          .type = "STREAM",
+          .length = variables::max_stream,
+          .read = [find](const Context& at) { return value_of(at, *find(at)); },
+          .write = [find](const Context& at, BytesView value) { return find(at)->write(value); }};
+}
+
+void add_generic_variables(ObjectTable& table) {
+  add_exchange(table, offset::count, "number of variables", count_variables);
+  add_exchange(table, offset::description_by_index, "description by index", description_by_index);
+  add_exchange(table, offset::handle_by_name, "handle by name", handle_by_name);
+  add_exchange(table, offset::read_by_handle, "read by handle", read_by_handle);
+  add_exchange(table, offset::read_by_name, "read by name", read_by_name);
+  add_write(table, offset::write_by_handle, "write by handle", write_by_handle);
+  add_write(table, offset::write_by_name, "write by name", write_variable_by_name);
+  add_exchange(table, offset::extended_description, "extended description", extended_description);
+  add_exchange(table, offset::description_by_name, "description by name", description_by_name);
 }
 
 }  // namespace millrace::cnc::simulator::objects

@@ -9,7 +9,7 @@
 
 #include "cnc/nc/characters.hpp"
 #include "cnc/variables/addresses.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 
 namespace millrace::cnc::simulator::objects {
 

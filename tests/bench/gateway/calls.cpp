@@ -1,14 +1,11 @@
-#include "tests/bench/gateway/calls.hpp"
-
 #include <functional>
 #include <map>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "tests/bench/gateway/controllers.hpp"
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
-#include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/process_use.hpp"

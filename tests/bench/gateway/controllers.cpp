@@ -1,5 +1,3 @@
-#include "tests/bench/gateway/controllers.hpp"
-
 #include <fstream>
 #include <regex>
 #include <string>
@@ -8,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/gateway/series.hpp"
 #include "tests/bench/process_use.hpp"

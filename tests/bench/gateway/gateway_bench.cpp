@@ -24,18 +24,11 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "tests/bench/gateway/calls.hpp"
-#include "tests/bench/gateway/controllers.hpp"
-#include "tests/bench/gateway/losses.hpp"
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
-#include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
-#include "tests/bench/gateway/presence.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/gateway/rows.hpp"
-#include "tests/bench/gateway/scale.hpp"
-#include "tests/bench/gateway/scaling.hpp"
-#include "tests/bench/gateway/secure.hpp"
 
 namespace millrace::bench {
 

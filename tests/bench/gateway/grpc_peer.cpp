@@ -2,7 +2,6 @@
 #include "echo.grpc.pb.h"
 #include <grpcpp/grpcpp.h>
 
-#include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
 
 namespace millrace::bench {

@@ -2,7 +2,6 @@
 // this host.
 #include <lcm/lcm.h>
 
-#include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
 
 namespace millrace::bench {

@@ -1,5 +1,3 @@
-#include "tests/bench/gateway/losses.hpp"
-
 #include <atomic>
 #include <csignal>
 #include <limits>
@@ -12,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/support/domain.hpp"

@@ -2,10 +2,13 @@
 // line "ready" and runs until it is killed.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/bench/gateway/series.hpp"
 #include "tests/support/process.hpp"
 
 namespace millrace::bench {
@@ -46,7 +49,7 @@ void serve_polling(const PeerOptions& options);
 void serve_grpc(const PeerOptions& options);
 void serve_lcm(const PeerOptions& options);
 
-/// A gateway with its controllers in memory (kind "gateway"): scale.hpp.
+/// A gateway with its controllers in memory (kind "gateway"): measurements.hpp.
 void serve_gateway(const PeerOptions& options);
 
 /// The arguments that start one, after the name of this program.
@@ -62,5 +65,11 @@ tests::Process launch_peer(const PeerOptions& options);
 void peer_is_ready(const std::string& word = {});
 /// Never returns: a peer is killed.
 void wait_for_ever();
+
+// Round trips of other systems on this host, with messages of `size` bytes both ways. Nothing if
+// they are not built in, or do not work here.
+
+std::optional<Series> measure_grpc(std::size_t calls, std::size_t size);
+std::optional<Series> measure_lcm(std::size_t calls, std::size_t size);
 
 }  // namespace millrace::bench

@@ -1,5 +1,3 @@
-#include "tests/bench/gateway/presence.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "tests/bench/gateway/fleet.hpp"
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/gateway/rows.hpp"

@@ -1,11 +1,10 @@
-#include "tests/bench/gateway/scale.hpp"
-
 #include <algorithm>
 #include <array>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/rows.hpp"
 #include "tests/bench/gateway/scale_plant.hpp"
 

@@ -1,5 +1,3 @@
-#include "tests/bench/gateway/scaling.hpp"
-
 #include <algorithm>
 #include <map>
 #include <stdexcept>
@@ -7,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "tests/bench/gateway/fleet.hpp"
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/gateway/rows.hpp"

@@ -1,5 +1,3 @@
-#include "tests/bench/gateway/secure.hpp"
-
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -13,6 +11,7 @@
 #include "base/openssl/key.hpp"
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/server.hpp"
+#include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/series.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/ads/memory_device.hpp"

@@ -10,7 +10,7 @@
 
 #include <sys/types.h>
 
-#include "tools/recording/histogram.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::bench {
 

@@ -18,7 +18,7 @@
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/endpoints/data_endpoint.hpp"
-#include "tools/recording/histogram.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::bench {
 

@@ -4,7 +4,7 @@
 
 #include "tests/cluster/scenarios/scenario.hpp"
 #include "tools/mcap/file.hpp"
-#include "tools/mcap/repair_file.hpp"
+#include "tools/mcap/repair.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tests::cluster {

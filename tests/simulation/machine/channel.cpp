@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "cnc/variables/text.hpp"
+#include "cnc/variables/value.hpp"
 #include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {

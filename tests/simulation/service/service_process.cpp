@@ -12,9 +12,9 @@ namespace sdk = services::sdk;
 
 namespace {
 
-/// fabric/endpoints/instance_commands.hpp
+/// fabric/endpoints/command_endpoint.hpp
 constexpr Time drain_grace = 100ms;
-/// A quarter of the usual lease: fabric/endpoints/heartbeat_endpoint.hpp
+/// A quarter of the usual lease: fabric/endpoints/liveness_monitor.hpp
 constexpr Time heartbeat_period = 125ms;
 
 }  // namespace

@@ -1,8 +1,8 @@
 // Notifications from controllers of several kinds to a client.
 #include <gmock/gmock.h>
 
-#include "cnc/ads/notification_answer.hpp"
 #include "cnc/ads/server.hpp"
+#include "cnc/ads/subscriptions.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "tests/unit/ads/client_fixture.hpp"
 #include "tests/unit/ads/memory_device.hpp"

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cnc/ads/notification_answer.hpp"
 #include "tests/unit/ads/memory_device.hpp"
 
 namespace millrace::cnc::ads {

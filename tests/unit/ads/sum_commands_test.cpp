@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cnc/ads/answer.hpp"
 #include "cnc/ads/frame.hpp"
 #include "cnc/ads/response.hpp"
+#include "cnc/ads/session.hpp"
 #include "tests/support/hex_vectors.hpp"
 #include "tests/unit/ads/memory_device.hpp"
 

@@ -1,5 +1,3 @@
-#include "base/posix/beneath.hpp"
-
 #include <filesystem>
 #include <fstream>
 
@@ -9,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/posix/files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::base::posix {

@@ -1,11 +1,10 @@
-#include "base/posix/durable_file.hpp"
-
 #include <fstream>
 #include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/posix/files.hpp"
 #include "tests/support/forgetful_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 

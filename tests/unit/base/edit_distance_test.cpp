@@ -1,6 +1,6 @@
-#include "base/text/edit_distance.hpp"
-
 #include <gtest/gtest.h>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::base::text {
 namespace {

@@ -1,10 +1,9 @@
-#include "base/posix/folder_lock.hpp"
-
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/posix/files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::base::posix {

@@ -10,7 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "base/loop/watchdog.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/command_line.hpp"
 #include "tests/support/temporary_folder.hpp"
 

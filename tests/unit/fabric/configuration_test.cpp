@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/dds/trust.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::fabric {

@@ -1,6 +1,6 @@
-#include "fabric/dds/cyclone_log.hpp"
-
 #include <gtest/gtest.h>
+
+#include "fabric/dds/configuration.hpp"
 
 namespace millrace::fabric::dds {
 namespace {

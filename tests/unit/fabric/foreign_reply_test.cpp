@@ -6,9 +6,9 @@
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/reply_keys.hpp"
-#include "fabric/reply_kind.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "idl/millrace.h"

@@ -1,5 +1,3 @@
-#include "fabric/registry/identity_text.hpp"
-
 #include <fstream>
 #include <iterator>
 

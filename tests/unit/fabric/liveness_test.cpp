@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/endpoints/call_endpoint.hpp"
-#include "fabric/endpoints/heartbeat_endpoint.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
 #include "fabric/registry/heartbeats.hpp"
 #include "tests/support/run_until.hpp"

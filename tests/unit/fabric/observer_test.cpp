@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "fabric/endpoints/command_endpoint.hpp"
-#include "fabric/registry/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/unit/fabric/endpoints.hpp"
 

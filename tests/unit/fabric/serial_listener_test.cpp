@@ -1,10 +1,10 @@
-#include "fabric/dds/serial_listener.hpp"
-
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "fabric/dds/listeners.hpp"
 
 namespace millrace::fabric {
 namespace {

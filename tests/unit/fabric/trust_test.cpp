@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "fabric/participant_identity.hpp"
-#include "fabric/trust/governance.hpp"
-#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 
 namespace millrace::fabric::trust {

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cnc/ads/dial.hpp"
 #include "cnc/ads/server.hpp"
+#include "cnc/ads/stream.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"

@@ -9,13 +9,13 @@
 #include <gtest/gtest.h>
 
 #include "base/program/log.hpp"
-#include "cnc/ads/forwarding_device.hpp"
+#include "cnc/ads/device.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/symbols.hpp"
 #include "cnc/simulator/machine.hpp"
 #include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
-#include "cnc/variables/text.hpp"
+#include "cnc/variables/value.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/wait_for.hpp"
 

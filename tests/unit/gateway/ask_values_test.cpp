@@ -1,5 +1,3 @@
-#include "gateway/shell/ask_values.hpp"
-
 #include <optional>
 
 #include <boost/asio/io_context.hpp>
@@ -8,6 +6,7 @@
 
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
+#include "gateway/shell/ads_controller.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/variables/fake_cnc.hpp"
 

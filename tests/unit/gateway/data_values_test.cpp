@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/data/values.hpp"
+#include "gateway/data/group.hpp"
 
 namespace millrace::gateway::data {
 namespace {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/reply_kind.hpp"
+#include "fabric/messages.hpp"
 #include "gateway/response.hpp"
 #include "tests/unit/gateway/channel_fixture.hpp"
 

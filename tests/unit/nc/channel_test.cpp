@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cnc/nc/cycles.hpp"
+#include "cnc/nc/environment.hpp"
 #include "tests/unit/nc/scenario.hpp"
 
 namespace millrace::cnc::nc::test {

@@ -1,6 +1,6 @@
-#include "services/sdk/call_summary.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/sdk/instance.hpp"
 
 namespace millrace::services::sdk {
 namespace {

@@ -1,4 +1,6 @@
 // NC programs and report files of the virtual CNC on its host.
+#include "cnc/simulator/host_files.hpp"
+
 #include <fstream>
 #include <sstream>
 
@@ -6,8 +8,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "cnc/simulator/program_folders.hpp"
-#include "cnc/simulator/report_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::cnc::simulator {

@@ -1,6 +1,4 @@
 // The file with the routes of a virtual CNC.
-#include "cnc/simulator/route_file.hpp"
-
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -11,6 +9,7 @@
 #include <spdlog/sinks/null_sink.h>
 #include <spdlog/spdlog.h>
 
+#include "cnc/simulator/host_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::cnc::simulator {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cnc/simulator/variable_name.hpp"
+#include "cnc/simulator/variable.hpp"
 
 namespace millrace::cnc::simulator {
 namespace {

@@ -1,7 +1,6 @@
-#include "cnc/variables/survey.hpp"
-
 #include <gmock/gmock.h>
 
+#include "cnc/variables/probe.hpp"
 #include "cnc/variables/service_variable.hpp"
 #include "tests/unit/variables/controller_fixture.hpp"
 

@@ -1,7 +1,7 @@
-#include "cnc/variables/text.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::variables {
 namespace {

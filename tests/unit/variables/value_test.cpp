@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 
 namespace millrace::cnc::variables {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "tools/bus/fabric_model.hpp"
 #include "tools/recording/call.hpp"
-#include "tools/recording/rates.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::tools::commands::calls {
 
@@ -36,6 +36,30 @@ class Board {
   std::map<fabric::ChannelKey, Channel> channels_;
   /// The newest last.
   std::deque<std::string> lines_;
+};
+
+// A terminal that is redrawn repeatedly.
+
+/// True if standard output is a terminal.
+bool output_is_terminal();
+
+/// Uses the terminal's alternate screen without a cursor while it lives, and restores the first
+/// one.
+class Screen {
+ public:
+  Screen();
+  ~Screen();
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+
+  struct Size {
+    std::size_t rows;
+    std::size_t columns;
+  };
+  /// As it is now: the user may change it.
+  [[nodiscard]] static Size size();
+
+  static void draw(const std::string& text);
 };
 
 }  // namespace millrace::tools::commands::calls

@@ -3,15 +3,14 @@
 
 #include <fmt/format.h>
 
-#include "base/program/number_range.hpp"
+#include "base/program/command_line.hpp"
 #include "fabric/observer/observer.hpp"
-#include "tools/bus/listening_time.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
-#include "tools/commands/data/listen.hpp"
-#include "tools/print/call_text.hpp"
+#include "tools/commands/data/data.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/timeline_json.hpp"
 #include "tools/recording/timeline.hpp"
 
 namespace millrace::tools::commands::calls {

@@ -7,7 +7,7 @@
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/subcommand.hpp"
-#include "tools/recording/filter.hpp"
+#include "tools/recording/entry.hpp"
 
 namespace millrace::tools::commands::calls {
 

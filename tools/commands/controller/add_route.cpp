@@ -12,14 +12,12 @@
 
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
-#include "base/posix/durable_file.hpp"
+#include "base/posix/files.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "cnc/ads/secure_handshake.hpp"
+#include "tools/commands/arguments.hpp"
 #include "tools/commands/controller/controller.hpp"
-#include "tools/commands/controller/datagrams.hpp"
-#include "tools/commands/controller/secure_access.hpp"
-#include "tools/commands/hidden_input.hpp"
 
 namespace millrace::tools::commands::controller {
 

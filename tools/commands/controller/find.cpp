@@ -16,10 +16,9 @@
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
-#include "cnc/ads/dial.hpp"
 #include "cnc/ads/security.hpp"
+#include "cnc/ads/stream.hpp"
 #include "tools/commands/controller/controller.hpp"
-#include "tools/commands/controller/datagrams.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 

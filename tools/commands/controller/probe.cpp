@@ -16,12 +16,10 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
-#include "cnc/ads/dial.hpp"
+#include "cnc/ads/stream.hpp"
 #include "gateway/settings/client_options.hpp"
 #include "tools/commands/controller/controller.hpp"
-#include "tools/commands/controller/datagrams.hpp"
-#include "tools/commands/controller/secure_access.hpp"
-#include "tools/commands/one_connection.hpp"
+#include "tools/commands/subcommand.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 

@@ -7,7 +7,6 @@
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/commands/data/data.hpp"
-#include "tools/commands/data/listen.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"

@@ -1,4 +1,4 @@
-// Subcommands that show a fabric once: `services`, `channels`, `machines`. One source file each.
+// Subcommands that show a fabric once: `services`, `channels`, `machines`.
 #pragma once
 
 #include <chrono>

@@ -11,7 +11,7 @@
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/look/service_rows.hpp"
 #include "tools/commands/operate/operate.hpp"
-#include "tools/print/alarm_text.hpp"
+#include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/units.hpp"
 

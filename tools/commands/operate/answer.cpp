@@ -1,5 +1,5 @@
 // millrace answer: answers a pending call instead of the service.
-#include "base/program/number_range.hpp"
+#include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "tools/commands/operate/operate.hpp"
 
@@ -43,6 +43,29 @@ void add_answer(CLI::App& app, Chosen& chosen) {
       ->check(base::program::positive_number())
       ->required();
   command.callback([options, &chosen] { chosen.run = [options] { return answer(*options); }; });
+}
+
+// millrace retry: dispatches a pending call again.
+
+namespace {
+
+struct RetryOptions : OperateOptions {
+  using OperateOptions::OperateOptions;
+  fabric::ChannelKey key;
+};
+
+}  // namespace
+
+void add_retry(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(app, "retry", "Dispatch the pending call of a channel again",
+                                     "millrace retry cnc/1");
+  auto options = std::make_shared<RetryOptions>(command);
+  add_channel_key(command, options->key);
+  command.callback([options, &chosen] {
+    chosen.run = [options] {
+      return tell_gateway(*options, options->key, new_command(fabric::CommandKind::retry));
+    };
+  });
 }
 
 }  // namespace millrace::tools::commands::operate

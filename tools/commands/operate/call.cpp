@@ -8,13 +8,12 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "base/program/number_range.hpp"
+#include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
-#include "tools/caller/channel.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/names.hpp"
 #include "tools/commands/operate/operate.hpp"

@@ -1,5 +1,4 @@
 // Subcommands with which an operator acts: `call`, `drain`, `answer`, `retry`.
-// One source file each.
 #pragma once
 
 #include <chrono>

@@ -1,16 +1,16 @@
 // millrace recording calls: the calls of a recording, or one of them over every hop.
+#include "tools/commands/calls/call_list.hpp"
+
 #include <limits>
 
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
-#include "tools/commands/calls/call_list.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/recordings/recordings.hpp"
-#include "tools/print/call_text.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/timeline_json.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::recordings {

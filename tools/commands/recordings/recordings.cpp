@@ -4,7 +4,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
-#include "tools/recording/lcm_log.hpp"
+#include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::recordings {
 

@@ -5,7 +5,7 @@
 
 #include "tools/commands/subcommand.hpp"
 #include "tools/mcap/file.hpp"
-#include "tools/mcap/problem.hpp"
+#include "tools/mcap/records.hpp"
 
 namespace millrace::tools::commands::recordings {
 

@@ -1,6 +1,4 @@
 // millrace recording repair: a whole file out of one that was cut or damaged.
-#include "tools/recorder/repair.hpp"
-
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
@@ -8,8 +6,9 @@
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/commands/recordings/recordings.hpp"
-#include "tools/commands/version.hpp"
+#include "tools/commands/subcommand.hpp"
 #include "tools/print/json.hpp"
+#include "tools/recorder/recording_file.hpp"
 
 namespace millrace::tools::commands::recordings {
 

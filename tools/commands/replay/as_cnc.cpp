@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "tools/caller/caller.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/replay/run.hpp"

@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "base/posix/host.hpp"
+#include "base/posix/system.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/replay/replay.hpp"
-#include "tools/commands/version.hpp"
+#include "tools/commands/subcommand.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::replay {

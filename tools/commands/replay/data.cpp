@@ -13,13 +13,12 @@
 #include "fabric/dds/participant.hpp"
 #include "fabric/endpoints/data_endpoint.hpp"
 #include "tools/commands/recordings/recordings.hpp"
-#include "tools/commands/replay/channels.hpp"
-#include "tools/commands/replay/progress.hpp"
 #include "tools/commands/replay/replay.hpp"
+#include "tools/commands/replay/report.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/units.hpp"
-#include "tools/recording/histogram.hpp"
 #include "tools/recording/reader.hpp"
+#include "tools/recording/statistics.hpp"
 #include "tools/replay/data_plan.hpp"
 
 namespace millrace::tools::commands::replay {

@@ -2,13 +2,41 @@
 #pragma once
 
 #include <array>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 
-#include "tools/commands/replay/progress.hpp"
-#include "tools/recording/histogram.hpp"
-#include "tools/replay/outcome.hpp"
+#include "tools/recording/statistics.hpp"
+#include "tools/replay/comparison.hpp"
 
 namespace millrace::tools::commands::replay {
+
+// A progress line on the terminal.
+
+/// Shows nothing if standard error is not a terminal.
+class Progress {
+ public:
+  /// `total` 0 = unknown; `what` is the plural noun of the counted things.
+  explicit Progress(std::size_t total, const char* what = "calls");
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Draws it, at most five times a second and not within the first second.
+  void show(std::size_t done);
+  /// Makes room for other output.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::size_t total_;
+  const char* what_;
+  bool terminal_;
+  bool drawn_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point next_ = start_ + std::chrono::seconds(1);
+};
 
 struct ReportOptions {
   tools::replay::Side side = tools::replay::Side::service;

@@ -6,17 +6,37 @@
 #include <string>
 #include <vector>
 
+#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "tools/commands/replay/options.hpp"
-#include "tools/commands/replay/progress.hpp"
+#include "tools/commands/replay/replay.hpp"
 #include "tools/commands/replay/report.hpp"
-#include "tools/commands/replay/stepper.hpp"
+#include "tools/replay/plan.hpp"
+#include "tools/replay/player.hpp"
 #include "tools/replay/to_services.hpp"
 
 namespace millrace::tools::commands::replay {
+
+// --step: prints the next call, and issues it when Enter is pressed.
+
+class Stepper {
+ public:
+  /// Throws UsageError if standard input is neither a terminal nor a pipe. `plan` outlives it.
+  Stepper(const boost::asio::any_io_executor& executor, const tools::replay::Plan& plan);
+
+  /// Asks for the player's next call, if there is one and it was not asked for yet. Calls `stop` at
+  /// the end of the input, or for "q".
+  void ask(tools::replay::Player& player, const std::function<void()>& stop);
+
+ private:
+  const tools::replay::Plan& plan_;
+  boost::asio::posix::stream_descriptor input_;
+  std::string line_;
+  bool asking_ = false;
+};
 
 class ReplayRun : public tools::replay::ReplayListener {
  public:

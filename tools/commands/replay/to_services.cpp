@@ -3,7 +3,6 @@
 
 #include "base/program/command_line.hpp"
 #include "fabric/dds/participant.hpp"
-#include "tools/commands/replay/channels.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/replay/run.hpp"
 

@@ -1,5 +1,3 @@
-#include "tools/commands/status/problems.hpp"
-
 #include <algorithm>
 #include <map>
 #include <set>
@@ -7,7 +5,8 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "tools/print/alarm_text.hpp"
+#include "tools/commands/status/status.hpp"
+#include "tools/print/data.hpp"
 
 namespace millrace::tools::commands::status {
 

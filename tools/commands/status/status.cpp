@@ -9,16 +9,15 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "base/posix/host.hpp"
-#include "base/text/number.hpp"
+#include "base/posix/system.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
-#include "tools/commands/status/problems.hpp"
-#include "tools/print/alarm_text.hpp"
+#include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/units.hpp"
 

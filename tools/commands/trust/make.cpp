@@ -1,6 +1,4 @@
 // init, issue, renew, renew-authorities, revoke: the commands that write a PKI folder.
-#include "tools/commands/trust/make.hpp"
-
 #include <fstream>
 
 #include <fmt/chrono.h>
@@ -8,7 +6,7 @@
 
 #include "base/program/command_line.hpp"
 #include "fabric/dds/participant.hpp"
-#include "tools/commands/trust/pki_options.hpp"
+#include "tools/commands/trust/trust.hpp"
 
 namespace millrace::tools::commands::trust {
 

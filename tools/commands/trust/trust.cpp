@@ -12,12 +12,10 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "base/posix/durable_file.hpp"
+#include "base/posix/files.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
-#include "fabric/trust/grants.hpp"
-#include "tools/commands/trust/make.hpp"
-#include "tools/commands/trust/pki_options.hpp"
+#include "fabric/trust/permissions.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 

@@ -14,7 +14,7 @@
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/value.hpp"
 #include "gateway/settings/client_options.hpp"
-#include "tools/commands/one_connection.hpp"
+#include "tools/commands/subcommand.hpp"
 #include "tools/commands/vars/vars.hpp"
 
 namespace millrace::tools::commands::vars {

@@ -4,8 +4,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
-#include "cnc/variables/family.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"

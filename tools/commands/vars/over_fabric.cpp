@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "tools/bus/variables.hpp"
+#include "tools/bus/operator.hpp"
 #include "tools/commands/vars/vars.hpp"
 
 namespace millrace::tools::commands::vars {

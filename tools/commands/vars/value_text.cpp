@@ -5,8 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "cnc/variables/family.hpp"
-#include "cnc/variables/type.hpp"
+#include "cnc/variables/names.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
 

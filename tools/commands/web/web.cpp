@@ -2,20 +2,36 @@
 
 #include <set>
 #include <sstream>
+#include <string>
 
 #include <boost/asio/ip/address.hpp>
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "tools/commands/doctor/joining.hpp"
-#include "tools/commands/web/hash_password.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/doctor/doctor.hpp"
+#include "tools/web/actions/users.hpp"
 #include "tools/web/live/web.hpp"
 
 namespace millrace::tools::commands::web {
 
 namespace {
+
+// `millrace web --hash-password`.
+
+/// Reads a line from standard input, without echo on a terminal, and prints its hash; returns the
+/// exit code.
+int print_hash() {
+  const std::string password = read_hidden("Password");
+  if (password.empty()) {
+    throw base::program::UsageError("--hash-password: expected a password on standard input");
+  }
+  fmt::print("{}\n", tools::web::actions::hash_of(password));
+  return base::program::exit_done;
+}
 
 namespace program = base::program;
 using tools::web::live::Web;

@@ -1,10 +1,35 @@
 // Each checks a part of the findings and reports the result. Pure.
 #pragma once
 
-#include "tools/doctor/checks/report.hpp"
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/doctor/announcement.hpp"
+#include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/findings.hpp"
 
 namespace millrace::tools::doctor::checks {
+
+// The diagnoses of the doctor, in the order in which they are found.
+
+class Report {
+ public:
+  void problem(std::string what, std::string advice) {
+    said_.push_back({Severity::problem, std::move(what), std::move(advice)});
+  }
+  void warning(std::string what, std::string advice) {
+    said_.push_back({Severity::warning, std::move(what), std::move(advice)});
+  }
+  void fine(std::string what) { said_.push_back({Severity::fine, std::move(what), {}}); }
+
+  [[nodiscard]] std::size_t size() const { return said_.size(); }
+  [[nodiscard]] std::vector<Diagnosis> take() && { return std::move(said_); }
+
+ private:
+  std::vector<Diagnosis> said_;
+};
 
 /// Does the interface exist, is it up, and does it support what the fabric needs?
 void at_the_interface(const Findings& found, Report& report);
@@ -26,5 +51,26 @@ void at_alarms(const Findings& found, Report& report);
 void at_versions(const Findings& found, Report& report);
 /// Do the clocks of the hosts agree?
 void at_clocks(const Findings& found, Report& report);
+
+// Texts for findings.
+
+/// "a, b, c", fit for a terminal.
+std::string list_of(const std::set<std::string>& names);
+/// "name on host, pid 17", as far as it is known.
+std::string program_text(const Announcement& who);
+
+// The interface by which this process joins the fabric.
+
+/// nullptr if this host has none of that name or address.
+const Interface* own_interface(const Findings& found);
+/// Only processes of this host are visible then.
+bool on_loopback(const Findings& found);
+
+// Processes that should be on the fabric and are not: where are they?
+
+/// Multicast arrives, but packets to one host alone do not.
+void for_half_deaf(const Findings& found, Report& report);
+/// This fabric has no other process; the domain has the fabrics `others`.
+void for_the_others(const Findings& found, const std::set<std::string>& others, Report& report);
 
 }  // namespace millrace::tools::doctor::checks

@@ -1,12 +1,9 @@
-#include "tools/doctor/checks/interface.hpp"
-
 #include <algorithm>
 
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
 #include "tools/doctor/checks/checks.hpp"
-#include "tools/doctor/checks/words.hpp"
 
 namespace millrace::tools::doctor::checks {
 

@@ -7,9 +7,8 @@
 #include <fmt/ranges.h>
 
 #include "base/text/quoted.hpp"
-#include "fabric/certificate_expiry.hpp"
+#include "fabric/participant_identity.hpp"
 #include "tools/doctor/checks/checks.hpp"
-#include "tools/doctor/checks/words.hpp"
 
 namespace millrace::tools::doctor::checks {
 
@@ -76,12 +75,13 @@ void at_trust(const Findings& found, Report& report) {
   }
   for (const Program& program : found.programs) {
     if (!program.announces_identity && program.fabrics.contains(found.joining.fabric)) {
-      report.problem(fmt::format("{} has a certificate of this PKI and announces no identity: its "
-                                 "samples are ignored, and its instances get no calls",
-                                 text_of(program)),
-                     "it runs an earlier version of millrace: renew its credentials with `millrace "
-                     "trust renew`, and start it with this version; docs/reference/wire.md says how another "
-                     "vendor's DDS announces an identity");
+      report.problem(
+          fmt::format("{} has a certificate of this PKI and announces no identity: its "
+                      "samples are ignored, and its instances get no calls",
+                      text_of(program)),
+          "it runs an earlier version of millrace: renew its credentials with `millrace "
+          "trust renew`, and start it with this version; docs/reference/wire.md says how another "
+          "vendor's DDS announces an identity");
     }
   }
   for (const std::string& doubt : found.doubts) {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
-#include "fabric/call_id_text.hpp"
+#include "fabric/messages.hpp"
 #include "tools/web/actions/user_actions.hpp"
 
 namespace millrace::tools::web::actions {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/text/trim.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::tools::web::actions {
 

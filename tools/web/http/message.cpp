@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 
+#include "base/text/ascii.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::http {
@@ -15,6 +16,81 @@ Response json_response(const boost::json::value& value, unsigned status) {
 
 Response error_response(unsigned status, std::string_view what) {
   return json_response(boost::json::object{{"error", print::utf8(what)}}, status);
+}
+
+namespace {
+
+/// "%C3%A4" → "ä"; nothing for a '%' without two hexadecimal digits.
+std::optional<std::string> decoded(std::string_view text, bool plus_is_blank) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '+' && plus_is_blank) {
+      out += ' ';
+    } else if (text[i] != '%') {
+      out += text[i];
+    } else {
+      const auto byte = i + 2 < text.size()
+                            ? base::text::parse_number<std::uint8_t>(text.substr(i + 1, 2), 16)
+                            : std::nullopt;
+      if (!byte) {
+        return std::nullopt;
+      }
+      out += static_cast<char>(*byte);
+      i += 2;
+    }
+  }
+  return out;
+}
+
+bool is_name(const std::string& text) {
+  return !text.empty() && text != "." && text != ".." && text.find('/') == std::string::npos &&
+         text.find('\0') == std::string::npos;
+}
+
+/// Takes the part up to `end` off `text`, together with `end`.
+std::string_view cut(std::string_view& text, char end) {
+  const std::size_t place = text.find(end);
+  const std::string_view part = text.substr(0, place);
+  text = place == std::string_view::npos ? std::string_view{} : text.substr(place + 1);
+  return part;
+}
+
+}  // namespace
+
+std::string Target::value(const std::string& name) const {
+  const auto found = query.find(name);
+  return found == query.end() ? std::string() : found->second.back();
+}
+
+std::vector<std::string> Target::values(const std::string& name) const {
+  const auto found = query.find(name);
+  return found == query.end() ? std::vector<std::string>() : found->second;
+}
+
+std::optional<Target> parse_target(std::string_view text) {
+  if (!text.starts_with('/')) {
+    return std::nullopt;
+  }
+  std::string_view query = text;
+  std::string_view path = cut(query, '?').substr(1);
+  Target target;
+  while (!path.empty()) {
+    auto part = decoded(cut(path, '/'), false);
+    if (!part || !is_name(*part)) {
+      return std::nullopt;
+    }
+    target.path.push_back(std::move(*part));
+  }
+  while (!query.empty()) {
+    std::string_view value = cut(query, '&');
+    auto name = decoded(cut(value, '='), true);
+    auto meaning = decoded(value, true);
+    if (!name || !meaning) {
+      return std::nullopt;
+    }
+    target.query[std::move(*name)].push_back(std::move(*meaning));
+  }
+  return target;
 }
 
 }  // namespace millrace::tools::web::http

@@ -9,13 +9,10 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include "base/posix/beneath.hpp"
-#include "tools/print/call_text.hpp"
+#include "base/posix/files.hpp"
 #include "tools/print/entry_text.hpp"
-#include "tools/print/hop_report.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/survey_json.hpp"
-#include "tools/print/timeline_json.hpp"
+#include "tools/print/recording_report.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::web::http {

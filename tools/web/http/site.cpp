@@ -8,10 +8,10 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 
-#include "base/text/number.hpp"
-#include "fabric/call_id_text.hpp"
+#include "base/text/ascii.hpp"
+#include "fabric/messages.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/timeline_json.hpp"
 
 namespace millrace::tools::web::http {
 

@@ -17,7 +17,6 @@
 #include "tools/web/http/message.hpp"
 #include "tools/web/http/pages.hpp"
 #include "tools/web/http/recordings.hpp"
-#include "tools/web/http/target.hpp"
 #include "tools/web/plant/plant_model.hpp"
 
 namespace millrace::tools::web::http {

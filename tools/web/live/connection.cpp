@@ -14,9 +14,8 @@
 #include <boost/beast/http/string_body.hpp>
 #include <unistd.h>
 
-#include "base/loop/quietly.hpp"
-#include "tools/web/live/head.hpp"
-#include "tools/web/live/request_of.hpp"
+#include "base/loop/loop.hpp"
+#include "tools/web/live/messages.hpp"
 
 namespace millrace::tools::web::live {
 

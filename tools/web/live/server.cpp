@@ -12,7 +12,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/accept.hpp"
+#include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "tools/web/live/connection.hpp"
 

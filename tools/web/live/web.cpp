@@ -2,25 +2,102 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/json/object.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
 
-#include "base/loop/watchdog.hpp"
-#include "base/posix/host.hpp"
+#include "base/loop/loop.hpp"
+#include "base/posix/system.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/doctor/diagnose.hpp"
+#include "tools/doctor/examine.hpp"
 #include "tools/print/json.hpp"
 #include "tools/web/actions/user_actions.hpp"
-#include "tools/web/live/examiner.hpp"
-#include "tools/web/live/process.hpp"
 #include "tools/web/metrics/metrics.hpp"
 
 namespace millrace::tools::web::live {
 
 namespace {
+
+// Resource use of this process.
+
+/// Each is nothing where the system does not report it.
+struct ProcessUse {
+  std::optional<double> cpu_seconds{};
+  std::optional<double> resident_bytes{};
+  std::optional<double> open_files{};
+};
+
+double seconds_of(const timeval& time) {
+  constexpr double per_second = 1e6;
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / per_second;
+}
+
+ProcessUse process_use() {
+  ProcessUse use;
+  rusage usage{};
+  if (::getrusage(RUSAGE_SELF, &usage) == 0) {
+    use.cpu_seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+  }
+  // proc(5): total size in pages, then resident size.
+  std::ifstream statm("/proc/self/statm");
+  double all = 0;
+  double resident = 0;
+  if (statm >> all >> resident) {
+    use.resident_bytes = resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+  }
+  std::error_code error;
+  const std::filesystem::directory_iterator files("/proc/self/fd", error);
+  if (!error) {
+    use.open_files = static_cast<double>(std::distance(begin(files), end(files)));
+  }
+  return use;
+}
+
+// The present findings of `millrace doctor`. An examination joins the fabric for some seconds;
+// readers who ask in that time share it.
+
+/// Not thread-safe.
+class Examiner {
+ public:
+  /// A report is used again for so long.
+  static constexpr std::chrono::seconds fresh{10};
+
+  explicit Examiner(doctor::Examination examination) : examination_(std::move(examination)) {}
+
+  /// As `doctor --json`, with the time of the examination; blocks for its length. `lost`: machines
+  /// whose gateways the server knows to be gone.
+  boost::json::object report(std::vector<bus::LostMachine> lost);
+
+ private:
+  doctor::Examination examination_;
+  std::optional<std::chrono::steady_clock::time_point> examined_;
+  boost::json::object last_;
+};
+
+boost::json::object Examiner::report(std::vector<bus::LostMachine> lost) {
+  if (!examined_ || std::chrono::steady_clock::now() - *examined_ > fresh) {
+    examination_.lost = std::move(lost);
+    const doctor::Findings found = doctor::examine(examination_);
+    last_ = doctor::json_of(found, doctor::diagnose(found));
+    print::put_time(last_, "time", std::chrono::system_clock::now());
+    examined_ = std::chrono::steady_clock::now();
+  }
+  return last_;
+}
 
 /// How often browsers get changes.
 constexpr auto tick = std::chrono::milliseconds(250);

@@ -2,7 +2,6 @@
 
 #include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
-#include "tools/web/metrics/plant_figures.hpp"
 
 namespace millrace::tools::web::metrics {
 

@@ -1,13 +1,12 @@
-#include "tools/web/metrics/plant_figures.hpp"
-
 #include <array>
 #include <map>
 #include <set>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/queue_group.hpp"
+#include "fabric/data.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/json.hpp"
+#include "tools/web/metrics/metrics.hpp"
 
 namespace millrace::tools::web::metrics {
 

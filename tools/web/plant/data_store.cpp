@@ -6,10 +6,10 @@
 #include <string_view>
 #include <type_traits>
 
-#include "base/text/number.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/alarm.hpp"
 #include "fabric/channel_scope.hpp"
-#include "fabric/queue_group.hpp"
+#include "fabric/data.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 

@@ -1,7 +1,7 @@
 // The JSON objects of PlantModel.
 #include "fabric/channel_scope.hpp"
-#include "tools/print/alarm_text.hpp"
-#include "tools/print/call_text.hpp"
+#include "tools/print/data.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/web/plant/plant_model.hpp"
 

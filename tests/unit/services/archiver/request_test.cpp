@@ -1,7 +1,7 @@
-#include "services/archiver/request.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/archiver/answering.hpp"
 
 namespace millrace::services::archiver {
 namespace {

@@ -1,6 +1,6 @@
-#include "services/archiver/retention.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/archiver/archive.hpp"
 
 namespace millrace::services::archiver {
 namespace {

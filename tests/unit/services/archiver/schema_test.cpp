@@ -1,5 +1,3 @@
-#include "services/archiver/schema.hpp"
-
 #include <fstream>
 #include <sstream>
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/temporary_folder.hpp"
 

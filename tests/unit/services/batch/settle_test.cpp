@@ -1,6 +1,6 @@
-#include "services/batch/settle.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/batch/catalog.hpp"
 
 namespace millrace::services::batch {
 namespace {

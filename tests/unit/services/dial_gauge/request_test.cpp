@@ -1,7 +1,7 @@
-#include "services/dial_gauge/request.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/dial_gauge/answering.hpp"
 
 namespace millrace::services::dial_gauge {
 namespace {

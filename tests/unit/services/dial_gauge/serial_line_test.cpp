@@ -10,7 +10,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "tests/support/hex_vectors.hpp"
 #include "tests/support/run_until.hpp"

@@ -1,10 +1,9 @@
-#include "services/dial_gauge/zeros.hpp"
-
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/dial_gauge/config.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::dial_gauge {

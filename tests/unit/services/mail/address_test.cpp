@@ -1,7 +1,7 @@
-#include "services/mail/address.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/mail/message.hpp"
 
 namespace millrace::services::mail {
 namespace {

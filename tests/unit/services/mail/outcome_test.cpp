@@ -1,6 +1,6 @@
-#include "services/mail/outcome.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/mail/mail.hpp"
 
 namespace millrace::services::mail {
 namespace {

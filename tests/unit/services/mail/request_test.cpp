@@ -1,7 +1,7 @@
-#include "services/mail/request.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/mail/compose.hpp"
 
 namespace millrace::services::mail {
 namespace {

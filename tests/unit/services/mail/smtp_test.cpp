@@ -12,7 +12,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "base/posix/fd.hpp"
+#include "base/posix/system.hpp"
 #include "tests/support/await.hpp"
 
 namespace millrace::services::mail {

@@ -1,7 +1,7 @@
-#include "services/text/words.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/text/fields.hpp"
 
 namespace millrace::services::text {
 namespace {

@@ -1,7 +1,7 @@
 // How long a command listens to a fabric.
-#include "tools/bus/listening_time.hpp"
-
 #include <gtest/gtest.h>
+
+#include "tools/bus/snapshot.hpp"
 
 namespace millrace::tools::bus {
 namespace {

@@ -13,7 +13,6 @@
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
 #include "tools/bus/fabric_model.hpp"
-#include "tools/caller/channel.hpp"
 
 namespace millrace::tools::caller {
 namespace {

@@ -1,7 +1,7 @@
-#include "tools/commands/word_order.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tools/commands/subcommand.hpp"
 
 namespace millrace::tools::commands {
 namespace {

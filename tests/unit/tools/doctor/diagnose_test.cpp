@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/doctor/report_json.hpp"
-
 namespace millrace::tools::doctor {
 namespace {
 

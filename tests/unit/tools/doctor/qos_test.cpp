@@ -1,9 +1,8 @@
-#include "tools/doctor/qos.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fabric/dds/entity.hpp"
+#include "tools/doctor/directory.hpp"
 
 namespace millrace::tools::doctor {
 namespace {

@@ -1,8 +1,8 @@
-#include "tools/lint/report.hpp"
-
 #include <boost/json/serialize.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tools/lint/finding.hpp"
 
 namespace millrace::tools::lint {
 namespace {

@@ -1,9 +1,9 @@
 // Each record is encoded and decoded; truncation is reported.
+#include "tools/mcap/codec.hpp"
+
 #include <gtest/gtest.h>
 
 #include "tools/mcap/cursor.hpp"
-#include "tools/mcap/decode.hpp"
-#include "tools/mcap/encode.hpp"
 
 namespace millrace::tools::mcap {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/mcap/sample_file.hpp"
+#include "tools/mcap/codec.hpp"
 #include "tools/mcap/compression.hpp"
-#include "tools/mcap/encode.hpp"
 #include "tools/mcap/summary.hpp"
 
 namespace millrace::tools::mcap {

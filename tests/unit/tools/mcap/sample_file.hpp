@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "tools/mcap/compression.hpp"
-#include "tools/mcap/problem.hpp"
 #include "tools/mcap/records.hpp"
 #include "tools/mcap/sink.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/mcap/sample_file.hpp"
-#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/records.hpp"
 #include "tools/mcap/summary.hpp"
 
 namespace millrace::tools::mcap {

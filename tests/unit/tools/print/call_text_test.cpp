@@ -1,9 +1,8 @@
-#include "tools/print/call_text.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::print {

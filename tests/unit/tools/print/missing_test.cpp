@@ -1,6 +1,6 @@
-#include "tools/print/missing.hpp"
-
 #include <gtest/gtest.h>
+
+#include "tools/print/recording_report.hpp"
 
 namespace millrace::tools::print {
 namespace {

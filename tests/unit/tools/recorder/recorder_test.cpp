@@ -10,9 +10,9 @@
 #include "tests/support/forgetful_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/mcap/repair_file.hpp"
+#include "tools/mcap/repair.hpp"
 #include "tools/mcap/summary.hpp"
-#include "tools/recorder/repair.hpp"
+#include "tools/recorder/recording_file.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::recorder {

@@ -1,8 +1,7 @@
-#include "tools/recorder/ring.hpp"
-
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/recorder/recorder.hpp"
 
 namespace millrace::tools::recorder {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 #include "tools/mcap/file.hpp"
-#include "tools/mcap/repair_file.hpp"
+#include "tools/mcap/repair.hpp"
 
 namespace millrace::tools::recorder {
 namespace {

@@ -10,7 +10,6 @@
 #include "fabric/words.hpp"
 #include "idl/recording.pb.h"
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/recording/channels.hpp"
 
 namespace millrace::tools::recording {
 namespace {

@@ -1,9 +1,9 @@
-#include "tools/recording/histogram.hpp"
-
 #include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::tools::recording {
 namespace {

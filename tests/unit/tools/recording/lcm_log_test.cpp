@@ -1,9 +1,8 @@
-#include "tools/recording/lcm_log.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fabric/lcm/mirror.hpp"
+#include "tools/recording/reader.hpp"
 
 namespace millrace::tools::recording {
 namespace {

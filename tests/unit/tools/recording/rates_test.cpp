@@ -1,8 +1,7 @@
-#include "tools/recording/rates.hpp"
-
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/recording/statistics.hpp"
 
 namespace millrace::tools::recording {
 namespace {

@@ -4,8 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/replay/sample_plan.hpp"
-#include "tools/replay/channel_map.hpp"
-#include "tools/replay/outcome.hpp"
+#include "tools/replay/plan.hpp"
 
 namespace millrace::tools::replay {
 namespace {

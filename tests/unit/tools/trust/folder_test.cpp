@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 
 #include "base/openssl/signed_text.hpp"
-#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/unit/tools/trust/pki_folder_fixture.hpp"
 

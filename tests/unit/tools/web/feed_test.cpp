@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/web/live/head.hpp"
+#include "tools/web/live/messages.hpp"
 
 namespace millrace::tools::web::live {
 namespace {

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/web/metrics/plant_figures.hpp"
 
 namespace millrace::tools::web::metrics {
 namespace {

@@ -1,7 +1,7 @@
-#include "tools/web/http/target.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tools/web/http/message.hpp"
 
 namespace millrace::tools::web::http {
 namespace {
