@@ -56,7 +56,7 @@ async function logIn(page, password) {
 const cardButton = (page, channel, button) => page.waitForFunction((name, selector) => [...document.querySelectorAll('.concern[data-kind="held"]')]
   .find((each) => each.querySelector('.concern-name').textContent === name)?.querySelector(selector), {}, channel, button);
 
-test('a held call stands first, with what to do and who', async () => {
+test('a blocked call comes first, with what to do', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await awaitText(page, '.concern[data-kind="held"] .concern-name', /^cnc\/1$/);
   await awaitText(page, '.headline h1', /1 channel needs attention/);
@@ -68,7 +68,7 @@ test('a held call stands first, with what to do and who', async () => {
   await page.close();
 });
 
-test('on a wall nobody acts', async () => {
+test('a wall has no actions', async () => {
   const page = await browser.open(web.url, { query: '?wall', dark: true, width: 1920, height: 1080 });
   await awaitText(page, '.concern-name', /^cnc\/1$/);
   assert.equal((await page.$$('[data-action], .account button')).length, 0);
@@ -78,7 +78,7 @@ test('on a wall nobody acts', async () => {
   await page.close();
 });
 
-test('a wrong password does nothing and says so', async () => {
+test('a wrong password is reported and has no effect', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForSelector('.account button');
   await page.click('.account button');
@@ -105,7 +105,7 @@ for (const language of ['en', 'de']) {
   });
 }
 
-test('a cause that somebody takes is his on every page, with who, when and a note', async () => {
+test('an acknowledged cause is shown on every page with user, time and note', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await (await cardButton(page, 'cnc/1', '[data-action="acknowledge"]')).click();
   await logIn(page, 'a good password');
@@ -128,7 +128,7 @@ test('a cause that somebody takes is his on every page, with who, when and a not
   await other.close();
 });
 
-test('a held call that is given out again through the page is run again', async () => {
+test('a blocked call that is retried through the page is run again', async () => {
   const lost = await plant.slowService();
   const page = await browser.open(web.url, { view: '#/plant' });
   await plant.request(2, slowUuid, 'once more');
@@ -192,7 +192,7 @@ test('a question about a call that is over sends nothing', async () => {
   await page.close();
 });
 
-test('a held call that is answered through the page ends the program', async () => {
+test('a blocked call that is answered through the page ends the program', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForSelector('.concern[data-kind="held"] [data-action="answer"]');
   await page.click('[data-action="answer"]');

@@ -54,7 +54,7 @@ const row = (name) => `tr[data-variable="1/${name}"]`;
 const line = (name) => `.line[data-variable="1/${name}"]`;
 const tick = (page, name) => page.click(`${row(name)} input`);
 
-test('the view is there when somebody tells of data, and shows lines, values and their quality', async () => {
+test('the view is there when a gateway publishes data, and shows lines, values and their quality', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForFunction(() => !document.querySelector('[data-tab="data"]').hidden);
   await page.click('[data-tab="data"]');
@@ -70,7 +70,7 @@ test('the view is there when somebody tells of data, and shows lines, values and
   await page.close();
 });
 
-test('what is chosen stands in the address, and a new page has the last minutes at once', async () => {
+test('the selection is in the address, and a new page has the last minutes at once', async () => {
   const page = await browser.open(web.url, { view: '#/data' });
   await page.waitForSelector(row('slow/V.E.LABEL'));
   await tick(page, 'slow/V.E.LABEL');
@@ -155,7 +155,7 @@ test('the keyboard chooses a variable, and its place stays', async () => {
   await page.close();
 });
 
-test('German readers read German', async () => {
+test('the page is in German for a German browser', async () => {
   const page = await browser.open(web.url, { view: '#/data', language: 'de' });
   await awaitText(page, 'h1', /^Daten und NC-Programme$/);
   await awaitText(page, '.cell-quality', /gut/);
@@ -196,7 +196,7 @@ test('what a replay sends is shown as replayed', async () => {
   await page.close();
 });
 
-test('a recording shows what programs said of themselves', async () => {
+test('a recording shows the alarms of processes', async () => {
   // The actions of a second recorder.
   const file = plant.file('second.mcap');
   const second = plant.recorder(file);

@@ -117,7 +117,7 @@ test('one more instance would help where calls wait, also in German', async () =
   });
 });
 
-test('a cause that somebody has taken says who, when and why, also on a wall', async () => {
+test('an acknowledged cause shows user, time and note, also on a wall', async () => {
   const change = (plant) => {
     const time = new Date().toISOString().replace('Z', '000Z');
     plant.acknowledged = [{ cause: `unserved ${uuids.length}\u0000\u0000`, since: '', by: 'bert', note: 'a new probe is on its way', time }];
@@ -140,7 +140,7 @@ test('a cause that somebody has taken says who, when and why, also on a wall', a
   });
 });
 
-test('a call that was held for minutes shows its other steps, with names and links, and its steps can be copied', async () => {
+test('a call that was blocked for minutes shows its other steps, with names and links, and its steps can be copied', async () => {
   const more = { '/api/calls/5f3a9c0112d4-17': heldTimeline() };
   const withMarker = (plant) => plant.services.push({ ...plant.services[0], instance: 'f', uuid: uuids.marker, name: 'laser marker', delivery: 'at-most-once' });
   for (const language of ['en', 'de']) {
@@ -204,7 +204,7 @@ test('values are drawn with words for states, and what a reader draws over with 
   });
 });
 
-test('all is well in one green line, and nothing else stands before the machines', async () => {
+test('one green line shows that there is no problem, and nothing else comes before the machines', async () => {
   await withPage({}, { view: '#/plant' }, async (page) => {
     assert.equal(await page.$eval('.headline', (node) => node.dataset.level), 'fine');
     assert.equal(await textOf(page, '.headline h1'), 'All is well');
@@ -242,7 +242,7 @@ test('a row of a machine has the NC program, then the call and its service', asy
   });
 });
 
-test('services with trouble stand first, and events have what happened, the newest first', async () => {
+test('services with problems come first, and events have what happened, the newest first', async () => {
   await withPage({ causes: 3 }, { view: '#/plant' }, async (page) => {
     assert.deepEqual(await page.$$eval('.strip tbody th', (cells) => cells.map((cell) => cell.textContent)), ['laser marker', 'tool length', 'square root', 'dial gauge']);
     assert.deepEqual(await page.$$eval('.event-what', (events) => events.map((event) => event.textContent)), [

@@ -106,7 +106,7 @@ test('the filter of calls is in the address and shows what fits', async () => {
   await page.close();
 });
 
-test('what is chosen and typed stands in the address, the view stays, and the link shows the same', async () => {
+test('selection and input are in the address, the view stays, and the link shows the same', async () => {
   const page = await browser.open(web.url, { view: '#/calls' });
   await callShown(page, 1, '121');
   await callShown(page, 2, '121000');
@@ -163,7 +163,7 @@ test('a service that is killed turns its row, and the channel that calls it', as
   await page.close();
 });
 
-test('a message queue stands with its machine, says who should serve it, and shows how far it is filled', async () => {
+test('a message queue is shown with its machine, its service and how far it is filled', async () => {
   const other = await Plant.start();
   try {
     const config = other.file('cnc.textproto', `system_data { name: "ALARMS" type: STRING elements: 9 }
@@ -192,7 +192,7 @@ test('a message queue stands with its machine, says who should serve it, and sho
   }
 });
 
-test('where nobody tells of data or programs there is no view of them', async () => {
+test('without data or programs there is no view of them', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForSelector('.machine');
   assert.equal(await page.$eval('[data-tab="data"]', (node) => node.hidden), true);
@@ -206,7 +206,7 @@ test('without permission to act there is no button that acts, and no login', asy
   await page.close();
 });
 
-test('the page speaks German to who reads German', async () => {
+test('the page is in German for a German browser', async () => {
   const page = await browser.open(web.url, { view: '#/plant', language: 'de-CH' });
   await awaitText(page, '.headline h1', /Alles in Ordnung/);
   assert.equal(await page.evaluate(() => document.documentElement.lang), 'de');

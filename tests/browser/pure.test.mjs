@@ -68,7 +68,7 @@ test('the server\'s clock counts, not the browser\'s', () => {
   assert.equal(sut.now(noon - 3_600_000 + 500), noon + 500);
 });
 
-test('while the connection is lost time stands still', () => {
+test('while the connection is lost the time of the page stops', () => {
   const sut = new Model();
   sut.takeSnapshot({ about: about() }, 1000);
   sut.lose(9000);
@@ -76,14 +76,14 @@ test('while the connection is lost time stands still', () => {
   assert.ok(sut.isLost);
 });
 
-test('a list of calls says what it lacks', () => {
+test('a list of calls shows what is missing', () => {
   const sut = new Model();
   sut.takeSnapshot({ about: about(), calls: [call(1)] }, 0);
   sut.takeChanges({ time: iso(noon), calls: [call(2), call(3)], skipped: 40 }, 0);
   assert.deepEqual(sut.calls.map((row) => row.call ?? row.skipped), ['a-3', 'a-2', 40, 'a-1']);
 });
 
-test('a time without data stands in the list unless every call of it is there', () => {
+test('the list has a row for a time without data unless all its calls are there', () => {
   const sut = new Model();
   sut.takeSnapshot({ about: about(), calls: [call(1)] }, 0);
   sut.lose(1000);
@@ -94,7 +94,7 @@ test('a time without data stands in the list unless every call of it is there', 
   assert.deepEqual(sut.calls.map((row) => row.call ?? row.gap), ['a-9', 'a-8', { from: 5000, to: 9000 }, 'a-2', 'a-1']);
 });
 
-test('another server is told from the same one', () => {
+test('another server is distinguished from the same one', () => {
   const sut = new Model();
   sut.takeSnapshot({ about: about() }, 0);
   sut.lose(1000);
@@ -131,7 +131,7 @@ const machine = (channels, links = [{ connected: true, gateway_host: 'here' }]) 
 });
 const kinds = (plant, after) => assess(plant, noon + after).concerns.map((concern) => [concernName(concern), concern.kind, concern.level]);
 
-test('a message queue stands with its machine, the call of a command alone', () => {
+test('a message queue is shown with its machine, the call of a command by itself', () => {
   const sut = new Model();
   const channelOf = (owner, number) => ({ machine: owner, channel: number, channel_state: 'idle' });
   sut.takeSnapshot({
@@ -142,12 +142,12 @@ test('a message queue stands with its machine, the call of a command alone', () 
     [['call.5f3a', ['call.5f3a/1']], ['cnc', ['cnc/1', 'cnc/2', 'cnc.ALARMS/1']]]);
 });
 
-test('what needs attention comes before what is to be watched', () => {
+test('channels that need attention come before those to be watched', () => {
   const plant = [machine([{ channel_state: 'waiting' }, { channel_state: 'unserved' }, { channel_state: 'idle' }, { channel_state: 'held' }])];
   assert.deepEqual(kinds(plant, 10_000), [['cnc/4', 'held', 'person'], ['cnc/2', 'unserved', 'person'], ['cnc/1', 'waiting', 'look']]);
 });
 
-test('a call that waits a moment needs nothing, one that waits long needs attention', () => {
+test('a call that waits long needs attention, one that waits a moment does not', () => {
   const plant = [machine([{ channel_state: 'waiting' }])];
   assert.deepEqual([1000, 10_000, 70_000].map((after) => assess(plant, noon + after).level), ['fine', 'look', 'person']);
 });
@@ -195,7 +195,7 @@ test('a gateway that is gone is named with its host and process', () => {
   assert.deepEqual(assess([machine([], links)], noon).concerns[0].gone, { host: 'hall', pid: 4711 });
 });
 
-test('what a gateway says is said in German where the page knows the sentence', () => {
+test('reasons of a gateway are in German where the page has the sentence', () => {
   assert.equal(german.reason('no service has the UUID 560a; did you mean 560b, one character differs'),
     'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)');
   assert.equal(german.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
@@ -223,7 +223,7 @@ test('a service without an instance is one cause for all channels that wait for 
   assert.equal(new Set(concerns.map(concernKey)).size, 2);
 });
 
-test('a cause that somebody has taken stays his until it is over, and the next one is nobody\'s', () => {
+test('an acknowledged cause keeps its user until it is over, and the next one has none', () => {
   const concernSince = (since, more = {}) => ({ cause: 'unserved u', kind: 'unserved', level: 'person', channels: [{ call: 'a-1' }], since, ...more });
   const taken = { cause: acknowledgeKey(concernSince(noon)), by: 'anna', since: String(noon), note: '', time: iso(noon + 5000) };
   assert.equal(acknowledgementOf(concernSince(noon), [taken])?.by, 'anna');
@@ -236,7 +236,7 @@ test('a cause that somebody has taken stays his until it is over, and the next o
   assert.notEqual(acknowledgeKey(held('a-1')), acknowledgeKey(held('a-2')));
 });
 
-test('each held call is a cause of its own', () => {
+test('each blocked call is a cause of its own', () => {
   const held = { channel_state: 'held', uuid: 'u' };
   assert.equal(assess([machine([{ ...held, call: 'a-1' }, { ...held, call: 'a-2' }])], noon).counts.causes, 2);
 });
@@ -318,7 +318,7 @@ test('one more instance helps where calls wait or all are busy, unless each chan
   assert.equal(kindOf(0, 0), 'none');
 });
 
-test('services with trouble come first, then the busiest', () => {
+test('services with problems come first, then the busiest', () => {
   const group = (name, here, more) => ({ name, here, uuid: name, instances: [instance({ name, ...more })] });
   assert.deepEqual(byTrouble([group('idle', 1, {}), group('busy', 1, { running: 1 }), group('waits', 1, { waiting: 1 }), group('errors', 1, { errors_per_second: 1 }), group('gone', 0, { goneAt: noon })])
     .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
@@ -401,7 +401,7 @@ test('a program with a problem needs attention, one with a warning is to be watc
   assert.deepEqual([concerns[0].reason, concerns[0].todo, concerns[0].since, counts.programs, level], ['disk full', 'make room', noon - 5000, 1, 'person']);
 });
 
-test('what programs say stays until the whole of it is told anew', () => {
+test('alarms stay until all of them are sent again', () => {
   const model = new Model();
   model.takeSnapshot({ about: { time: iso(noon), started: iso(noon) }, alarms: [{ kind: 'archive' }] }, noon);
   model.takeChanges({ time: iso(noon) }, noon);
@@ -416,7 +416,7 @@ test('an unknown state is to be watched', () => {
 
 const step = (at, hop, attempt, more = {}) => ({ time: iso(noon + at), hop, attempt, by_service: false, ...more });
 
-test('attempts stand beside each other, and a lost one is all waiting', () => {
+test('attempts are shown side by side, and a lost one consists of waiting only', () => {
   const { lanes, start, end, ended } = layOut({
     steps: [step(0, 'seen by the gateway', 0), step(1, 'dispatched', 1), step(500, 'instance lost', 1), step(510, 'dispatched', 2),
       step(511, 'received by the instance', 2, { by_service: true }), step(512, 'handler started', 2, { by_service: true }),
@@ -431,7 +431,7 @@ test('attempts stand beside each other, and a lost one is all waiting', () => {
     [['toService', 510, 511], ['queue', 511, 512], ['work', 512, 520], ['toGateway', 520, 521]]]);
 });
 
-test('a service whose clock is ahead stands where it must have been', () => {
+test('a service whose clock is ahead is shown where it must have been', () => {
   const { steps } = layOut({
     steps: [step(0, 'dispatched', 1), step(9000, 'received by the instance', 1, { by_service: true }), step(10, 'reply at the gateway', 1)],
   });
@@ -449,7 +449,7 @@ test('an empty timeline draws nothing', () => {
   assert.deepEqual(layOut({ steps: [] }).lanes, []);
 });
 
-test('a call that was held for minutes has a broken axis, and its steps stay as wide as they are long', () => {
+test('a call that was blocked for minutes has a broken axis, and the width of its steps remains their duration', () => {
   const bar = { part: 'held', from: 100, to: 600_100 };
   const layout = { start: 0, end: 600_200, lanes: [{ bars: [{ part: 'find', from: 0, to: 100 }, bar, { part: 'writeBack', from: 600_100, to: 600_200 }] }] };
   const sut = scaleOf(layout);
@@ -462,7 +462,7 @@ test('a call that was held for minutes has a broken axis, and its steps stay as 
   assert.ok(marks.every((mark, i) => i === 0 || mark.place - marks[i - 1].place > 0.07));
 });
 
-test('a call that was held for a moment has a whole axis', () => {
+test('a call that was blocked for a moment has a whole axis', () => {
   const sut = scaleOf({ start: 1000, end: 1100, lanes: [{ bars: [{ part: 'held', from: 1010, to: 1050 }] }] });
   assert.deepEqual([sut.at(1000), sut.at(1050), sut.at(1100), sut.pieces.length], [0, 0.5, 1, 1]);
 });
@@ -473,7 +473,7 @@ test('an axis has round steps', () => {
   assert.ok(ticks(0.0123).length <= 6);
 });
 
-test('a gateway that was started anew takes the place of its predecessor', () => {
+test('a restarted gateway replaces its predecessor', () => {
   const sut = new Model();
   const link = (gateway, host, connected) => ({ machine: 'cnc', gateway, gateway_host: host, gone: host === '', connected, since: iso(noon) });
   sut.takeSnapshot({ about: about(), machines: [link('old', 'here', true)] }, 0);
@@ -515,7 +515,7 @@ test('where nothing is known a line has a gap', () => {
   assert.deepEqual(sut.points(2500, 4000), []);
 });
 
-test('a line is put together from what is told piece by piece', () => {
+test('a line is assembled from the parts that arrive', () => {
   const sut = new Line('1/axes/X');
   assert.equal(sut.ask(), 0);
   sut.take(series([1000, 2000, 2100], [1, 2, 3]));

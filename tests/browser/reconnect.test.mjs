@@ -33,7 +33,7 @@ test('a page that is loaded again shows the same', async () => {
   await page.close();
 });
 
-test('while millrace web is away the page says since when it knows nothing, and afterwards what it missed', async () => {
+test('while millrace web is down the page shows since when it has no data, and afterwards what it missed', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await isWell(page);
   await web.stop('SIGKILL');
@@ -69,7 +69,7 @@ test('a list of calls has a row where data is missing', async () => {
   await page.close();
 });
 
-test('a gateway that is gone is told from one that works, and its return is seen', async () => {
+test('a gateway that is gone is shown as such, and so is its return', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await isWell(page);
   await gateway.stop('SIGKILL');

@@ -141,8 +141,8 @@ void Hostile::impersonate() {
   const InstanceId victim = last_.assigned;
   auto& writer = false_writers_[victim];
   if (!writer) {
-    writer = std::make_unique<LawlessWriter>(second_, wire::service_partition("millrace", uuid_),
-                                             registry::format_instance(victim));
+    writer = std::make_unique<UncheckedReplyWriter>(
+        second_, wire::service_partition("millrace", uuid_), registry::format_instance(victim));
     const InstanceIdentity forged{
         .id = victim, .uuid = uuid_, .name = "impostor", .concurrency = 256, .draining = true};
     announced_.emplace_back(second_, wire::request_partition("millrace", uuid_, victim),

@@ -17,7 +17,7 @@
 
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
-#include "tests/support/lawless_writer.hpp"
+#include "tests/support/unchecked_reply_writer.hpp"
 
 namespace millrace::tests::failures {
 
@@ -71,12 +71,12 @@ class Hostile {
   fabric::wire::Writer<fabric::MachineStatus> machines_;
   fabric::wire::Writer<fabric::ChannelStatus> channels_;
   fabric::wire::Writer<fabric::Command> commands_;
-  LawlessWriter replies_;
+  UncheckedReplyWriter replies_;
   fabric::Request last_{.key = {"cnc", 1}, .call = {1, 1}};
   bool heard_ = false;
   std::uint64_t count_ = 0;
   std::map<fabric::InstanceId, fabric::wire::Writer<fabric::Request>> request_writers_;
-  std::map<fabric::InstanceId, std::unique_ptr<LawlessWriter>> false_writers_;
+  std::map<fabric::InstanceId, std::unique_ptr<UncheckedReplyWriter>> false_writers_;
   std::deque<fabric::wire::Reader<fabric::Request>> announced_;
   std::deque<fabric::wire::Writer<fabric::Reply>> joined_;
 };

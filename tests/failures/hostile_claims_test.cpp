@@ -83,8 +83,8 @@ TEST_P(AnAnswerThatCannotBeWritten, FreesTheProgramWithAnErrorAtOnce) {
   const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
   const InstanceIdentity odd{.id = InstanceId::random(), .uuid = uuid, .name = "odd"};
   dds::Participant participant({.domain = chain.domain()});
-  LawlessWriter replies(participant, wire::service_partition("millrace", uuid),
-                        registry::format_instance(odd.id));
+  UncheckedReplyWriter replies(participant, wire::service_partition("millrace", uuid),
+                               registry::format_instance(odd.id));
   wire::Reader<Request> requests(participant, wire::request_partition("millrace", uuid, odd.id),
                                  wire::Keep::all, {.user_data = registry::format_identity(odd)});
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")}));

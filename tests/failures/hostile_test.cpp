@@ -15,7 +15,7 @@ using testing::AllOf;
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
 // A regression: 85 of 400 forged replies were accepted.
-TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsweredAllTheSame) {
+TEST_F(AHostileParticipant, ForgesFloodsAndImpersonatesAndEveryCallIsStillAnswered) {
   prepare();
   Hostile sut(chain.domain(), slow_uuid);
   Stopwatch watch({.domain = chain.domain()});
@@ -65,7 +65,7 @@ TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsw
 }
 
 // Regressions: one such sample stopped a machine, another made the next gateway wait for ever.
-TEST_F(AHostileParticipant, TakesNoMachineAwayWithClaimsThatNobodyCanHaveMade) {
+TEST_F(AHostileParticipant, TakesOverNoMachineWithImpossibleOwnershipTimes) {
   start();
   Hostile sut(chain.domain(), slow_uuid);
   {
@@ -91,7 +91,7 @@ TEST_F(AHostileParticipant, TakesNoMachineAwayWithClaimsThatNobodyCanHaveMade) {
   EXPECT_EQ(gateway->error_output().find("stands by"), std::string::npos);
 }
 
-TEST_F(AHostileParticipant, LeavesNoMemoryBehindWhateverComesAndGoes) {
+TEST_F(AHostileParticipant, FillsNoMemoryByAnnouncingAndWithdrawing) {
   start(2);
   Hostile sut(chain.domain(), slow_uuid);
   constexpr int uuids = 500;
@@ -125,7 +125,7 @@ TEST_F(AHostileParticipant, LeavesNoMemoryBehindWhateverComesAndGoes) {
   EXPECT_TRUE(bench::keeps_what_is_freed || resident.back() - resident.front() < 5.0);
 }
 
-TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNoTerminal) {
+TEST_F(AHostileParticipant, AnnouncesInvalidDataThatIsLoggedOnceAndEscaped) {
   start(2);
   Hostile sut(chain.domain(), slow_uuid);
   const std::size_t before = lines_of(gateway->error_output());
@@ -155,7 +155,7 @@ TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNo
 }
 
 // Cyclone keeps 0.6 kB for each key until its writer is gone: 192 MB after 15 s of this.
-TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
+TEST_F(AHostileParticipant, FillsNoMemoryWithAnswersToUnknownCallers) {
   start(2);
   Hostile sut(chain.domain(), slow_uuid);
   await("a request that is overheard", [&] {

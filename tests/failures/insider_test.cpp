@@ -208,7 +208,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
 };
 
 // Regressions: 54 of 224, 1,716 of 5,096 and 2,346 of 4,838 calls got the answer to another call.
-TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
+TEST_P(AnInsider, RequestsUnderIdsOfFutureCallsAndEveryAnswerIsRight) {
   prepare();
   const auto as = join("bench");
   Requester sut(as);
@@ -229,7 +229,7 @@ TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
 }
 
 // A regression: at most one call in 2.5 s instead of 1,100 a second.
-TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
+TEST_P(AnInsider, RequestsForItsOwnMachineUnderOurCallIdsAndNoCallIsBlocked) {
   prepare();
   const auto as = join("gateway-2");
   Requester sut(as);
@@ -245,7 +245,7 @@ TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
   });
 }
 
-TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
+TEST_P(AnInsider, CancelsRequestsOfAGatewayAndEveryCallContinues) {
   prepare();
   const auto as = join("gateway-2");
   Requester sut(as);
@@ -268,7 +268,7 @@ TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
 class AnInsiderWithACertificate : public AnInsider {};
 
 // A regression: gateway and instance trusted it more than a participant that shows its identity.
-TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
+TEST_P(AnInsiderWithACertificate, WithoutAnIdentityCancelsNothing) {
   prepare();
   const auto as = join_without_identity("gateway-2");
   Requester sut(as);
@@ -288,7 +288,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityTakesNothingBack) {
 }
 
 // A regression: a standby gateway took the machine over from a gateway that was running.
-TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
+TEST_P(AnInsider, PublishesThatAGatewayIsGoneAndItsMachineIsNotTakenOver) {
   prepare();
   Process second = chain.gateway();
   second.await_error("serves this machine already; this gateway stands by", allowed);
@@ -323,7 +323,7 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
 }
 
 // A regression: `millrace retry` printed "FORGED".
-TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
+TEST_P(AnInsider, ForgesTheOutcomeOfACommandAndIsIgnored) {
   start(2);
   dds::Participant participant(join("service"));
   wire::Reader<Command> heard(participant, "millrace", wire::Keep::all);
@@ -351,7 +351,7 @@ TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
               testing::ContainsRegex("participant [0-9a-f:]+ publishes the outcome of a command"));
 }
 
-TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
+TEST_P(AnInsider, PublishesCallsAndMachinesOfAGatewayAndNoRecordingHasThem) {
   prepare();
   const std::string file = (chain.folder() / "run.mcap").string();
   Process recorder = chain.millrace({"record", "-o", file});
@@ -401,7 +401,7 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
                        : "participant [0-9a-f:]+ [^\n]*, which belongs to another participant"));
 }
 
-TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
+TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndPublishesInItsOwnName) {
   start(2);
   boost::asio::io_context io;
   dds::Participant honest(join("screen"));
@@ -445,7 +445,7 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndSpeaksInItsOwnName) {
 }
 
 // A regression: from 16 to 130 MB in 10 s.
-TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
+TEST_P(AnInsider, FillsNoMemoryWithHeartbeatsOfNewProcesses) {
   start(2);
   dds::Participant participant(join("service"));
   wire::Writer<Heartbeat> sut(participant, "millrace");
@@ -464,7 +464,7 @@ TEST_P(AnInsider, SendsHeartbeatsForEverNewProcessesAndFillsNoMemory) {
   memory.expect_less_than(8.0);
 }
 
-TEST_P(AnInsider, TellsOfEverNewOutcomesAndAlarmsAndFillsNoMemory) {
+TEST_P(AnInsider, FillsNoMemoryWithNewOutcomesAndAlarms) {
   start(2);
   Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   recorder.await("^ready: ");

@@ -46,7 +46,7 @@ TEST(AGatewayWithoutAJournal, RepeatsACallThatRanWhenItWasKilled) {
   sut.expect_every_answer();
 }
 
-TEST(AGatewayWithoutAJournal, GivesACallOutAgainWhoseAnswerItHadBegunToWrite) {
+TEST(AGatewayWithoutAJournal, DispatchesACallAgainWhoseAnswerItHadBegunToWrite) {
   Line sut({.point = Point::before_clear, .journal = false});
   ASSERT_NO_FATAL_FAILURE(sut.reach());
   sut.kill(Victim::gateway);

@@ -127,7 +127,7 @@ TEST_F(LateControllers, GetEachRequestRunOnceAndAnsweredWithItsOwnAnswer) {
   EXPECT_EQ(executions, machines_.size() * requests);
 }
 
-TEST_F(LateControllers, ThatDoNotShowAWriteAreAFindingOfTheDoctor) {
+TEST_F(LateControllers, ThatDoNotShowAWriteAreReportedByTheDoctor) {
   add(1h, false, false, true, false);
   const Process service = chain_.slow_service();
   const std::jthread controllers = running();

@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"ServiceWhileItRunsFrozen", service, running, Fault::freeze}),
     [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
 
-TEST(ATrustedAtMostOnceCall, IsHeldForAnOperatorWhoShowsThatHeIsOne) {
+TEST(ATrustedAtMostOnceCall, IsBlockedUntilAnAuthorizedOperatorAnswers) {
   Line sut({.point = running, .at_most_once = true, .trust = true});
   ASSERT_NO_FATAL_FAILURE(sut.reach());
   sut.kill(service);

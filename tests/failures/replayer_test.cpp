@@ -117,7 +117,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
 };
 
 // docs/how-to/secure-a-network.md gives the cost without the rule.
-TEST_P(AReplayer, IsKeptAwayByThePacketFilterOfTheManual) {
+TEST_P(AReplayer, IsBlockedByThePacketFilterOfTheManual) {
   start();
   filter_packets();
   const double grown = replay(1500);

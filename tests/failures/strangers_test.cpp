@@ -132,7 +132,7 @@ class AStranger : public testing::Test {
   Request last{.call = {.epoch = 1, .number = 1}};
 };
 
-TEST_F(AStranger, ThatSendsHeartbeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) {
+TEST_F(AStranger, ThatForgesHeartbeatsAndDeclinesIsIgnoredAndLoggedOnce) {
   start();
   const InstanceId own = InstanceId::random();
   wire::Writer<Heartbeat> heartbeats(participant, "millrace");
@@ -170,18 +170,18 @@ TEST_F(AStranger, ThatSendsHeartbeatsAndDeclinesInTheNameOfInstancesIsIgnoredAnd
 }
 
 /// Ignores all replies: a participant without requests may still reply.
-struct Deaf final : endpoints::ReplyEndpointListener {
+struct IgnoringListener final : endpoints::ReplyEndpointListener {
   void on_request(const Request& /*request*/) override {}
   void on_withdrawn(const RequestKey& /*key*/) override {}
 };
 
-TEST_F(AStranger, ThatIsAnInstanceAndAnswersWhatOthersWereAskedIsIgnoredAndSaidOnceInAWhile) {
+TEST_F(AStranger, ThatAnswersCallsOfOtherInstancesIsIgnoredAndRarelyLogged) {
   start();
   boost::asio::io_context context;
-  Deaf deaf;
+  IgnoringListener listener;
   const InstanceId own = InstanceId::random();
   endpoints::ReplyEndpoint end(participant, context.get_executor(),
-                               {.id = own, .uuid = other_uuid, .name = "stranger"}, deaf);
+                               {.id = own, .uuid = other_uuid, .name = "stranger"}, listener);
   gateway->await_error("is ready: stranger");
   {
     std::uint64_t number = 0;

@@ -82,7 +82,7 @@ TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
   EXPECT_GT(check_tables("dev/failures.md"), 20);
 }
 
-TEST(TheTableOfWhatAStrangerCanDo, NamesOnlyTestsThatExist) {
+TEST(TheTableOfAttacks, NamesOnlyTestsThatExist) {
   EXPECT_GT(check_tables("dev/attacks.md"), 14);
 }
 

@@ -22,7 +22,7 @@ using testing::Not;
 
 constexpr int exit_trouble = 6;
 
-class WhatProgramsSay : public testing::Test {
+class ProcessAlarms : public testing::Test {
  protected:
   Process start(const std::string& name, Flags flags) {
     flags.insert(flags.begin(), binary(name));
@@ -68,7 +68,7 @@ class WhatProgramsSay : public testing::Test {
   std::string words;
 };
 
-TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
+TEST_F(ProcessAlarms, AnArchiverReportsThatItCannotWriteUntilItCan) {
   start_gateway();
   const std::filesystem::path folder = chain.folder() / "archive";
   const Process sut =
@@ -97,7 +97,7 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
   await_no_alarm();
 }
 
-TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
+TEST_F(ProcessAlarms, ARecorderReportsThatItRunsAndWhatItWrites) {
   start_gateway();
   const std::string file = (chain.folder() / "run.mcap").string();
   Process sut = chain.millrace({"record", "-o", file});
@@ -111,7 +111,7 @@ TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
   EXPECT_THAT(output_of({"status"}), Not(HasSubstr("records to")));
 }
 
-TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
+TEST_F(ProcessAlarms, AreRecordedWithTheirEnd) {
   const std::string file = (chain.folder() / "run.mcap").string();
   Process sut = chain.millrace({"record", "-o", file});
   sut.await("^ready: ");
@@ -141,7 +141,7 @@ TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
   EXPECT_THAT(output_of({"recording", "export", file}), HasSubstr("\"alarm\":\"recording\""));
 }
 
-TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
+TEST_F(ProcessAlarms, ARecorderWithoutDiskSpaceReportsThatItRecordsNothing) {
   start_gateway();
   Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string(),
                                 "--rotate-size", "1MiB", "--min-free", "1000000GiB"});
@@ -152,7 +152,7 @@ TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
   EXPECT_EQ(sut.wait(), 1);
 }
 
-TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
+TEST_F(ProcessAlarms, AMailServiceReportsWaitingMailsAndTheReason) {
   start_gateway();
   const Process sut =
       start("millrace-mail",
@@ -174,7 +174,7 @@ TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
   EXPECT_THAT(words, HasSubstr("1 mail waits"));
 }
 
-TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
+TEST_F(ProcessAlarms, ADialGaugeServiceReportsAFailedLine) {
   start_gateway();
   const std::filesystem::path device = chain.folder() / "receiver";
   const Process sut =
@@ -187,7 +187,7 @@ TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
   EXPECT_THAT(words, AllOf(HasSubstr("line r failed: " + device.string()), HasSubstr("plug")));
 }
 
-TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
+TEST_F(ProcessAlarms, AGatewayReportsAFullJournalUntilItCanWrite) {
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   Process service = chain.square_root();
   gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
@@ -206,7 +206,7 @@ TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
   await_no_alarm();
 }
 
-TEST_F(WhatProgramsSay, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
+TEST_F(ProcessAlarms, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
   const std::string unserved = chain.counting_program("c0ffee00-0000-4000-8000-000000000009", 1);
   cnc.emplace(
       chain.cnc({"--run", Chain::program(1, "endless_calls.nc"), "--run", "2=" + unserved}));
@@ -223,7 +223,7 @@ TEST_F(WhatProgramsSay, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
   EXPECT_FALSE(shows("unserved")) << words;
 }
 
-TEST_F(WhatProgramsSay, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
+TEST_F(ProcessAlarms, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
   const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
   const auto key = base::openssl::Key::generate_rsa();
   configured("press.key", key.pem());

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-TEST(Check, SaysWhatIsGoodAndWhatIsNot) {
+TEST(Check, AcceptsGoodAndRefusesBadConfigurations) {
   for (const auto& [program, kind] :
        {std::pair<std::string, std::string>{"millrace-archiver", "archiver"},
         {"millrace-batch", "batch"},

@@ -58,7 +58,7 @@ TEST_F(CService, ServesSeveralUuidsOnOneParticipant) {
   EXPECT_EQ(length.state, 0U);
 }
 
-TEST_F(CService, GetsAllThatIsKnownOfACall) {
+TEST_F(CService, GetsAllDataOfACall) {
   ASSERT_TRUE(caller.await_instance(first));
   fabric::Request request = caller.request(first, "who");
   request.attempt = 3;
@@ -71,7 +71,7 @@ TEST_F(CService, GetsAllThatIsKnownOfACall) {
   EXPECT_EQ(reply.state, 8U);
 }
 
-TEST_F(CService, AnswersMoreCallsThanItHasThreadsLaterFromAnother) {
+TEST_F(CService, AnswersMoreCallsThanItHasThreadsFromAnotherThread) {
   ASSERT_TRUE(caller.await_instance(first));
   std::vector<fabric::Request> kept;
   for (std::uint16_t channel = 1; channel <= 3; ++channel) {
@@ -86,7 +86,7 @@ TEST_F(CService, AnswersMoreCallsThanItHasThreadsLaterFromAnother) {
   }
 }
 
-TEST_F(CService, LearnsThatACallIsCancelledAndMayEndItThere) {
+TEST_F(CService, IsNotifiedOfACancelledCallAndMayEndItThere) {
   ASSERT_TRUE(caller.await_instance(first));
   const fabric::Request request = caller.request(first, "wait");
   caller.publish(request);
@@ -97,7 +97,7 @@ TEST_F(CService, LearnsThatACallIsCancelledAndMayEndItThere) {
   EXPECT_EQ(caller.call(first, "hello").text, "hello, attempt 1");
 }
 
-TEST_F(CService, EndsCallsWithErrorsInPlaceOfWhatCannotBeSent) {
+TEST_F(CService, EndsACallWithAnErrorInPlaceOfAnAnswerThatCannotBeSent) {
   ASSERT_TRUE(caller.await_instance(first));
   fabric::Reply reply = caller.call(first, "fail");
   EXPECT_EQ(reply.text, "ERROR: the gauge is off");
@@ -110,7 +110,7 @@ TEST_F(CService, EndsCallsWithErrorsInPlaceOfWhatCannotBeSent) {
   sut.await("^twice: 5: call \\S+ was answered or declined before");
 }
 
-TEST_F(CService, DrainsWhatItHasWhenItIsToldTo) {
+TEST_F(CService, FinishesItsCallsWhenItIsTerminated) {
   ASSERT_TRUE(caller.await_instance(first));
   const fabric::Request request = caller.request(first, "keep");
   caller.publish(request);
@@ -133,7 +133,7 @@ TEST_F(CService, IsCalledByAProgramInC) {
   EXPECT_THAT(failed.output(), StartsWith("final: ERROR: the gauge is off, state 500, result 1"));
 }
 
-TEST_F(CService, GivesADeclinedAttemptBackToBeDispatchedAgain) {
+TEST_F(CService, HasADeclinedAttemptDispatchedAgain) {
   Process declined = client({"call", first, "decline"});
   EXPECT_EQ(declined.wait(), 0) << declined.output();
   EXPECT_THAT(declined.output(), StartsWith("final: decline, attempt 2, state 1, result 0"));
@@ -159,7 +159,7 @@ TEST_F(CService, IsObserved) {
   observer.await("^replied: call\\.\\S+/1 hello, attempt 1 state 1");
 }
 
-TEST_F(CInterface, SaysThatNoInstanceHasAUuidOrThatNoneResponds) {
+TEST_F(CInterface, ReportsThatNoInstanceHasAUuidOrThatNoneResponds) {
   Process unserved = client({"call", "c0000000-0000-4000-8000-00000000000f", "hello"});
   EXPECT_EQ(unserved.wait(), 1);
   EXPECT_THAT(unserved.output(), StartsWith("error 6: "));
@@ -171,14 +171,14 @@ TEST_F(CInterface, SaysThatNoInstanceHasAUuidOrThatNoneResponds) {
   EXPECT_THAT(late.output(), StartsWith("error 7: "));
 }
 
-TEST_F(CInterface, RefusesARequestThatNoProgramCouldMake) {
+TEST_F(CInterface, RefusesARequestThatNoNcProgramCanMake) {
   Process sut = client({"call", first, std::string(128, 'x')});
   EXPECT_EQ(sut.wait(), 1);
   EXPECT_THAT(sut.output(), StartsWith("error 1: "));
   EXPECT_THAT(sut.output(), HasSubstr("128 bytes"));
 }
 
-TEST_F(CInterface, SaysWhatIsWrongWithItsUse) {
+TEST_F(CInterface, ReportsWrongUse) {
   Process sut = start(MILLRACE_C_MISTAKES);
   EXPECT_EQ(sut.wait(), 0) << sut.output() << sut.error_output();
   const std::string output = sut.output();
@@ -197,7 +197,7 @@ TEST_F(CInterface, SaysWhatIsWrongWithItsUse) {
            "calls: 1 concurrent_calls is 257; expected 1 to 256\n",
            "delivery: 1 delivery is 2; expected 0 or 1\n",
            "threads: 1 threads is set, but handler is NULL\n",
-           "deaf: 1 millrace_request_send needs a participant that discovers the others",
+           "no discovery: 1 millrace_request_send needs a participant that discovers the others",
            "null call: 1 call is NULL\n",
            "later header: 0 \n",
            "next with a handler: 1 the service has a handler, which gets its calls\n",

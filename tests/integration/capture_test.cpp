@@ -94,7 +94,7 @@ class Capture {
   std::thread thread_;
 };
 
-class WhoListensOnTheWire : public testing::Test {
+class CapturedPackets : public testing::Test {
  protected:
   void SetUp() override {
     if (!Network::obstacle.empty()) {
@@ -130,13 +130,13 @@ class WhoListensOnTheWire : public testing::Test {
 };
 
 // The counterpart: it proves that the next test would find readable text.
-TEST_F(WhoListensOnTheWire, ReadsWhatIsOnlySigned) {
+TEST_F(CapturedPackets, ShowWhatIsOnlySigned) {
   const std::string seen = capture_calls("SIGN");
   EXPECT_NE(seen.find(uuid), std::string::npos);
   EXPECT_NE(seen.find(secret), std::string::npos);
 }
 
-TEST_F(WhoListensOnTheWire, FindsNeitherTextNorUuidOfACallThatIsEncrypted) {
+TEST_F(CapturedPackets, ShowNeitherTextNorUuidOfAnEncryptedCall) {
   const std::string seen = capture_calls("ENCRYPT");
   EXPECT_GT(seen.size(), 10'000U);
   EXPECT_EQ(seen.find(uuid), std::string::npos);
@@ -144,7 +144,7 @@ TEST_F(WhoListensOnTheWire, FindsNeitherTextNorUuidOfACallThatIsEncrypted) {
   EXPECT_EQ(seen.find("millrace/"), std::string::npos) << "the name of a topic or a partition";
 }
 
-TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
+TEST_F(CapturedPackets, ShowNeitherProcessNorHostOfAJoiningProcess) {
   const TrustCredentials plant(chain_.folder(), {uuid}, "ENCRYPT");
   Capture sut;
   Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
@@ -159,7 +159,7 @@ TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
 }
 
 // The handshake of DDS Security sends certificates and permissions before there is a key.
-TEST_F(WhoListensOnTheWire, ReadsWhatPermissionsSayWhileAProgramJoins) {
+TEST_F(CapturedPackets, ShowThePermissionsOfAJoiningProcess) {
   const TrustCredentials plant(chain_.folder(), {uuid}, "ENCRYPT");
   Capture sut;
   Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});

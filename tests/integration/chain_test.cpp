@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(TheChain, AnswersAnNcProgramThatAsksForASquareRoot) {
+TEST(TheChain, AnswersTheSquareRootCallOfAnNcProgram) {
   Chain sut;
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
@@ -24,7 +24,7 @@ TEST(TheChain, AnswersAnNcProgramThatAsksForASquareRoot) {
   EXPECT_THAT(cnc.output(), HasSubstr("[ch1] state = 1, request state = 0\n"));
 }
 
-TEST(TheChain, HandsTheServicesErrorToTheProgram) {
+TEST(TheChain, PassesTheServicesErrorToTheProgram) {
   Chain sut;
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(2, "negative_number.nc"), "--exit-when-idle"});
@@ -84,7 +84,7 @@ TEST(TheChain, ServesTwoChannelsWithTwoServicesAtOnce) {
   EXPECT_THAT(second.error_output(), Not(HasSubstr("cnc/1:")));
 }
 
-TEST(TheChain, LeavesARequestOfAnUnservedUuidAloneAndNamesTheNearestOne) {
+TEST(TheChain, LeavesARequestOfAnUnservedUuidUnansweredAndNamesTheNearestOne) {
   Chain sut;
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "near_miss.nc")});
@@ -94,7 +94,7 @@ TEST(TheChain, LeavesARequestOfAnUnservedUuidAloneAndNamesTheNearestOne) {
       "missing");
 }
 
-TEST(TheChain, GivesTheCallToAnotherInstanceWhenTheFirstIsFrozen) {
+TEST(TheChain, DispatchesTheCallToAnotherInstanceWhenTheFirstIsFrozen) {
   Chain sut;
   // The instance that names the channel gets every call; while frozen, it can only lose one.
   Process named = sut.square_root({"--channel", "cnc/1"});
@@ -110,7 +110,7 @@ TEST(TheChain, GivesTheCallToAnotherInstanceWhenTheFirstIsFrozen) {
   named.signal(SIGCONT);
 }
 
-TEST(TheChain, GoesOnAfterEachGatewayThatWasKilledInTheMiddle) {
+TEST(TheChain, ContinuesAfterEachGatewayThatWasKilledInTheMiddle) {
   Chain sut;
   const std::string journal = (sut.folder() / "journal").string();
   Process service = sut.square_root();
@@ -150,7 +150,7 @@ void PrintTo(const WrongUse& use, std::ostream* out) {
 
 class EachProgram : public testing::TestWithParam<WrongUse> {};
 
-TEST_P(EachProgram, RefusesAWrongCommandLineWithExitCodeTwoAndAMessageThatHelps) {
+TEST_P(EachProgram, RefusesAWrongCommandLineWithExitCodeTwoAndAHelpfulMessage) {
   Flags command{binary(GetParam().program)};
   command.insert(command.end(), GetParam().flags.begin(), GetParam().flags.end());
   Process sut(std::move(command));

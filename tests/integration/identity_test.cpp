@@ -110,7 +110,7 @@ TEST_F(IdentityTest, AnIdentityOfAMachineCountsForItsMessageQueues) {
   EXPECT_THAT(gateway.error_output() + service.error_output(), Not(HasSubstr("does not name")));
 }
 
-TEST_F(IdentityTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
+TEST_F(IdentityTest, AMachineIsNotTakenOverByAnUnauthorizedGateway) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   fabric::dds::Participant participant(join("gateway-2"));
@@ -134,7 +134,7 @@ TEST_F(IdentityTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
                     HasSubstr("gateway-1 as gateway of cnc"), HasSubstr("square-root as service")));
 }
 
-TEST_F(IdentityTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
+TEST_F(IdentityTest, AnInstanceDeclinesRequestsOfAGatewayForAnotherMachine) {
   Process service = sut.square_root(sut.as("square-root"));
   fabric::dds::Participant participant(join("gateway-2"));
   boost::asio::io_context io;
@@ -182,7 +182,7 @@ TEST_F(IdentityTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn
   service.await_error("gateway-2 speaks for cnc, which its certificate does not name");
 }
 
-TEST_F(IdentityTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
+TEST_F(IdentityTest, RequestsOfATesterAreAlwaysMarkedAsReplayed) {
   Process service = sut.square_root(sut.as("square-root"));
   fabric::dds::Participant participant(join("screen"));
   boost::asio::io_context io;
@@ -207,7 +207,7 @@ TEST_F(IdentityTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
 }
 
 // Its own plugin lets it publish any identity; those of the others reject it.
-TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsSeenByNobody) {
+TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsIgnored) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   auto options = join_unchecked("gateway-2");
@@ -257,7 +257,7 @@ TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
 }
 
 // It joins, since its certificate is valid, but has no identity.
-TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorSayWhatToDo) {
+TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorReportIt) {
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   auto options = join("square-root");
   options.trust.reset();
@@ -284,7 +284,7 @@ TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorS
   cnc.await("response = 1.732051");
 }
 
-TEST_F(IdentityTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
+TEST_F(IdentityTest, ARunningInstanceThatIsRevokedGetsNoCallsAndDisappears) {
   sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
   Process service = sut.square_root(sut.unaware("unlucky"));
   Process cnc = sut.cnc();
@@ -337,7 +337,7 @@ TEST_F(IdentityTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
 
 // A running program remembers what it has seen; a new one can only compare with what came with its
 // certificate.
-TEST_F(IdentityTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
+TEST_F(IdentityTest, AnOlderCrlRestoresNoCertificate) {
   sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
   Process service = sut.square_root(sut.unaware("unlucky"));
   Process cnc = sut.cnc();
@@ -366,7 +366,7 @@ TEST_F(IdentityTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
               AllOf(HasSubstr("revoked.pem: was made on"), HasSubstr("before the certificate")));
 }
 
-TEST_F(IdentityTest, AGatewayThatIsRevokedAsksInVain) {
+TEST_F(IdentityTest, RequestsOfARevokedGatewayAreIgnored) {
   Flags flags = sut.as("slow");
   flags.insert(flags.end(), {"--uuid", root_uuid});
   Process service = sut.slow_service(flags);
@@ -384,7 +384,7 @@ TEST_F(IdentityTest, AGatewayThatIsRevokedAsksInVain) {
 }
 
 // Also a gateway that does not know of its revocation.
-TEST_F(IdentityTest, AGatewayThatIsRevokedTakesNoCallBack) {
+TEST_F(IdentityTest, ARevokedGatewayCancelsNoCall) {
   sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
   Flags flags = sut.as("slow");
   flags.insert(flags.end(), {"--uuid", root_uuid, "--work", "4000"});
@@ -424,7 +424,7 @@ TEST_F(IdentityTest, AGatewayThatIsRevokedTakesNoCallBack) {
   });
 }
 
-TEST_F(IdentityTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
+TEST_F(IdentityTest, AMachineOfARevokedGatewayIsTakenOver) {
   sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc();
@@ -437,7 +437,7 @@ TEST_F(IdentityTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
   second.await_error("link up");
 }
 
-TEST_F(IdentityTest, WhatAGatewayThatIsRevokedHasSaidOfItsChannelsIsOver) {
+TEST_F(IdentityTest, ChannelStatesOfARevokedGatewayEnd) {
   sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.unaware("gateway-3"));
@@ -467,7 +467,7 @@ TEST_F(IdentityTest, WhatAGatewayThatIsRevokedHasSaidOfItsChannelsIsOver) {
 }
 
 // Whatever name it announces.
-TEST_F(IdentityTest, ACommandIsFromWhoTheCertificateSays) {
+TEST_F(IdentityTest, ACommandHasTheIssuerOfTheCertificate) {
   Process service = sut.square_root(sut.as("square-root"));
   const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
   fabric::dds::Participant participant(join("office"));
@@ -480,7 +480,7 @@ TEST_F(IdentityTest, ACommandIsFromWhoTheCertificateSays) {
   service.await_error("office \\(chief \\(boss@desk\\)\\) commands this instance to leave");
 }
 
-TEST_F(IdentityTest, WhoIsRevokedHimselfSaysSoAndEnds) {
+TEST_F(IdentityTest, ARevokedProcessReportsItAndEnds) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));
@@ -492,7 +492,7 @@ TEST_F(IdentityTest, WhoIsRevokedHimselfSaysSoAndEnds) {
   EXPECT_EQ(gateway.wait(), 1);
 }
 
-TEST_F(IdentityTest, AGatewayWhoseCertificateExpiresSaysSoAndEndsAndGoesOnWithNewerCredentials) {
+TEST_F(IdentityTest, AGatewayWhoseCertificateExpiresReportsItEndsAndRunsAgainWithNewCredentials) {
   const auto until = sut.shorten(
       {.name = "gateway-1", .roles = {fabric::trust::Role::gateway}, .machines = {"cnc"}}, 8s);
   Process service = sut.square_root(sut.as("square-root"));

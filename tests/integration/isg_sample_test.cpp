@@ -35,7 +35,7 @@ TEST_P(IsgSample, AnswersOverTheFabric) {
   sut.await_error("serves 560aacbf-\\S+ on domain \\d+ instead of ADS ports 552 and 553");
 }
 
-TEST_P(IsgSample, LeavesInOrderWhenItIsAskedTo) {
+TEST_P(IsgSample, LeavesInOrderWhenItIsTerminated) {
   tests::Process sut = start(std::to_string(domain.number()));
   ASSERT_TRUE(caller.await_instance(uuid));
   sut.terminate();
@@ -54,7 +54,7 @@ TEST_P(IsgSample, LeavesInOrderAlsoWhenAScriptStartedItInTheBackground) {
   EXPECT_EQ(sut.wait(), 0);
 }
 
-TEST_P(IsgSample, SaysWhatIsWrongWithItsEnvironment) {
+TEST_P(IsgSample, ReportsAnInvalidEnvironment) {
   tests::Process sut = start("many");
   EXPECT_EQ(sut.wait(), 1);
   sut.await_error("MILLRACE_DOMAIN=many: expected a number from 0 to 232");

@@ -60,7 +60,7 @@ TEST(MachineData, IsStaleWithoutItsControllerAndGoodAgainWithIt) {
   watch.await("state  mode=1  cnc_number_of_channel_r=3$");
 }
 
-TEST(MachineData, OfAConfigurationThatIsReadAgainIsAnother) {
+TEST(MachineData, ChangesWithAReloadedConfiguration) {
   Chain sut;
   Process cnc = sut.cnc();
   Process gateway =
@@ -92,7 +92,7 @@ TEST(MachineData, IsRecorded) {
   EXPECT_THAT(cat.output(), HasSubstr("data        cnc/1  axes  V.A.ACT_POS.X="));
 }
 
-TEST(MachineData, IsSentAgainMarkedAsReplayedAndTakenBackAtTheEnd) {
+TEST(MachineData, IsReplayedWithAMarkAndRetractedAtTheEnd) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, moving)});
   const std::string file = (sut.folder() / "run.mcap").string();
@@ -156,7 +156,7 @@ TEST(MachineData, IsArchived) {
   EXPECT_THAT(query.output(), Not(HasSubstr("V.E.NONE")));
 }
 
-TEST(MachineData, IsAskedForBeforeAGatewayIs) {
+TEST(MachineData, IsCheckedBeforeAGatewayRuns) {
   Chain sut;
   Process cnc = sut.cnc();
   sut.configure(
@@ -171,7 +171,7 @@ TEST(MachineData, IsAskedForBeforeAGatewayIs) {
   EXPECT_THAT(ask.error_output(), Not(HasSubstr("V.A.ACT_POS.X")));
 }
 
-TEST(MachineData, IsToldByTheGatewayThatTakesItsMachineOver) {
+TEST(MachineData, IsPublishedByTheGatewayThatTakesItsMachineOver) {
   Chain sut;
   Process cnc = sut.cnc();
   const std::string configuration =
@@ -190,7 +190,7 @@ TEST(MachineData, IsToldByTheGatewayThatTakesItsMachineOver) {
   EXPECT_THAT(again.output(), HasSubstr("state  mode=1\n"));
 }
 
-TEST(MachineData, NeedsNoSums) {
+TEST(MachineData, NeedsNoSumCommands) {
   Chain sut;
   const std::string config = (sut.folder() / "cnc.textproto").string();
   std::ofstream(config) << "connections { sum_commands: false }\n";

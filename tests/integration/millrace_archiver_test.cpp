@@ -125,7 +125,7 @@ TEST_F(Archiver, RecordsCallsAndChannelStates) {
   EXPECT_THAT(rows, testing::Not(HasSubstr("boss")));
 }
 
-TEST_F(Archiver, TakesAConfigurationInTheFolderItIsStartedIn) {
+TEST_F(Archiver, UsesAConfigurationInItsWorkingFolder) {
   const std::vector<std::string> there{"/usr/bin/env", "-C", folder.path().string(),
                                        binary("millrace-archiver")};
   const auto in_folder = [&](std::vector<std::string> arguments) {
@@ -173,7 +173,7 @@ TEST_F(Archiver, AnswersCallsWhileItsOldFilesAreRead) {
   EXPECT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
 }
 
-TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessLetsGoOfItsLock) {
+TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessReleasesItsLock) {
   const Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");
@@ -193,7 +193,7 @@ TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessLetsGoOfItsLock) {
   await_row("event", "written");
 }
 
-TEST_F(Archiver, AcknowledgesNothingIntoAFolderThatIsNotThere) {
+TEST_F(Archiver, AcknowledgesNothingWithoutItsFolder) {
   const Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");

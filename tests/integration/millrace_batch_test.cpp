@@ -93,7 +93,7 @@ TEST_F(BatchFolder, ServesAProgramOnceItIsThere) {
   EXPECT_TRUE(caller.await_no_instance(echo_uuid));
 }
 
-TEST_F(BatchFolder, TakesUpAChangedConfigurationWithoutARestart) {
+TEST_F(BatchFolder, AppliesAChangedConfigurationWithoutARestart) {
   install("say_request.sh");
   install("exit_with.sh");
   configure(script(echo_uuid, "say_request.sh"));
@@ -104,7 +104,7 @@ TEST_F(BatchFolder, TakesUpAChangedConfigurationWithoutARestart) {
   EXPECT_TRUE(caller.await_no_instance(echo_uuid));
 }
 
-TEST_F(BatchFolder, RunsAScriptAsItIsNow) {
+TEST_F(BatchFolder, RunsTheCurrentVersionOfAScript) {
   install("exit_with.sh");
   install("say_request.sh");
   configure(script(echo_uuid, "say_request.sh"));
@@ -167,13 +167,13 @@ TEST(BatchProgram, ServesOneProgramFromTheCommandLine) {
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
 }
 
-TEST(BatchProgram, AsksForTheUuidOfTheOneProgram) {
+TEST(BatchProgram, RequiresTheUuidOfTheOneProgram) {
   Process sut({binary("millrace-batch"), "--exec", program("exit_with.sh").string()});
   EXPECT_EQ(sut.wait(), 2);
   EXPECT_THAT(sut.error_output(), HasSubstr("--uuid is required"));
 }
 
-TEST(BatchProgram, HasHelpForBothWays) {
+TEST(BatchProgram, ShowsHelpForBothModes) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"--help"}, {"--exec", "--help"}}) {
     std::vector<std::string> command{binary("millrace-batch")};
@@ -185,7 +185,7 @@ TEST(BatchProgram, HasHelpForBothWays) {
   }
 }
 
-TEST(BatchProgram, TakesTheNameThatAUnitGivesIt) {
+TEST(BatchProgram, UsesTheNameOfItsCommandLine) {
   const Domain domain;
   const TemporaryFolder folder;
   const fs::path config = folder.path() / "batch.textproto";

@@ -51,7 +51,7 @@ TEST_F(Watching, EndsAfterSoManyCalls) {
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 20);
 }
 
-TEST_F(Watching, TakesOnlyTheCallsThatAreAskedFor) {
+TEST_F(Watching, PrintsOnlyTheSelectedCalls) {
   start_calls();
   Process of_a_channel = chain.millrace({"calls", "-f", "--channel", "2", "--json"});
   of_a_channel.await("\"channel\":2,");
@@ -68,7 +68,7 @@ TEST_F(Watching, TakesOnlyTheCallsThatAreAskedFor) {
   EXPECT_EQ(of_unknown.output(), "");
 }
 
-TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
+TEST_F(Watching, ShowsATableWithRatesOnATerminalAndRestoresItAtCtrlC) {
   if (const std::string reason = Terminal::obstacle(); !reason.empty()) {
     GTEST_SKIP() << reason;
   }
@@ -84,7 +84,7 @@ TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
   EXPECT_THAT(sut.output(), HasSubstr("\x1b[?25h\x1b[?1049l"));
 }
 
-TEST_F(Watching, PrintsLinesOnATerminalIfAskedTo) {
+TEST_F(Watching, PrintsLinesOnATerminalOnRequest) {
   if (const std::string reason = Terminal::obstacle(); !reason.empty()) {
     GTEST_SKIP() << reason;
   }

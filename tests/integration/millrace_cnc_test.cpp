@@ -110,20 +110,20 @@ TEST_F(MillraceCnc, EndsOnlyWhenEveryProgramHas) {
   EXPECT_THAT(sut.error_output(), HasSubstr("ended by a signal while a program was still running"));
 }
 
-TEST_F(MillraceCnc, TellsWhereAndWhyAProgramWasAborted) {
+TEST_F(MillraceCnc, ReportsWhereAndWhyAProgramWasAborted) {
   Process sut = start({"--run", "1=" + program("too_long.nc"), "--exit-when-idle"});
   EXPECT_EQ(sut.wait(), 1);
   EXPECT_THAT(sut.error_output(), HasSubstr("too_long.nc:2:1: N10: error 21462: "));
 }
 
-TEST_F(MillraceCnc, CallsAWarningOne) {
+TEST_F(MillraceCnc, LabelsAWarningAsOne) {
   Process sut = start({"--run", "1=" + program("warns.nc"), "--exit-when-idle"});
   EXPECT_EQ(sut.wait(), 0);
   EXPECT_THAT(sut.error_output(), HasSubstr("channel 1: "));
   EXPECT_THAT(sut.error_output(), HasSubstr("warns.nc:2:1: N10: warning: "));
 }
 
-TEST_F(MillraceCnc, TellsEveryMistakeOfAProgramItCannotStart) {
+TEST_F(MillraceCnc, ReportsEveryMistakeOfAProgramItCannotStart) {
   Process sut = start({"--run", "1=" + program("mistakes.nc"), "--exit-when-idle"});
   EXPECT_EQ(sut.wait(), 1);
   EXPECT_THAT(sut.error_output(), HasSubstr("mistakes.nc:1:1: "));
@@ -182,7 +182,7 @@ TEST_F(MillraceCnc, ClosesTheConnectionOfAClientWithoutARoute) {
   EXPECT_FALSE(wait_for(io, client.connect()));
 }
 
-TEST_F(MillraceCnc, HasNoMoreConnectionsThanItsConfigurationAllowsAndGivesUpTheUnused) {
+TEST_F(MillraceCnc, LimitsConnectionsAsConfiguredAndClosesUnusedOnes) {
   const auto config = folder_.path() / "cnc.textproto";
   std::ofstream(config) << "connections { max_connections: 1 idle_s: 1 }";
   Process sut = start({"--config", config.string()});

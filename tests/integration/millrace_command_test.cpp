@@ -64,7 +64,7 @@ TEST_F(TheCommand, ListsEveryInstance) {
               AllOf(HasSubstr("channels          cnc/2"), Not(HasSubstr("first"))));
 }
 
-TEST_F(TheCommand, TakesTheBeginningOfANameAndListsThoseThatThereAre) {
+TEST_F(TheCommand, AcceptsAbbreviatedNamesAndListsTheExistingOnes) {
   Process service = chain.square_root({"--name", "first"});
   for (const char* what : {"560aacbf", "560AACBF", "fir", square_root}) {
     EXPECT_THAT(run({"services", what}).output(), HasSubstr(square_root)) << what;
@@ -99,7 +99,7 @@ TEST_F(TheCommand, FitsTheWidthOfTheTerminal) {
   EXPECT_THAT(sut.output(), AllOf(HasSubstr("first"), Not(HasSubstr("DELIVERY"))));
 }
 
-TEST_F(TheCommand, TakesOptionsOfTheFabricBeforeTheWordAndShowsTheStatusWithoutOne) {
+TEST_F(TheCommand, AcceptsFabricOptionsBeforeTheCommandAndShowsTheStatusWithoutOne) {
   Process service = chain.square_root({"--name", "first"});
   const std::string domain = std::to_string(chain.domain());
   Process before({binary("millrace"), "--domain", domain, "services"});
@@ -111,7 +111,7 @@ TEST_F(TheCommand, TakesOptionsOfTheFabricBeforeTheWordAndShowsTheStatusWithoutO
                                     HasSubstr("no gateway reports on this fabric")));
 }
 
-TEST_F(TheCommand, SaysWhatEachChannelDoes) {
+TEST_F(TheCommand, ShowsTheStateOfEachChannel) {
   Process cnc = chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   Process gateway = chain.gateway();
   gateway.await_error("no service has the UUID");
@@ -121,7 +121,7 @@ TEST_F(TheCommand, SaysWhatEachChannelDoes) {
   EXPECT_THAT(run({"channels"}).output(), HasSubstr("idle"));
 }
 
-TEST_F(TheCommand, SaysHowTheLinkToEachControllerIs) {
+TEST_F(TheCommand, ShowsTheConnectionToEachController) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();
   gateway.await_error("link up, channels 1, 2");
@@ -147,7 +147,7 @@ TEST_F(TheCommand, SaysHowTheLinkToEachControllerIs) {
   EXPECT_THAT(down, HasSubstr("127.0.0.1"));
 }
 
-TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
+TEST_F(TheCommand, PingsEveryInstance) {
   Process first = chain.square_root({"--name", "first"});
   Process second = chain.square_root({"--name", "second"});
   const std::string answers = run({"services", "--ping", square_root}).output();
@@ -159,7 +159,7 @@ TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
   EXPECT_EQ(exit_code, 1);
 }
 
-TEST_F(TheCommand, KnowsWhetherTheServicesOfAHostAreWell) {
+TEST_F(TheCommand, ChecksTheServicesOfAHost) {
   Process service = chain.square_root({"--name", "first"});
   EXPECT_THAT(run({"status", "--host"}).output(), HasSubstr("first"));
   EXPECT_EQ(exit_code, 0);
@@ -171,7 +171,7 @@ TEST_F(TheCommand, KnowsWhetherTheServicesOfAHostAreWell) {
   service.signal(SIGCONT);
 }
 
-TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
+TEST_F(TheCommand, CountsAGatewayAsHealthyWhoseControllerIsOff) {
   Process cnc = chain.cnc();
   cnc.terminate();
   EXPECT_EQ(cnc.wait(), 0);
@@ -184,7 +184,7 @@ TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
   EXPECT_EQ(exit_code, 3);
 }
 
-TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
+TEST_F(TheCommand, ReportsAnUnservedCallByItsExitCode) {
   Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
   Process gateway = chain.gateway();
   gateway.await_error("link up");
@@ -201,7 +201,7 @@ TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
   });
 }
 
-TEST_F(TheCommand, SaysByItsExitCodeThatACallHasWaitedLongerThanAMinute) {
+TEST_F(TheCommand, ReportsACallThatHasWaitedLongerThanAMinuteByItsExitCode) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();
   gateway.await_error("link up");
@@ -222,13 +222,13 @@ TEST_F(TheCommand, SaysByItsExitCodeThatACallHasWaitedLongerThanAMinute) {
   EXPECT_EQ(exit_code, 5);
 }
 
-TEST_F(TheCommand, SaysByItsExitCodeThatTheFabricHasNoGateway) {
+TEST_F(TheCommand, ReportsAFabricWithoutAGatewayByItsExitCode) {
   Process service = chain.square_root();
   EXPECT_THAT(run({"status"}).output(), HasSubstr("no gateway reports on this fabric"));
   EXPECT_EQ(exit_code, 3);
 }
 
-TEST_F(TheCommand, SaysByItsExitCodeThatAnInstanceIsFrozen) {
+TEST_F(TheCommand, ReportsAFrozenInstanceByItsExitCode) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();
   gateway.await_error("link up");
@@ -247,7 +247,7 @@ TEST_F(TheCommand, SaysByItsExitCodeThatAnInstanceIsFrozen) {
   });
 }
 
-TEST_F(TheCommand, SaysByItsExitCodeThatGatewaysOrInstancesThatAreExpectedAreMissing) {
+TEST_F(TheCommand, ReportsMissingGatewaysAndInstancesByItsExitCode) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();
   gateway.await_error("link up");
@@ -280,7 +280,7 @@ TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {
               ContainsRegex("\"healthy\":false.*\"gateways\":\\[\\{.*\"answered\":false"));
 }
 
-TEST_F(TheCommand, HasAnInstanceLeave) {
+TEST_F(TheCommand, DrainsAnInstance) {
   Process service = chain.square_root({"--name", "first"});
   EXPECT_THAT(run({"drain", "first"}).error_output(), HasSubstr("has no other instance"));
   EXPECT_EQ(exit_code, 0);
@@ -303,7 +303,7 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
 
 // An operator's tool repeats its command until it gets the outcome, while another one pings a
 // hundred instances.
-TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
+TEST_F(TheCommand, RetriesACallOnceDuringManyOtherCommands) {
   Process service = chain.square_root();
   Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
   Process gateway = chain.gateway({"--log-level", "debug"});
@@ -385,12 +385,12 @@ TEST_F(TheCommand, WaitsForACallThatRunsWhileItsServiceDrains) {
   EXPECT_EQ(service.wait(), 0);
 }
 
-TEST_F(TheCommand, AsksForTheStateOfAnAnswer) {
+TEST_F(TheCommand, RequiresTheStateOfAnAnswer) {
   EXPECT_THAT(run({"answer", "cnc/1", "1.5"}).error_output(), HasSubstr("--state"));
   EXPECT_EQ(exit_code, 2);
 }
 
-TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
+TEST_F(TheCommand, RepairsOnlyRecordings) {
   const auto file = chain.folder() / "puts.csv";
   std::ofstream(file) << "id,at,machine\r\n";
   EXPECT_THAT(run({"recording", "repair", file.string()}).error_output(),
@@ -399,7 +399,7 @@ TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
   EXPECT_FALSE(std::filesystem::exists(chain.folder() / "puts.repaired.csv"));
 }
 
-TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
+TEST_F(TheCommand, ExplainsWhyACallIsNotAnswered) {
   Process service = chain.square_root();
   const std::string near = "560aacbf-6335-44a9-895a-8b27f3ed5e48";
   EXPECT_THAT(run({"call", near, "16"}).error_output(), HasSubstr(square_root));
@@ -414,7 +414,7 @@ TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
   EXPECT_EQ(exit_code, 2);
 }
 
-TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
+TEST_F(TheCommand, RecordsEveryCallAndShowsItsTimeline) {
   const std::string file = chain.folder() / "run.mcap";
   Process recorder = chain.millrace({"record", "-o", file});
   recorder.await("^ready: ");
@@ -444,7 +444,7 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
   EXPECT_THAT(run({"recording", "info", "--hops", file}).output(), HasSubstr("write back"));
 }
 
-TEST_F(TheCommand, RecordsOnlyToWhereItCanAndSaysSoBeforeItIsReady) {
+TEST_F(TheCommand, ChecksThatItCanRecordBeforeItIsReady) {
   const std::string file = chain.folder() / "run.mcap";
   std::ofstream(file) << "mine";
   const std::string nowhere = chain.folder() / "none/run.mcap";
@@ -456,7 +456,7 @@ TEST_F(TheCommand, RecordsOnlyToWhereItCanAndSaysSoBeforeItIsReady) {
   }
 }
 
-TEST_F(TheCommand, SaysThatItHearsNobody) {
+TEST_F(TheCommand, ReportsThatNothingWasReceived) {
   Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   sut.await("^ready: ");
   sut.terminate();
@@ -485,7 +485,7 @@ TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {
   EXPECT_EQ(exit_code, 0);
 }
 
-TEST_F(TheCommand, RecordsAgainHoweverOftenItWasKilled) {
+TEST_F(TheCommand, RecordsAgainAfterEachKill) {
   // Typed with a relative path, in the folder.
   const auto record = [&](const std::string& file) {
     Flags command{"/usr/bin/env", "-C", chain.folder().string()};
@@ -507,7 +507,7 @@ TEST_F(TheCommand, RecordsAgainHoweverOftenItWasKilled) {
   EXPECT_TRUE(std::filesystem::exists(chain.folder() / "run.repaired-2.mcap"));
 }
 
-TEST_F(TheCommand, RecordsOnWhenADiskThatWasFullAllAtOnceHasRoomAgain) {
+TEST_F(TheCommand, ContinuesRecordingWhenAFullDiskHasRoomAgain) {
   const std::string disk = (chain.folder() / "disk").string();
   std::filesystem::create_directory(disk);
   // A disk that only this process sees, and the test through its /proc.

@@ -87,7 +87,7 @@ TEST_F(AProbe, ShowsWhatAControllerOffersAndTheBlockToConfigureIt) {
                                 plain_port + "\n  net_id: \"127.0.0.1.1.1\"\n"));
 }
 
-TEST_F(AProbe, AsksOverSecureAdsWithAPreSharedKey) {
+TEST_F(AProbe, UsesSecureAdsWithAPreSharedKey) {
   start(with_psk);
   const std::string output = run({"--port", secure_port, "--udp-port", udp_port, "--psk",
                                   "millrace", "--password-file", write("press.psk", "secret\n")});
@@ -100,7 +100,7 @@ TEST_F(AProbe, AsksOverSecureAdsWithAPreSharedKey) {
   expect_link_with_block_in(output);
 }
 
-TEST_F(AProbe, SaysWhyThereIsNoSecureConnection) {
+TEST_F(AProbe, ExplainsWhyThereIsNoSecureConnection) {
   start(with_psk);
   const std::string output =
       run({"--port", secure_port, "--udp-port", udp_port, "--psk", "millrace", "--password-file",
@@ -111,7 +111,7 @@ TEST_F(AProbe, SaysWhyThereIsNoSecureConnection) {
                             HasSubstr("the pre-shared key of identity")));
 }
 
-TEST_F(AProbe, AsksOverSecureAdsOnceTheRouteIsAdded) {
+TEST_F(AProbe, UsesSecureAdsOnceTheRouteIsAdded) {
   start(
       "secure_ads { listen: '127.0.0.1:0' self_signed { user: 'Administrator' password: '1' } } "
       "discovery { listen: '127.0.0.1:0' name: 'press' }");
@@ -132,9 +132,9 @@ TEST_F(AProbe, AsksOverSecureAdsOnceTheRouteIsAdded) {
 }
 
 /// A CA, and its certificates for this host and for the controller.
-class AProbeOfAPlant : public AProbe {
+class AProbeWithASharedCa : public AProbe {
  protected:
-  AProbeOfAPlant() {
+  AProbeWithASharedCa() {
     write("ca.crt", ca_.pem());
     issue("127.0.0.1", "host");
     issue("CX-123456", "cnc");
@@ -166,14 +166,14 @@ class AProbeOfAPlant : public AProbe {
   base::openssl::Certificate ca_ = base::openssl::self_signed(ca_key_, subject("plant CA"));
 };
 
-TEST_F(AProbeOfAPlant, AsksOverSecureAdsWithCertificatesOfItsCa) {
+TEST_F(AProbeWithASharedCa, UsesSecureAdsWithCertificatesOfItsCa) {
   const std::string output = probe("CX-123456");
   EXPECT_EQ(exit_code, 0) << output << errors;
   EXPECT_THAT(output, ContainsRegex("ok +sum commands +five"));
   expect_link_with_block_in(output);
 }
 
-TEST_F(AProbeOfAPlant, SaysThatTheControllerIsAnotherOne) {
+TEST_F(AProbeWithASharedCa, ReportsThatTheControllerIsAnotherOne) {
   const std::string output = probe("CX-654321");
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(output, HasSubstr("is that of \"CX-123456\"; expected \"CX-654321\""));
@@ -188,7 +188,7 @@ TEST_F(AProbe, NamesTheRouteThatIsMissing) {
                             Not(HasSubstr("Service Interface"))));
 }
 
-TEST_F(AProbe, RefusesASecretThatEverybodyCanRead) {
+TEST_F(AProbe, RefusesASecretThatAnyUserCanRead) {
   const std::string password = write("press.psk", "secret");
   std::filesystem::permissions(password, std::filesystem::perms(0644));
   run({"--psk", "millrace", "--password-file", password, "--udp-port", "9"});
@@ -196,7 +196,7 @@ TEST_F(AProbe, RefusesASecretThatEverybodyCanRead) {
   EXPECT_THAT(errors, HasSubstr("machine.secure.psk.password_file: " + password));
 }
 
-TEST_F(AProbe, TakesOneModeAndAllThatBelongsToIt) {
+TEST_F(AProbe, RequiresOneModeWithAllItsOptions) {
   const std::string file = write("file", "text");
   for (const Flags& flags :
        {Flags{"--psk", "millrace"}, Flags{"--password-file", file}, Flags{"--ca", file},

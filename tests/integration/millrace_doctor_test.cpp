@@ -76,7 +76,7 @@ TEST_F(TheDoctor, FindsAMachineWithoutALink) {
   EXPECT_EQ(exit_code, 1);
 }
 
-TEST_F(TheDoctor, FindsACallThatNobodyServes) {
+TEST_F(TheDoctor, FindsAnUnservedCall) {
   Process service = chain.square_root();
   Process cnc = chain.cnc({"--run", Chain::program(1, "near_miss.nc")});
   Process gateway = chain.gateway();
@@ -88,7 +88,7 @@ TEST_F(TheDoctor, FindsACallThatNobodyServes) {
   EXPECT_EQ(exit_code, 1);
 }
 
-TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
+TEST_F(TheDoctor, NamesAWriterWhoseQosOrTypeMatchesNoReader) {
   Process service = chain.square_root();
   fabric::dds::Participant other({.domain = chain.domain(), .name = "other"});
   const fabric::dds::Entity publisher = fabric::wire::create_publisher(
@@ -117,7 +117,7 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
   EXPECT_THAT(text, Not(ContainsRegex("of square_root on .* fits no")));
 }
 
-TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
+TEST_F(TheDoctor, NamesAProcessWithAnotherWireVersion) {
   Process service = chain.square_root();
   fabric::dds::Participant older({.domain = chain.domain(), .name = "older"});
   const fabric::dds::Entity subscriber = fabric::wire::create_subscriber(

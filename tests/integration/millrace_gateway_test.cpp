@@ -70,7 +70,7 @@ TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {
   EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: machine.net_id"));
 }
 
-TEST_F(MillraceGateway, BringsACallOverSecureAdsOnceItsPasswordIsRight) {
+TEST_F(MillraceGateway, PassesACallOverSecureAdsOnceItsPasswordIsRight) {
   const auto write = [this](const std::string& name, const std::string& text) {
     std::ofstream(folder_.path() / name) << text;
     std::filesystem::permissions(folder_.path() / name, std::filesystem::perms(0640));
@@ -107,13 +107,13 @@ TEST_F(MillraceGateway, WarnsOfPlainAdsOverANetwork) {
   EXPECT_THAT(sut.error_output(), Not(ContainsRegex("saw [^\n]*: plain ADS")));
 }
 
-TEST_F(MillraceGateway, EndsWithExitCode2ForAMachineItCannotUnderstand) {
+TEST_F(MillraceGateway, EndsWithExitCode2ForAnInvalidMachine) {
   Process sut = gateway({"--machine", "press"});
   EXPECT_EQ(sut.wait(), 2);
   EXPECT_THAT(sut.error_output(), HasSubstr("expected NAME=HOST:PORT/NETID"));
 }
 
-TEST_F(MillraceGateway, BringsACallToItsServiceAndTheAnswerBack) {
+TEST_F(MillraceGateway, PassesACallToItsServiceAndTheAnswerBack) {
   Process service = square_root();
   Process controller = cnc();
   Process sut = gateway({"--machine", machine(controller)});
@@ -122,7 +122,7 @@ TEST_F(MillraceGateway, BringsACallToItsServiceAndTheAnswerBack) {
   sut.await_error("link up, channel 1");
 }
 
-TEST_F(MillraceGateway, ServesACallWhoseServiceComesLater) {
+TEST_F(MillraceGateway, ServesACallWhoseServiceStartsLater) {
   Process controller = cnc();
   Process sut = gateway({"--machine", machine(controller)});
   sut.await_error("no service has the UUID 560AACBF");

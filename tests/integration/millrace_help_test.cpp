@@ -144,7 +144,7 @@ std::string error_of(Words command) {
   return process.error_output();
 }
 
-TEST(AMistake, IsACommandThatDoesNotExist) {
+TEST(AMistake, NamesAnUnknownCommand) {
   EXPECT_EQ(
       error_of({"millrace", "recording", "ct", "run.mcap"}),
       "millrace: unknown command 'ct' (did you mean 'cat'?); expected one of: info, cat, calls, "
@@ -156,13 +156,13 @@ TEST(AMistake, IsACommandThatDoesNotExist) {
   EXPECT_THAT(error_of({"millrace", "everything"}), Not(HasSubstr("did you mean")));
 }
 
-TEST(AMistake, IsACommandThatIsNotThere) {
+TEST(AMistake, NamesAMissingCommand) {
   EXPECT_THAT(error_of({"millrace", "vars", "cnc"}),
               HasSubstr("a command is missing; expected one of: list, read, write\n"
                         "Try 'millrace vars --help'.\n"));
 }
 
-TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
+TEST(AMistake, NamesAnUnknownArgumentAsItWasTyped) {
   EXPECT_EQ(error_of({"millrace", "services", "--uid", "x"}),
             "millrace: unexpected argument: --uid\nTry 'millrace services --help'.\n");
   EXPECT_EQ(error_of({"millrace-square-root", "--uid", "x"}),
@@ -170,7 +170,7 @@ TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
             "'millrace-square-root --help'.\n");
 }
 
-TEST(AMistake, NamesWhatIsNotKnownBesideWhatIsMissing) {
+TEST(AMistake, NamesUnknownArgumentsBesideMissingOnes) {
   EXPECT_EQ(
       error_of({"millrace", "call", "--txt"}),
       "millrace: SERVICE is required; unexpected argument: --txt\nTry 'millrace call --help'.\n");
@@ -221,7 +221,7 @@ TEST(TheCompletion, OffersEverySubcommandAndOptionInBash) {
   }
 }
 
-TEST(TheCompletion, OffersTheWordsThatAnArgumentMayBe) {
+TEST(TheCompletion, OffersTheValuesOfAnArgument) {
   EXPECT_THAT(offered("millrace completion "), IsSupersetOf({"bash", "fish", "zsh"}));
   EXPECT_THAT(offered("millrace record --sync "),
               testing::UnorderedElementsAre("none", "interval", "call"));

@@ -42,7 +42,7 @@ class TheLint : public testing::Test {
   std::string errors;
 };
 
-TEST_F(TheLint, FindsNothingInAProgramThatIsWell) {
+TEST_F(TheLint, FindsNothingInACorrectProgram) {
   EXPECT_EQ(run({programs + "complete.nc"}), "nothing found\n");
   EXPECT_EQ(exit_code, 0);
 }
@@ -56,18 +56,18 @@ TEST_F(TheLint, EndsWithOneForErrorsAndForWarningsIfTheyCount) {
   EXPECT_EQ(exit_code, 1);
 }
 
-TEST_F(TheLint, ReadsSubprogramsBesideTheProgramAndFromThePath) {
+TEST_F(TheLint, ReadsSubprogramsNextToTheProgramAndInThePath) {
   EXPECT_THAT(run({programs + "subprograms.nc"}), HasSubstr("ask_and_wait.sub:3:1: warning"));
   EXPECT_THAT(run({programs + "subprograms.nc"}), HasSubstr("somewhere_else.sub was not found"));
 }
 
-TEST_F(TheLint, TakesOneValueForEachFlag) {
+TEST_F(TheLint, AcceptsOneValueForEachFlag) {
   EXPECT_THAT(run({"--uuid", square_root, programs + "complete.nc"}), HasSubstr("nothing found"));
   EXPECT_THAT(run({"--uuid", "another", programs + "complete.nc"}), HasSubstr("[unknown-uuid]"));
   EXPECT_EQ(exit_code, 1);
 }
 
-TEST_F(TheLint, SaysWhatItExpects) {
+TEST_F(TheLint, ReportsWhatItExpects) {
   run({});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("no program is named"));
@@ -79,7 +79,7 @@ TEST_F(TheLint, SaysWhatItExpects) {
   EXPECT_THAT(errors, HasSubstr("No such file"));
 }
 
-TEST_F(TheLint, AsksTheFabricWhichServicesThereAre) {
+TEST_F(TheLint, ReadsTheServicesFromTheFabric) {
   const Domain domain;
   const std::string number = std::to_string(domain.number());
   EXPECT_THAT(run({"--live", "--domain", number, programs + "complete.nc"}),

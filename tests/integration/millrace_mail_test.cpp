@@ -143,7 +143,7 @@ constexpr const char* rules =
     "rule { name: 'served' no_instance_of: '326DE49A-633B-4cea-a9b8-1924d7f926a7' no_instance_s: 1 "
     "to: 'shift' quiet_s: 0 }\n";
 
-TEST_F(Mail, WritesWithoutACallWhatItsRulesSay) {
+TEST_F(Mail, SendsMailsOfItsRulesWithoutACall) {
   open_server();
   configure();
   write(config, content(config) + rules);
@@ -182,7 +182,7 @@ TEST_F(Mail, DoesNotWaitForTheServersGoodbye) {
   EXPECT_EQ(accepted(), 1U);
 }
 
-TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
+TEST_F(Mail, RetriesMailsThatTheServerRefusesForNow) {
   start();
   answer("data 451 4.7.1 greylisted");
   const fabric::Reply reply = call("done program=A parts=1");
@@ -203,7 +203,7 @@ TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
   EXPECT_EQ(accepted(), 2U);
 }
 
-TEST_F(Mail, SendsTheOthersWhileTheServerStallsOverSome) {
+TEST_F(Mail, SendsOtherMailsWhileTheServerStallsOnSome) {
   open_server();
   configure("user: 'press' password_file: 'password' timeout_ms: 1000");
   std::ofstream(config, std::ios::app) << "recipient { name: 'tar' address: 'tar@example.com' }\n";
@@ -222,7 +222,7 @@ TEST_F(Mail, SendsTheOthersWhileTheServerStallsOverSome) {
   await_mail(13);
 }
 
-TEST_F(Mail, KeepsMailsWhileTheServerIsNotThereAlsoOverARestart) {
+TEST_F(Mail, KeepsMailsWhileTheServerIsDownAndOverARestart) {
   start();
   server->kill();
   const fabric::Reply reply = call("done program=A parts=1");
@@ -235,7 +235,7 @@ TEST_F(Mail, KeepsMailsWhileTheServerIsNotThereAlsoOverARestart) {
   EXPECT_THAT(await_mail(1), HasSubstr("<" + reply.call.to_string() + ".millrace@"));
 }
 
-TEST_F(Mail, TellsAtOnceWhatTheServerNeverTakes) {
+TEST_F(Mail, ReportsAPermanentRefusalAtOnce) {
   start();
   answer("rcpt 550 5.1.1 no such user");
   const fabric::Reply recipient = call("done program=A parts=1");
@@ -248,7 +248,7 @@ TEST_F(Mail, TellsAtOnceWhatTheServerNeverTakes) {
   EXPECT_EQ(accepted(), 1U);
 }
 
-TEST_F(Mail, SendsNoMailTwiceWhenItIsKilledBeforeItHearsThatItWasTaken) {
+TEST_F(Mail, SendsNoMailTwiceWhenItIsKilledBeforeTheServersConfirmation) {
   start();
   answer("hold");
   const fabric::Request request = caller.request(uuid, "done program=A parts=1");
@@ -287,7 +287,7 @@ TEST_F(Mail, AnswersARepeatedCallAfterACrashAsBeforeAndSendsNothing) {
   EXPECT_EQ(accepted(), 1U);
 }
 
-TEST_F(Mail, DoesNotSendAgainWhenTheConnectionBreaksBehindTheMail) {
+TEST_F(Mail, DoesNotSendAgainWhenTheConnectionBreaksAfterTheMail) {
   start();
   answer("drop");
   const fabric::Reply reply = call("done program=A parts=1");
@@ -297,7 +297,7 @@ TEST_F(Mail, DoesNotSendAgainWhenTheConnectionBreaksBehindTheMail) {
   EXPECT_EQ(accepted(), 2U);
 }
 
-TEST_F(Mail, TellsThatTheServerDoesNotTakeThePassword) {
+TEST_F(Mail, ReportsARefusedPassword) {
   start();
   write(folder.path() / "password", "wrong horse\n");
   const fabric::Reply reply = call("done program=A parts=1");
@@ -309,7 +309,7 @@ TEST_F(Mail, TellsThatTheServerDoesNotTakeThePassword) {
   EXPECT_THAT(sut->error_output(), Not(HasSubstr("horse")));
 }
 
-TEST_F(Mail, SaysNothingToAServerWithoutStarttls) {
+TEST_F(Mail, SendsNothingToAServerWithoutStarttls) {
   open_server({});
   configure("");
   start_service();
@@ -319,7 +319,7 @@ TEST_F(Mail, SaysNothingToAServerWithoutStarttls) {
   EXPECT_EQ(accepted(), 0U);
 }
 
-TEST_F(Mail, SaysNothingToAServerWhoseCertificateNobodyVouchesFor) {
+TEST_F(Mail, SendsNothingToAServerWithAnUntrustedCertificate) {
   start();
   make_certificate(folder.path() / "other", folder.path() / "other_key");
   fs::rename(folder.path() / "other", certificate);
@@ -328,7 +328,7 @@ TEST_F(Mail, SaysNothingToAServerWhoseCertificateNobodyVouchesFor) {
   EXPECT_EQ(accepted(), 0U);
 }
 
-TEST_F(Mail, SpeaksTlsFromTheFirstByteIfToldTo) {
+TEST_F(Mail, UsesImplicitTlsIfConfigured) {
   open_server({"--cert", certificate.string(), "--key", key.string(), "--implicit", "--user",
                "press", "--password", "correct horse"});
   configure("user: 'press' password_file: 'password' starttls: IMPLICIT");
@@ -338,14 +338,14 @@ TEST_F(Mail, SpeaksTlsFromTheFirstByteIfToldTo) {
   EXPECT_EQ(accepted(), 1U);
 }
 
-TEST_F(Mail, SendsInTheClearOnlyIfToldTo) {
+TEST_F(Mail, SendsUnencryptedOnlyIfConfigured) {
   open_server({});
   configure("starttls: OFF");
   start_service();
   EXPECT_EQ(call("done program=A parts=1").state, 1U);
 }
 
-TEST_F(Mail, LetsNoRequestWriteHeadersOrAddresses) {
+TEST_F(Mail, AllowsNoRequestToWriteHeadersOrAddresses) {
   start();
   EXPECT_EQ(call("done program=\"A\r\nBcc: x@evil.example\" parts=1").state, 10U);
   EXPECT_EQ(call("done to=x@evil.example program=A parts=1").state, 10U);
@@ -393,7 +393,7 @@ TEST_F(Mail, ChecksItsConfiguration) {
   EXPECT_THAT(not_served.error_output(), HasSubstr("cannot read the password"));
 }
 
-TEST_F(Mail, EndsWithTheNameOfADatabaseThatIsDamaged) {
+TEST_F(Mail, NamesADamagedDatabaseAndEnds) {
   const fs::path database = folder.path() / "mail.spool" / "spool.db";
   fs::create_directories(database.parent_path());
   write(database, std::string(5000, 'x'));
@@ -406,7 +406,7 @@ TEST_F(Mail, EndsWithTheNameOfADatabaseThatIsDamaged) {
               AllOf(HasSubstr(database.string()), HasSubstr("not the spool of a mail service")));
 }
 
-TEST_F(Mail, SharesItsSpoolWithNobody) {
+TEST_F(Mail, DoesNotShareItsSpool) {
   start();
   Process second({binary("millrace-mail"), "--config", config.string(), "--domain",
                   std::to_string(domain.number())});

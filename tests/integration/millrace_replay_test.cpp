@@ -118,7 +118,7 @@ TEST_F(Replay, OfTheDemoRecordingStillVerifies) {
   EXPECT_THAT(replay.output(), HasSubstr("{\"summary\":{\"calls\":6,"));
 }
 
-TEST_F(Replay, SaysWhichServiceIsMissing) {
+TEST_F(Replay, NamesAMissingService) {
   const Process replay = run({"replay", "--to-services", "--wait", "300ms", demo_recording});
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(replay.error_output(), HasSubstr("still missing: no service has the UUID 560AACBF"));
@@ -166,7 +166,7 @@ TEST_F(Replay, StandingInForAServiceAnswersAnOperatorAsAnInstanceDoes) {
   EXPECT_THAT(replay.error_output(), HasSubstr("commands the replayed service " + square_root));
 }
 
-TEST_F(Replay, StandingInForAServiceSaysWhatItExpected) {
+TEST_F(Replay, StandingInForAServiceReportsTheExpectedRequest) {
   Process replay = chain.millrace({"replay", "--as-service", demo_recording});
   replay.await("^ready: ");
   Process cnc = chain.cnc({"--run", Chain::program(2, "negative_number.nc"), "--exit-when-idle"});
@@ -221,7 +221,7 @@ TEST_F(Replay, StandingInForTheControllerFindsAWrongDigit) {
   EXPECT_THAT(replay.output(), HasSubstr("answered  \"1.732052\" state 1"));
 }
 
-TEST_F(Replay, RefusesWhatMakesNoSense) {
+TEST_F(Replay, RefusesInvalidOptions) {
   for (const Flags& flags : std::vector<Flags>{{},
                                                {"--to-services", "--as-cnc"},
                                                {"--to-services", "--fast", "--rate", "2"},

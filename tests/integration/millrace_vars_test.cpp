@@ -162,7 +162,7 @@ TEST_F(TheVariables, OfAMachineInTheGatewaysConfigurationAreReadByItsName) {
   EXPECT_THAT(errors, HasSubstr("where is machine press?"));
 }
 
-TEST_F(TheVariables, OfAControllerThatIsNotThereAreNotRead) {
+TEST_F(TheVariables, OfAnUnreachableControllerAreNotRead) {
   cnc_.terminate();
   EXPECT_EQ(cnc_.wait(), 0);
   run({"read", "V.E.LIMIT"});

@@ -74,7 +74,7 @@ class TheWeb : public testing::Test {
   std::uint16_t port = 0;
 };
 
-TEST_F(TheWeb, TellsABrowserEverythingOnceAndThenWhatChanges) {
+TEST_F(TheWeb, SendsABrowserEverythingOnceAndThenTheChanges) {
   start_web();
   start_calls();
   HttpEvents events(port, "/api/live");
@@ -103,7 +103,7 @@ TEST_F(TheWeb, TellsABrowserEverythingOnceAndThenWhatChanges) {
   EXPECT_EQ(sut->wait(), 0) << sut->error_output();
 }
 
-TEST_F(TheWeb, TellsWhatTheCommandsTell) {
+TEST_F(TheWeb, ShowsTheSameAsTheCommands) {
   start_web();
   start_calls();
   await("a call", [&] { return !get("/api/calls").at("calls").as_array().empty(); });
@@ -156,7 +156,7 @@ TEST_F(TheWeb, ShowsTheSameTimelineOfACallAsTheLog) {
             std::filesystem::file_size(file));
 }
 
-TEST_F(TheWeb, LetsAUserRetryOrAnswerAHeldCallAndTheProgramEnds) {
+TEST_F(TheWeb, LetsAUserRetryOrAnswerABlockedCallAndTheProgramEnds) {
   const auto file = chain.folder() / "web.textproto";
   Process hash({"/bin/sh", "-c", "printf secret | " + binary("millrace") + " web --hash-password"});
   ASSERT_EQ(hash.wait(), 0) << hash.error_output();
@@ -207,7 +207,7 @@ TEST_F(TheWeb, LetsAUserRetryOrAnswerAHeldCallAndTheProgramEnds) {
   EXPECT_THAT(who.output(), HasSubstr("anna@"));
 }
 
-TEST_F(TheWeb, GivesPrometheusItsNumbers) {
+TEST_F(TheWeb, ServesPrometheusMetrics) {
   start_web();
   start_calls();
   await("a call", [&] {
@@ -230,7 +230,7 @@ class ForeignInput : public TheWeb {
   }
 };
 
-TEST_F(ForeignInput, OfAThousandIdleConnectionsKeepsNobodyOut) {
+TEST_F(ForeignInput, OfAThousandIdleConnectionsBlocksNoOthers) {
   std::vector<std::unique_ptr<HttpClient>> idle;
   for (int i = 0; i < 1000; ++i) {
     idle.push_back(std::make_unique<HttpClient>(port));
@@ -252,14 +252,14 @@ TEST_F(ForeignInput, OfALongBodyIsRefused) {
   EXPECT_EQ(browser.receive().status, 413);
 }
 
-TEST_F(ForeignInput, ThatIsNoHttpIsRefused) {
+TEST_F(ForeignInput, OtherThanHttpIsRefused) {
   HttpClient browser(port);
   using namespace std::string_view_literals;
   browser.send("\x16\x03\x01\x02\x00 nonsense\r\n\r\n"sv);
   EXPECT_EQ(browser.receive().status, 400);
 }
 
-TEST_F(ForeignInput, LeadsToNoFile) {
+TEST_F(ForeignInput, ReadsNoFile) {
   for (const char* target : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
                              "/..%2f..%2fetc/passwd"}) {
     HttpClient browser(port);
@@ -269,7 +269,7 @@ TEST_F(ForeignInput, LeadsToNoFile) {
   }
 }
 
-TEST_F(ForeignInput, OfABrowserThatDoesNotReadCostsNobodyAnything) {
+TEST_F(ForeignInput, OfABrowserThatDoesNotReadDelaysNoOthers) {
   start_calls();
   HttpClient deaf(port);
   deaf.send("GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n");
@@ -307,7 +307,7 @@ std::string certificate_at(std::uint16_t port) {
   return client.output();
 }
 
-TEST(TheWebWithTls, TakesANewCertificateWhenItIsToldTo) {
+TEST(TheWebWithTls, LoadsANewCertificateOnSighup) {
   Chain chain;
   make_certificate(chain.folder(), "first");
   Process sut = chain.millrace({"web", "--listen", "127.0.0.1:0", "--tls-cert",
@@ -329,7 +329,7 @@ TEST(TheWebWithTls, TakesANewCertificateWhenItIsToldTo) {
   EXPECT_EQ(sut.wait(), 0);
 }
 
-TEST_F(TheWeb, TellsWhatProgramsSayOfThemselves) {
+TEST_F(TheWeb, ShowsTheAlarmsOfProcesses) {
   start_web();
   Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
   recorder.await("^ready: ");

@@ -78,7 +78,7 @@ class Programs : public testing::Test {
   Chain sut;
 };
 
-TEST_F(Programs, AreToldOfWithNameErrorDurationAndParts) {
+TEST_F(Programs, ArePublishedWithNameErrorDurationAndParts) {
   write("good.nc", "%good\nV.E.PARTS = 17\n#FLUSH WAIT\n#TIME 0.3\nM30\n");
   write("bad.nc", "%bad\n#FLUSH WAIT\n#TIME 0.3\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n");
   write("halt.nc", "%halt\n#TIME 0.2\nM00\n#TIME 0.2\nM30\n");
@@ -158,7 +158,7 @@ TEST_F(Programs, AreRecordedAndArchived) {
   EXPECT_EQ(again.wait(), 0) << again.error_output();
 }
 
-TEST_F(Programs, AreToldOfWithoutTheirNamesWhereTheControllerHasNone) {
+TEST_F(Programs, ArePublishedWithoutNamesWhereTheControllerHasNone) {
   write("good.nc", "%good\n#TIME 0.2\nM30\n");
   Process controller =
       cnc("answers { program_objects: false } programs { ready_after_end: true }\n");

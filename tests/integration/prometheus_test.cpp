@@ -133,7 +133,7 @@ class ThePrometheus : public testing::Test {
   std::uint16_t port = 0;
 };
 
-TEST_F(ThePrometheus, CountsWhatWasCalled) {
+TEST_F(ThePrometheus, CountsCalls) {
   start_web();
   start_prometheus();
   service.emplace(chain.square_root());
@@ -168,7 +168,7 @@ TEST_F(ThePrometheus, FindsTheMetricsWellNamed) {
   EXPECT_EQ(promtool.wait(), 0) << promtool.output() << promtool.error_output();
 }
 
-TEST_F(ThePrometheus, CallsWhenALinkIsDownAndWhenNobodyTellsOfThePlant) {
+TEST_F(ThePrometheus, AlertsWhenALinkIsDownAndWhenItCannotScrape) {
   start_web();
   start_prometheus();
   service.emplace(chain.square_root());
@@ -190,7 +190,7 @@ TEST_F(ThePrometheus, CallsWhenALinkIsDownAndWhenNobodyTellsOfThePlant) {
   expect_no_alert("MillraceNotScraped");
 }
 
-TEST_F(ThePrometheus, CallsWhenAServiceIsGone) {
+TEST_F(ThePrometheus, AlertsWhenAServiceIsGone) {
   start_web();
   start_prometheus();
   service.emplace(chain.square_root());
@@ -203,7 +203,7 @@ TEST_F(ThePrometheus, CallsWhenAServiceIsGone) {
   expect_no_alert("MillraceServiceWithoutInstance");
 }
 
-TEST_F(ThePrometheus, CallsWhenNobodyServesACall) {
+TEST_F(ThePrometheus, AlertsWhenACallIsUnserved) {
   start_web();
   start_prometheus();
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"}));
@@ -214,7 +214,7 @@ TEST_F(ThePrometheus, CallsWhenNobodyServesACall) {
   EXPECT_EQ(cnc->wait(), 0);
 }
 
-TEST_F(ThePrometheus, CallsWhenAChannelWaitsForAnInstance) {
+TEST_F(ThePrometheus, AlertsWhenAChannelWaitsForAnInstance) {
   start_web();
   start_prometheus();
   service.emplace(chain.slow_service({"--work", "100000"}));
@@ -226,7 +226,7 @@ TEST_F(ThePrometheus, CallsWhenAChannelWaitsForAnInstance) {
   expect_no_alert("MillraceChannelWaits");
 }
 
-TEST_F(ThePrometheus, CallsWhenACallIsHeld) {
+TEST_F(ThePrometheus, AlertsWhenACallIsBlocked) {
   start_web();
   start_prometheus();
   service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
@@ -241,7 +241,7 @@ TEST_F(ThePrometheus, CallsWhenACallIsHeld) {
   expect_no_alert("MillraceCallHeld");
 }
 
-TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
+TEST_F(ThePrometheus, AlertsWhenAJournalCannotBeWritten) {
   start_web();
   start_prometheus();
   service.emplace(chain.square_root());
@@ -297,7 +297,7 @@ class ThePrometheusOfData : public ThePrometheus {
   }
 };
 
-TEST_F(ThePrometheusOfData, CallsWhenAProgramIsAborted) {
+TEST_F(ThePrometheusOfData, AlertsWhenAProgramIsAborted) {
   const auto aborted = [&] { return value_of("sum(millrace_programs_total{result=\"aborted\"})"); };
   run_into_an_error();
   await("an aborted program", [&] { return aborted() == 1.0; });
@@ -306,7 +306,7 @@ TEST_F(ThePrometheusOfData, CallsWhenAProgramIsAborted) {
   expect_alert("MillraceProgramAborted");
 }
 
-TEST_F(ThePrometheusOfData, CallsWhileSampledValuesAreStaleAndWhileTheyAreRefused) {
+TEST_F(ThePrometheusOfData, AlertsWhileSampledValuesAreStaleAndWhileTheyAreRefused) {
   expect_alert("MillraceDataRefused");
   EXPECT_FALSE(fires("MillraceDataStale"));
   const std::string place = "127.0.0.1:" + std::to_string(chain.port());
@@ -318,7 +318,7 @@ TEST_F(ThePrometheusOfData, CallsWhileSampledValuesAreStaleAndWhileTheyAreRefuse
   expect_no_alert("MillraceDataStale");
 }
 
-TEST_F(ThePrometheus, CallsWhenAMessageQueueFills) {
+TEST_F(ThePrometheus, AlertsWhenAMessageQueueFills) {
   start_web();
   start_prometheus();
   const auto file = chain.folder() / "cnc.textproto";
@@ -342,7 +342,7 @@ TEST_F(ThePrometheus, CallsWhenAMessageQueueFills) {
   EXPECT_EQ(value_of("millrace_queue_filled_messages"), 0.0);
 }
 
-TEST_F(ThePrometheus, CallsWhenTheCertificateEndsSoon) {
+TEST_F(ThePrometheus, AlertsWhenTheCertificateEndsSoon) {
   const std::string key = (chain.folder() / "web.key").string();
   const std::string certificate = (chain.folder() / "web.crt").string();
   const auto make = [&](const std::string& days) {
@@ -361,7 +361,7 @@ TEST_F(ThePrometheus, CallsWhenTheCertificateEndsSoon) {
   expect_no_alert("MillraceCertificateExpires");
 }
 
-TEST_F(ThePrometheus, CallsWhenCallsFail) {
+TEST_F(ThePrometheus, AlertsWhenCallsFail) {
   start_web();
   start_prometheus();
   service.emplace(chain.slow_service({"--work", "400"}));
@@ -387,7 +387,7 @@ TEST_F(ThePrometheus, CallsWhenCallsFail) {
   expect_no_alert("MillraceCallsFail");
 }
 
-TEST_F(ThePrometheus, CallsWhenSomethingOfACallDoesNotArrive) {
+TEST_F(ThePrometheus, AlertsWhenSamplesOfACallAreMissing) {
   start_web();
   start_prometheus();
   service.emplace(chain.square_root());

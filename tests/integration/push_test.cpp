@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-class Push : public testing::Test {
+class Notifications : public testing::Test {
  protected:
   /// A virtual CNC with these properties of its connections.
   Process cnc(const std::string& connections, Flags flags = {}) {
@@ -55,7 +55,7 @@ class Push : public testing::Test {
   Chain sut;
 };
 
-TEST_F(Push, IsWhatAVirtualCncGrants) {
+TEST_F(Notifications, AreGrantedByAVirtualCnc) {
   Process cnc = this->cnc("");
   Process gateway = sut.gateway();
   gateway.await_error("cnc .*: pushed: the controller sends notifications");
@@ -63,14 +63,14 @@ TEST_F(Push, IsWhatAVirtualCncGrants) {
 }
 
 // Only safety reads, of all channels in one request.
-TEST_F(Push, CostsAnIdleMachineOfTenChannelsFiveRequestsASecondAtMost) {
+TEST_F(Notifications, CostAnIdleMachineOfTenChannelsFiveRequestsASecondAtMost) {
   Process cnc = this->cnc("", {"--channels", "10"});
   Process gateway = sut.gateway();
   gateway.await_error("pushed: ");
   await_of_the_machine("\"requests_per_second\":[1-5],");
 }
 
-TEST_F(Push, LeavesNothingBehindWhenTheGatewayEnds) {
+TEST_F(Notifications, LeaveNothingBehindWhenTheGatewayEnds) {
   // Like a TwinCAT router, which keeps them; with room for the notifications of one gateway.
   Process cnc = this->cnc("connections { notifications_survive: true notifications { most: 4 } }");
   for (int times = 0; times < 3; ++times) {
@@ -83,7 +83,7 @@ TEST_F(Push, LeavesNothingBehindWhenTheGatewayEnds) {
   }
 }
 
-TEST_F(Push, FollowsANewConfiguration) {
+TEST_F(Notifications, FollowANewConfiguration) {
   Process cnc = this->cnc("connections { notifications { most: 4 } }");
   Process gateway = sut.configured_gateway(machine(""));
   gateway.await_error("pushed: ");
@@ -101,7 +101,7 @@ TEST_F(Push, FollowsANewConfiguration) {
   await_of_the_machine("\"watch\":\"pushed\"");
 }
 
-TEST_F(Push, TriesAgainAfterAReconnect) {
+TEST_F(Notifications, AreRequestedAgainAfterAReconnect) {
   Process first = this->cnc("connections { notifications { by_handle: SERVICE_NOT_SUPPORTED } }");
   Process gateway = sut.gateway();
   gateway.await_error("polled: .*0x701");
@@ -111,13 +111,13 @@ TEST_F(Push, TriesAgainAfterAReconnect) {
   gateway.await_error("pushed: ");
 }
 
-TEST_F(Push, InsistsWhereItIsToldTo) {
+TEST_F(Notifications, ThatAreRequiredButRefusedCauseAWarning) {
   Process cnc = this->cnc("connections { notifications { by_handle: NO_MORE_HANDLES } }");
   Process gateway = sut.configured_gateway(machine("watch: NOTIFY"));
   gateway.await_error("gateway warning .*polled: .*0x716");
 }
 
-TEST_F(Push, FindsTheSymbolsByTheNameThatIsConfigured) {
+TEST_F(Notifications, FindTheSymbolsByTheConfiguredName) {
   Process cnc = this->cnc("");
   Process gateway = sut.configured_gateway(machine("symbol: \"Channel{channel}.{variable}\""));
   gateway.await_error(
@@ -125,7 +125,7 @@ TEST_F(Push, FindsTheSymbolsByTheNameThatIsConfigured) {
       "Channel1.V.G.SERVICE.REQUEST_STATE: 0x710");
 }
 
-TEST_F(Push, ProbesTheIndexGroupsOfOlderControllers) {
+TEST_F(Notifications, ProbeTheIndexGroupsOfOlderControllers) {
   Process service = sut.square_root();
   Process cnc = this->cnc("answers { current_groups: false }",
                           {"--run", Chain::program(2, "square_root_of_3.nc"), "--exit-when-idle"});
@@ -134,7 +134,7 @@ TEST_F(Push, ProbesTheIndexGroupsOfOlderControllers) {
   EXPECT_THAT(cnc.output(), HasSubstr("[ch2] response = 1.732051\n"));
 }
 
-TEST_F(Push, KeepsToTheIndexGroupsThatAreConfigured) {
+TEST_F(Notifications, UseTheConfiguredIndexGroups) {
   Process cnc = this->cnc("answers { current_groups: false }");
   Process gateway = sut.configured_gateway(machine("groups: CURRENT"));
   gateway.await_error("no channel found: .*0x122301.* is refused");
@@ -144,7 +144,7 @@ TEST_F(Push, KeepsToTheIndexGroupsThatAreConfigured) {
 }
 
 /// Calls of one channel with pauses, in which the controller can show whether it notifies.
-class PushOfAProgramThatPauses : public Push {
+class NotificationsOfAProgramThatPauses : public Notifications {
  protected:
   Process cnc_that(const std::string& notifications) {
     const auto program = sut.folder() / "pauses.nc";
@@ -160,7 +160,7 @@ class PushOfAProgramThatPauses : public Push {
   }
 };
 
-TEST_F(PushOfAProgramThatPauses, IsGivenUpWhereChangesAreToldLate) {
+TEST_F(NotificationsOfAProgramThatPauses, AreGivenUpWhereTheyComeLate) {
   Process service = sut.square_root();
   Process cnc = cnc_that("delay_ms: 300");
   Process gateway = sut.gateway();
@@ -169,7 +169,7 @@ TEST_F(PushOfAProgramThatPauses, IsGivenUpWhereChangesAreToldLate) {
   gateway.await_error("polled: its? ");
 }
 
-TEST_F(PushOfAProgramThatPauses, IsGivenUpWhereSomeChangesAreNotTold) {
+TEST_F(NotificationsOfAProgramThatPauses, AreGivenUpWhereSomeAreLost) {
   Process service = sut.square_root();
   Process cnc = cnc_that("lose_every: 3");
   Process gateway = sut.gateway();
@@ -187,7 +187,7 @@ struct Kind {
   const char* word;
 };
 
-class ControllersOf : public Push, public testing::WithParamInterface<Kind> {};
+class ControllersOf : public Notifications, public testing::WithParamInterface<Kind> {};
 
 TEST_P(ControllersOf, AreServed) {
   Process service = sut.square_root();

@@ -105,7 +105,7 @@ class AMessageQueue : public testing::Test {
   Chain chain_;
 };
 
-TEST_F(AMessageQueue, OfThreeElementsBringsEachMessageToItsService) {
+TEST_F(AMessageQueue, OfThreeElementsPassesEachMessageToItsService) {
   Process sut = service();
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   Process reader = gateway();
@@ -115,7 +115,7 @@ TEST_F(AMessageQueue, OfThreeElementsBringsEachMessageToItsService) {
   EXPECT_EQ(texts(), messages(200));
 }
 
-TEST_F(AMessageQueue, WithoutAJournalIsWarnedOfAndNoneWithOne) {
+TEST_F(AMessageQueue, CausesAWarningOnlyWithoutAJournal) {
   const std::string queue = "queue { name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"c0ffee00\" }";
   Process controller = cnc(3, "messages.nc");
   const std::string warning = "cnc\\.ALARMS/1: without a journal";
@@ -128,7 +128,7 @@ TEST_F(AMessageQueue, WithoutAJournalIsWarnedOfAndNoneWithOne) {
   EXPECT_THAT(sut.error_output(), Not(HasSubstr("without a journal")));
 }
 
-TEST_F(AMessageQueue, IsReadIntoTheJournalWhileNobodyServesIt) {
+TEST_F(AMessageQueue, IsReadIntoTheJournalWhileItIsUnserved) {
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   {
     Process reader = gateway();
@@ -182,13 +182,13 @@ TEST_F(AMessageQueue, RepeatsUnderTheSameIdWhenItsServiceIsKilled) {
   }
 }
 
-TEST_F(AMessageQueue, ThatNobodyReadsAbortsItsProgram) {
+TEST_F(AMessageQueue, ThatIsNotReadAbortsItsProgram) {
   Process controller = cnc(3, "three_messages_too_many.nc", {"--exit-when-idle"});
   EXPECT_NE(controller.wait(), 0);
   EXPECT_THAT(controller.error_output() + controller.output(), HasSubstr("SD.ALARMS is full"));
 }
 
-TEST_F(AMessageQueue, WithASlowServiceIsWarnedOfBeforeItIsFullAndLosesNothing) {
+TEST_F(AMessageQueue, WithASlowServiceCausesAWarningBeforeItIsFullAndLosesNothing) {
   Process sut = service({"--work", "700"});
   Process controller = cnc(9, "seven_messages.nc", {"--exit-when-idle"});
   Process reader = gateway("drain: WHEN_ANSWERED");
@@ -243,7 +243,7 @@ TEST_F(AMessageQueue, ShowsInTheOperatorsTools) {
   })) << shown;
 }
 
-TEST_F(AMessageQueue, IsReadAtOnceWhereTheControllerTellsOfChanges) {
+TEST_F(AMessageQueue, IsReadAtOnceWithNotifications) {
   Process sut = service();
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   // Polling once a minute would take a day and a half.
@@ -253,7 +253,7 @@ TEST_F(AMessageQueue, IsReadAtOnceWhereTheControllerTellsOfChanges) {
   EXPECT_EQ(texts(), messages(200));
 }
 
-TEST_F(AMessageQueue, IsReadAsSoonAsTheConfigurationNamesItAndNotAnyMoreWhenItDoesNot) {
+TEST_F(AMessageQueue, IsReadOnlyWhileTheConfigurationNamesIt) {
   Process sut = service();
   Process controller = cnc(4, "two_messages.nc");
   Process reader = chain_.configured_gateway(machine(""));
@@ -280,7 +280,7 @@ TEST_F(AMessageQueue, IsReadAsSoonAsTheConfigurationNamesItAndNotAnyMoreWhenItDo
       << reader.error_output();
 }
 
-TEST_F(AMessageQueue, IsReadOnByASecondGatewayWhenTheFirstIsGone) {
+TEST_F(AMessageQueue, IsReadByASecondGatewayWhenTheFirstIsGone) {
   Process sut = service();
   Process controller = cnc(5, "messages.nc", {"--exit-when-idle"});
   Process first = gateway("drain: WHEN_ANSWERED");
@@ -298,7 +298,7 @@ TEST_F(AMessageQueue, IsReadOnByASecondGatewayWhenTheFirstIsGone) {
   EXPECT_EQ(all, messages(200)) << second.error_output();
 }
 
-TEST_F(AMessageQueue, OfNoSuchNameIsSaidOnce) {
+TEST_F(AMessageQueue, OfAnUnknownNameIsReportedOnce) {
   Process controller = cnc(3, "two_messages.nc");
   Process reader = gateway("array: \"SD.NONE\"");
   reader.await_error("cnc\\.ALARMS/1: SD\\.NONE cannot be read: SD\\.NONE\\[1\\]: .*0x710");

@@ -36,7 +36,7 @@ TEST(AReload, AddsAChannelWithoutTouchingTheCallUnderWay) {
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("attempt 2")));
 }
 
-TEST(AReload, FinishesTheCallOfAChannelThatIsTakenAway) {
+TEST(AReload, FinishesTheCallOfARemovedChannel) {
   Chain sut;
   Process service = sut.slow_service({"--work", "1000"});
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
@@ -50,7 +50,7 @@ TEST(AReload, FinishesTheCallOfAChannelThatIsTakenAway) {
   EXPECT_THAT(cnc.output(), HasSubstr("[ch1] answer = first, state = 1"));
 }
 
-TEST(AReload, LetsAMachineGoOnceItsCallIsAnswered) {
+TEST(AReload, ReleasesAMachineOnceItsCallIsAnswered) {
   Chain sut;
   Process service = sut.slow_service({"--work", "1000"});
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc")});
@@ -93,7 +93,7 @@ TEST(AReload, RefusesABadFileWithThePlaceOfTheMistakeAndKeepsTheOldOne) {
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
 
-TEST(AReload, SaysThatThereIsNoFileToRead) {
+TEST(AReload, ReportsThatThereIsNoFileToReload) {
   Chain sut;
   Process cnc = sut.cnc();
   Process gateway = sut.gateway();

@@ -33,7 +33,7 @@ class ServiceProcess : public testing::Test {
   tests::Caller caller{domain.number()};
 };
 
-TEST_F(ServiceProcess, SaysOnceThatItIsReadyAndAnswers) {
+TEST_F(ServiceProcess, ReportsOnceThatItIsReadyAndAnswers) {
   Process sut = start({"--log-level", "debug"});
   const std::string instance =
       sut.await("^ready: square_root serves " + uuid + " as (\\S+) on domain \\d+$").at(1);
@@ -46,7 +46,7 @@ TEST_F(ServiceProcess, SaysOnceThatItIsReadyAndAnswers) {
   sut.await_error("call " + call + " answered: \"1.414214\", state 1, after ");
 }
 
-TEST_F(ServiceProcess, HasALineForManyCallsUnlessToldOtherwise) {
+TEST_F(ServiceProcess, LogsOneLineForManyCallsByDefault) {
   Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   for (int number = 0; number < 20; ++number) {
@@ -58,7 +58,7 @@ TEST_F(ServiceProcess, HasALineForManyCallsUnlessToldOtherwise) {
   EXPECT_THAT(sut.error_output(), Not(HasSubstr("info  call ")));
 }
 
-TEST_F(ServiceProcess, TellsWhatItsCommandLineSays) {
+TEST_F(ServiceProcess, AnnouncesTheOptionsOfItsCommandLine) {
   Process sut = start({"--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel",
                        "press/*", "--concurrency", "4", "--delivery", "at-most-once",
                        "--completion-signal", "response"});
@@ -72,7 +72,7 @@ TEST_F(ServiceProcess, TellsWhatItsCommandLineSays) {
   EXPECT_EQ(instance.pid, static_cast<std::uint32_t>(sut.pid()));
 }
 
-TEST_F(ServiceProcess, LeavesInOrderWhenItIsAskedTo) {
+TEST_F(ServiceProcess, LeavesInOrderWhenItIsTerminated) {
   Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   sut.terminate();
@@ -93,7 +93,7 @@ TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
 const std::string environment =
     R"(CYCLONEDDS_URI=<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
 
-TEST_F(ServiceProcess, IgnoresCyclonesVariableIfItHasAProfileAndSaysSoOnce) {
+TEST_F(ServiceProcess, IgnoresCyclonesVariableIfItHasAProfileAndLogsThatOnce) {
   const tests::TemporaryFolder folder;
   const std::string profile = folder.path() / "fabric.textproto";
   std::ofstream(profile) << "interface: \"lo\"\n";
@@ -109,7 +109,7 @@ TEST_F(ServiceProcess, IgnoresCyclonesVariableIfItHasAProfileAndSaysSoOnce) {
   EXPECT_EQ(text.find("CYCLONEDDS_URI", first + 1), std::string::npos) << text;
 }
 
-TEST_F(ServiceProcess, ObeysCyclonesVariableIfItHasNoProfile) {
+TEST_F(ServiceProcess, UsesCyclonesVariableIfItHasNoProfile) {
   Process sut({"/usr/bin/env", "MILLRACE_FABRIC_CONFIG=", "CYCLONEDDS_URI=<NoSuchElement/>",
                tests::binary("millrace-square-root"), "--domain", std::to_string(domain.number())});
   EXPECT_EQ(sut.wait(), base::program::exit_failed);

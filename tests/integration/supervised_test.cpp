@@ -80,7 +80,7 @@ class Supervised : public testing::TestWithParam<std::vector<std::string>> {
   Supervisor supervisor{folder.path() / "notify"};
 };
 
-TEST_P(Supervised, SaysThatItIsReadyAndThatItLives) {
+TEST_P(Supervised, ReportsThatItIsReadyAndAlive) {
   Process sut = start();
   bool ready = false;
   int signs_of_life = 0;
@@ -93,7 +93,7 @@ TEST_P(Supervised, SaysThatItIsReadyAndThatItLives) {
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
 }
 
-TEST_P(Supervised, SaysNothingWhileItsLoopHangs) {
+TEST_P(Supervised, ReportsNothingWhileItsLoopHangs) {
   constexpr std::chrono::milliseconds several_periods{300};
   Process sut = start();
   await("READY=1");

@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
 
 /// A line on which a program calls all the time and checks that each answer is its own.
-class WhileAProgramCalls : public testing::Test {
+class DuringCalls : public testing::Test {
  protected:
-  WhileAProgramCalls() : cnc_(calling()) {}
+  DuringCalls() : cnc_(calling()) {}
 
   Process service(const std::string& name, const std::string& profile) {
     return sut_.slow_service({"--fabric-config", profile, "--name", name, "--work", "20"});
@@ -69,7 +69,7 @@ class WhileAProgramCalls : public testing::Test {
   Process cnc_;
 };
 
-TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGetsWhatIsNew) {
+TEST_F(DuringCalls, TheCasAreRenewedAndInstancesGetNewCredentialsOneByOne) {
   const TrustCredentials plant(sut_.folder(), {uuid});
   // The folder of a host that was not updated.
   fs::copy(plant.of("service"), sut_.folder() / "old", fs::copy_options::recursive);
@@ -101,7 +101,7 @@ TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGe
 
 // New keys cannot be trusted together with old ones: two PKIs in parallel, and the gateway moves
 // over.
-TEST_F(WhileAProgramCalls, AnotherPlantTakesOverInTheTimeThatAGatewayNeedsToStart) {
+TEST_F(DuringCalls, AnotherPkiTakesOverWhileAGatewayStarts) {
   fs::create_directory(sut_.folder() / "new");
   const TrustCredentials old_plant(sut_.folder(), {uuid});
   const TrustCredentials new_plant(sut_.folder() / "new", {uuid});

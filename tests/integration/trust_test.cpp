@@ -73,7 +73,7 @@ TEST_F(Trust, ShowsAStrangerNothing) {
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
-TEST_F(Trust, TakesNoAnswerFromAStranger) {
+TEST_F(Trust, IgnoresTheAnswerOfAStranger) {
   Process stranger = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   Process gateway = sut.gateway(sut.as("gateway-1"));
@@ -83,14 +83,14 @@ TEST_F(Trust, TakesNoAnswerFromAStranger) {
   EXPECT_THAT(stranger.error_output(), Not(HasSubstr("call ")));
 }
 
-TEST_F(Trust, LetsAServiceAnswerNoOtherUuid) {
+TEST_F(Trust, AllowsAServiceNoOtherUuid) {
   sut.trust({"issue", sut.plant(), "other", "--role", "service", "--uuid", another});
   EXPECT_THAT(refusal("millrace-square-root", sut.as("other"), 1),
               AllOf(HasSubstr("may not write millrace/v4/reply"), HasSubstr(root_uuid),
                     HasSubstr("millrace trust show")));
 }
 
-TEST_F(Trust, LetsAnObserverCommandNothing) {
+TEST_F(Trust, AllowsAnObserverNoCommands) {
   Process service = sut.square_root(sut.as("square-root"));
   EXPECT_THAT(
       sut.ask({"services", "--ping", root_uuid}, sut.as("screen"), 1),
@@ -99,7 +99,7 @@ TEST_F(Trust, LetsAnObserverCommandNothing) {
               HasSubstr("square_root"));
 }
 
-TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
+TEST_F(Trust, AllowsVariableRequestsToOperatorsOnly) {
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("link up");
@@ -113,7 +113,7 @@ TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
               HasSubstr("no gateway on fabric"));
 }
 
-TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
+TEST_F(Trust, AllowsOnlyGatewaysToServeMachines) {
   Process cnc = sut.cnc();
   for (const char* holder : {"office", "screen", "bench", "square-root"}) {
     Flags flags = sut.as(holder);
@@ -125,7 +125,7 @@ TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
   }
 }
 
-TEST_F(Trust, OfAnotherPlantCountsForNothing) {
+TEST_F(Trust, OfAnotherPkiIsIgnored) {
   sut.trust({"init", sut.plant("elsewhere")});
   sut.trust(
       {"issue", sut.plant("elsewhere"), "square-root", "--role", "service", "--uuid", root_uuid});
@@ -148,7 +148,7 @@ TEST_F(Trust, OfAnotherPlantCountsForNothing) {
 
 // The identity CA signs no permissions, so a participant with one of its certificates cannot
 // either.
-TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
+TEST_F(Trust, CannotBeSignedByItsSubject) {
   namespace openssl = base::openssl;
   const fs::path folder = fs::path(sut.plant()) / "screen";
   const auto certificate = openssl::Certificate::read(content_of(folder / "certificate.pem"));
@@ -183,7 +183,7 @@ TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
 }
 
 // Files from one PKI that do not belong together.
-TEST_F(Trust, OfTwoMembersIsNotOfEither) {
+TEST_F(Trust, MixedFromTwoParticipantsIsRefused) {
   const fs::path plant = sut.plant();
   fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
            fs::copy_options::overwrite_existing);
@@ -193,7 +193,7 @@ TEST_F(Trust, OfTwoMembersIsNotOfEither) {
               HasSubstr("is a PKI folder with the private keys"));
 }
 
-TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
+TEST_F(Trust, CanGrantMoreWhenItIsIssuedAgain) {
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
               HasSubstr("the earlier one allows what it states"));
   Process service = sut.square_root(sut.as("square-root"));
@@ -203,7 +203,7 @@ TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
               Not(HasSubstr("the earlier one allows")));
 }
 
-TEST_F(Trust, IsIssuedWithTheFlagForThoseThatAreThereToWhoIsNew) {
+TEST_F(Trust, IsIssuedToNewParticipantsWithTheRenewFlagToo) {
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "newcomer", "--renew", "--role", "observer"}),
               HasSubstr("newcomer: valid until"));
 }
@@ -236,7 +236,7 @@ TEST_F(Trust, EndsWithARevocation) {
 }
 
 // Cyclone itself regards a participant with an expired certificate as gone, its own included.
-TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
+TEST_F(Trust, EndsForARunningProcessWhenItsCertificateExpires) {
   const auto until = sut.shorten(
       {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
       std::chrono::seconds(20));
@@ -255,7 +255,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
 }
 
 // Operators have the names in their certificates, in outcomes and logs.
-TEST_F(Trust, NamesWhoCommandsByHisCertificate) {
+TEST_F(Trust, NamesTheIssuerOfACommandByItsCertificate) {
   Process service = sut.square_root(sut.as("square-root"));
   static_cast<void>(sut.ask({"drain", root_uuid}, sut.as("office")));
   service.await_error("office \\(.* commands this instance to leave");
@@ -287,7 +287,7 @@ TEST_F(Trust, IsExplainedToAProgramWithoutACertificate) {
                     HasSubstr("millrace trust issue")));
 }
 
-TEST_F(Trust, IsSaidByAProgramWhoseCertificateEndsSoon) {
+TEST_F(Trust, IsReportedByAProcessWhoseCertificateExpiresSoon) {
   sut.shorten(
       {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
       std::chrono::hours(24));
@@ -310,7 +310,7 @@ TEST_F(Trust, IsRenewedOneInstanceAfterTheOtherWithoutACallLost) {
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
 }
 
-TEST_F(Trust, NeedsAWordWhereANetworkIsNamedWithoutIt) {
+TEST_F(Trust, MustBeDeclinedExplicitlyOnANetwork) {
   const fs::path file = sut.folder() / "bare.fabric.textproto";
   std::ofstream(file) << "interface: \"eth0\"\n";
   EXPECT_THAT(refusal("millrace-square-root", {"--fabric-config", file.string()}, 2),
@@ -321,14 +321,14 @@ TEST_F(Trust, NeedsAWordWhereANetworkIsNamedWithoutIt) {
               HasSubstr("expected one of them"));
 }
 
-TEST_F(Trust, IsInTheFolderThatTheProfileNamesBesideIt) {
+TEST_F(Trust, IsReadFromTheFolderThatTheProfileNames) {
   const fs::path file = sut.folder() / "beside.fabric.textproto";
   std::ofstream(file) << "trust { folder: \"plant/screen\" }\n";
   EXPECT_THAT(sut.ask({"services", "-i"}, {"--fabric-config", file.string()}),
               HasSubstr("no service"));
 }
 
-TEST_F(Trust, HoldsForTheFabricOfThePlantAlone) {
+TEST_F(Trust, IsLimitedToItsFabric) {
   Flags flags = sut.as("screen");
   flags.insert(flags.end(), {"--fabric", "other"});
   EXPECT_THAT(sut.ask({"services", "-i"}, flags, 1), HasSubstr("may not read"));

@@ -122,7 +122,7 @@ TEST(ASecondGateway, ServesTheChannelsThatTheFirstLeaves) {
   EXPECT_THAT(second.error_output(), Not(HasSubstr("cnc/1: call")));
 }
 
-TEST(ASecondGateway, GivesTheMachineBackToTheFirstThatWasOnlyFrozen) {
+TEST(ASecondGateway, ReturnsTheMachineToTheFirstThatWasOnlyFrozen) {
   Chain sut;
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
@@ -141,7 +141,7 @@ TEST(ASecondGateway, GivesTheMachineBackToTheFirstThatWasOnlyFrozen) {
 }
 
 // DDS's own threads continue and announce that the process is alive.
-TEST(ASecondGateway, TakesOverWhenTheLoopOfTheFirstHangsAndGivesBackWhenItTurnsAgain) {
+TEST(ASecondGateway, TakesOverWhenTheLoopOfTheFirstHangsAndReturnsTheMachineWhenItRunsAgain) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
   Process first = sut.gateway({"--log-level", "debug"});
@@ -162,7 +162,7 @@ TEST(ASecondGateway, TakesOverWhenTheLoopOfTheFirstHangsAndGivesBackWhenItTurnsA
       << second.error_output();
 }
 
-TEST(ASecondGateway, HoldsAnAtMostOnceCallThatTheFirstHadGivenOut) {
+TEST(ASecondGateway, BlocksAnAtMostOnceCallThatTheFirstHadDispatched) {
   Chain sut;
   Process service = sut.slow_service({"--work", "100000", "--delivery", "at-most-once"});
   Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});

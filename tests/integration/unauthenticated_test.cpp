@@ -21,7 +21,7 @@ using fabric::Authorization;
 namespace wire = fabric::wire;
 
 /// Its samples are set aside also by a reader that delivers unauthenticated ones.
-class WithoutAnIdentity : public testing::Test {
+class UnauthenticatedSamples : public testing::Test {
  protected:
   void SetUp() override {
     chain.set_up_plant();
@@ -47,7 +47,7 @@ class WithoutAnIdentity : public testing::Test {
   std::optional<wire::Writer<fabric::MachineStatus>> machines;
 };
 
-TEST_F(WithoutAnIdentity, WhatIsSaidCountsOnceAnIdentityIsShown) {
+TEST_F(UnauthenticatedSamples, CountOnceTheirWriterAnnouncesItsIdentity) {
   claim("cnc");
   claim("press_9");
   // Both have arrived: in one domain object a write returns when its sample has arrived.
@@ -64,7 +64,7 @@ TEST_F(WithoutAnIdentity, WhatIsSaidCountsOnceAnIdentityIsShown) {
   EXPECT_EQ(authorization["press_9"], Authorization::other_machine);
 }
 
-TEST_F(WithoutAnIdentity, SoMuchIsSetAsideAndNoMore) {
+TEST_F(UnauthenticatedSamples, AreKeptUpToALimit) {
   constexpr std::size_t most = 256;
   for (std::size_t i = 1; i <= most + 44; ++i) {
     claim(std::to_string(i));

@@ -63,7 +63,7 @@ class VariablesOverTheFabric : public testing::Test {
   std::string errors;
 };
 
-TEST_F(VariablesOverTheFabric, AreListedReadAndWrittenAsTheControllerItselfSaysThem) {
+TEST_F(VariablesOverTheFabric, AreListedReadAndWrittenAsDirectlyAtTheController) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   const std::string direct = "cnc=127.0.0.1:" + std::to_string(chain.port()) + "/127.0.0.1.1.1";
@@ -111,7 +111,7 @@ TEST_F(VariablesOverTheFabric, OfProgramsAreListedAsWhatTheyAre) {
               AllOf(ContainsRegex("STRING +READ_WRITE +\"part\""), HasSubstr("[7, -8]")));
 }
 
-TEST_F(VariablesOverTheFabric, ThatCannotBeReadSayWhichAndWhy) {
+TEST_F(VariablesOverTheFabric, ThatCannotBeReadAreNamedWithTheReason) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   EXPECT_THAT(vars({"read", "V.E.NONE", "V.E.LIMIT"}), HasSubstr("V.E.LIMIT"));
@@ -145,8 +145,7 @@ TEST_F(VariablesOverTheFabric, AreNotWrittenByAValueThatDoesNotFit) {
   }
 }
 
-TEST_F(VariablesOverTheFabric,
-       AreWrittenOnlyWhereTheConfigurationSaysSoAndTheServiceInterfaceNever) {
+TEST_F(VariablesOverTheFabric, AreWrittenOnlyWhereConfiguredAndTheServiceInterfaceNever) {
   Process cnc = start_cnc();
   Process gateway = start_gateway("variables { write: \"V.E.LIMIT\" channel: 2 }");
   vars({"write", "V.E.LIMIT", "1"});
@@ -175,7 +174,7 @@ TEST_F(VariablesOverTheFabric,
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("link down")));
 }
 
-TEST_F(VariablesOverTheFabric, SayThatTheControllerIsNotThere) {
+TEST_F(VariablesOverTheFabric, ReportAnUnreachableController) {
   std::optional<Process> cnc(start_cnc());
   Process gateway = start_gateway();
   EXPECT_THAT(vars({"read", "V.E.LIMIT"}), HasSubstr("V.E.LIMIT"));
@@ -213,7 +212,7 @@ TEST_F(VariablesOverTheFabric, AreAnsweredByTheGatewayThatTakesTheMachineOver) {
   EXPECT_THAT(second.error_output(), HasSubstr("link up"));
 }
 
-TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesUnderTheQuestion) {
+TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesDuringTheRequest) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   fabric::dds::Participant participant({.domain = chain.domain()});
@@ -268,7 +267,7 @@ class ManyPanels : public VariablesOverTheFabric {
   fabric::dds::Participant participant{{.domain = chain.domain()}};
 };
 
-TEST_F(ManyPanels, AreRefusedWhatIsTooMuchAndServedAfterwards) {
+TEST_F(ManyPanels, AreRefusedExcessRequestsAndServedAfterwards) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   Panel panel(participant, io);
@@ -288,7 +287,7 @@ TEST_F(ManyPanels, AreRefusedWhatIsTooMuchAndServedAfterwards) {
   EXPECT_TRUE(reply->done) << reply->reason;
 }
 
-TEST_F(ManyPanels, CostTheControllerOneQuestion) {
+TEST_F(ManyPanels, CostTheControllerOneRequest) {
   Process cnc = start_cnc();
   // Equal requests within a second are read once; the channels are polled as rarely as possible.
   Process gateway = start_gateway(
@@ -321,7 +320,7 @@ TEST_F(ManyPanels, CostTheControllerOneQuestion) {
   EXPECT_THAT(requests, Each(Le(12U)));
 }
 
-TEST_F(ManyPanels, AreToldWhenTheControllerDoesNotAnswer) {
+TEST_F(ManyPanels, AreNotifiedWhenTheControllerDoesNotAnswer) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   Panel panel(participant, io);
@@ -336,7 +335,7 @@ TEST_F(ManyPanels, AreToldWhenTheControllerDoesNotAnswer) {
   EXPECT_THAT(reply->reason, HasSubstr("within 300 ms"));
 }
 
-TEST_F(VariablesOverTheFabric, ThatAreWrittenAreRecordedWithWhoHasWrittenThem) {
+TEST_F(VariablesOverTheFabric, ThatAreWrittenAreRecordedWithTheirWriter) {
   Process cnc = start_cnc();
   const std::string file = (chain.folder() / "run.mcap").string();
   Process record = chain.millrace({"record", "-o", file});

@@ -43,11 +43,11 @@ class BarCode(InAFolder):
         response = testing.call(bar_code.bar_code, " 4006381333931 ")
         self.assertEqual((response.text, response.state), ("WELLE7 0.2500", 1))
 
-    def test_says_that_it_does_not_know_a_code(self):
+    def test_reports_an_unknown_code(self):
         response = testing.call(bar_code.bar_code, "x' OR 1=1 --")
         self.assertEqual((response.text, response.state), ('ERROR: no part has the code "x\' OR 1=1 --"', 10))
 
-    def test_says_that_the_database_cannot_be_read(self):
+    def test_reports_that_the_database_cannot_be_read(self):
         bar_code.database = str(self.folder / "gone.db")
         response = testing.call(bar_code.bar_code, "1")
         self.assertEqual((response.text, response.state), ("ERROR: unable to open database file", 500))
@@ -87,7 +87,7 @@ class StatisticsOfParts(InAFolder):
         self.assertEqual(self.ask("part=WELLE7 low=12.30 high=12.40 last=5"), ("n=5 mean=12.3500 s=0.0100 cpk=1.67", 1))
         self.assertEqual(self.ask("part=WELLE7 low=12.32 high=12.40 last=5"), ("n=5 mean=12.3500 s=0.0100 cpk=1.00", 2))
 
-    def test_says_what_it_did_not_understand_or_has_not(self):
+    def test_reports_wrong_requests_and_missing_parts(self):
         self.archive("archive-000001.db", [1, 2])
         self.assertEqual(self.ask("part=WELLE7 low=0 high=3"), ("ERROR: 2 parts are archived, 5 are needed", 11))
         for request in ("", "part=x low=a high=2", "part=x low=2 high=1", "part=x low=1 high=2 last=0"):
@@ -123,25 +123,25 @@ class MesOrder(unittest.TestCase):
         self.addCleanup(setattr, mes_order, "TOGETHER", mes_order.TOGETHER)
         mes_order.PAUSE = 0.001
 
-    def test_asks_for_the_machine_of_the_call(self):
+    def test_requests_the_order_of_the_machine_of_the_call(self):
         self.answers = [(200, "order 4711 für Köln\n")]
         self.assertEqual(testing.call(mes_order.mes_order, machine="press", channel=2, id="5f3a-1").text, "order 4711 für Köln")
         self.assertEqual(self.asked, [("/orders?machine=press&channel=2", "5f3a-1")])
 
-    def test_tries_again_and_tells_the_program_meanwhile(self):
+    def test_retries_with_interim_responses_to_the_program(self):
         self.answers = [(503, ""), (500, ""), (200, "order 1")]
         call = testing.FakeCall()
         self.assertEqual(mes_order.mes_order(call), "order 1")
         self.assertEqual([one.state for one in call.interims], [50, 50])
         self.assertEqual(len({key for _, key in self.asked}), 1, "the same call")
 
-    def test_does_not_try_again_what_the_mes_refuses(self):
+    def test_does_not_retry_what_the_mes_refuses(self):
         self.answers = [(404, "")]
         response = testing.call(mes_order.mes_order)
         self.assertEqual((response.text, response.state), ("ERROR: the MES refuses: 404 Not Found", 12))
         self.assertEqual(len(self.asked), 1)
 
-    def test_ends_in_time_where_no_mes_is(self):
+    def test_ends_in_time_without_an_mes(self):
         closed = socket.socket()
         self.addCleanup(closed.close)
         closed.bind(("127.0.0.1", 0))  # Taken, without a listener.

@@ -50,7 +50,7 @@ class OnAFabric(unittest.TestCase):
 
 
 class APythonService(OnAFabric):
-    def test_says_once_that_it_is_ready_and_answers(self):
+    def test_reports_once_that_it_is_ready_and_answers(self):
         sut = self.start("obedient.py", "--log-level", "debug")
         self.assertRegex(sut.ready, rf"^obedient serves {obedient.UUID} as \S+ on domain {self.domain.number}$")
         response = self.call("hello", state=7)
@@ -63,14 +63,14 @@ class APythonService(OnAFabric):
                                delta=datetime.timedelta(seconds=PATIENCE))
         sut.await_error(rf'^\S+Z obedient debug call {response.call_id} from \S+: "hello", state 7, attempt 1$')
 
-    def test_gives_the_error_response_for_an_exception_with_an_umlaut(self):
+    def test_returns_the_error_response_for_an_exception_with_an_umlaut(self):
         sut = self.start()
         response = self.call("raise die Messuhr in Köln fehlt")
         self.assertEqual((response.text, response.state), ("ERROR: die Messuhr in Köln fehlt", 500))
         self.assertEqual((response.result, response.ok), ("failed", False))
         sut.await_error("ValueError: die Messuhr in Köln fehlt")
 
-    def test_gives_what_its_test_bench_gives(self):
+    def test_answers_as_its_test_bench_does(self):
         self.start()
         for text in ("hello", "long", "state 0", "state 7", "foreign", "nothing", "raise" + " ü" * 60, "exit",
                      "interim"):
@@ -78,7 +78,7 @@ class APythonService(OnAFabric):
             bench = testing.call(obedient.obey, text)
             self.assertEqual((real.text, real.state, real.result), (bench.text, bench.state, bench.result), text)
 
-    def test_lives_on_after_a_handler_that_calls_sys_exit(self):
+    def test_continues_after_a_handler_that_calls_sys_exit(self):
         sut = self.start()
         self.assertEqual(self.call("exit").text, "ERROR: the handler called sys.exit(3); the service goes on")
         self.assertEqual(self.call("hello").text, "hello, attempt 1")
@@ -97,13 +97,13 @@ class APythonService(OnAFabric):
         self.assertEqual((later.text, later.state), ("tomorrow", 4))
         self.assertEqual(self.call("decline").text, "decline, attempt 2")
 
-    def test_runs_as_many_calls_at_a_time_as_it_says(self):
+    def test_runs_as_many_calls_at_once_as_its_concurrency(self):
         self.start("obedient.py", "--concurrency", "4")
         with ThreadPoolExecutor(4) as pool:
             results = list(pool.map(self.call, ["together"] * 4))
         self.assertEqual({one.text for one in results}, {"True"})
 
-    def test_learns_that_its_call_is_cancelled(self):
+    def test_is_notified_of_a_cancelled_call(self):
         sut = self.start()
         self.cancel("cancel")
         sut.await_output("^cancelled")
@@ -148,7 +148,7 @@ class APythonService(OnAFabric):
             self.assertEqual(pending.result().text, "released")
         self.assertEqual(sut.wait(), 0, sut.errors.text)
 
-    def test_ends_by_a_second_signal_while_a_handler_computes_for_ever(self):
+    def test_ends_by_a_second_signal_during_an_endless_handler(self):
         sut = self.start()
         self.cancel("spin")
         sut.signal()
@@ -175,7 +175,7 @@ class APythonService(OnAFabric):
                 expected = "RuntimeError: the program is over" if how == "raise" else ""
                 self.assertEqual(sut.errors.text.strip().rpartition("\n")[2], expected)
 
-    def test_calls_another_service_if_it_hears(self):
+    def test_calls_another_service_if_it_discovers(self):
         self.start("coroutines.py")
         sut = self.start()
         self.assertEqual(self.call("call " + UNKNOWN).state, 500)
@@ -185,7 +185,7 @@ class APythonService(OnAFabric):
         self.start("obedient.py", "--discovers")
         self.assertEqual(self.call("call b0ad0000-0000-4000-8000-000000000003").text, "it said: alone")
 
-    def test_takes_the_command_line_of_every_service(self):
+    def test_accepts_the_command_line_of_every_service(self):
         def flags(*command):
             with Process(*command) as program:
                 self.assertEqual(program.wait(), 0, program.errors.text)
@@ -194,7 +194,7 @@ class APythonService(OnAFabric):
         own = flags(sys.executable, TOP / "tests/python/obedient.py", "--help")
         self.assertEqual(own - {"--discovers"}, flags(BIN / "millrace-square-root", "--help"))
 
-    def test_tells_what_its_command_line_says(self):
+    def test_announces_the_options_of_its_command_line(self):
         self.start("obedient.py", "--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel", "press/*",
                    "--concurrency", "4", "--delivery", "at-most-once", "--completion-signal", "response")
         (instance,) = millrace.services()
@@ -253,19 +253,19 @@ class ACoroutine(OnAFabric):
 
 
 class ACaller(OnAFabric):
-    def test_is_told_that_no_instance_has_a_uuid(self):
+    def test_raises_unserved_where_no_instance_has_the_uuid(self):
         self.start()
         with self.assertRaisesRegex(millrace.Unserved, UNKNOWN):
             millrace.call(UNKNOWN, "hello")
 
-    def test_is_told_what_no_nc_program_could_ask(self):
+    def test_refuses_a_request_that_no_nc_program_can_make(self):
         for text, message in (("x" * 128, "128 bytes"), ("中", "not in CP1252")):
             with self.assertRaisesRegex(millrace.InvalidArgument, message):
                 millrace.call(obedient.UUID, text)
         with self.assertRaisesRegex(millrace.InvalidArgument, "REQUEST_STATE is 0"):
             millrace.call(obedient.UUID, "", state=0)
 
-    def test_sees_instances_and_events(self):
+    def test_lists_instances_and_watches_events(self):
         sut = self.start()
         (instance,) = millrace.services()
         self.assertEqual((instance.uuid, instance.name, instance.pid), (obedient.UUID, "obedient", sut.pid))
@@ -297,7 +297,7 @@ class ACaller(OnAFabric):
             self.call("hang")
         thread.join()
 
-    def test_shares_the_participant_of_a_server_that_hears(self):
+    def test_shares_the_participant_of_a_server_that_discovers(self):
         millrace.disconnect()
         with millrace.Server(obedient.obey, domain=self.domain.number, discovers=True):
             self.assertEqual(self.call("hello").text, "hello, attempt 1")

@@ -26,7 +26,7 @@ class AHandler(unittest.TestCase):
 
         self.assertEqual(testing.call(slow, "hello").text, "hello")
 
-    def test_gets_characters_of_cp1252_and_gives_them_back(self):
+    def test_gets_characters_of_cp1252_and_returns_them(self):
         every = bytes(byte for byte in range(1, 128)).decode()
         self.assertEqual(testing.call(lambda call: call.text, every).text, every)
         high = bytes(range(128, 255))
@@ -36,7 +36,7 @@ class AHandler(unittest.TestCase):
         self.assertEqual(sut.response.text, sut.text)
         self.assertEqual(testing.FakeCall("€").data, b"\x80")
 
-    def test_is_told_which_character_does_not_fit(self):
+    def test_names_a_character_that_is_not_in_cp1252(self):
         response = testing.call(lambda call: "a中")
         self.assertEqual(response.result, "failed")
         self.assertEqual(response.state, 500)
@@ -80,7 +80,7 @@ class AHandler(unittest.TestCase):
         self.assertEqual(len(text), 127)
         self.assertTrue(text.endswith("..."))
 
-    def test_that_calls_sys_exit_ends_its_call_alone(self):
+    def test_that_calls_sys_exit_ends_only_its_call(self):
         def leaving(call):
             raise SystemExit(3)
 
@@ -154,7 +154,7 @@ class ALoopback(unittest.TestCase):
 
         return slow
 
-    def test_gives_each_call_to_one_instance(self):
+    def test_dispatches_each_call_to_one_instance(self):
         slow = self.slow()
         with testing.Loopback(slow, instances=2) as sut:
             first, second, third = (sut.send(slow, text) for text in "123")

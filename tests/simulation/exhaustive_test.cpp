@@ -27,7 +27,7 @@ struct Named {
 
 class EveryOrder : public testing::TestWithParam<Named> {};
 
-TEST_P(EveryOrder, KeepsItsPromises) {
+TEST_P(EveryOrder, KeepsAllInvariants) {
   const Bounds bounds = within(GetParam().whole ? to_the_end : some_runs);
   const Walk walk = walk_through(GetParam().plan, bounds);
   RecordProperty("states", static_cast<int>(walk.states));
@@ -42,7 +42,7 @@ constexpr auto once = fabric::Delivery::at_most_once;
 constexpr auto often = fabric::Delivery::at_least_once;
 constexpr auto text = fabric::CompletionSignal::response;
 constexpr cnc::simulator::ServiceRules clears{.response_clears_request = true};
-constexpr WriteHabits late{.response = 5ms, .request_state = 10ms, .response_state = 5ms};
+constexpr WriteBehaviour late{.response = 5ms, .request_state = 10ms, .response_state = 5ms};
 constexpr cnc::simulator::ServiceRules resets{.reset_clears_states = true};
 
 INSTANTIATE_TEST_SUITE_P(
@@ -88,9 +88,9 @@ struct Mistaken {
 };
 
 /// A state that counts as known must not hide the consequences of a mistake.
-class EveryOrderWithAMistake : public testing::TestWithParam<Mistaken> {};
+class EveryOrderWithABug : public testing::TestWithParam<Mistaken> {};
 
-TEST_P(EveryOrderWithAMistake, BreaksAPromise) {
+TEST_P(EveryOrderWithABug, ViolatesAnInvariant) {
   SmallPlan plan = GetParam().plan;
   EXPECT_TRUE(walk_through(plan, within(some_runs)).violations.empty());
   plan.bug = GetParam().bug;
@@ -100,7 +100,7 @@ TEST_P(EveryOrderWithAMistake, BreaksAPromise) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Of, EveryOrderWithAMistake,
+    Of, EveryOrderWithABug,
     testing::Values(Mistaken{Bug::state_before_text, {.mishap = Mishap::none}},
                     Mistaken{Bug::instance_loss_ignored, {.mishap = Mishap::instance_killed}},
                     Mistaken{Bug::no_confirming_look,
@@ -118,9 +118,9 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 /// Random orders come to no state that the walk has not seen.
-class WhatARandomOrderComesTo : public testing::TestWithParam<Mishap> {};
+class ARandomOrder : public testing::TestWithParam<Mishap> {};
 
-TEST_P(WhatARandomOrderComesTo, TheWalkHasSeen) {
+TEST_P(ARandomOrder, LeadsToStatesThatTheWalkHasSeen) {
   const SmallPlan plan{.mishap = GetParam()};
   const auto walked = sights(plan, within(to_the_end));
   Bounds drawn = within(2'000);
@@ -132,7 +132,7 @@ TEST_P(WhatARandomOrderComesTo, TheWalkHasSeen) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, WhatARandomOrderComesTo,
+INSTANTIATE_TEST_SUITE_P(Of, ARandomOrder,
                          testing::Values(Mishap::none, Mishap::instance_killed,
                                          Mishap::instance_drained, Mishap::link_cut,
                                          Mishap::link_silent, Mishap::program_reset),

@@ -101,16 +101,16 @@ void print_small(std::uint64_t seed, Options options, const Outcome& failed) {
 }
 
 /// How often each kind of fault hit a channel in each state.
-void print(const Storm::Reach& reach) {
+void print(const FaultInjector::Coverage& coverage) {
   fmt::print("{:<24}", "fault");
-  for (const std::string_view step : Storm::steps) {
+  for (const std::string_view step : FaultInjector::steps) {
     fmt::print("{:>12}", step);
   }
-  for (const std::string& fault : Storm::names()) {
+  for (const std::string& fault : FaultInjector::names()) {
     fmt::print("\n{:<24}", fault);
-    for (const std::string_view step : Storm::steps) {
-      const auto found = reach.find({fault, step});
-      fmt::print("{:>12}", found == reach.end() ? 0 : found->second);
+    for (const std::string_view step : FaultInjector::steps) {
+      const auto found = coverage.find({fault, step});
+      fmt::print("{:>12}", found == coverage.end() ? 0 : found->second);
     }
   }
   fmt::print("\n");
@@ -127,7 +127,7 @@ int run(const Flags& flags) {
   std::size_t answered = 0;
   Time virtual_time{};
   std::uint64_t runs = 0;
-  Storm::Reach reach;
+  FaultInjector::Coverage coverage;
   for (std::uint64_t seed = first; seed <= last && failed < flags.most; ++seed) {
     Options options;
     options.bug = bug_of(flags.bug);
@@ -140,8 +140,8 @@ int run(const Flags& flags) {
     ++runs;
     answered += outcome.answered;
     virtual_time += outcome.took;
-    for (const auto& [pair, times] : outcome.reach) {
-      reach[pair] += times;
+    for (const auto& [pair, times] : outcome.coverage) {
+      coverage[pair] += times;
     }
     if (!outcome.violations.empty()) {
       ++failed;
@@ -158,7 +158,7 @@ int run(const Flags& flags) {
              runs, failed, answered, std::chrono::duration<double>(virtual_time).count(),
              took.count());
   if (flags.reach) {
-    print(reach);
+    print(coverage);
   }
   return failed == 0 ? 0 : 1;
 }
@@ -228,7 +228,7 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   app.add_option("--without", flags.without, "Kinds of faults to leave out")
       ->delimiter(',')
-      ->check(CLI::IsMember(Storm::names()));
+      ->check(CLI::IsMember(FaultInjector::names()));
   app.add_option("--faults-for", flags.faults_for, "Faults end after this many nanoseconds");
   app.add_flag("--reach", flags.reach,
                "Print how often each kind of fault hit a channel in each state");

@@ -70,12 +70,12 @@ void Plant::build_services() {
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
     // Heartbeats show a gateway that its call is gone, for any reason.
     plan.heartbeats = random_.chance(80) && bug_ != Bug::withdraws_for_others;
-    plan.habits.slow = static_cast<unsigned>(random_.below(40));
-    plan.habits.fails = static_cast<unsigned>(random_.below(10));
-    plan.habits.refused = random_.chance(30) ? 10 : 0;
-    plan.habits.interim = static_cast<unsigned>(random_.below(50));
-    plan.habits.stuck = random_.chance(20) ? 5 : 0;
-    plan.habits.obeys = static_cast<unsigned>(random_.below(101));
+    plan.behaviour.slow = static_cast<unsigned>(random_.below(40));
+    plan.behaviour.fails = static_cast<unsigned>(random_.below(10));
+    plan.behaviour.refused = random_.chance(30) ? 10 : 0;
+    plan.behaviour.interim = static_cast<unsigned>(random_.below(50));
+    plan.behaviour.stuck = random_.chance(20) ? 5 : 0;
+    plan.behaviour.obeys = static_cast<unsigned>(random_.below(101));
     plan.foreign = random_.chance(20);
     plan.counts_no_attempts = random_.chance(30);
     plan.bug = bug_;
@@ -101,30 +101,30 @@ fabric::CompletionSignal Plant::draw_completion_signal(std::size_t service) cons
 }
 
 /// Programs that wait for RESPONSE alone, and call services that know it.
-void Plant::let_wait_for_text(ProgramHabits& habits) const {
+void Plant::let_wait_for_text(ProgramBehaviour& behaviour) const {
   Random random(~random_.state());
-  if (!text_uuids_.empty() && !habits.interpreted && random.chance(60)) {
-    habits.uuids = text_uuids_;
-    habits.waits_for_text = true;
-    habits.services_know = true;
+  if (!text_uuids_.empty() && !behaviour.interpreted && random.chance(60)) {
+    behaviour.uuids = text_uuids_;
+    behaviour.waits_for_text = true;
+    behaviour.services_know = true;
   }
 }
 
 /// What is rare in most histories happens always in some. A separate random source, as above.
-void Plant::exaggerate(ProgramHabits& habits) const {
+void Plant::exaggerate(ProgramBehaviour& behaviour) const {
   Random random(~random_.state() ^ 0x5a3a11fa11c0ffeeU);
   if (random.chance(15)) {
-    habits.impatient = static_cast<unsigned>(50 + random.below(51));
-    habits.patience = random.mostly(2ms, 30ms, 300ms, 30);
+    behaviour.impatient = static_cast<unsigned>(50 + random.below(51));
+    behaviour.patience = random.mostly(2ms, 30ms, 300ms, 30);
   }
   if (random.chance(15)) {
-    habits.repeats_itself = static_cast<unsigned>(50 + random.below(51));
+    behaviour.repeats_itself = static_cast<unsigned>(50 + random.below(51));
   }
-  if (random.chance(20) && !habits.waits_for_text) {
-    habits.changes = static_cast<unsigned>(10 + random.below(91));
+  if (random.chance(20) && !behaviour.waits_for_text) {
+    behaviour.changes = static_cast<unsigned>(10 + random.below(91));
   }
   if (random.chance(15)) {
-    habits.pause = Time{};
+    behaviour.pause = Time{};
   }
 }
 
@@ -140,35 +140,35 @@ void Plant::build_controllers() {
     let_kernel_clear(rules);
     const std::size_t channels = 1 + random_.below(3);
     for (std::size_t channel = 0; channel < channels; ++channel) {
-      ProgramHabits habits;
-      habits.uuids = uuids_;
+      ProgramBehaviour behaviour;
+      behaviour.uuids = uuids_;
       if (policies_.everywhere.unserved && random_.chance(50)) {
-        habits.uuids.push_back(uuid_number(9));
+        behaviour.uuids.push_back(uuid_number(9));
       }
-      habits.calls = 5 + random_.below(30);
-      habits.impatient = static_cast<unsigned>(random_.below(30));
-      habits.repeats_itself = random_.chance(20) ? 20 : 0;
-      habits.cycle = random_.between(100us, 4ms);
-      habits.pause = random_.mostly(Time{}, 20ms, 400ms, 30);
-      habits.interpreted = random_.chance(30);
-      habits.waits_for_text = !habits.interpreted && random_.chance(15);
-      habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
-      let_wait_for_text(habits);
-      if (rules.kernel_clears_after && habits.waits_for_text) {
+      behaviour.calls = 5 + random_.below(30);
+      behaviour.impatient = static_cast<unsigned>(random_.below(30));
+      behaviour.repeats_itself = random_.chance(20) ? 20 : 0;
+      behaviour.cycle = random_.between(100us, 4ms);
+      behaviour.pause = random_.mostly(Time{}, 20ms, 400ms, 30);
+      behaviour.interpreted = random_.chance(30);
+      behaviour.waits_for_text = !behaviour.interpreted && random_.chance(15);
+      behaviour.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
+      let_wait_for_text(behaviour);
+      if (rules.kernel_clears_after && behaviour.waits_for_text) {
         // Such a kernel clears REQUEST_STATE only after RESPONSE_STATE ≠ 0.
-        habits.waits_for_text = false;
-        habits.services_know = false;
-        habits.uuids = uuids_;
+        behaviour.waits_for_text = false;
+        behaviour.services_know = false;
+        behaviour.uuids = uuids_;
       }
-      exaggerate(habits);
+      exaggerate(behaviour);
       if (limits_.quiet.contains(fmt::format("m{}/{}", i, channel + 1))) {
-        habits.calls = 0;
+        behaviour.calls = 0;
       }
-      controller->add(rules, habits, random_.fork());
+      controller->add(rules, behaviour, random_.fork());
     }
-    cables_.push_back(std::make_unique<Cable>());
-    cables_.back()->notifications = draw_notifications();
-    cables_.back()->writes = draw_writes();
+    link_conditions_.push_back(std::make_unique<LinkConditions>());
+    link_conditions_.back()->notifications = draw_notifications();
+    link_conditions_.back()->writes = draw_writes();
     controllers_.push_back(std::move(controller));
   }
 }
@@ -212,32 +212,32 @@ void Plant::build_queues() {
 }
 
 /// A separate random source, so that the rest of a seed keeps its meaning.
-NotificationHabits Plant::draw_notifications() const {
+NotificationBehaviour Plant::draw_notifications() const {
   Random random(~random_.state());
-  NotificationHabits habits;
-  habits.refuses = random.chance(20);
-  habits.silent = random.chance(5);
-  habits.first_only = random.chance(10);
-  habits.lost = random.chance(30) ? static_cast<unsigned>(random.below(40)) : 0;
-  habits.dropped = random.chance(20) ? 3 : 0;
-  habits.late = random.chance(20) ? random.between(Time{}, 300ms) : Time{};
-  habits.cycle = random.between(250us, 4ms);
-  return habits;
+  NotificationBehaviour behaviour;
+  behaviour.refuses = random.chance(20);
+  behaviour.silent = random.chance(5);
+  behaviour.first_only = random.chance(10);
+  behaviour.lost = random.chance(30) ? static_cast<unsigned>(random.below(40)) : 0;
+  behaviour.dropped = random.chance(20) ? 3 : 0;
+  behaviour.late = random.chance(20) ? random.between(Time{}, 300ms) : Time{};
+  behaviour.cycle = random.between(250us, 4ms);
+  return behaviour;
 }
 
 /// A separate random source, so that the rest of a seed keeps its meaning. Half of the controllers
 /// apply writes up to 50 ms after they have acknowledged them.
-WriteHabits Plant::draw_writes() const {
+WriteBehaviour Plant::draw_writes() const {
   Random random(~random_.state() ^ 0x1a7e3417c0de5eedU);
-  WriteHabits habits;
+  WriteBehaviour behaviour;
   if (random.chance(50)) {
     const bool all_alike = random.chance(50);
-    habits.response = random.between(Time{}, 50ms);
-    habits.request_state = all_alike ? habits.response : random.between(Time{}, 50ms);
-    habits.response_state = all_alike ? habits.response : random.between(Time{}, 50ms);
+    behaviour.response = random.between(Time{}, 50ms);
+    behaviour.request_state = all_alike ? behaviour.response : random.between(Time{}, 50ms);
+    behaviour.response_state = all_alike ? behaviour.response : random.between(Time{}, 50ms);
   }
-  habits.lost = random.chance(10) ? 1 + static_cast<unsigned>(random.below(10)) : 0;
-  return habits;
+  behaviour.lost = random.chance(10) ? 1 + static_cast<unsigned>(random.below(10)) : 0;
+  return behaviour;
 }
 
 void Plant::let_kernel_clear(cnc::simulator::ServiceRules& rules) const {
@@ -297,15 +297,15 @@ void Plant::build_gateways() {
     gateways_.push_back(std::make_unique<GatewayProcess>(plan, agenda_, ++parties_, history_,
                                                          fabric_, random_.fork()));
     for (const auto& controller : controllers_) {
-      gateways_.back()->plug(*controller, cable_of(*controller));
+      gateways_.back()->plug(*controller, conditions_of(*controller));
     }
   }
 }
 
-Cable& Plant::cable_of(const Controller& controller) {
+LinkConditions& Plant::conditions_of(const Controller& controller) {
   const auto found =
       std::ranges::find(controllers_, &controller, &std::unique_ptr<Controller>::get);
-  return *cables_[static_cast<std::size_t>(found - controllers_.begin())];
+  return *link_conditions_[static_cast<std::size_t>(found - controllers_.begin())];
 }
 
 std::vector<GatewayProcess*> Plant::gateways_of(const Controller& controller) {

@@ -18,7 +18,7 @@ namespace millrace::tests::simulation {
 struct Limits {
   /// Channels and queues whose programs send nothing: "m0/3", "m0.q1/2".
   std::set<std::string> quiet{};
-  /// Kinds of faults that do not happen (faults/storm.hpp).
+  /// Kinds of faults that do not happen (faults/fault_injector.hpp).
   std::set<std::string> without{};
   /// Faults end this long after they have begun.
   std::optional<Time> faults_for{};
@@ -37,8 +37,8 @@ class Plant {
   std::vector<std::unique_ptr<ServiceProcess>>& services() { return services_; }
   /// Null if there is none.
   Stranger* stranger() { return stranger_.get(); }
-  std::vector<std::unique_ptr<Cable>>& cables() { return cables_; }
-  [[nodiscard]] Cable& cable_of(const Controller& controller);
+  std::vector<std::unique_ptr<LinkConditions>>& link_conditions() { return link_conditions_; }
+  [[nodiscard]] LinkConditions& conditions_of(const Controller& controller);
   /// The gateways with this machine in their first configuration.
   std::vector<GatewayProcess*> gateways_of(const Controller& controller);
   [[nodiscard]] std::size_t channels_of(const std::string& machine) const;
@@ -59,12 +59,12 @@ class Plant {
   void build_services();
   void build_controllers();
   void build_gateways();
-  [[nodiscard]] NotificationHabits draw_notifications() const;
-  [[nodiscard]] WriteHabits draw_writes() const;
+  [[nodiscard]] NotificationBehaviour draw_notifications() const;
+  [[nodiscard]] WriteBehaviour draw_writes() const;
   void let_kernel_clear(cnc::simulator::ServiceRules& rules) const;
   [[nodiscard]] fabric::CompletionSignal draw_completion_signal(std::size_t service) const;
-  void let_wait_for_text(ProgramHabits& habits) const;
-  void exaggerate(ProgramHabits& habits) const;
+  void let_wait_for_text(ProgramBehaviour& behaviour) const;
+  void exaggerate(ProgramBehaviour& behaviour) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);
   void build_queues();
 
@@ -80,7 +80,7 @@ class Plant {
   std::vector<std::string> uuids_;
   /// UUIDs of services that know that their programs wait for RESPONSE alone.
   std::vector<std::string> text_uuids_;
-  std::vector<std::unique_ptr<Cable>> cables_;
+  std::vector<std::unique_ptr<LinkConditions>> link_conditions_;
   std::vector<std::unique_ptr<Controller>> controllers_;
   std::vector<std::unique_ptr<GatewayProcess>> gateways_;
   std::vector<GatewayFile> first_files_;

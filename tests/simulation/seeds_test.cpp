@@ -13,7 +13,7 @@ constexpr std::uint64_t groups = 10;
 
 class Seeds : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(Seeds, KeepTheirPromises) {
+TEST_P(Seeds, KeepAllInvariants) {
   std::size_t answered = 0;
   for (std::uint64_t seed = GetParam(); seed < GetParam() + seeds / groups; ++seed) {
     const Outcome outcome = World(seed, {}).run();

@@ -58,7 +58,7 @@ Limits shrink(std::uint64_t seed, Options options, const Outcome& failed) {
         smaller = try_it(fewer) || smaller;
       }
     };
-    for (const std::string& fault : Storm::names()) {
+    for (const std::string& fault : FaultInjector::names()) {
       leave_out(&Limits::without, fault);
     }
     for (const std::string& program : World(seed, options).programs()) {

@@ -14,12 +14,12 @@ class Shrinking : public testing::Test {
   const Outcome failed = World(seed, options).run();
 };
 
-TEST_F(Shrinking, LeavesASmallerSimulationThatBreaksTheSamePromise) {
+TEST_F(Shrinking, LeavesASmallerSimulationThatViolatesTheSameInvariant) {
   ASSERT_FALSE(failed.violations.empty());
   Options small = options;
   small.limits = shrink(seed, options, failed);
   EXPECT_FALSE(small.limits.quiet.empty());
-  EXPECT_GT(small.limits.without.size(), Storm::names().size() / 2);
+  EXPECT_GT(small.limits.without.size(), FaultInjector::names().size() / 2);
   const Outcome outcome = World(seed, small).run();
   ASSERT_FALSE(outcome.violations.empty());
   EXPECT_EQ(outcome.violations.front().substr(0, 3), failed.violations.front().substr(0, 3));
@@ -30,7 +30,7 @@ TEST_F(Shrinking, LeavesNothingOutOfASimulationThatHoldsIfItFailsWithoutIt) {
   ASSERT_FALSE(failed.violations.empty());
   Options small = options;
   small.limits = shrink(seed, options, failed);
-  for (const std::string& fault : Storm::names()) {
+  for (const std::string& fault : FaultInjector::names()) {
     Options smaller = small;
     if (smaller.limits.without.insert(fault).second) {
       const Outcome outcome = World(seed, smaller).run();

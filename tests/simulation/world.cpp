@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "tests/simulation/last_words.hpp"
+#include "tests/simulation/crash_report.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -47,7 +47,7 @@ World::World(std::uint64_t seed, Options options)
       random_(Random(~seed).next()),
       history_(agenda_, std::move(options.trace)),
       plant_(agenda_, history_, random_.fork(), options.bug, options.limits) {
-  storm_ = std::make_unique<Storm>(plant_, random_.fork());
+  faults_ = std::make_unique<FaultInjector>(plant_, random_.fork());
   // A separate random source, so that the rest of a seed keeps its meaning.
   Random random(~seed ^ 0x7a1e5ab1e0000001U);
   if (random.chance(40)) {
@@ -95,14 +95,14 @@ void World::operate() {
 
 /// Of two gateways that hear each other only one serves a channel.
 void World::watch_the_serving() {
-  const auto& talk = plant_.fabric().talk();
+  const auto& gateway_topics = plant_.fabric().gateway_topics();
   const auto both = [&](const Key& key) {
     const auto& gateways = plant_.gateways();
     for (std::size_t a = 0; a < gateways.size(); ++a) {
       for (std::size_t b = a + 1; b < gateways.size(); ++b) {
         if (gateways[a]->serves(key) && gateways[b]->serves(key) &&
-            talk.hears(*gateways[a]->end(), *gateways[b]->end()) &&
-            talk.hears(*gateways[b]->end(), *gateways[a]->end())) {
+            gateway_topics.hears(*gateways[a]->end(), *gateways[b]->end()) &&
+            gateway_topics.hears(*gateways[b]->end(), *gateways[a]->end())) {
           return true;
         }
       }
@@ -198,7 +198,7 @@ void World::judge_the_end() {
 }
 
 Outcome World::run() {
-  const LastWords words(fmt::format("seed {}", seed_), replay(seed_, bug_, limits_));
+  const CrashReport report(fmt::format("seed {}", seed_), replay(seed_, bug_, limits_));
   for (auto& service : plant_.services()) {
     agenda_.after(random_.between(Time{}, 300ms), {}, [&service] { service->start(); });
   }
@@ -219,15 +219,15 @@ Outcome World::run() {
   }
 
   const Time drawn = random_.between(1s, 8s);
-  const Time storm = limits_.faults_for.value_or(drawn);
-  agenda_.after(100ms, {}, [this, storm] { storm_->begin(storm); });
+  const Time faults_for = limits_.faults_for.value_or(drawn);
+  agenda_.after(100ms, {}, [this, faults_for] { faults_->begin(faults_for); });
   const auto go_on = [&](Time until) {
     while (history_.violations().empty() && agenda_.now() < until && agenda_.step()) {
     }
   };
-  go_on(storm + 100ms);
+  go_on(faults_for + 100ms);
   if (history_.violations().empty()) {
-    storm_->end();
+    faults_->end();
     calm_ = true;
     for (auto& service : plant_.services()) {
       service->calm_down();
@@ -247,7 +247,7 @@ Outcome World::run() {
       history_.judge_the_end();
     }
   }
-  Outcome outcome{history_.violations(), agenda_.now(), 0, storm, storm_->reach()};
+  Outcome outcome{history_.violations(), agenda_.now(), 0, faults_for, faults_->coverage()};
   for (const auto& controller : plant_.controllers()) {
     for (const std::uint16_t number : controller->numbers()) {
       outcome.answered += controller->program(number).answered();

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/faults/storm.hpp"
+#include "tests/simulation/faults/fault_injector.hpp"
 #include "tests/simulation/plant.hpp"
 #include "tests/simulation/values/value_user.hpp"
 
@@ -31,7 +31,7 @@ struct Outcome {
   std::size_t answered = 0;
   /// How long faults lasted.
   Time faults_for{};
-  Storm::Reach reach{};
+  FaultInjector::Coverage coverage{};
 };
 
 /// The command that repeats a simulation.
@@ -64,7 +64,7 @@ class World {
   Agenda agenda_;
   History history_;
   Plant plant_;
-  std::unique_ptr<Storm> storm_;
+  std::unique_ptr<FaultInjector> faults_;
   std::optional<ValueUser> value_user_;
   bool calm_ = false;
   /// Since when two gateways serve a channel although they hear each other.

@@ -23,14 +23,14 @@ TEST(Process, ReturnsTheGroupsOfTheLineItWaitedFor) {
   EXPECT_TRUE(sut.running());
 }
 
-TEST(Process, KeepsBothStreamsApartAndTellsTheExitCode) {
+TEST(Process, KeepsBothStreamsApartAndReturnsTheExitCode) {
   Process sut = shell("echo good; echo bad >&2; exit 3");
   EXPECT_EQ(sut.wait(), 3);
   EXPECT_EQ(sut.output(), "good\n");
   EXPECT_EQ(sut.error_output(), "bad\n");
 }
 
-TEST(Process, TellsTheSignalThatKilledIt) {
+TEST(Process, ReturnsTheSignalThatKilledIt) {
   Process sut = shell("kill -KILL $$");
   EXPECT_EQ(sut.wait(), 128 + SIGKILL);
 }
@@ -49,7 +49,7 @@ TEST(Process, ShowsAllOutputWhenTheProcessEndsBeforeTheLine) {
               ThrowsMessage<std::runtime_error>(HasSubstr("something else")));
 }
 
-TEST(Process, RefusesAProgramThatIsNotThere) {
+TEST(Process, RefusesAMissingProgram) {
   EXPECT_THROW(Process({"/no/such/program"}), std::system_error);
 }
 

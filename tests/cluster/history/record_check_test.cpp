@@ -26,7 +26,7 @@ Entry of(std::uint64_t call, EventKind kind, std::uint32_t attempt = 0, std::uin
 
 using Recording = std::vector<Entry>;
 
-TEST(TheRecording, OfACallThatMovedToAnotherInstanceBlamesNobody) {
+TEST(TheRecording, OfACallThatMovedToAnotherInstanceHasNoViolation) {
   const Recording recording{of(7, EventKind::seen),
                             of(7, EventKind::dispatched, 1, 1),
                             of(7, EventKind::lost, 1, 1),
@@ -56,13 +56,13 @@ TEST(TheRecording, ShowsAnAnswerToAWithdrawnCall) {
   EXPECT_THAT(violations_recorded(recording, {}), ElementsAre(StartsWith("I3: call 1-7")));
 }
 
-TEST(TheRecording, ShowsACallThatNobodyEnded) {
+TEST(TheRecording, ShowsACallThatDidNotEnd) {
   const Recording recording{of(7, EventKind::seen)};
   EXPECT_THAT(violations_recorded(recording, {}), ElementsAre(StartsWith("I5: call 1-7")));
   EXPECT_THAT(violations_recorded(recording, {"1-7"}), IsEmpty());
 }
 
-TEST(TheRecording, ShowsAnAttemptThatTwoInstancesWereGiven) {
+TEST(TheRecording, ShowsAnAttemptThatWasDispatchedToTwoInstances) {
   const Recording recording{of(7, EventKind::dispatched, 1, 1), of(7, EventKind::dispatched, 1, 2)};
   EXPECT_THAT(violations_recorded(recording, {}), ElementsAre(StartsWith("I9: attempt 1")));
 }

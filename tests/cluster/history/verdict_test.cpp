@@ -42,7 +42,7 @@ TEST(Verdict, IsEmptyForACallThatMovedToAnotherInstanceAndWasAnsweredOnce) {
 }
 
 // The gateway was killed before the event; the next one begins its journal without ended calls.
-TEST(Verdict, TakesACallForEndedThatAnEarlierGatewaysJournalKnowsAsEnded) {
+TEST(Verdict, CountsACallAsEndedThatAnEarlierGatewaysJournalHasAsEnded) {
   fabric::Event seen;
   seen.kind = fabric::EventKind::seen;
   seen.call = call;
@@ -57,12 +57,12 @@ TEST(Verdict, NamesACallThatWasAnsweredTwice) {
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I1: call 1-7")));
 }
 
-TEST(Verdict, NamesAnAnswerToAnAttemptThatWasNotGivenOut) {
+TEST(Verdict, NamesAnAnswerToAnAttemptThatWasNotDispatched) {
   const History history{{dispatched(1), answered(2), EndedEntry{call}}, {}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I2: call 1-7")));
 }
 
-TEST(Verdict, NamesAnAnswerWhoseStepsWereNotTakenInOrder) {
+TEST(Verdict, NamesAnAnswerWithStepsOutOfOrder) {
   using gateway::ClearingEntry;
   EXPECT_THAT(violations({{dispatched(1), answered(1), ClearingEntry{call}, EndedEntry{call}}, {}}),
               IsEmpty());
@@ -72,7 +72,7 @@ TEST(Verdict, NamesAnAnswerWhoseStepsWereNotTakenInOrder) {
               ElementsAre(StartsWith("I3: the answer of call 1-7")));
 }
 
-TEST(Verdict, JudgesTheRecordingToo) {
+TEST(Verdict, ChecksTheRecordingToo) {
   History history{{dispatched(1), answered(1), EndedEntry{call}}, {}};
   fabric::Event event{.key = {"cnc", 1}, .call = call, .kind = fabric::EventKind::withdrawn};
   history.recording.push_back({.sample = event});

@@ -32,7 +32,7 @@ class SwitchTest : public testing::Test {
   Switch::Time now{};
 };
 
-TEST_F(SwitchTest, SendsAFrameForEverybodyToAllOtherPorts) {
+TEST_F(SwitchTest, SendsABroadcastFrameToAllOtherPorts) {
   sut.take(1, frame(everybody, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(0, 2));
 }
@@ -52,7 +52,7 @@ TEST_F(SwitchTest, CutsOneDirectionOnly) {
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(0, 2));
 }
 
-TEST_F(SwitchTest, LetsNoGroupThroughWhereThereIsNoMulticast) {
+TEST_F(SwitchTest, DropsMulticastFramesWhereMulticastIsOff) {
   const std::string group = std::string("\x01\x00\x5e\x7f\x00\x01", 6);
   sut.way(0, 1).multicast = false;
   sut.take(0, frame(group, ann), now);
@@ -61,7 +61,7 @@ TEST_F(SwitchTest, LetsNoGroupThroughWhereThereIsNoMulticast) {
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(1, 2));
 }
 
-TEST_F(SwitchTest, LosesTheGivenShareOfTheFrames) {
+TEST_F(SwitchTest, LosesTheConfiguredShareOfTheFrames) {
   sut.way(0, 1).loss = 0.1;
   for (int i = 0; i < 10'000; ++i) {
     sut.take(0, frame(everybody, ann), now);
@@ -69,7 +69,7 @@ TEST_F(SwitchTest, LosesTheGivenShareOfTheFrames) {
   EXPECT_NEAR(static_cast<double>(sut.counters().lost), 1000, 100);
 }
 
-TEST_F(SwitchTest, DelaysWithinTheJitterAndLetsFramesOvertake) {
+TEST_F(SwitchTest, DelaysFramesWithinTheJitterAndReordersThem) {
   sut.way(0, 1).delay = 20ms;
   sut.way(0, 1).jitter = 10ms;
   sut.way(0, 2).cut = true;
@@ -103,7 +103,7 @@ TEST_F(SwitchTest, DecidesTheSameForTheSameSeed) {
   EXPECT_NE(lost(7), lost(8));
 }
 
-TEST_F(SwitchTest, IgnoresWhatIsTooShortToBeAFrame) {
+TEST_F(SwitchTest, IgnoresFramesThatAreTooShort) {
   sut.take(0, "short", now);
   EXPECT_THAT(sut.due(now), IsEmpty());
 }

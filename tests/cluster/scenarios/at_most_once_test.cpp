@@ -44,7 +44,7 @@ class AnAtMostOnceCallOfAHost : public Scenario {
   }
 };
 
-TEST_P(AnAtMostOnceCallOfAHost, IsHeldForAnOperatorWhenItsInstanceIsKilled) {
+TEST_P(AnAtMostOnceCallOfAHost, IsBlockedForAnOperatorWhenItsInstanceIsKilled) {
   start();
   sut().task("first").kill();
   answer_as_an_operator();
@@ -52,7 +52,7 @@ TEST_P(AnAtMostOnceCallOfAHost, IsHeldForAnOperatorWhenItsInstanceIsKilled) {
   EXPECT_EQ(starts_of_the_first_call(), 1U);
 }
 
-TEST_P(AnAtMostOnceCallOfAHost, IsHeldForAnOperatorWhenItIsCutOff) {
+TEST_P(AnAtMostOnceCallOfAHost, IsBlockedForAnOperatorWhenItIsCutOff) {
   start();
   sut().network().cut("service-1");
   answer_as_an_operator();

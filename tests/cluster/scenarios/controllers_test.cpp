@@ -40,7 +40,7 @@ class Controllers : public Scenario {
   }
 };
 
-TEST_P(Controllers, AnswerWhoAsksEverybodyOnTheirNetwork) {
+TEST_P(Controllers, AnswerABroadcastOnTheirNetwork) {
   const auto press = controller("controller", "press");
   const auto saw = controller("service-1", "saw");
   const auto out_of_reach = controller("service-2", "lathe");

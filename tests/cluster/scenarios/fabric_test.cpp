@@ -23,7 +23,7 @@ TEST_P(TheFabric, ReachesAHostWithoutMulticastByItsPeers) {
   sut().expect_all_answered();
 }
 
-TEST_P(TheFabric, ConsistsOfPeersOnlyWhereNobodyHasMulticast) {
+TEST_P(TheFabric, ConsistsOfPeersWhereThereIsNoMulticast) {
   for (const char* host : {"gateway", "recorder", "service-1", "service-2"}) {
     sut().network().stop_multicast(host);
     sut().set_profile(host, "many_networks.fabric.textproto");
@@ -47,7 +47,7 @@ TEST_P(TheFabric, StaysOnOneHostByDefault) {
   EXPECT_THAT(sut().history().executions, Each(Field(&Execution::service, "here")));
 }
 
-TEST_P(TheFabric, HearsNobodyOfAnotherDomainOrName) {
+TEST_P(TheFabric, IgnoresOtherDomainsAndFabricNames) {
   sut().service("service-1", "other-domain", {"--domain", "9"});
   sut().service("service-2", "other-name", {"--fabric", "hall-2"});
   Task& gateway = sut().gateway();
@@ -58,7 +58,7 @@ TEST_P(TheFabric, HearsNobodyOfAnotherDomainOrName) {
   EXPECT_THAT(sut().history().executions, Each(Field(&Execution::service, "ours")));
 }
 
-TEST_P(TheFabric, IsExplainedByTheDoctorWhereNobodyIsFound) {
+TEST_P(TheFabric, IsExplainedByTheDoctorWhereNoPeerIsFound) {
   sut().gateway();
   sut().service("service-1", "slow-1");
   const std::string well = sut().millrace("gateway", {"doctor", "--wait", "1s"}, 1);

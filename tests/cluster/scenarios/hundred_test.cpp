@@ -137,7 +137,7 @@ class AHundredInstances : public Scenario {
   Presence presence_;
 };
 
-TEST_P(AHundredInstances, LoseNoCallAndDoubleNoneWhateverHappensToThem) {
+TEST_P(AHundredInstances, LoseNoCallAndRunNoneTwiceUnderAnyFault) {
   const auto all = static_cast<std::size_t>(per_host());
   const int killed = per_host() / 3;
   const Stopwatch watch;

@@ -22,7 +22,7 @@ constexpr std::size_t slack = 16U << 20U;
 
 class ALongRun : public Scenario {};
 
-TEST_P(ALongRun, TakesNoMoreMemoryThreadsAndDescriptorsThanItsBeginning) {
+TEST_P(ALongRun, UsesNoMoreMemoryThreadsAndDescriptorsThanAtItsBeginning) {
   sut().service("service-1", "slow-1", {"--concurrency", "4"});
   sut().gateway();
   sut().cnc({.channels = channels, .calls = calls});

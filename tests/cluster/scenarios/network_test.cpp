@@ -10,7 +10,7 @@ using std::chrono_literals::operator""min;
 
 class OverABadNetwork : public Scenario {};
 
-TEST_P(OverABadNetwork, AControllerThatIsUnpluggedGoesOnWhenItIsBack) {
+TEST_P(OverABadNetwork, AControllerThatIsUnpluggedContinuesWhenItIsBack) {
   sut().service("service-1", "slow-1", {"--work", "50"});
   Task& gateway = sut().gateway();
   sut().cnc({.channels = 2, .calls = 20});

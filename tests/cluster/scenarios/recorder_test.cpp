@@ -30,7 +30,7 @@ class TheRecorder : public Scenario {
   }
 };
 
-TEST_P(TheRecorder, ThatIsKilledLosesItsLastQuarterOfASecondAndNobodyNotices) {
+TEST_P(TheRecorder, ThatIsKilledLosesItsLastQuarterOfASecondAndDisturbsNoCall) {
   sut().service("service-1", "slow-1", {"--work", "10"});
   sut().gateway();
   sut().cnc({.channels = 1, .calls = 200});
@@ -47,7 +47,7 @@ TEST_P(TheRecorder, ThatIsKilledLosesItsLastQuarterOfASecondAndNobodyNotices) {
   sut().expect_all_answered();
 }
 
-TEST_P(TheRecorder, HostReachesEveryInstanceWithItsQuestions) {
+TEST_P(TheRecorder, HostPingsEveryInstance) {
   for (const char* number : {"1", "2", "3"}) {
     sut().service(std::string("service-") + number, std::string("slow-") + number);
   }

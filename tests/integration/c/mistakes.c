@@ -72,7 +72,7 @@ int main(void) {
        serve(participant, (millrace_service_options){.uuid = "a", .concurrent_calls = 257}));
   show("delivery", serve(participant, (millrace_service_options){.uuid = "a", .delivery = 2}));
   show("threads", serve(participant, (millrace_service_options){.uuid = "a", .threads = 1}));
-  show("deaf",
+  show("no discovery",
        millrace_request_send(participant,
                              &(millrace_request_options){.size = sizeof(millrace_request_options)},
                              &request));

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 /// A program's reaction to a call.
 class LcmAnswer : public Lcm {
  protected:
-  using Say = std::function<void(Speaker&, const request_t&)>;
+  using Say = std::function<void(LcmProgram&, const request_t&)>;
 
   /// Returns the NC program's answer for this reaction.
   fabric::Reply answer(const Say& say) {
@@ -30,31 +30,32 @@ class LcmAnswer : public Lcm {
     return reply;
   }
 
-  std::optional<Speaker> program;
+  std::optional<LcmProgram> program;
 };
 
 TEST_F(LcmAnswer, ThatCannotBeWrittenIsAClearErrorAtOnce) {
-  const fabric::Reply long_one = answer([](Speaker& asked, const request_t& request) {
+  const fabric::Reply long_one = answer([](LcmProgram& asked, const request_t& request) {
     asked.answer(request, std::string(200, 'x'));
   });
   EXPECT_EQ(long_one.text, "ERROR: the service's answer has 200 bytes, at most 127 fit");
   EXPECT_EQ(long_one.state, 500U);
   const fabric::Reply zero =
-      answer([](Speaker& asked, const request_t& request) { asked.answer(request, "text", 0); });
+      answer([](LcmProgram& asked, const request_t& request) { asked.answer(request, "text", 0); });
   EXPECT_THAT(zero.text, HasSubstr("answered with state 0"));
-  const fabric::Reply huge = answer(
-      [](Speaker& asked, const request_t& request) { asked.answer(request, "text", 1LL << 40); });
+  const fabric::Reply huge = answer([](LcmProgram& asked, const request_t& request) {
+    asked.answer(request, "text", 1LL << 40);
+  });
   EXPECT_THAT(huge.text, HasSubstr("state 1099511627776"));
   const fabric::Reply chinese =
-      answer([](Speaker& asked, const request_t& request) { asked.answer(request, "中"); });
+      answer([](LcmProgram& asked, const request_t& request) { asked.answer(request, "中"); });
   EXPECT_THAT(chinese.text, HasSubstr("U+4E2D at byte 1 is not in CP1252"));
-  const fabric::Reply null = answer([](Speaker& asked, const request_t& request) {
+  const fabric::Reply null = answer([](LcmProgram& asked, const request_t& request) {
     std::string bytes = fabric::lcm::encode(asked.reply_to(request, "a-b"));
     bytes[bytes.find("a-b") + 1] = '\0';
     asked.publish(asked.reply_channel(), bytes);
   });
   EXPECT_THAT(null.text, HasSubstr("contains a NUL byte"));
-  const fabric::Reply failed = answer([](Speaker& asked, const request_t& request) {
+  const fabric::Reply failed = answer([](LcmProgram& asked, const request_t& request) {
     reply_t reply = asked.reply_to(request, "no paper");
     reply.kind = reply_t::FAILED;
     asked.send(reply);
@@ -64,14 +65,15 @@ TEST_F(LcmAnswer, ThatCannotBeWrittenIsAClearErrorAtOnce) {
 }
 
 TEST_F(LcmAnswer, IsInTheControllersCodePage) {
-  EXPECT_EQ(
-      answer([](Speaker& asked, const request_t& request) { asked.answer(request, "Maß"); }).text,
-      "Ma\xDF");
+  EXPECT_EQ(answer([](LcmProgram& asked, const request_t& request) {
+              asked.answer(request, "Maß");
+            }).text,
+            "Ma\xDF");
 }
 
-TEST_F(LcmAnswer, CountsFromTheProgramThatWasAskedAlone) {
-  std::optional<Speaker> stranger;
-  const auto say = [&](Speaker& asked, const request_t& request) {
+TEST_F(LcmAnswer, CountsOnlyFromTheProgramThatGotTheRequest) {
+  std::optional<LcmProgram> stranger;
+  const auto say = [&](LcmProgram& asked, const request_t& request) {
     stranger.emplace(uuid, "stranger");
     // In its own name, announced before or not, and in the name of the program that was asked.
     stranger->answer(request, "mine");
@@ -84,8 +86,8 @@ TEST_F(LcmAnswer, CountsFromTheProgramThatWasAskedAlone) {
   EXPECT_EQ(answer(say).text, "the answer");
 }
 
-TEST_F(LcmAnswer, CountsAsAnAnswerToThatCallAlone) {
-  const auto say = [&](Speaker& asked, const request_t& request) {
+TEST_F(LcmAnswer, CountsOnlyForItsOwnCall) {
+  const auto say = [&](LcmProgram& asked, const request_t& request) {
     asked.publish(asked.reply_channel(), fabric::lcm::encode(drain_t{}));
     request_t other = request;
     other.call.id = "5f-17";
@@ -98,9 +100,9 @@ TEST_F(LcmAnswer, CountsAsAnAnswerToThatCallAlone) {
   EXPECT_EQ(answer(say).text, "the answer");
 }
 
-TEST_F(LcmAnswer, ComesThroughAFloodThatIsToldOnce) {
-  const auto say = [&](Speaker& asked, const request_t& request) {
-    Speaker stranger(uuid, "stranger");
+TEST_F(LcmAnswer, ArrivesDuringAFloodThatIsLoggedOnce) {
+  const auto say = [&](LcmProgram& asked, const request_t& request) {
+    LcmProgram stranger(uuid, "stranger");
     const reply_t forged = asked.reply_to(request, "forged");
     constexpr int many = 20'000;
     for (int i = 0; i < many; ++i) {

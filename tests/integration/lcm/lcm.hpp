@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/integration/chain.hpp"
-#include "tests/integration/lcm/speaker.hpp"
+#include "tests/integration/lcm/lcm_program.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/own_network.hpp"
 

@@ -51,7 +51,7 @@ TEST_F(LcmLog, OfTheMirrorReplays) {
   // A plain service, not an LCM one: the mirror shows the fabric.
   const Process service = chain.square_root();
   const std::string of = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  const Speaker flowing(uuid);
+  const LcmProgram flowing(uuid);
   await_events(file, "MILLRACE_PRESENCE", 1);
   // This caller stays and uses one channel per call, so a mirror that discovers it late still gets
   // all three requests.
@@ -85,7 +85,7 @@ TEST_F(LcmLog, OfTheMirrorHasNoTextOfAServiceWhoseTextsAreWithheld) {
   start("mirror { without_text: '560AACBF-6335-44a9-895A-8B27F3ED5E47' }");
   Process keeps = logger(file, here);
   const Process service = chain.square_root();
-  const Speaker flowing(uuid);
+  const LcmProgram flowing(uuid);
   await_events(file, "MILLRACE_PRESENCE", 1);
   Process caller = call("560aacbf-6335-44a9-895a-8b27f3ed5e47", "15241578750190521");
   EXPECT_EQ(caller.wait(), 0);
@@ -98,7 +98,7 @@ TEST_F(LcmLog, OfTheMirrorHasNoTextOfAServiceWhoseTextsAreWithheld) {
   EXPECT_THAT(replay.error_output(), HasSubstr("its request text is not in the recording"));
 }
 
-TEST_F(LcmLog, PlayedIntoTheGroupMakesNobodyAppearAndAnswersNothing) {
+TEST_F(LcmLog, PlayedIntoTheGroupRegistersNoProgramAndAnswersNothing) {
   start();
   Process keeps = logger(file, here);
   {

@@ -39,7 +39,7 @@ TEST_F(Lcm, ShowsTheProgressOfAProgramInCpp) {
 
 TEST_F(Lcm, ServesAnNcProgramThroughAGateway) {
   start();
-  Speaker program(uuid);
+  LcmProgram program(uuid);
   Process cnc = chain.cnc({"--run", "1=" + chain.counting_program(uuid, 20), "--exit-when-idle"});
   const Process gateway = chain.gateway();
   for (int i = 0; i < 20; ++i) {
@@ -51,17 +51,17 @@ TEST_F(Lcm, ServesAnNcProgramThroughAGateway) {
   cnc.await("20 calls answered");
 }
 
-TEST_F(Lcm, ServesNobodyAfterTheLastWordOfAProgram) {
+TEST_F(Lcm, StopsServingAProgramThatFallsSilent) {
   start();
   {
-    const Speaker program(uuid);
+    const LcmProgram program(uuid);
     ASSERT_TRUE(caller().await_instance(uuid));
   }
   EXPECT_TRUE(caller().await_no_instance(uuid));
   sut->await_error("is gone: silent for 1000 ms; 0 of its calls go to other instances");
 }
 
-TEST_F(Lcm, GivesACallToAnotherProgramWhenTheFirstIsKilled) {
+TEST_F(Lcm, DispatchesACallToAnotherProgramWhenTheFirstIsKilled) {
   start();
   Process first({MILLRACE_LCM_COUNTDOWN});
   Process caller = call(countdown_uuid, "100");
@@ -73,9 +73,9 @@ TEST_F(Lcm, GivesACallToAnotherProgramWhenTheFirstIsKilled) {
   sut->await_error("attempt 2\n(.*\n)*.* is in progress: \"still 100\"");
 }
 
-TEST_F(Lcm, HasAnAtMostOnceCallHeldWhoseProgramIsGone) {
+TEST_F(Lcm, BlocksAnAtMostOnceCallWhoseProgramIsGone) {
   start("service { uuid: '" + uuid + "' delivery: AT_MOST_ONCE }");
-  std::optional<Speaker> program(uuid);
+  std::optional<LcmProgram> program(uuid);
   const Process cnc = chain.cnc({"--run", "1=" + chain.counting_program(uuid, 1)});
   const Process gateway = chain.gateway();
   program->await_request();
@@ -87,7 +87,7 @@ TEST_F(Lcm, HasAnAtMostOnceCallHeldWhoseProgramIsGone) {
   });
 }
 
-TEST_F(Lcm, FindsACallAgainThatItsProgramWentOnWithWhenTheBridgeWasKilled) {
+TEST_F(Lcm, ResumesACallThatItsProgramContinuedWhenTheBridgeWasKilled) {
   start();
   const Process program({MILLRACE_LCM_COUNTDOWN});
   Process caller = call(countdown_uuid, "4");
@@ -100,9 +100,9 @@ TEST_F(Lcm, FindsACallAgainThatItsProgramWentOnWithWhenTheBridgeWasKilled) {
               AllOf(HasSubstr("\"4\", state 1, attempt 2"), Not(HasSubstr("\"still 4\""))));
 }
 
-TEST_F(Lcm, TellsAProgramThatItsCallIsWithdrawn) {
+TEST_F(Lcm, NotifiesAProgramThatItsCallIsWithdrawn) {
   start();
-  Speaker program(uuid);
+  LcmProgram program(uuid);
   const fabric::Request request = ask("text");
   const request_t heard = program.await_request();
   EXPECT_EQ(heard.text, "text");
@@ -122,7 +122,7 @@ TEST_F(Lcm, TellsAProgramThatItsCallIsWithdrawn) {
       "on time");
 }
 
-TEST_F(Lcm, StopsAProgramInCppWhenNobodyWaitsAnyMore) {
+TEST_F(Lcm, StopsAProgramInCppWhenItsCallIsCancelled) {
   start();
   const Process program({MILLRACE_LCM_COUNTDOWN});
   Process caller = call(countdown_uuid, "100");
@@ -135,7 +135,7 @@ TEST_F(Lcm, StopsAProgramInCppWhenNobodyWaitsAnyMore) {
   next.await("^\"counted 1\" state 1, ok");
 }
 
-TEST_F(Lcm, HasAProgramLeaveThatAnOperatorDrains) {
+TEST_F(Lcm, DrainsAProgramOnAnOperatorsCommand) {
   start();
   Process program({MILLRACE_LCM_COUNTDOWN});
   ASSERT_TRUE(caller().await_instance(countdown_uuid));
@@ -146,9 +146,9 @@ TEST_F(Lcm, HasAProgramLeaveThatAnOperatorDrains) {
   EXPECT_TRUE(caller().await_no_instance(countdown_uuid));
 }
 
-TEST_F(Lcm, TakesAProgramOffThatSaysThatItLeavesWhenItHasAnsweredEverything) {
+TEST_F(Lcm, UnregistersADrainingProgramWhenItHasAnsweredEverything) {
   start();
-  Speaker program(uuid);
+  LcmProgram program(uuid);
   const fabric::Request request = ask("last");
   const request_t heard = program.await_request();
   program.change([](presence_t& presence) { presence.draining = 1; });
@@ -159,10 +159,10 @@ TEST_F(Lcm, TakesAProgramOffThatSaysThatItLeavesWhenItHasAnsweredEverything) {
   sut->await_error("has answered all its calls and is not served any more");
 }
 
-TEST_F(Lcm, SharesTheCallsOutAmongTwoProgramsOfAUuid) {
+TEST_F(Lcm, DistributesCallsAmongTwoProgramsOfAUuid) {
   start();
-  Speaker one(uuid, "one");
-  Speaker other(uuid, "other");
+  LcmProgram one(uuid, "one");
+  LcmProgram other(uuid, "other");
   Process first = call(uuid, "first");
   Process second = call(uuid, "second");
   // Each has one call, and not that of the other.
@@ -178,15 +178,15 @@ TEST_F(Lcm, SharesTheCallsOutAmongTwoProgramsOfAUuid) {
       both, AllOf(HasSubstr("of one: " + for_one.text), HasSubstr("of other: " + for_other.text)));
 }
 
-TEST_F(Lcm, AsksAgainForWhatGotLost) {
+TEST_F(Lcm, RepeatsALostRequest) {
   start();
-  Speaker program(uuid);
+  LcmProgram program(uuid);
   ASSERT_TRUE(caller().await_instance(uuid));
-  program.be_deaf(true);
+  program.ignore_requests(true);
   const fabric::Request request = caller().request(uuid, "text");
   caller().publish(request);
   sut->await_error("call \\S+ from cnc/1: \"text\"");
-  program.be_deaf(false);
+  program.ignore_requests(false);
   const request_t heard = program.await_request();
   // It has finished the call, but its answer was lost: it is asked again, and answers the same.
   program.change([](presence_t& presence) { presence.calls.clear(); });
@@ -197,10 +197,10 @@ TEST_F(Lcm, AsksAgainForWhatGotLost) {
   EXPECT_EQ(caller().await_reply(request).text, "done");
 }
 
-TEST_F(Lcm, StaysWithTheUuidsThatItsConfigurationNames) {
+TEST_F(Lcm, ServesOnlyTheUuidsOfItsConfiguration) {
   start("any_uuid: false service { uuid: '" + root_uuid +
         "' delivery: AT_MOST_ONCE channel: 'cnc/1' }");
-  const Speaker other(uuid);
+  const LcmProgram other(uuid);
   sut->await_error("announces " + uuid + ", which the configuration does not name");
   const Process program({MILLRACE_LCM_SQUARE_ROOT});
   ASSERT_TRUE(caller().await_instance(root_uuid));
@@ -211,7 +211,7 @@ TEST_F(Lcm, StaysWithTheUuidsThatItsConfigurationNames) {
 
 TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   start();
-  Speaker program(uuid);
+  LcmProgram program(uuid);
   const fabric::Request request = ask("last");
   const request_t heard = program.await_request();
   sut->terminate();
@@ -223,7 +223,7 @@ TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   EXPECT_EQ(program.drains(), 0U);
 }
 
-TEST_F(Lcm, SaysWhatIsWrongWithItsConfiguration) {
+TEST_F(Lcm, ReportsAWrongConfiguration) {
   std::ofstream(config) << "url: 'tcpq://localhost'";
   Process check({binary("millrace-lcm"), "--config", config.string(), "--check"});
   EXPECT_EQ(check.wait(), 2);

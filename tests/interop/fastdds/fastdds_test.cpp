@@ -99,8 +99,8 @@ TEST_F(AForeignService, AnswersFiveThousandCallsOfSeveralChannels) {
   expect_times(sut, "run ", 5000);
 }
 
-class AForeignServiceThatShowsWhatItIs : public AForeignService,
-                                         public testing::WithParamInterface<std::string> {
+class AForeignServiceWithAnIdentity : public AForeignService,
+                                      public testing::WithParamInterface<std::string> {
  protected:
   void SetUp() override {
     AForeignService::SetUp();
@@ -117,7 +117,7 @@ class AForeignServiceThatShowsWhatItIs : public AForeignService,
   }
 };
 
-TEST_P(AForeignServiceThatShowsWhatItIs, AnswersCallsAndIsSeen) {
+TEST_P(AForeignServiceWithAnIdentity, AnswersCallsAndIsListed) {
   Process sut = shown("fastdds");
   Process cnc = controller(2, 50);
   Process gateway = chain.gateway();
@@ -131,7 +131,7 @@ TEST_P(AForeignServiceThatShowsWhatItIs, AnswersCallsAndIsSeen) {
 }
 
 // Being of another vendor does not give it another UUID.
-TEST_P(AForeignServiceThatShowsWhatItIs, AnswersNothingThatItsCertificateDoesNotSay) {
+TEST_P(AForeignServiceWithAnIdentity, AnswersOnlyTheUuidsOfItsCertificate) {
   chain.trust().run(
       {"issue", "PKI", "other", "--role", "service", "--uuid", square_root_uuid, "--foreign"});
   Process sut = start("fastdds_service", {"--trust", chain.trust().of("other"), "--protection",
@@ -140,7 +140,7 @@ TEST_P(AForeignServiceThatShowsWhatItIs, AnswersNothingThatItsCertificateDoesNot
   EXPECT_THAT(sut.output(), Not(HasSubstr("ready: ")));
 }
 
-INSTANTIATE_TEST_SUITE_P(, AForeignServiceThatShowsWhatItIs, testing::Values("SIGN", "ENCRYPT"),
+INSTANTIATE_TEST_SUITE_P(, AForeignServiceWithAnIdentity, testing::Values("SIGN", "ENCRYPT"),
                          [](const auto& protection) { return protection.param; });
 
 TEST_F(AForeignService, IsListedAsEveryOther) {
@@ -156,7 +156,7 @@ TEST_F(AForeignService, IsListedAsEveryOther) {
   EXPECT_THAT(listed, HasSubstr(foreign_uuid));
 }
 
-TEST_F(AForeignService, ComesBackWhenItHasStoodStillForASecond) {
+TEST_F(AForeignService, ReturnsAfterAStandstillOfASecond) {
   Process sut = service();
   Process cnc = controller(2, 200);
   Process gateway = chain.gateway({"--log-level", "debug"});
@@ -173,7 +173,7 @@ TEST_F(AForeignService, ComesBackWhenItHasStoodStillForASecond) {
   EXPECT_EQ(times(gateway.error_output(), "is ready: fastdds"), 2U);
 }
 
-TEST_F(AForeignService, ComesBackWhenItHasBlockedInAListener) {
+TEST_F(AForeignService, ReturnsAfterBlockingInAListener) {
   Process sut = service({"--block", "20"});
   Process cnc = controller(1, 100);
   Process gateway = chain.gateway();
@@ -181,7 +181,7 @@ TEST_F(AForeignService, ComesBackWhenItHasBlockedInAListener) {
   sut.await("was blocked");
 }
 
-TEST_F(AForeignService, ThatIsKilledHasItsCallGivenToAnotherInstance) {
+TEST_F(AForeignService, ThatIsKilledHasItsCallDispatchedToAnotherInstance) {
   Process first = service({"--name", "first", "--work", "400"});
   Process cnc = controller(1, 10);
   Process gateway = chain.gateway();
@@ -218,7 +218,7 @@ TEST_F(AForeignService, SendsTheSameAnswerToAnotherAttemptAndRunsItOnce) {
   expect_times(sut, "run ", 1);
 }
 
-TEST_F(AForeignService, GivesUpWhatIsTakenBack) {
+TEST_F(AForeignService, GivesUpACancelledCall) {
   Process sut = service({"--work", "200", "--concurrency", "2"});
   Caller caller(chain.domain());
   ASSERT_TRUE(caller.await_instance(foreign_uuid));
@@ -234,7 +234,7 @@ TEST_F(AForeignService, GivesUpWhatIsTakenBack) {
 }
 
 // It announces room for four calls and has room for one, as if three came from elsewhere.
-TEST_F(AForeignService, DeclinesWhatItHasNoRoomForAndAnotherOneHasIt) {
+TEST_F(AForeignService, DeclinesACallBeyondItsConcurrencyAndAnotherInstanceRunsIt) {
   const Process full =
       service({"--name", "full", "--concurrency", "4", "--room", "1", "--work", "20"});
   // Slow, so that the gateway finds the other instance before all calls are made.
@@ -245,7 +245,7 @@ TEST_F(AForeignService, DeclinesWhatItHasNoRoomForAndAnotherOneHasIt) {
   expect_all_answered(cnc);
 }
 
-TEST_F(AForeignService, DeclinesTheSameAttemptAgainWhateverRoomThereIsByThen) {
+TEST_F(AForeignService, DeclinesTheSameAttemptAgainEvenWithFreeRoom) {
   Process sut = service({"--work", "300"});
   Caller caller(chain.domain());
   ASSERT_TRUE(caller.await_instance(foreign_uuid));
@@ -265,7 +265,7 @@ TEST_F(AForeignService, DeclinesTheSameAttemptAgainWhateverRoomThereIsByThen) {
   expect_times(sut, "run 2 ", 1);
 }
 
-TEST_F(AForeignService, RunsACallOnceWhoseGatewayIsKilledAndStartedAnew) {
+TEST_F(AForeignService, RunsACallOnceWhoseGatewayIsKilledAndRestarted) {
   Process sut = service({"--work", "700"});
   Process cnc = controller(1, 2);
   const Flags journal{"--journal", (chain.folder() / "journal").string()};
@@ -277,7 +277,7 @@ TEST_F(AForeignService, RunsACallOnceWhoseGatewayIsKilledAndStartedAnew) {
   expect_times(sut, "run ", 2);
 }
 
-TEST_F(AForeignService, ThatIsToldToLeaveAnswersWhatItHasAndTakesNothingNew) {
+TEST_F(AForeignService, ThatDrainsAnswersItsCallsAndAcceptsNoNewOnes) {
   Process sut = service({"--work", "100"});
   Process cnc = controller(1, 30);  // still calling when the gateway finds the other one
   Process gateway = chain.gateway();
@@ -293,7 +293,7 @@ TEST_F(AForeignService, ThatIsToldToLeaveAnswersWhatItHasAndTakesNothingNew) {
 
 class AForeignCaller : public OnFastDds {};
 
-TEST_F(AForeignCaller, GetsItsAnswersFromAServiceOfOurs) {
+TEST_F(AForeignCaller, GetsItsAnswersFromAMillraceService) {
   Process service = chain.square_root();
   Process sut = start("fastdds_caller",
                       {"--domain", std::to_string(chain.domain()), "--uuid", square_root_uuid,

@@ -51,7 +51,7 @@ ServicePlan service_plan(const SmallPlan& plan, const std::string& name) {
   service.uuid = uuid;
   service.delivery = plan.delivery;
   service.completion_signal = plan.completion_signal;
-  service.habits = {.slow = 0, .fails = 0, .refused = 0, .interim = 0, .stuck = 0};
+  service.behaviour = {.slow = 0, .fails = 0, .refused = 0, .interim = 0, .stuck = 0};
   service.bug = plan.bug;
   return service;
 }
@@ -69,17 +69,17 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
       first_(service_plan(plan, "first"), agenda_, first_party, history_, fabric_, chance(plan, 3)),
       second_(service_plan(plan, "second"), agenda_, second_party, history_, fabric_,
               chance(plan, 4)) {
-  cable_.delay_least = Time{};
-  cable_.delay_most = Time{};
-  cable_.writes = plan_.writes;
-  ProgramHabits habits;
-  habits.uuids = {uuid};
-  habits.calls = plan.calls;
-  habits.impatient = 0;
-  habits.waits_for_text = plan.completion_signal == fabric::CompletionSignal::response;
-  habits.services_know = true;
-  controller_.add(plan.rules, habits, chance(plan, 5));
-  gateway_.plug(controller_, cable_);
+  conditions_.delay_least = Time{};
+  conditions_.delay_most = Time{};
+  conditions_.writes = plan_.writes;
+  ProgramBehaviour behaviour;
+  behaviour.uuids = {uuid};
+  behaviour.calls = plan.calls;
+  behaviour.impatient = 0;
+  behaviour.waits_for_text = plan.completion_signal == fabric::CompletionSignal::response;
+  behaviour.services_know = true;
+  controller_.add(plan.rules, behaviour, chance(plan, 5));
+  gateway_.plug(controller_, conditions_);
 }
 
 /// The parties that the mishap changes at once, in addition to those with a description.
@@ -90,7 +90,7 @@ std::uint64_t SmallPlant::struck() const {
   return described | (link ? bit(gateway_party) : 0);
 }
 
-void SmallPlant::strike() {
+void SmallPlant::inject() {
   struck_ = true;
   agenda_.touches(struck());
   switch (plan_.mishap) {
@@ -115,8 +115,8 @@ void SmallPlant::strike() {
       gateway_.cut_links("m0", "connection reset");
       break;
     case Mishap::link_silent:
-      cable_.silent = true;
-      restart([this] { cable_.silent = false; });
+      conditions_.silent = true;
+      restart([this] { conditions_.silent = false; });
       break;
     case Mishap::program_reset:
       controller_.reset(1, Time{});
@@ -169,7 +169,7 @@ std::vector<std::string> SmallPlant::run() {
   struck_ = plan_.mishap == Mishap::none;
   if (!struck_) {
     // Tried first wherever it is possible.
-    agenda_.after(Time{}, {.means = Meaning{0}}, [this] { strike(); });
+    agenda_.after(Time{}, {.means = Meaning{0}}, [this] { inject(); });
   }
   while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
     // An at-most-once call whose instance is lost waits for an operator.

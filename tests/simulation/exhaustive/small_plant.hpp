@@ -50,7 +50,7 @@ struct SmallPlan {
   /// Whether a controller executes what it has received on a connection that is gone.
   bool leftovers_dropped = false;
   std::size_t calls = 1;
-  WriteHabits writes{};
+  WriteBehaviour writes{};
   Bug bug = Bug::none;
 };
 
@@ -66,7 +66,7 @@ class SmallPlant {
 
  private:
   void describe();
-  void strike();
+  void inject();
   [[nodiscard]] std::uint64_t struck() const;
   void restart(const std::function<void()>& start);
   [[nodiscard]] bool done() const;
@@ -76,7 +76,7 @@ class SmallPlant {
   Agenda agenda_;
   History history_;
   Fabric fabric_;
-  Cable cable_;
+  LinkConditions conditions_;
   Controller controller_;
   GatewayProcess gateway_;
   ServiceProcess first_;

@@ -16,7 +16,7 @@ EndNumber Fabric::add(Process& process) {
 EndNumber Fabric::join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch) {
   const EndNumber number = add(process);
   ends_[number]->gateway = &listener;
-  talk_.join(number, process, watch);
+  gateway_topics_.join(number, process, watch);
   for (EndNumber other = 0; other < number; ++other) {
     if (ends_[other]->there && ends_[other]->instance != nullptr) {
       pair_up(number, other);
@@ -67,7 +67,7 @@ std::vector<EndNumber> Fabric::ends() const {
 void Fabric::leave(EndNumber end, bool told) {
   ends_[end]->there = false;
   if (ends_[end]->gateway != nullptr) {
-    talk_.leave(end, told);
+    gateway_topics_.leave(end, told);
   }
   for (const PairPointer& pair : pairs_of(end)) {
     const bool is_instance = pair->instance == end;
@@ -90,7 +90,7 @@ void Fabric::leave(EndNumber end, bool told) {
 void Fabric::frozen(EndNumber end) {
   ends_[end]->awake = false;
   if (ends_[end]->gateway != nullptr) {
-    talk_.frozen(end);
+    gateway_topics_.frozen(end);
   }
   for (const PairPointer& pair : pairs_of(end)) {
     refresh(pair);
@@ -100,10 +100,10 @@ void Fabric::frozen(EndNumber end) {
 void Fabric::thawed(EndNumber end, Time after) {
   ends_[end]->awake = true;
   if (ends_[end]->gateway != nullptr) {
-    talk_.thawed(end, after);
+    gateway_topics_.thawed(end, after);
   }
   for (const PairPointer& pair : pairs_of(end)) {
-    if (after > weather.lease) {
+    if (after > conditions.lease) {
       // It has received nothing from the others for longer than their leases.
       Side& other = pair->instance == end ? pair->of_gateway : pair->of_instance;
       lose_known(pair, pair->gateway == end);
@@ -115,7 +115,7 @@ void Fabric::thawed(EndNumber end, Time after) {
 }
 
 void Fabric::set_path(EndNumber from, EndNumber to, bool open) {
-  talk_.set_path(from, to, open);
+  gateway_topics_.set_path(from, to, open);
   for (const PairPointer& pair : pairs_) {
     if (pair->instance == from && pair->gateway == to) {
       pair->of_instance.path = open;
@@ -128,7 +128,7 @@ void Fabric::set_path(EndNumber from, EndNumber to, bool open) {
 }
 
 void Fabric::open_all_paths() {
-  talk_.open_all_paths();
+  gateway_topics_.open_all_paths();
   for (const PairPointer& pair : pairs_) {
     pair->of_instance.path = true;
     pair->of_gateway.path = true;
@@ -156,11 +156,11 @@ void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function
 }
 
 Time Fabric::delay(bool again) {
-  if (again || random_.chance(weather.lost)) {
+  if (again || random_.chance(conditions.lost)) {
     // The time to the next heartbeat and the repeated sample.
     return random_.between(10ms, 100ms);
   }
-  return random_.between(weather.delay_least, weather.delay_most);
+  return random_.between(conditions.delay_least, conditions.delay_most);
 }
 
 }  // namespace millrace::tests::simulation

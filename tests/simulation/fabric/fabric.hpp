@@ -19,7 +19,7 @@
 
 #include "fabric/registry/instance_registry.hpp"
 #include "fabric/request_key.hpp"
-#include "tests/simulation/fabric/gateway_talk.hpp"
+#include "tests/simulation/fabric/gateway_topics.hpp"
 #include "tests/simulation/history/history.hpp"
 #include "tests/simulation/time/process.hpp"
 #include "tests/simulation/time/random.hpp"
@@ -48,7 +48,7 @@ class InstanceListener {
   virtual void on_orphaned(const fabric::RequestKey& key) = 0;
 };
 
-struct FabricWeather {
+struct FabricConditions {
   /// The delay of a sample.
   Time delay_least = 50us;
   Time delay_most = 2ms;
@@ -62,9 +62,9 @@ struct FabricWeather {
 class Fabric {
  public:
   Fabric(Agenda& agenda, Random random)
-      : agenda_(agenda), random_(random), talk_(agenda, weather, random_.fork()) {}
+      : agenda_(agenda), random_(random), gateway_topics_(agenda, conditions, random_.fork()) {}
 
-  FabricWeather weather;
+  FabricConditions conditions;
 
   EndNumber join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch);
   EndNumber join(Process& process, InstanceListener& listener,
@@ -87,8 +87,8 @@ class Fabric {
   void set_path(EndNumber from, EndNumber to, bool open);
   void open_all_paths();
   /// The topics between gateways.
-  [[nodiscard]] GatewayTalk& talk() { return talk_; }
-  [[nodiscard]] const GatewayTalk& talk() const { return talk_; }
+  [[nodiscard]] GatewayTopics& gateway_topics() { return gateway_topics_; }
+  [[nodiscard]] const GatewayTopics& gateway_topics() const { return gateway_topics_; }
   /// The ends that exist.
   [[nodiscard]] std::vector<EndNumber> ends() const;
   /// What has arrived at this end and what it knows of the others; for a walk through all orders.
@@ -206,7 +206,7 @@ class Fabric {
   Random random_;
   std::vector<std::unique_ptr<End>> ends_;
   std::vector<PairPointer> pairs_;
-  GatewayTalk talk_;
+  GatewayTopics gateway_topics_;
 };
 
 }  // namespace millrace::tests::simulation

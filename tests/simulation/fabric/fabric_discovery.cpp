@@ -20,8 +20,8 @@ void Fabric::refresh(const PairPointer& pair, Side& side, const End& other, bool
   }
   side.heard = heard;
   const std::uint64_t epoch = ++side.epoch;
-  const Time wait = heard ? random_.between(weather.discovery_least, weather.discovery_most)
-                          : random_.between(weather.lease / 2, weather.lease);
+  const Time wait = heard ? random_.between(conditions.discovery_least, conditions.discovery_most)
+                          : random_.between(conditions.lease / 2, conditions.lease);
   agenda_.after(wait, {.parties = parties(*pair), .timer = true},
                 [this, pair, &side, epoch, heard, of_instance] {
                   if (side.epoch == epoch) {

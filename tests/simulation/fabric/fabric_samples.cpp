@@ -40,7 +40,7 @@ void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {
 
 void Fabric::heartbeat(EndNumber number, const fabric::InstanceLoad& load) {
   for (const PairPointer& pair : pairs_of(number)) {
-    if (!pair->of_instance.heard || random_.chance(weather.lost)) {
+    if (!pair->of_instance.heard || random_.chance(conditions.lost)) {
       continue;
     }
     within(pair, delay(false), [this, pair, load] {

@@ -19,13 +19,14 @@ constexpr Time leftovers = 60ms;
 
 }  // namespace
 
-AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-                 std::vector<std::uint16_t> channels, gateway::machines::ControllerEvents& events,
-                 LinkObserver& observer, History& history, Random random)
+AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller,
+                 LinkConditions& conditions, std::vector<std::uint16_t> channels,
+                 gateway::machines::ControllerEvents& events, LinkObserver& observer,
+                 History& history, Random random)
     : process_(process),
       gateway_(gateway),
       controller_(controller),
-      cable_(cable),
+      conditions_(conditions),
       channels_(std::move(channels)),
       events_(events),
       observer_(observer),
@@ -35,7 +36,7 @@ AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller
 
 void AdsLink::abandon() {
   abandoned_ = true;
-  stop_telling();
+  stop_notifying();
   up_ = false;
   ++connection_;
   for (const RequestPointer& request : std::exchange(pending_, {})) {
@@ -64,7 +65,7 @@ void AdsLink::leave_to_controller() {
 }
 
 Time AdsLink::delay() {
-  return random_.between(cable_.delay_least, cable_.delay_most);
+  return random_.between(conditions_.delay_least, conditions_.delay_most);
 }
 
 void AdsLink::start() {
@@ -76,8 +77,9 @@ void AdsLink::connect() {
     return;
   }
   const std::uint64_t connection = ++connection_;
-  const bool refused = !controller_.powered() && !cable_.silent && cable_.plugged;
-  const Time until = refused ? 1ms : (cable_.plugged && !cable_.silent ? 4 * delay() : 3000ms);
+  const bool refused = !controller_.powered() && !conditions_.silent && conditions_.plugged;
+  const Time until =
+      refused ? 1ms : (conditions_.plugged && !conditions_.silent ? 4 * delay() : 3000ms);
   // Connecting, the first ReadState, and the survey of the channels.
   process_.after_reading(controller_.parties(), until, [self = shared_from_this(), connection] {
     if (self->connection_ != connection) {
@@ -85,7 +87,8 @@ void AdsLink::connect() {
     }
     if (self->controller_.leftovers[self->gateway_] > 0) {
       self->wait_and_connect();
-    } else if (self->controller_.powered() && self->cable_.plugged && !self->cable_.silent) {
+    } else if (self->controller_.powered() && self->conditions_.plugged &&
+               !self->conditions_.silent) {
       self->came_up();
     } else {
       self->wait_and_connect();
@@ -119,7 +122,7 @@ void AdsLink::cut(const std::string& reason) {
   }
   up_ = false;
   ++connection_;
-  stop_telling();
+  stop_notifying();
   history_.note(controller_.name(), "link down: " + reason);
   const auto pending = std::exchange(pending_, {});
   for (const RequestPointer& request : pending) {
@@ -199,8 +202,8 @@ void AdsLink::ask(Work work) {
 void AdsLink::send(const RequestPointer& request) {
   request->connection = connection_;
   request->controller_life = controller_life_;
-  request->dropped = cable_.silent || random_.chance(cable_.lost);
-  request->refused = random_.chance(cable_.refused);
+  request->dropped = conditions_.silent || random_.chance(conditions_.lost);
+  request->refused = random_.chance(conditions_.refused);
   pending_.push_back(request);
   if (!request->dropped) {
     queued_.push_back(request);

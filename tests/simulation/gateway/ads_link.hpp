@@ -20,7 +20,7 @@
 namespace millrace::tests::simulation {
 
 /// How reliable a controller's notifications are. Numbers are percentages.
-struct NotificationHabits {
+struct NotificationBehaviour {
   bool refuses = false;
   /// Grants the subscription and notifies nothing, or only the first values.
   bool silent = false;
@@ -36,7 +36,7 @@ struct NotificationHabits {
 
 /// How long after its acknowledgement a controller applies a write. The delay of each variable is
 /// constant: writes of one variable keep their order, writes of two may not.
-struct WriteHabits {
+struct WriteBehaviour {
   Time response{};
   Time request_state{};
   Time response_state{};
@@ -57,9 +57,9 @@ struct WriteHabits {
 };
 
 /// The network between gateway and controller; outlives both.
-struct Cable {
-  NotificationHabits notifications{};
-  WriteHabits writes{};
+struct LinkConditions {
+  NotificationBehaviour notifications{};
+  WriteBehaviour writes{};
   bool plugged = true;
   /// It carries nothing, and neither side notices.
   bool silent = false;
@@ -98,9 +98,10 @@ class LinkObserver {
 class AdsLink : public std::enable_shared_from_this<AdsLink> {
  public:
   /// Without `channels`, all channels of the controller.
-  AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-          std::vector<std::uint16_t> channels, gateway::machines::ControllerEvents& events,
-          LinkObserver& observer, History& history, Random random);
+  AdsLink(Process& process, GatewayNumber gateway, Controller& controller,
+          LinkConditions& conditions, std::vector<std::uint16_t> channels,
+          gateway::machines::ControllerEvents& events, LinkObserver& observer, History& history,
+          Random random);
 
   void start();
   /// The gateway is gone: it gets no further events.
@@ -119,7 +120,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void ask(Work work);
   void subscribe(const std::vector<std::uint16_t>& channels);
   void unsubscribe(const std::vector<std::uint16_t>& channels);
-  /// The cable or the controller ends the connection.
+  /// The conditions or the controller ends the connection.
   void cut(const std::string& reason);
 
  private:
@@ -141,12 +142,12 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void timed_out(const RequestPointer& request);
   void fail(const Request& request, bool timeout);
   // ads_link_notifications.cpp
-  void begin_telling(std::uint16_t channel);
+  void begin_notifying(std::uint16_t channel);
   void sample_later(std::uint16_t channel);
   void take_sample(std::uint16_t channel);
   void tell(std::uint16_t channel, gateway::Variable variable, std::optional<std::uint32_t> value);
-  void stop_telling(std::uint16_t channel);
-  void stop_telling();
+  void stop_notifying(std::uint16_t channel);
+  void stop_notifying();
   [[nodiscard]] bool still(std::uint64_t connection) const;
   [[nodiscard]] Time delay();
   /// All consequences of a request at the controller, and its response at the gateway.
@@ -158,7 +159,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   Process& process_;
   GatewayNumber gateway_;
   Controller& controller_;
-  Cable& cable_;
+  LinkConditions& conditions_;
   std::vector<std::uint16_t> channels_;
   gateway::machines::ControllerEvents& events_;
   LinkObserver& observer_;
@@ -176,14 +177,14 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;
   /// What the controller has notified of the channels that it was asked to watch.
-  struct Telling {
+  struct Subscription {
     std::map<gateway::Variable, std::uint32_t> last;
     bool sampling = false;
   };
-  std::map<std::uint16_t, Telling> tellings_;
+  std::map<std::uint16_t, Subscription> subscriptions_;
   /// Counts the requests about each channel, to match responses with them.
   std::map<std::uint16_t, std::uint64_t> questions_;
-  Time last_telling_{};
+  Time last_notification_{};
   /// When the last answered read of each channel began.
   std::map<std::uint16_t, Time> reads_;
 };

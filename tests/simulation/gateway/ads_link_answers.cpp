@@ -93,8 +93,8 @@ void AdsLink::execute(const RequestPointer& request) {
   request->executed = true;
   // A separate random source, so that the rest of a seed keeps its meaning. Where a kernel clears
   // REQUEST_STATE late after an interim state, no gateway can detect that a release was lost.
-  if (cable_.writes.lost > 0 && !controller_.kernel_clears() &&
-      Random(~random_.state()).chance(cable_.writes.lost)) {
+  if (conditions_.writes.lost > 0 && !controller_.kernel_clears() &&
+      Random(~random_.state()).chance(conditions_.writes.lost)) {
     history_.note(Key{controller_.name(), request->channel}.to_string(), "a write is lost");
     controller_.channel(request->channel).set_lost_by(gateway_);
     answer(request, delay());
@@ -102,7 +102,7 @@ void AdsLink::execute(const RequestPointer& request) {
   }
   Time& effective = controller_.effective[{request->channel, request->write->variable}];
   const Time now = process_.agenda().now();
-  effective = std::max(effective, now + cable_.writes.delay_of(request->write->variable));
+  effective = std::max(effective, now + conditions_.writes.delay_of(request->write->variable));
   const Time late = effective - now;
   if (late == Time{}) {
     apply(request);
@@ -169,7 +169,7 @@ void AdsLink::answer(const RequestPointer& request, Time delay) {
 }
 
 void AdsLink::answered(const RequestPointer& request) {
-  if (request->settled || cable_.silent) {
+  if (request->settled || conditions_.silent) {
     return;
   }
   request->settled = true;

@@ -26,8 +26,8 @@ void AdsLink::subscribe(const std::vector<std::uint16_t>& channels) {
   if (!up_) {
     return;
   }
-  const bool lost = cable_.silent || random_.chance(cable_.lost);
-  const bool refused = cable_.notifications.refuses;
+  const bool lost = conditions_.silent || random_.chance(conditions_.lost);
+  const bool refused = conditions_.notifications.refuses;
   std::map<std::uint16_t, std::uint64_t> asked;
   for (const std::uint16_t channel : channels) {
     asked[channel] = ++questions_[channel];
@@ -58,12 +58,12 @@ void AdsLink::subscribe(const std::vector<std::uint16_t>& channels) {
                             }
                             for (const auto& [channel, question] : asked) {
                               if (self->questions_[channel] == question) {
-                                self->begin_telling(channel);
+                                self->begin_notifying(channel);
                               }
                             }
                             const Time delay = self->delay();
-                            self->last_telling_ = std::max(self->last_telling_,
-                                                           self->process_.agenda().now() + delay);
+                            self->last_notification_ = std::max(
+                                self->last_notification_, self->process_.agenda().now() + delay);
                             self->process_.after(delay, answer);
                           });
 }
@@ -71,24 +71,24 @@ void AdsLink::subscribe(const std::vector<std::uint16_t>& channels) {
 void AdsLink::unsubscribe(const std::vector<std::uint16_t>& channels) {
   for (const std::uint16_t channel : channels) {
     ++questions_[channel];
-    stop_telling(channel);
+    stop_notifying(channel);
   }
 }
 
-void AdsLink::begin_telling(std::uint16_t channel) {
-  tellings_[channel] = {};
+void AdsLink::begin_notifying(std::uint16_t channel) {
+  subscriptions_[channel] = {};
   controller_.channel(channel).watchers[this] = [this, channel] { sample_later(channel); };
   sample_later(channel);
 }
 
 void AdsLink::sample_later(std::uint16_t channel) {
-  Telling& telling = tellings_[channel];
-  if (telling.sampling) {
+  Subscription& subscription = subscriptions_[channel];
+  if (subscription.sampling) {
     return;
   }
-  telling.sampling = true;
+  subscription.sampling = true;
   const Time now = process_.agenda().now();
-  const Time cycle = cable_.notifications.cycle;
+  const Time cycle = conditions_.notifications.cycle;
   process_.agenda().at((now / cycle + 1) * cycle, {.parties = controller_.parties()},
                        [self = shared_from_this(), channel, connection = connection_] {
                          if (self->still(connection) && self->controller_.powered()) {
@@ -98,26 +98,26 @@ void AdsLink::sample_later(std::uint16_t channel) {
 }
 
 void AdsLink::take_sample(std::uint16_t channel) {
-  const auto found = tellings_.find(channel);
-  if (found == tellings_.end()) {
+  const auto found = subscriptions_.find(channel);
+  if (found == subscriptions_.end()) {
     return;
   }
-  Telling& telling = found->second;
-  telling.sampling = false;
-  const NotificationHabits& habits = cable_.notifications;
+  Subscription& subscription = found->second;
+  subscription.sampling = false;
+  const NotificationBehaviour& behaviour = conditions_.notifications;
   for (const Variable variable : told_states) {
     const std::uint32_t value = controller_.channel(channel).state(variable);
-    const auto last = telling.last.find(variable);
-    const bool first = last == telling.last.end();
+    const auto last = subscription.last.find(variable);
+    const bool first = last == subscription.last.end();
     if (!first && last->second == value) {
       continue;
     }
-    telling.last[variable] = value;
-    if (habits.silent || (habits.first_only && !first) || random_.chance(habits.lost)) {
+    subscription.last[variable] = value;
+    if (behaviour.silent || (behaviour.first_only && !first) || random_.chance(behaviour.lost)) {
       continue;
     }
-    if (!first && random_.chance(habits.dropped)) {
-      stop_telling(channel);
+    if (!first && random_.chance(behaviour.dropped)) {
+      stop_notifying(channel);
       tell(channel, variable, std::nullopt);
       return;
     }
@@ -126,26 +126,26 @@ void AdsLink::take_sample(std::uint16_t channel) {
 }
 
 void AdsLink::tell(std::uint16_t channel, Variable variable, std::optional<std::uint32_t> value) {
-  if (cable_.silent) {
+  if (conditions_.silent) {
     return;
   }
   const Time now = process_.agenda().now();
-  last_telling_ = std::max(last_telling_, now + delay() + cable_.notifications.late);
-  process_.after(last_telling_ - now, [self = shared_from_this(), channel, variable, value,
-                                       connection = connection_] {
+  last_notification_ = std::max(last_notification_, now + delay() + conditions_.notifications.late);
+  process_.after(last_notification_ - now, [self = shared_from_this(), channel, variable, value,
+                                            connection = connection_] {
     if (self->still(connection)) {
       self->events_.on_notification({self->controller_.name(), channel}, variable, value);
     }
   });
 }
 
-void AdsLink::stop_telling(std::uint16_t channel) {
-  tellings_.erase(channel);
+void AdsLink::stop_notifying(std::uint16_t channel) {
+  subscriptions_.erase(channel);
   controller_.channel(channel).watchers.erase(this);
 }
 
-void AdsLink::stop_telling() {
-  for (const auto& [channel, telling] : std::exchange(tellings_, {})) {
+void AdsLink::stop_notifying() {
+  for (const auto& [channel, subscription] : std::exchange(subscriptions_, {})) {
     controller_.channel(channel).watchers.erase(this);
   }
 }

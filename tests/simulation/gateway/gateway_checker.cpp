@@ -152,7 +152,8 @@ void GatewayChecker::on_record(const gateway::JournalEntry& entry, const gateway
     current.over = current.over || is_current;
     history_.add(Ended{number_, seen_as(key), ended->call, is_current && current.answer});
   } else if (const auto* taken = std::get_if<gateway::MessageEntry>(&entry)) {
-    history_.add(MessageTaken{number_, taken->key, taken->number, taken->element, taken->text});
+    history_.add(
+        MessageJournalled{number_, taken->key, taken->number, taken->element, taken->text});
   } else if (const auto* message = std::get_if<gateway::MessageEndedEntry>(&entry)) {
     history_.add(MessageEnded{number_, message->key, message->number});
   }
@@ -176,7 +177,7 @@ void GatewayChecker::answered(const Current& current) {
 }
 
 void GatewayChecker::given_out(const gateway::DispatchedEntry& entry) {
-  GivenOut fact;
+  Dispatched fact;
   fact.gateway = number_;
   fact.key = seen_as(entry.key);
   fact.call = entry.call;
@@ -212,7 +213,7 @@ void GatewayChecker::on_write(const Key& key, gateway::Variable variable,
 }
 
 void GatewayChecker::on_reply(const fabric::Reply& reply, const std::function<void()>& take) {
-  ReplyTaken fact;
+  ReplyReceived fact;
   fact.gateway = number_;
   fact.reply = reply;
   const auto found = current_.find(reply.key);

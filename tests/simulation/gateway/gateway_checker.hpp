@@ -60,7 +60,7 @@ class GatewayChecker {
   [[nodiscard]] fabric::CallId call_of(const Key& key) const;
   /// It has the call's final answer.
   [[nodiscard]] bool answering(const Key& key) const;
-  /// The progress of the channel's call, which is in this state (faults/storm.hpp).
+  /// The progress of the channel's call, which is in this state (faults/fault_injector.hpp).
   [[nodiscard]] std::string_view step_of(const Key& key, fabric::ChannelState state) const;
   [[nodiscard]] bool at_most_once(const Key& key) const;
 

@@ -85,7 +85,7 @@ void GatewayProcess::on_read(const Key& key, const gateway::ServiceSnapshot& sna
   // A gateway that stood still may remove the link before it handles what was read.
   core_->on_other_event();
   if (link_to(key.machine)) {
-    history().add(Looked{plan_.number, key, snapshot, looked_from_});
+    history().add(SnapshotRead{plan_.number, key, snapshot, looked_from_});
     mistakes_.on_read(key, snapshot);
     core_->on_read(key, mistakes_.taken_for(key, snapshot));
   }

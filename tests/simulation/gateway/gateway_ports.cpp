@@ -108,8 +108,8 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
   void on_queue_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override {
     GatewayChecker& checker = process_.checker_;
     checker.on_shown(key, queue_snapshot(key));
-    process_.history().add(
-        Looked{process_.plan_.number, checker.seen_as(key), snapshot, process_.Member::now()});
+    process_.history().add(SnapshotRead{process_.plan_.number, checker.seen_as(key), snapshot,
+                                        process_.Member::now()});
     Core::on_queue_read(key, snapshot);
   }
   void write_queue(const Key& key, const gateway::Write& write) override {
@@ -152,12 +152,13 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
 
 std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
     const gateway::core::GatewayIdentity& own) {
-  return std::make_unique<WatchedCore>(*this,
-                                       gateway::core::CoreOptions{.own = own,
-                                                                  .lease = fabric().weather.lease,
-                                                                  .machines = plan_.file.machines,
-                                                                  .policies = plan_.file.policies},
-                                       journal_writer_->state());
+  return std::make_unique<WatchedCore>(
+      *this,
+      gateway::core::CoreOptions{.own = own,
+                                 .lease = fabric().conditions.lease,
+                                 .machines = plan_.file.machines,
+                                 .policies = plan_.file.policies},
+      journal_writer_->state());
 }
 
 void GatewayProcess::publish(const fabric::Request& request) {
@@ -173,11 +174,11 @@ void GatewayProcess::publish(const fabric::Event& event) {
 
 void GatewayProcess::publish(const fabric::ChannelStatus& status) {
   statuses_[status.key] = status;
-  fabric().talk().publish(*end(), status);
+  fabric().gateway_topics().publish(*end(), status);
 }
 
 void GatewayProcess::publish(const fabric::MachineStatus& status) {
-  fabric().talk().publish(*end(), status);
+  fabric().gateway_topics().publish(*end(), status);
 }
 
 void GatewayProcess::publish(const fabric::DataSample& sample) {
@@ -199,15 +200,15 @@ void GatewayProcess::dispose(const fabric::RequestKey& request) {
 
 void GatewayProcess::dispose(const Key& status) {
   statuses_.erase(status);
-  fabric().talk().let_go(*end(), status);
+  fabric().gateway_topics().let_go(*end(), status);
 }
 
 void GatewayProcess::dispose(const fabric::MachineStatus& status) {
-  fabric().talk().let_go(*end(), status.machine);
+  fabric().gateway_topics().let_go(*end(), status.machine);
 }
 
 void GatewayProcess::subscribe_channels() {
-  fabric().talk().subscribe_channels(*end());
+  fabric().gateway_topics().subscribe_channels(*end());
 }
 
 gateway::Moment GatewayProcess::now() const {
@@ -228,8 +229,9 @@ void GatewayProcess::wake_at(std::optional<gateway::SteadyTime> time) {
 std::unique_ptr<gateway::machines::Controller> GatewayProcess::connect(
     const gateway::settings::MachineSettings& machine) {
   const Machine& there = plugged_.at(machine.name);
-  auto link = std::make_shared<AdsLink>(process(), plan_.number, *there.controller, *there.cable,
-                                        machine.channels, *this, *this, history(), random_.fork());
+  auto link =
+      std::make_shared<AdsLink>(process(), plan_.number, *there.controller, *there.conditions,
+                                machine.channels, *this, *this, history(), random_.fork());
   links_[machine.name] = link;
   link->start();
   return std::make_unique<WatchedLink>(*this, machine.name, std::move(link));

@@ -50,8 +50,8 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
   };
 }
 
-void GatewayProcess::plug(Controller& controller, Cable& cable) {
-  plugged_.insert_or_assign(controller.name(), Machine{&controller, &cable});
+void GatewayProcess::plug(Controller& controller, LinkConditions& conditions) {
+  plugged_.insert_or_assign(controller.name(), Machine{&controller, &conditions});
 }
 
 void GatewayProcess::start() {

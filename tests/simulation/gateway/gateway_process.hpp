@@ -48,8 +48,8 @@ class GatewayProcess final : public Member,
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
                  simulation::Fabric& fabric, Random random);
 
-  /// Connects it to this machine over this cable, which outlives it.
-  void plug(Controller& controller, Cable& cable);
+  /// Connects it to this machine over this conditions, which outlives it.
+  void plug(Controller& controller, LinkConditions& conditions);
 
   void start();
   /// kill -9, or a power cut of its host.
@@ -173,7 +173,7 @@ class GatewayProcess final : public Member,
   Mistakes mistakes_;
   struct Machine {
     Controller* controller;
-    Cable* cable;
+    LinkConditions* conditions;
   };
   std::map<std::string, Machine> plugged_;
 

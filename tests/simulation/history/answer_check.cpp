@@ -73,7 +73,7 @@ void AnswerCheck::on(const Replied& fact, Time) {
   }
 }
 
-void AnswerCheck::on(const Looked& fact, Time now) {
+void AnswerCheck::on(const SnapshotRead& fact, Time now) {
   if (fact.snapshot.has(gateway::Variable::request_state)) {
     if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end()) {
       const bool same = fact.snapshot.request_state == read->second.asked;

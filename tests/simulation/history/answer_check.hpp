@@ -75,7 +75,7 @@ class AnswerCheck final : public Check {
   void on(const ResponseEmptied& fact, Time now);
   void on(const KernelClears& fact, Time now);
   void on(const ProgramReleased& fact, Time now);
-  void on(const Looked& fact, Time now);
+  void on(const SnapshotRead& fact, Time now);
   void on(const WriteAsked& fact, Time now);
   void on(const Claimed& fact, Time now);
   void on(const Answered& fact, Time now);

@@ -5,7 +5,7 @@
 namespace millrace::tests::simulation {
 
 std::vector<std::string> DispatchCheck::on(const Fact& fact, Time) {
-  const auto* given = std::get_if<GivenOut>(&fact);
+  const auto* given = std::get_if<Dispatched>(&fact);
   if (given == nullptr) {
     return {};
   }

@@ -80,7 +80,7 @@ void ExecutionCheck::on(const Claimed& fact) {
   }
 }
 
-void ExecutionCheck::on(const GivenOut& fact) {
+void ExecutionCheck::on(const Dispatched& fact) {
   const auto found = calls_.find(fact.call);
   if (found == calls_.end()) {
     return;

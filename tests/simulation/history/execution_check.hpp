@@ -57,7 +57,7 @@ class ExecutionCheck final : public Check {
   void on(const ProgramReleased& fact);
   void on(const WriteDone& fact);
   void on(const Claimed& fact);
-  void on(const GivenOut& fact);
+  void on(const Dispatched& fact);
   void on(const Ended& fact);
   void on(const Resumed& fact);
   void on(const Heard& fact);

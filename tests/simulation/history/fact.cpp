@@ -65,7 +65,7 @@ struct Words {
     return fmt::format("{}  program continues with state {}, \"{}\"", one.key.to_string(),
                        one.state, gateway::printable(one.text));
   }
-  std::string operator()(const Looked& one) const {
+  std::string operator()(const SnapshotRead& one) const {
     return fmt::format("{}  gateway {} read:{}", one.key.to_string(), one.gateway,
                        text_of(one.snapshot));
   }
@@ -85,7 +85,7 @@ struct Words {
     return fmt::format("{}  gateway {} accepts {} as {}", one.key.to_string(), one.gateway,
                        text_of(one.request), one.call.to_string());
   }
-  std::string operator()(const GivenOut& one) const {
+  std::string operator()(const Dispatched& one) const {
     return fmt::format("{}  gateway {} dispatches {} to {}, attempt {}", one.key.to_string(),
                        one.gateway, one.call.to_string(), short_of(one.instance), one.attempt);
   }
@@ -119,7 +119,7 @@ struct Words {
     return fmt::format("{}  instance {} replies {}", one.reply.key.to_string(),
                        short_of(one.instance), text_of(one.reply));
   }
-  std::string operator()(const ReplyTaken& one) const {
+  std::string operator()(const ReplyReceived& one) const {
     return fmt::format("{}  gateway {} takes {}{}", one.reply.key.to_string(), one.gateway,
                        text_of(one.reply), one.refusal_told ? " and refuses it" : "");
   }
@@ -146,10 +146,10 @@ struct Words {
     return fmt::format("{}  gateway {} writes LastGet{}: {}", one.key.to_string(), one.gateway,
                        one.crossed ? " too late" : "", fmt::join(one.messages, ", "));
   }
-  std::string operator()(const NobodyCanTell& one) const {
+  std::string operator()(const OutcomeUnknown& one) const {
     return fmt::format("{}  no gateway can tell: {}", one.key.to_string(), one.why);
   }
-  std::string operator()(const MessageTaken& one) const {
+  std::string operator()(const MessageJournalled& one) const {
     return fmt::format("{}  gateway {} takes number {} from element {}: \"{}\"",
                        one.key.to_string(), one.gateway, one.number, one.element,
                        gateway::printable(one.text));

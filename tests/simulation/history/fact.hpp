@@ -55,7 +55,7 @@ struct ProgramReleased {
   bool by_text = false;
 };
 /// A read of a gateway: its values, and the times of its beginning and end.
-struct Looked {
+struct SnapshotRead {
   GatewayNumber gateway = 0;
   Key key;
   gateway::ServiceSnapshot snapshot;
@@ -101,7 +101,7 @@ struct Claimed {
   bool in_trouble = false;
 };
 /// The gateway dispatches the call. It had dispatched `load` calls to that instance before.
-struct GivenOut {
+struct Dispatched {
   GatewayNumber gateway = 0;
   Key key;
   fabric::CallId call;
@@ -161,7 +161,7 @@ struct Replied {
   fabric::Reply reply;
 };
 /// A gateway takes a reply from an instance's writer, with what immediately results from it.
-struct ReplyTaken {
+struct ReplyReceived {
   GatewayNumber gateway = 0;
   fabric::Reply reply;
   /// The call is in its channel, unanswered, and was dispatched to this instance.
@@ -216,12 +216,12 @@ struct MessagesRead {
   bool empty = false;
 };
 /// Past events of the queue can have misled a gateway, until a reader has emptied the queue.
-struct NobodyCanTell {
+struct OutcomeUnknown {
   Key key;
   std::string why;
 };
 /// A gateway has journalled a message, with its number.
-struct MessageTaken {
+struct MessageJournalled {
   GatewayNumber gateway = 0;
   Key key;
   std::uint64_t number = 0;
@@ -241,11 +241,11 @@ struct Note {
 };
 
 using Fact =
-    std::variant<ProgramAsked, ProgramMoved, KernelClears, ResponseEmptied, ProgramReleased, Looked,
-                 WriteAsked, Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused,
-                 Started, Finished, Cancelled, Replied, ReplyTaken, Retried, JournalLost,
-                 QueuePlanned, MessageWritten, MessagesGone, MessagesRead, NobodyCanTell,
-                 MessageTaken, MessageEnded, Note>;
+    std::variant<ProgramAsked, ProgramMoved, KernelClears, ResponseEmptied, ProgramReleased,
+                 SnapshotRead, WriteAsked, Answered, WriteDone, Claimed, Dispatched, Ended, Resumed,
+                 Heard, Refused, Started, Finished, Cancelled, Replied, ReplyReceived, Retried,
+                 JournalLost, QueuePlanned, MessageWritten, MessagesGone, MessagesRead,
+                 OutcomeUnknown, MessageJournalled, MessageEnded, Note>;
 
 /// The channel of a fact. Each gateway has its own channel for a message queue: "m0.q@1/1".
 Key key_at(const Key& key, GatewayNumber gateway);

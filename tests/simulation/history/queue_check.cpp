@@ -63,7 +63,7 @@ void QueueCheck::on(const MessagesRead& fact) {
   ring.misleading = ring.misleading && !fact.empty;
 }
 
-void QueueCheck::on(const NobodyCanTell& fact) {
+void QueueCheck::on(const OutcomeUnknown& fact) {
   Ring& ring = rings_[fact.key];
   ring.muddled = true;
   ring.misleading = true;
@@ -72,7 +72,7 @@ void QueueCheck::on(const NobodyCanTell& fact) {
   }
 }
 
-void QueueCheck::on(const MessageTaken& fact) {
+void QueueCheck::on(const MessageJournalled& fact) {
   Ring& ring = rings_[fact.key];
   // The message that was read may be gone: a program has initialised the queue and filled it again
   // between two reads. The order and the calls show whether it was read before.

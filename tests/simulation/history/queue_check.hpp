@@ -57,8 +57,8 @@ class QueueCheck final : public Check {
   void on(const MessageWritten& fact);
   void on(const MessagesGone& fact);
   void on(const MessagesRead& fact);
-  void on(const NobodyCanTell& fact);
-  void on(const MessageTaken& fact);
+  void on(const OutcomeUnknown& fact);
+  void on(const MessageJournalled& fact);
   void on(const MessageEnded& fact);
   void on(const ProgramAsked& fact);
   void on(const Claimed& fact);

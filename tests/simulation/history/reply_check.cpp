@@ -29,7 +29,7 @@ void ReplyCheck::on(const Resumed& fact) {
   }
 }
 
-void ReplyCheck::on(const GivenOut& fact) {
+void ReplyCheck::on(const Dispatched& fact) {
   // The journal may have lost an attempt of this number, whose answer was refused.
   std::erase_if(refused_[fact.gateway], [&](const Said& one) {
     const auto& [call, instance, attempt, when] = one;
@@ -43,11 +43,11 @@ void ReplyCheck::on(const Replied& fact) {
 }
 
 /// The call may time out in the same moment: then the gateway has answered it.
-bool ReplyCheck::unchanged(const ReplyTaken& fact) {
+bool ReplyCheck::unchanged(const ReplyReceived& fact) {
   return fact.now == fact.before || fact.now->instance == fabric::InstanceId{};
 }
 
-void ReplyCheck::on(const ReplyTaken& fact) {
+void ReplyCheck::on(const ReplyReceived& fact) {
   const fabric::Reply& reply = fact.reply;
   const Said said{reply.call, reply.instance, reply.attempt, reply.answered};
   const bool known = refused_[fact.gateway].contains(said);
@@ -69,7 +69,7 @@ void ReplyCheck::on(const ReplyTaken& fact) {
          "it is the answer, and is not accepted as such", reply);
 }
 
-void ReplyCheck::judge_refused(const ReplyTaken& fact) {
+void ReplyCheck::judge_refused(const ReplyReceived& fact) {
   const fabric::Reply& reply = fact.reply;
   expect(fact.refusal_told, "it cannot be written, and the gateway does not report this", reply);
   if (fact.refused && fact.refused->response_state == 0) {

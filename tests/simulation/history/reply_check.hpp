@@ -24,14 +24,14 @@ class ReplyCheck final : public Check {
 
  private:
   void on(const Resumed& fact);
-  void on(const GivenOut& fact);
+  void on(const Dispatched& fact);
   void on(const Replied& fact);
-  void on(const ReplyTaken& fact);
+  void on(const ReplyReceived& fact);
   template <typename Other>
   void on(const Other&) {}
   void expect(bool right, const char* what, const fabric::Reply& reply);
-  [[nodiscard]] static bool unchanged(const ReplyTaken& fact);
-  void judge_refused(const ReplyTaken& fact);
+  [[nodiscard]] static bool unchanged(const ReplyReceived& fact);
+  void judge_refused(const ReplyReceived& fact);
 
   /// An answer: its attempt, and its time.
   using Said = std::tuple<fabric::CallId, fabric::InstanceId, std::uint32_t, fabric::Time>;

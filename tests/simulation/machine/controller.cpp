@@ -9,15 +9,16 @@
 
 namespace millrace::tests::simulation {
 
-void Controller::add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random) {
+void Controller::add(cnc::simulator::ServiceRules rules, ProgramBehaviour behaviour,
+                     Random random) {
   const Key key{name_, static_cast<std::uint16_t>(lines_.size() + 1)};
   Line line;
   line.channel = std::make_unique<MachineChannel>(key, rules, agenda_, history_);
-  if (habits.interpreted) {
-    line.program = std::make_unique<InterpretedProgram>(*line.channel, std::move(habits), agenda_,
-                                                        party_, history_, random);
+  if (behaviour.interpreted) {
+    line.program = std::make_unique<InterpretedProgram>(*line.channel, std::move(behaviour),
+                                                        agenda_, party_, history_, random);
   } else {
-    line.program = std::make_unique<ScriptedProgram>(*line.channel, std::move(habits), agenda_,
+    line.program = std::make_unique<ScriptedProgram>(*line.channel, std::move(behaviour), agenda_,
                                                      party_, history_, random);
   }
   lines_.push_back(std::move(line));

@@ -22,7 +22,7 @@ class Controller {
         history_(history),
         values_(agenda) {}
 
-  void add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random);
+  void add(cnc::simulator::ServiceRules rules, ProgramBehaviour behaviour, Random random);
   void add_queue(RingPlan plan, Random random);
 
   [[nodiscard]] const std::string& name() const { return name_; }

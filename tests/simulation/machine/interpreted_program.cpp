@@ -27,16 +27,16 @@ constexpr std::string_view wrong_cycle =
 
 }  // namespace
 
-InterpretedProgram::InterpretedProgram(MachineChannel& channel, ProgramHabits habits,
+InterpretedProgram::InterpretedProgram(MachineChannel& channel, ProgramBehaviour behaviour,
                                        Agenda& agenda, Party party, History& history, Random random)
     : channel_(channel),
-      habits_(std::move(habits)),
+      behaviour_(std::move(behaviour)),
       agenda_(agenda),
       party_(party),
       history_(history),
       random_(random),
-      left_(habits_.calls) {
-  if (habits_.waits_for_the_request) {
+      left_(behaviour_.calls) {
+  if (behaviour_.waits_for_the_request) {
     channel_.add_program("SysServiceWait.cyc", std::string(wrong_cycle));
   }
 }
@@ -80,8 +80,8 @@ std::string InterpretedProgram::write() {
 }
 
 std::string InterpretedProgram::write_call(std::size_t number) {
-  if (number == 1 || !random_.chance(habits_.repeats_itself)) {
-    uuid_ = random_.pick(habits_.uuids);
+  if (number == 1 || !random_.chance(behaviour_.repeats_itself)) {
+    uuid_ = random_.pick(behaviour_.uuids);
     text_ = fmt::format("{} {}", channel_.key().to_string(), number);
     state_ = 1 + random_.below(3);
   }
@@ -89,12 +89,12 @@ std::string InterpretedProgram::write_call(std::size_t number) {
   if (random_.chance(40)) {
     text += fmt::format(
         "G04 X{:.3f}\n#FLUSH WAIT\n",
-        std::chrono::duration<double>(random_.between(1ms, habits_.pause + 1ms)).count());
+        std::chrono::duration<double>(random_.between(1ms, behaviour_.pause + 1ms)).count());
   }
   if (random_.chance(20)) {
     text += fmt::format("G01 X{} F60000\n", random_.below(20));
   }
-  const bool impatient = !calm_ && random_.chance(habits_.impatient);
+  const bool impatient = !calm_ && random_.chance(behaviour_.impatient);
   text += fmt::format(
       "V.G.SERVICE.UUID = \"{}\"\n"
       "V.G.SERVICE.REQUEST = \"{}\"\n"
@@ -109,7 +109,7 @@ std::string InterpretedProgram::write_call(std::size_t number) {
                           "  $IF V.G.SERVICE.RESPONSE_STATE == V.P.STATE\n"
                           "    V.P.OUT = 1\n"
                           "  $ENDIF\n",
-                          1 + random_.below(static_cast<std::size_t>(habits_.patience / 1ms)))
+                          1 + random_.below(static_cast<std::size_t>(behaviour_.patience / 1ms)))
                     : "  L CYCLE [NAME=\"SysServiceWait.cyc\", @P1=V.P.STATE]\n";
   // Where writing REQUEST_STATE clears RESPONSE_STATE, an interim state that ended the wait may be
   // 0 when the program reads it: it waits on. With the mistake, that would hide it.
@@ -128,7 +128,7 @@ std::string InterpretedProgram::write_call(std::size_t number) {
       "$ENDWHILE\n"
       "$IF V.P.OUT == 0\n"
       "  #MSG [\"answer %u %s\", V.G.SERVICE.RESPONSE_STATE, V.G.SERVICE.RESPONSE]\n",
-      first_interim, last_interim, habits_.waits_for_the_request ? 0 : 1);
+      first_interim, last_interim, behaviour_.waits_for_the_request ? 0 : 1);
   if (impatient && random_.chance(50)) {
     text +=
         "$ELSE\n"
@@ -154,7 +154,7 @@ void InterpretedProgram::cycle() {
     active_ = false;
     return;
   }
-  agenda_.after(std::max<Time>(habits_.cycle, 1ms), {.parties = std::uint64_t{1} << party_},
+  agenda_.after(std::max<Time>(behaviour_.cycle, 1ms), {.parties = std::uint64_t{1} << party_},
                 [this, life = life_] {
                   if (life == life_) {
                     cycle();

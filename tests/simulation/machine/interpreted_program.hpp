@@ -8,8 +8,8 @@ namespace millrace::tests::simulation {
 
 class InterpretedProgram final : public Program {
  public:
-  InterpretedProgram(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
-                     History& history, Random random);
+  InterpretedProgram(MachineChannel& channel, ProgramBehaviour behaviour, Agenda& agenda,
+                     Party party, History& history, Random random);
 
   void start() override;
   void stop() override;
@@ -27,7 +27,7 @@ class InterpretedProgram final : public Program {
   void on_message(const std::string& text);
 
   MachineChannel& channel_;
-  ProgramHabits habits_;
+  ProgramBehaviour behaviour_;
   Agenda& agenda_;
   Party party_;
   History& history_;

@@ -49,7 +49,7 @@ void MessageRing::seen(GatewayNumber gateway, Sight sight) {
     const Sight& known = before->second;
     // Others have moved LastGet back to where it was; or all texts are the same.
     if (plan_.repeats || known.last_get == sight.last_get || known.written == sight.last_get) {
-      history_.add(NobodyCanTell{key_, "another client has moved LastGet to where it was"});
+      history_.add(OutcomeUnknown{key_, "another client has moved LastGet to where it was"});
     }
   }
   sights_[gateway] = sight;
@@ -81,7 +81,7 @@ void MessageRing::write_last_get(std::uint32_t element, GatewayNumber gateway) {
   const bool crossed = known == sights_.end() || known->second.moves != sight(gateway).moves;
   MessagesRead fact{gateway, key_, {}, crossed};
   if (crossed) {
-    history_.add(NobodyCanTell{key_, "LastGet was moved between a read and a write"});
+    history_.add(OutcomeUnknown{key_, "LastGet was moved between a read and a write"});
   } else if (!valid()) {
     wrong("whose control structure is invalid");
   } else if (const auto count =

@@ -10,7 +10,7 @@
 
 namespace millrace::tests::simulation {
 
-struct ProgramHabits {
+struct ProgramBehaviour {
   /// The services it calls, in any order.
   std::vector<std::string> uuids;
   std::size_t calls = 5;

@@ -11,20 +11,20 @@ namespace millrace::tests::simulation {
 
 using gateway::Variable;
 
-ScriptedProgram::ScriptedProgram(MachineChannel& channel, ProgramHabits habits, Agenda& agenda,
-                                 Party party, History& history, Random random)
+ScriptedProgram::ScriptedProgram(MachineChannel& channel, ProgramBehaviour behaviour,
+                                 Agenda& agenda, Party party, History& history, Random random)
     : channel_(channel),
-      habits_(std::move(habits)),
+      behaviour_(std::move(behaviour)),
       agenda_(agenda),
       party_(party),
       history_(history),
       random_(random),
-      left_(habits_.calls) {
+      left_(behaviour_.calls) {
   channel_.on_ads_write = [this] {
     // The program looks once a cycle; only a change makes a difference.
     if (waiting_ && !looking_) {
       looking_ = true;
-      after(random_.between(Time{}, habits_.cycle), "look", &ScriptedProgram::look);
+      after(random_.between(Time{}, behaviour_.cycle), "look", &ScriptedProgram::look);
     }
   };
 }
@@ -48,7 +48,7 @@ void ScriptedProgram::calm_down() {
 }
 
 bool ScriptedProgram::may_be_stuck() const {
-  return hasty_ || (habits_.waits_for_text && channel_.state(Variable::request_state) == 0 &&
+  return hasty_ || (behaviour_.waits_for_text && channel_.state(Variable::request_state) == 0 &&
                     channel_.text(Variable::response).ends_with(in_progress));
 }
 
@@ -77,35 +77,36 @@ void ScriptedProgram::begin() {
   --left_;
   ++call_;
   // A program that does not look at a state cannot tell.
-  hasty_ = habits_.waits_for_text && (!habits_.services_know || settled_) && call_ > 1 &&
+  hasty_ = behaviour_.waits_for_text && (!behaviour_.services_know || settled_) && call_ > 1 &&
            (channel_.state(Variable::request_state) != 0 ||
             channel_.state(Variable::response_state) == 0 ||
             is_interim(channel_.state(Variable::response_state)));
-  const bool again = call_ > 1 && random_.chance(habits_.repeats_itself);
+  const bool again = call_ > 1 && random_.chance(behaviour_.repeats_itself);
   if (!again) {
-    request_.uuid = random_.pick(habits_.uuids);
+    request_.uuid = random_.pick(behaviour_.uuids);
     request_.text = fmt::format("{} {}", channel_.key().to_string(), call_);
     request_.state = static_cast<std::uint32_t>(1 + random_.below(3));
   }
   channel_.set(Variable::uuid, request_.uuid);
-  after(random_.between(Time{}, habits_.cycle), "write_request", &ScriptedProgram::write_request);
+  after(random_.between(Time{}, behaviour_.cycle), "write_request",
+        &ScriptedProgram::write_request);
 }
 
 void ScriptedProgram::write_request() {
   channel_.set(Variable::request, request_.text);
-  after(random_.between(Time{}, habits_.cycle), "write_state", &ScriptedProgram::write_state);
+  after(random_.between(Time{}, behaviour_.cycle), "write_state", &ScriptedProgram::write_state);
 }
 
 void ScriptedProgram::write_state() {
-  if (habits_.waits_for_text) {
+  if (behaviour_.waits_for_text) {
     channel_.set(Variable::response, std::string());
   }
   channel_.set(Variable::request_state, request_.state);
   waiting_ = true;
   looking_ = false;
   wait_at_ = 0;
-  if (!calm_ && random_.chance(habits_.impatient)) {
-    agenda_.after(random_.between(std::min<Time>(1ms, habits_.patience), habits_.patience),
+  if (!calm_ && random_.chance(behaviour_.impatient)) {
+    agenda_.after(random_.between(std::min<Time>(1ms, behaviour_.patience), behaviour_.patience),
                   {.parties = std::uint64_t{1} << party_, .timer = true},
                   [this, life = life_, call = call_] {
                     if (life == life_) {
@@ -113,7 +114,7 @@ void ScriptedProgram::write_state() {
                     }
                   });
   }
-  if (!calm_ && random_.chance(habits_.changes)) {
+  if (!calm_ && random_.chance(behaviour_.changes)) {
     agenda_.after(random_.mostly(Time{}, 20ms, 1000ms, 30),
                   {.parties = std::uint64_t{1} << party_, .timer = true},
                   [this, life = life_, call = call_] {
@@ -131,7 +132,7 @@ void ScriptedProgram::change(std::uint64_t call) {
   }
   switch (random_.below(3)) {
     case 0:
-      request_.uuid = random_.pick(habits_.uuids);
+      request_.uuid = random_.pick(behaviour_.uuids);
       channel_.set(Variable::uuid, request_.uuid);
       break;
     case 1:
@@ -147,7 +148,7 @@ void ScriptedProgram::change(std::uint64_t call) {
 
 void ScriptedProgram::look() {
   looking_ = false;
-  if (habits_.waits_for_text) {
+  if (behaviour_.waits_for_text) {
     look_at_text();
     return;
   }
@@ -165,7 +166,7 @@ void ScriptedProgram::look() {
     return;
   }
   waiting_ = false;
-  after(random_.chance(50) ? Time{} : habits_.cycle, "read_response",
+  after(random_.chance(50) ? Time{} : behaviour_.cycle, "read_response",
         &ScriptedProgram::read_response);
 }
 
@@ -180,9 +181,9 @@ void ScriptedProgram::look_at_text() {
 void ScriptedProgram::read_response() {
   ++answered_;
   settled_ = is_settlement(channel_.text(Variable::response));
-  history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,
-                               channel_.text(Variable::response),
-                               channel_.state(Variable::response_state), habits_.waits_for_text});
+  history_.add(ProgramReleased{
+      channel_.key(), channel_.standing(), channel_.crossed, channel_.text(Variable::response),
+      channel_.state(Variable::response_state), behaviour_.waits_for_text});
   next();
 }
 
@@ -199,7 +200,7 @@ void ScriptedProgram::lose_patience(std::uint64_t call) {
 }
 
 void ScriptedProgram::next() {
-  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause), "begin",
+  after(random_.chance(30) ? Time{} : random_.between(Time{}, behaviour_.pause), "begin",
         &ScriptedProgram::begin);
 }
 

@@ -7,7 +7,7 @@ namespace millrace::tests::simulation {
 
 class ScriptedProgram final : public Program {
  public:
-  ScriptedProgram(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
+  ScriptedProgram(MachineChannel& channel, ProgramBehaviour behaviour, Agenda& agenda, Party party,
                   History& history, Random random);
 
   void start() override;
@@ -32,7 +32,7 @@ class ScriptedProgram final : public Program {
   void next();
 
   MachineChannel& channel_;
-  ProgramHabits habits_;
+  ProgramBehaviour behaviour_;
   Agenda& agenda_;
   Party party_;
   History& history_;

@@ -12,18 +12,18 @@ void ServiceProcess::handle(const RunPointer& run) {
   }
   const fabric::Request& request = run->request;
   history().add(Started{identity_.id, request, plan_.delivery});
-  if (random_.chance(plan_.habits.stuck)) {
+  if (random_.chance(plan_.behaviour.stuck)) {
     stuck_ = true;
     return;
   }
-  const Time end = random_.mostly(100us, 20ms, calm_ ? 200ms : 2000ms, plan_.habits.slow);
-  if (random_.chance(plan_.habits.interim)) {
+  const Time end = random_.mostly(100us, 20ms, calm_ ? 200ms : 2000ms, plan_.behaviour.slow);
+  if (random_.chance(plan_.behaviour.interim)) {
     const auto count = 1 + random_.below(3);
     for (std::size_t i = 0; i < count; ++i) {
       const auto state = static_cast<std::uint32_t>(
           first_interim + random_.below(last_interim - first_interim + 1));
       sdk::Response response{answer_to(request) + in_progress, state};
-      if (random_.chance(plan_.habits.refused)) {
+      if (random_.chance(plan_.behaviour.refused)) {
         response = garbage(request);
       }
       // Also when it has answered.
@@ -60,10 +60,10 @@ sdk::Result ServiceProcess::result_of(const Run& run) {
     return sdk::Response{unwanted + answer, 1};
   }
   garbled_.erase(run.request.call);
-  if (random_.chance(plan_.habits.fails)) {
+  if (random_.chance(plan_.behaviour.fails)) {
     return tl::unexpected(failure_of(answer));
   }
-  if (random_.chance(plan_.habits.refused)) {
+  if (random_.chance(plan_.behaviour.refused)) {
     const sdk::Response response = garbage(run.request);
     if (!plan_.foreign) {
       return response;

@@ -121,8 +121,8 @@ void ServiceProcess::told(const std::string& what) {
 }
 
 void ServiceProcess::calm_down() {
-  plan_.habits.stuck = 0;
-  plan_.habits.refused = 0;
+  plan_.behaviour.stuck = 0;
+  plan_.behaviour.refused = 0;
   calm_ = true;
 }
 
@@ -175,7 +175,7 @@ void ServiceProcess::perform(const sdk::Actions& actions) {
 void ServiceProcess::perform(const sdk::Start& start) {
   const auto run = std::make_shared<Run>();
   run->request = start.request;
-  run->obeys = random_.chance(plan_.habits.obeys);
+  run->obeys = random_.chance(plan_.behaviour.obeys);
   runs_[start.request.call] = run;
   // The time until the handler's thread wakes.
   process().after(random_.between(Time{}, 200us), [this, run] { handle(run); });

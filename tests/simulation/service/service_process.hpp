@@ -15,7 +15,7 @@
 namespace millrace::tests::simulation {
 
 /// Percentages of calls.
-struct HandlerHabits {
+struct HandlerBehaviour {
   unsigned slow = 10;
   unsigned fails = 5;
   /// Returns an invalid answer, as an interim or as the final one.
@@ -35,7 +35,7 @@ struct ServicePlan {
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   std::uint32_t concurrency = 1;
   std::vector<fabric::ChannelScope> channels;
-  HandlerHabits habits;
+  HandlerBehaviour behaviour;
   /// Not written with the SDK: an invalid answer is published unchanged.
   bool foreign = false;
   /// Publishes its calls several times a second.

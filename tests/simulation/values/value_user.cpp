@@ -54,7 +54,7 @@ void ValueUser::ask() {
     open.times_left = gateway.times_left(key);
     open.asked = plant_.agenda().now();
     open.calm =
-        calm_ && gateway.serves(key) && open.asked >= plant_.cable_of(controller).late_until;
+        calm_ && gateway.serves(key) && open.asked >= plant_.conditions_of(controller).late_until;
     fabric::VariableRequest& request = open.request;
     for (std::uint8_t& byte : request.token.bytes) {
       byte = static_cast<std::uint8_t>(random_.next());

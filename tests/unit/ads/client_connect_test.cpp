@@ -49,7 +49,7 @@ TEST_F(ClientConnect, CountsAPortWithoutReadStateAsUp) {
   EXPECT_TRUE(sut->up());
 }
 
-TEST_F(ClientConnect, SaysThatNothingListens) {
+TEST_F(ClientConnect, ReportsThatNothingListens) {
   listener.close();
   const auto why = failure(start(make_client().connect()));
   EXPECT_EQ(why.code, ErrorCode::link_down);
@@ -57,7 +57,7 @@ TEST_F(ClientConnect, SaysThatNothingListens) {
                                  HasSubstr("does the ADS router run there")));
 }
 
-TEST_F(ClientConnect, SaysThatARouteIsMissingWhenClosedAfterAccept) {
+TEST_F(ClientConnect, ReportsThatARouteIsMissingWhenClosedAfterAccept) {
   auto connected = start(make_client().connect());
   accept().close();
   const auto why = failure(connected);
@@ -66,7 +66,7 @@ TEST_F(ClientConnect, SaysThatARouteIsMissingWhenClosedAfterAccept) {
                                  HasSubstr("from NetId 127.0.0.1.2.1 to 127.0.0.1")));
 }
 
-TEST_F(ClientConnect, SaysThatARouteIsMissingWhenClosedUponTheFirstRequest) {
+TEST_F(ClientConnect, ReportsThatARouteIsMissingWhenClosedUponTheFirstRequest) {
   auto connected = start(make_client().connect());
   auto peer = accept();
   receive(peer);
@@ -74,7 +74,7 @@ TEST_F(ClientConnect, SaysThatARouteIsMissingWhenClosedUponTheFirstRequest) {
   EXPECT_THAT(failure(connected).message, HasSubstr("route missing"));
 }
 
-TEST_F(ClientConnect, SaysThatAControllerAcceptsButStaysSilent) {
+TEST_F(ClientConnect, ReportsThatAControllerAcceptsButStaysSilent) {
   options.timeout = 20ms;
   auto connected = start(make_client().connect());
   auto peer = accept();
@@ -87,21 +87,21 @@ TEST_F(ClientConnect, SaysThatAControllerAcceptsButStaysSilent) {
   EXPECT_EQ(receive(peer), std::nullopt) << "the connection is closed";
 }
 
-TEST_F(ClientConnect, SaysThatTheCncDoesNotRun) {
+TEST_F(ClientConnect, ReportsThatTheCncDoesNotRun) {
   auto connected = start(make_client().connect());
   auto peer = accept();
   send(peer, response_to(*receive(peer), {}, ErrorCode::target_port_not_found));
   EXPECT_THAT(failure(connected).message, HasSubstr("nothing serves its AMS port 552"));
 }
 
-TEST_F(ClientConnect, SaysThatTheNetIdIsUnknown) {
+TEST_F(ClientConnect, ReportsThatTheNetIdIsUnknown) {
   auto connected = start(make_client().connect());
   auto peer = accept();
   send(peer, response_to(*receive(peer), {}, ErrorCode::target_machine_not_found));
   EXPECT_THAT(failure(connected).message, HasSubstr("does not know NetId 127.0.0.1.1.1"));
 }
 
-TEST_F(ClientConnect, SaysThatThePeerDoesNotSpeakAds) {
+TEST_F(ClientConnect, ReportsThatThePeerDoesNotSpeakAds) {
   auto connected = start(make_client().connect());
   auto peer = accept();
   const std::string http = "HTTP/1.1 400 Bad Request\r\n\r\n";
@@ -133,7 +133,7 @@ TEST_F(ClientConnect, FailsEverythingPendingTheMomentTheLinkEnds) {
   EXPECT_THAT(downs, SizeIs(1));
 }
 
-TEST_F(ClientConnect, EndsTheLinkForALengthThatNobodyCanMean) {
+TEST_F(ClientConnect, EndsTheLinkForAnImpossibleLength) {
   auto peer = establish();
   watch_downs();
   auto read = start_read();
@@ -143,7 +143,7 @@ TEST_F(ClientConnect, EndsTheLinkForALengthThatNobodyCanMean) {
   EXPECT_THAT(downs[0].message, HasSubstr("announces 4294967295 bytes"));
 }
 
-TEST_F(ClientConnect, GivesUpALinkOnWhichNothingIsHeard) {
+TEST_F(ClientConnect, GivesUpASilentLink) {
   options.timeout = 20ms;
   options.silent_timeouts = 2;
   auto connected = start(make_client().connect());
@@ -196,7 +196,7 @@ TEST_F(ClientConnect, RefusesASecondConnect) {
   EXPECT_TRUE(sut->up());
 }
 
-TEST_F(ClientConnect, CloseEndsWhatIsPendingAndCallsNobody) {
+TEST_F(ClientConnect, CloseEndsPendingRequestsAndReportsNoLostLink) {
   auto peer = establish();
   watch_downs();
   auto read = start_read();

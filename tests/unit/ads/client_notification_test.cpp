@@ -53,7 +53,7 @@ class ClientNotification : public ClientFixture {
   };
 };
 
-TEST_F(ClientNotification, TellsTheFirstValueOfEachAndEachChange) {
+TEST_F(ClientNotification, PassesTheFirstValueAndEachChange) {
   serve();
   const auto before = sut->counters().requests;
   const Handles handles = subscribe();
@@ -64,7 +64,7 @@ TEST_F(ClientNotification, TellsTheFirstValueOfEachAndEachChange) {
   EXPECT_TRUE(is_told(1, 5));
 }
 
-TEST_F(ClientNotification, SaysWhichOneIsRefused) {
+TEST_F(ClientNotification, ReportsWhichOneIsRefused) {
   serve();
   auto wanted = both();
   wanted[0].index = {9, 9};
@@ -74,7 +74,7 @@ TEST_F(ClientNotification, SaysWhichOneIsRefused) {
   EXPECT_TRUE(is_told(1, 2));
 }
 
-TEST_F(ClientNotification, AsksOneByOneWhereTheControllerKnowsNoSums) {
+TEST_F(ClientNotification, SubscribesOneByOneWhereTheControllerHasNoSumCommands) {
   auto peer = establish();
   const auto later = start(sut->subscribe(552, both(), tell));
   const Bytes sum = *receive(peer);
@@ -88,7 +88,7 @@ TEST_F(ClientNotification, AsksOneByOneWhereTheControllerKnowsNoSums) {
   EXPECT_THAT(finish(later), ElementsAre(Result<std::uint32_t>(7), Result<std::uint32_t>(8)));
 }
 
-TEST_F(ClientNotification, AsksNoMoreOfAControllerThatKnowsNone) {
+TEST_F(ClientNotification, StopsWhereTheControllerSupportsNoNotifications) {
   auto peer = establish();
   const auto later = start(sut->subscribe(552, both(), tell));
   for (const auto command : {Command::read_write, Command::add_notification}) {
@@ -103,7 +103,7 @@ TEST_F(ClientNotification, AsksNoMoreOfAControllerThatKnowsNone) {
   EXPECT_EQ(handles[1].error(), ErrorCode::service_not_supported);
 }
 
-TEST_F(ClientNotification, IsToldNothingAfterItHasUnsubscribedAndNothingIsLeftBehind) {
+TEST_F(ClientNotification, GetsNothingAfterUnsubscribingAndLeavesNothingBehind) {
   serve();
   const Handles handles = subscribe();
   ASSERT_TRUE(is_told(0, 1));
@@ -150,7 +150,7 @@ TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
   EXPECT_EQ(handles[0].error(), ErrorCode::link_lost);
 }
 
-TEST_F(ClientNotification, AFrameThatDoesNotAddUpIsDropped) {
+TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
   auto peer = establish();
   const auto later = start(sut->subscribe(552, both(), tell));
   const Bytes sum = *receive(peer);

@@ -49,7 +49,7 @@ class ClientRequest : public ClientFixture {
   Bytes request;
 };
 
-TEST_F(ClientRequest, SendsWhatWasAskedFor) {
+TEST_F(ClientRequest, SendsTheRequestedRead) {
   begin();
   EXPECT_EQ(header_of(request).command, Command::read);
   const auto payload = BytesView(request).subspan(frame_header_size + packet_header_size);
@@ -59,7 +59,7 @@ TEST_F(ClientRequest, SendsWhatWasAskedFor) {
   expect_success();
 }
 
-TEST_F(ClientRequest, AnswersAControllerThatAsksForTheStateOfItsRouter) {
+TEST_F(ClientRequest, AnswersAStateRequestOfTheController) {
   begin();
   send(*peer, encode_packet(foreign_request(10000, 1), {}));
   const auto answer = header_of(*receive(*peer));
@@ -68,7 +68,7 @@ TEST_F(ClientRequest, AnswersAControllerThatAsksForTheStateOfItsRouter) {
   expect_success();
 }
 
-TEST_F(ClientRequest, DoesNotTakeARequestWithThePendingIdForItsAnswer) {
+TEST_F(ClientRequest, DoesNotMistakeARequestWithThePendingIdForItsAnswer) {
   begin();
   send(*peer,
        encode_packet(foreign_request(options.source.port, header_of(request).invoke_id), {}));
@@ -112,7 +112,7 @@ TEST_F(ClientRequest, ShowsAShortRead) {
   EXPECT_THAT(*finish(read), SizeIs(4));
 }
 
-TEST_F(ClientRequest, RefusesMoreThanWasAskedFor) {
+TEST_F(ClientRequest, RefusesMoreDataThanRequested) {
   begin();
   send(*peer, response_to(request, encode_data(Bytes(16))));
   EXPECT_EQ(error(), ErrorCode::protocol_error);
@@ -172,7 +172,7 @@ TEST_F(ClientRequest, KeepsToItsWindow) {
   EXPECT_EQ(*finish(second), Bytes{9});
 }
 
-TEST_F(ClientRequest, DropsAnAnswerThatComesAfterItsTime) {
+TEST_F(ClientRequest, DropsAnAnswerThatComesTooLate) {
   options.timeout = 20ms;
   begin();
   EXPECT_EQ(error(), ErrorCode::timeout);
@@ -197,7 +197,7 @@ TEST_F(ClientRequest, CanBeCancelled) {
   expect_success();
 }
 
-TEST_F(ClientRequest, SpeaksEveryCommandWithTheServer) {
+TEST_F(ClientRequest, ExchangesEveryCommandWithTheServer) {
   MemoryDevice device;
   device.values[{1, 1}] = eight_bytes;
   ServerOptions server_options;

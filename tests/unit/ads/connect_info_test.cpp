@@ -36,7 +36,7 @@ TEST(ConnectInfo, ThatAddsARouteEndsWithUserAndPassword) {
   EXPECT_EQ(*decode_connect_info(vector("adds_a_route")), sut);
 }
 
-TEST(ConnectInfo, OfAControllerTellsWhatItHasAgainstTheClient) {
+TEST(ConnectInfo, OfAControllerHasTheReasonOfARefusal) {
   const auto sut = decode_connect_info(vector("unknown_certificate"));
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->flags, connect_flags::response);

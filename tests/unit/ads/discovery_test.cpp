@@ -12,11 +12,11 @@ Bytes datagram(const std::string& name) {
   return tests::hex_vector("ads/discovery.hex", name);
 }
 
-TEST(Discovery, AsksWithoutTags) {
+TEST(Discovery, SendsAnIdentifyRequestWithoutTags) {
   EXPECT_EQ(encode(identify_request(7)), datagram("identify"));
 }
 
-TEST(Discovery, ReadsWhatAControllerSaysOfItself) {
+TEST(Discovery, ReadsTheIdentityOfAController) {
   const auto sut = identity_of(*decode_datagram(datagram("identity")));
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->net_id.to_string(), "192.168.10.5.1.1");
@@ -26,7 +26,7 @@ TEST(Discovery, ReadsWhatAControllerSaysOfItself) {
   EXPECT_EQ(sut->fingerprint, "abcd");
 }
 
-TEST(Discovery, LeavesOpenWhatAControllerDoesNotSay) {
+TEST(Discovery, LeavesMissingFieldsEmpty) {
   const Datagram silent{7, DiscoveryService::identify, true, {{{10, 0, 0, 1, 1, 1}}, 10000}};
   const auto sut = identity_of(*decode_datagram(encode(silent)));
   Identity expected;
@@ -34,14 +34,14 @@ TEST(Discovery, LeavesOpenWhatAControllerDoesNotSay) {
   EXPECT_EQ(sut, expected);
 }
 
-TEST(Discovery, AsksForARoute) {
+TEST(Discovery, RequestsARoute) {
   const RouteRequest sut{
       {{192, 168, 10, 20, 1, 1}}, "gateway", "192.168.10.20", "Admin", "1", true};
   EXPECT_EQ(encode(encode(8, sut)), datagram("add_route"));
   EXPECT_EQ(route_request_of(*decode_datagram(datagram("add_route"))), sut);
 }
 
-TEST(Discovery, KnowsWhetherARouteWasAdded) {
+TEST(Discovery, ReadsWhetherARouteWasAdded) {
   const auto sut = decode_datagram(datagram("route_refused"));
   EXPECT_EQ(route_status_of(*sut), ErrorCode::access_denied_index);
   EXPECT_EQ(route_status_of(identify_request(7)), std::nullopt);

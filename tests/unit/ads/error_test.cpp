@@ -5,17 +5,17 @@
 namespace millrace::cnc::ads {
 namespace {
 
-TEST(AdsError, HasItsNumberAndItsWords) {
+TEST(AdsError, HasItsNumberAndItsText) {
   EXPECT_EQ(describe(ErrorCode::symbol_not_found), "0x710 symbol not found");
   EXPECT_EQ(describe(ErrorCode{0x274D}), "0x274d TCP: connection refused");
 }
 
-TEST(AdsError, WithoutWordsGivesItsNumber) {
+TEST(AdsError, WithoutATextHasItsNumber) {
   EXPECT_EQ(describe(ErrorCode{0x7FF}), "ADS error 0x7ff");
   EXPECT_EQ(describe(ErrorCode{0xFFFE0000}), "ADS error 0xfffe0000");
 }
 
-TEST(AdsError, OfOurOwnHasWordsAlone) {
+TEST(AdsError, OfOurOwnHasItsTextOnly) {
   EXPECT_EQ(describe(ErrorCode::link_down), "not connected to the controller");
 }
 

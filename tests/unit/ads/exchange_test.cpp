@@ -101,7 +101,7 @@ TEST(Exchange, KeepsTheWindowAndTheOrder) {
   EXPECT_THAT(sut.take_output(), IsEmpty());
 }
 
-TEST(Exchange, ARequestNobodyWaitsForMakesRoom) {
+TEST(Exchange, AnAbandonedRequestMakesRoom) {
   auto sut = make(1);
   const auto a = sut.begin(552, Command::read, {});
   const auto b = sut.begin(552, Command::read, {});
@@ -148,7 +148,7 @@ TEST(Exchange, SendsAFullWindowAgainOnANewLinkAfterAnOverload) {
   EXPECT_THAT(headers_in(sut.take_output()), SizeIs(4));
 }
 
-TEST(Exchange, TellsAControllerThatAsksItsState) {
+TEST(Exchange, AnswersAStateRequestOfTheController) {
   auto sut = make();
   EXPECT_FALSE(sut.receive({request_to_us(Command::read_state), {}}));
   const auto answers = headers_in(sut.take_output());
@@ -186,7 +186,7 @@ TEST(Exchange, DropsMirroredFramesNotificationsAndFramesForOthers) {
   EXPECT_EQ(sut.counters().foreign, 4U);
 }
 
-TEST(Exchange, CountsTimeoutsUntilThePeerIsHeardAgain) {
+TEST(Exchange, CountsTimeoutsUntilThePeerAnswersAgain) {
   auto sut = make();
   sut.time_out(sut.begin(552, Command::read, {}));
   const auto late = sut.begin(552, Command::read, {});

@@ -33,7 +33,7 @@ TEST(FaultyLine, DropsEveryNthAnswer) {
   EXPECT_THAT(sut.take(start), ElementsAre(1, 2, 4, 5));
 }
 
-TEST(FaultyLine, LetsAnswersOvertakeEachOther) {
+TEST(FaultyLine, ReordersAnswers) {
   FaultyLine sut;
   for (std::uint8_t i = 1; i <= 4; ++i) {
     sut.push({i}, {.delay = 10ms, .out_of_order = true}, start);

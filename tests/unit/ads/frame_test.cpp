@@ -83,7 +83,7 @@ TEST(FrameReader, RefusesWhatIsNoAmsTcp) {
               HasSubstr("kind 0x4547 with 100 bytes"));
 }
 
-TEST(FrameReader, LetsRouterFramesThrough) {
+TEST(FrameReader, PassesRouterFrames) {
   FrameReader sut(max_frame);
   sut.feed(frame_vector("port_connect"));
   const auto frame = sut.next();

@@ -32,7 +32,7 @@ class NotificationInboxTest : public testing::Test {
   };
 };
 
-TEST_F(NotificationInboxTest, TellsWhichItemHasChanged) {
+TEST_F(NotificationInboxTest, NamesTheChangedItem) {
   sut.expect();
   sut.add(port, {7, 8}, tell);
   receive(8, {1});
@@ -49,7 +49,7 @@ TEST_F(NotificationInboxTest, HoldsWhatComesBeforeTheAnswerIsRead) {
   EXPECT_THAT(strangers(), IsEmpty());
 }
 
-TEST_F(NotificationInboxTest, NamesAStrangerOnceAlsoIfItWasHeld) {
+TEST_F(NotificationInboxTest, ReportsAnUnknownHandleOnceAlsoIfItWasHeld) {
   receive(9, {1});
   receive(9, {2});
   sut.expect();
@@ -71,7 +71,7 @@ TEST_F(NotificationInboxTest, KeepsWhatAnotherRequestMayBeAbout) {
   EXPECT_THAT(told, ElementsAre(Pair(0, Bytes{1})));
 }
 
-TEST_F(NotificationInboxTest, TheSameNumberBehindAnotherPortIsAnotherHandle) {
+TEST_F(NotificationInboxTest, TheSameNumberOnAnotherPortIsAnotherHandle) {
   sut.expect();
   sut.add(port, {7}, tell);
   receive(7, {1}, 551);
@@ -79,7 +79,7 @@ TEST_F(NotificationInboxTest, TheSameNumberBehindAnotherPortIsAnotherHandle) {
   EXPECT_THAT(strangers(), ElementsAre(7));
 }
 
-TEST_F(NotificationInboxTest, WhatIsStillOnItsWayFromARemovedOneIsNoStranger) {
+TEST_F(NotificationInboxTest, ALateSampleOfARemovedItemIsNotUnknown) {
   sut.expect();
   sut.add(port, {7}, tell);
   sut.remove(port, {7});
@@ -96,7 +96,7 @@ TEST_F(NotificationInboxTest, AnItemThatWasRefusedHasNoHandle) {
   EXPECT_THAT(told, ElementsAre(Pair(1, Bytes{2})));
 }
 
-TEST_F(NotificationInboxTest, WhoeverIsToldMayEndEverything) {
+TEST_F(NotificationInboxTest, ACallbackMayEndEverything) {
   sut.expect();
   sut.add(port, {7, 8}, [this](std::size_t item, BytesView value) {
     sut.clear();

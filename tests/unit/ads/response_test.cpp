@@ -35,15 +35,15 @@ TEST(AdsResponse, ToAReadCarriesData) {
   EXPECT_EQ(encode_data(Bytes{1, 2, 3, 4}), payload);
 }
 
-TEST(AdsResponse, ToAReadMayBeShorterThanAsked) {
+TEST(AdsResponse, ToAReadMayBeShorterThanRequested) {
   EXPECT_THAT(*decode_data(response_vector("data"), 8), SizeIs(4));
 }
 
-TEST(AdsResponse, LongerThanAskedBreaksTheProtocol) {
+TEST(AdsResponse, LongerThanRequestedBreaksTheProtocol) {
   EXPECT_EQ(error_of(decode_data(response_vector("data"), 3)), ErrorCode::protocol_error);
 }
 
-TEST(AdsResponse, ThatLiesAboutItsLengthBreaksTheProtocol) {
+TEST(AdsResponse, WithAWrongLengthBreaksTheProtocol) {
   EXPECT_EQ(error_of(decode_data(response_vector("data_that_lies"), 240)),
             ErrorCode::protocol_error);
 }
@@ -59,7 +59,7 @@ TEST(AdsResponse, ToAFailedReadIsUnderstoodWith4Or8Bytes) {
             ErrorCode::invalid_group);
 }
 
-TEST(AdsResponse, CannotBringAnOutcomeOfOurOwn) {
+TEST(AdsResponse, CannotHaveALocalErrorCode) {
   EXPECT_EQ(error_of(decode_data(response_vector("local_code_on_the_wire"), 4)),
             ErrorCode::protocol_error);
 }
@@ -83,7 +83,7 @@ TEST(AdsResponse, NamesTheDeviceIn16Bytes) {
   EXPECT_THAT(encode_info(DeviceInfo{1, 2, 3, "a name of 21 letters."}), SizeIs(24));
 }
 
-TEST(AdsResponse, TellsTheState) {
+TEST(AdsResponse, CarriesTheState) {
   const auto payload = response_vector("state");
   const auto sut = decode_state(payload);
   ASSERT_TRUE(sut);
@@ -92,7 +92,7 @@ TEST(AdsResponse, TellsTheState) {
   EXPECT_EQ(encode_state(*sut), payload);
 }
 
-TEST(AdsResponse, GivesANotificationHandle) {
+TEST(AdsResponse, CarriesANotificationHandle) {
   EXPECT_EQ(*decode_handle(response_vector("handle")), 42U);
   EXPECT_EQ(encode_handle(42U), response_vector("handle"));
 }
@@ -110,7 +110,7 @@ TEST(Notification, CarriesSamplesOfOneMoment) {
   EXPECT_EQ(encode_notification(*sut), payload);
 }
 
-TEST(Notification, WithACountThatLiesBreaksTheProtocol) {
+TEST(Notification, WithAWrongCountBreaksTheProtocol) {
   EXPECT_EQ(error_of(decode_notification(response_vector("notification_with_too_many_samples"))),
             ErrorCode::protocol_error);
   EXPECT_EQ(error_of(decode_notification({})), ErrorCode::protocol_error);

@@ -62,23 +62,23 @@ TEST_F(SecureAdsTest, CarriesLargeAnswersWhole) {
   EXPECT_EQ(wait_for(io, sut->read(552, {1, 2}, 300'000)), Bytes(300'000, 7));
 }
 
-TEST_F(SecureAdsTest, TakesAnIdentityInAnyCapitals) {
+TEST_F(SecureAdsTest, IgnoresTheCaseOfAnIdentity) {
   options.security = Psk{"MillRace", "secret"};
   EXPECT_EQ(refusal(), "connected");
 }
 
-TEST_F(SecureAdsTest, SaysThatThePasswordIsWrong) {
+TEST_F(SecureAdsTest, ReportsThatThePasswordIsWrong) {
   options.security = Psk{"millrace", "wrong"};
   EXPECT_THAT(refusal(), HasSubstr("the pre-shared key of identity \"millrace\" is not the "
                                    "controller's"));
 }
 
-TEST_F(SecureAdsTest, SaysThatTheIdentityIsUnknown) {
+TEST_F(SecureAdsTest, ReportsThatTheIdentityIsUnknown) {
   options.security = Psk{"stranger", "secret"};
   EXPECT_THAT(refusal(), HasSubstr("does not know the identity \"stranger\""));
 }
 
-TEST_F(SecureAdsTest, SaysWhatTheControllerHasAgainstTheClient) {
+TEST_F(SecureAdsTest, ReportsWhyTheControllerRefusesTheClient) {
   server_options.secure_faults.answer = ConnectError::version;
   EXPECT_THAT(refusal(), HasSubstr("another version of Secure ADS (TlsConnectInfo error 1"));
   server_options.secure_faults.answer = ConnectError::common_name;
@@ -89,12 +89,12 @@ TEST_F(SecureAdsTest, SaysWhatTheControllerHasAgainstTheClient) {
   EXPECT_THAT(refusal(), HasSubstr("user or password is wrong"));
 }
 
-TEST_F(SecureAdsTest, SaysThatARouteIsMissingIfTheControllerClosesAfterTheHandshake) {
+TEST_F(SecureAdsTest, ReportsThatARouteIsMissingIfTheControllerClosesAfterTheHandshake) {
   server_options.secure_faults.close_after_handshake = true;
   EXPECT_THAT(refusal(), HasSubstr("route missing"));
 }
 
-TEST_F(SecureAdsTest, SaysThatTheAnswerIsNoTlsConnectInfo) {
+TEST_F(SecureAdsTest, ReportsThatTheAnswerIsNoTlsConnectInfo) {
   server_options.secure_faults.garbage = true;
   EXPECT_THAT(refusal(), HasSubstr("is this a TwinCAT?"));
 }
@@ -111,7 +111,7 @@ TEST_F(SecureAdsTest, GivesUpOnAHandshakeThatTakesTooLong) {
   EXPECT_THAT(refusal(), HasSubstr("no TLS handshake in 50 ms"));
 }
 
-TEST_F(SecureAdsTest, SaysThatThereWereManyConnectionsIfOneIsRefusedForThat) {
+TEST_F(SecureAdsTest, ReportsTooManyConnectionsInAShortTime) {
   server_options.secure_faults.least_pause = 1h;
   ASSERT_TRUE(connect());
   Client next(io.get_executor(), options);
@@ -120,12 +120,12 @@ TEST_F(SecureAdsTest, SaysThatThereWereManyConnectionsIfOneIsRefusedForThat) {
   EXPECT_THAT(connected.error().message, HasSubstr("many connections in a short time"));
 }
 
-TEST_F(SecureAdsTest, SaysThatThePortMayBeTheWrongOne) {
+TEST_F(SecureAdsTest, ReportsThatThePortMayBeTheWrongOne) {
   server_options.security.reset();
   EXPECT_THAT(refusal(), HasSubstr("is this the port of Secure ADS"));
 }
 
-TEST_F(SecureAdsTest, SaysWhatIsNeededIfNothingListens) {
+TEST_F(SecureAdsTest, ReportsWhatIsNeededIfNothingListens) {
   RawListener listener(io.get_executor());
   options.tcp_port = listener.tcp_port();
   listener.close();
@@ -152,14 +152,14 @@ TEST_F(SecureAdsTest, EndsAHandshakeThatTheClientDoesNotWaitFor) {
   EXPECT_THAT(connected->error().message, HasSubstr("closed while connecting"));
 }
 
-TEST_F(SecureAdsTest, ClosesAConnectionThatShakesNoHands) {
+TEST_F(SecureAdsTest, ClosesAConnectionWithoutAHandshake) {
   server_options.handshake_timeout = 50ms;
   server.emplace(io.get_executor(), device, server_options, base::program::no_log());
   auto peer = wait_for(io, RawPeer::connect(server->tcp_port()));
   EXPECT_FALSE(wait_for(io, peer.receive()));
 }
 
-TEST_F(SecureAdsTest, GivesBackWhatItHasBeforeItLeaves) {
+TEST_F(SecureAdsTest, ReleasesItsNotificationsBeforeItLeaves) {
   ASSERT_TRUE(connect());
   const AddNotificationRequest wanted{{1, 1}, 4};
   std::size_t told = 0;
@@ -221,28 +221,28 @@ TEST_F(SelfSignedAdsTest, NeverAcceptsAnotherFingerprint) {
   EXPECT_THAT(words, HasSubstr("expected " + expected));
 }
 
-TEST_F(SelfSignedAdsTest, AcceptsNoCertificateIfItKnowsNoFingerprint) {
+TEST_F(SelfSignedAdsTest, AcceptsNoCertificateWithoutAFingerprint) {
   shown().fingerprint.clear();
   EXPECT_THAT(refusal(), HasSubstr("its certificate has the fingerprint"));
 }
 
-TEST_F(SelfSignedAdsTest, SaysThatItNeedsARouteWithItsFingerprint) {
+TEST_F(SelfSignedAdsTest, ReportsThatItNeedsARouteWithItsFingerprint) {
   server_options.routes = std::make_shared<Routes>();
   EXPECT_THAT(refusal(),
               HasSubstr("it needs a route with its fingerprint (TlsConnectInfo error 3"));
 }
 
-TEST_F(SelfSignedAdsTest, SaysThatKeyAndCertificateAreNotOne) {
+TEST_F(SelfSignedAdsTest, ReportsThatKeyAndCertificateDoNotMatch) {
   shown().key = controller().key.pem();
   EXPECT_THAT(refusal(), HasSubstr("the key does not belong to the certificate"));
 }
 
-TEST_F(SelfSignedAdsTest, SaysThatAnotherKeyThanRsaIsOfNoUse) {
+TEST_F(SelfSignedAdsTest, ReportsThatTheKeyIsNotRsa) {
   shown().key = base::openssl::Key::generate().pem();
   EXPECT_THAT(refusal(), HasSubstr("the key is not an RSA key"));
 }
 
-TEST_F(SelfSignedAdsTest, SaysThatTheControllerKnowsPreSharedKeysAlone) {
+TEST_F(SelfSignedAdsTest, ReportsThatTheControllerSupportsOnlyPreSharedKeys) {
   server_options.security = ServerSecurity{.psk = Psk{"millrace", "secret"}};
   EXPECT_THAT(refusal(), HasSubstr("does it know pre-shared keys alone?"));
 }
@@ -329,7 +329,7 @@ TEST_F(SharedCaAdsTest, RefusesAnotherCommonName) {
   EXPECT_THAT(refusal(), HasSubstr("its certificate is that of \"CX-123456\"; expected \"CX-1\""));
 }
 
-TEST_F(SharedCaAdsTest, RefusesACertificateOfAnotherAuthority) {
+TEST_F(SharedCaAdsTest, RefusesACertificateOfAnotherCa) {
   shown().ca = controller().certificate.pem();
   EXPECT_THAT(refusal(), HasSubstr("its certificate does not lead to our CA"));
 }
@@ -340,22 +340,22 @@ TEST_F(SharedCaAdsTest, RefusesACertificateThatHasExpired) {
   EXPECT_THAT(refusal(), HasSubstr("has expired"));
 }
 
-TEST_F(SharedCaAdsTest, SaysThatItsOwnCertificateHasExpired) {
+TEST_F(SharedCaAdsTest, ReportsThatItsOwnCertificateHasExpired) {
   shown().certificate = issue("127.0.0.1", now() - 1h).pem;
   EXPECT_THAT(refusal(), HasSubstr("our certificate has expired"));
 }
 
-TEST_F(SharedCaAdsTest, SaysThatItsCertificateIsOfAnotherAuthority) {
+TEST_F(SharedCaAdsTest, ReportsThatItsCertificateIsOfAnotherCa) {
   shown().certificate = gateway().certificate.pem();
   EXPECT_THAT(refusal(), HasSubstr("is it signed by its CA?"));
 }
 
-TEST_F(SharedCaAdsTest, SaysThatItsCommonNameIsNotThatOfThisHost) {
+TEST_F(SharedCaAdsTest, ReportsThatItsCommonNameIsNotThatOfThisHost) {
   shown().certificate = issue("elsewhere").pem;
   EXPECT_THAT(refusal(), HasSubstr("TlsConnectInfo error 2"));
 }
 
-TEST(AdmittedClient, AddsNoRouteWhereNobodyMay) {
+TEST(AdmittedClient, AddsNoRouteWhereNoUserIsConfigured) {
   const ServerSecurity security{.self_signed = ServerSelfSigned{}};
   Routes sut;
   const ConnectInfo request{.flags = connect_flags::self_signed | connect_flags::add_route};

@@ -103,7 +103,7 @@ TEST_F(ServerFaults, RefusesConnections) {
   EXPECT_TRUE(read());
 }
 
-TEST_F(ServerFaults, KnowsNoRouteToAStranger) {
+TEST_F(ServerFaults, DoesNotServeAClientWithoutARoute) {
   ServerOptions options;
   options.session.routes = {*NetId::parse("10.0.0.1.1.1")};
   start(options);

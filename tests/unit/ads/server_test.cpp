@@ -110,7 +110,7 @@ TEST_F(ServerTest, DoesNotReadFromAPeerThatReadsNothing) {
   EXPECT_LT(device.calls, 20);
 }
 
-TEST_F(ServerTest, GoesOnWhenAPeerReadsAgain) {
+TEST_F(ServerTest, ContinuesWhenAPeerReadsAgain) {
   ServerOptions options;
   options.max_output = 100;
   start(options);
@@ -240,7 +240,7 @@ TEST_F(ServerTest, IsDrainedWhenWhatItHasAnsweredHasLeft) {
   EXPECT_EQ(drained, true);
 }
 
-TEST_F(ServerTest, IsDrainedAtOnceIfNobodyIsConnected) {
+TEST_F(ServerTest, IsDrainedAtOnceWithoutConnections) {
   start();
   std::optional<bool> drained;
   sut->drain(std::chrono::seconds(10), [&](bool all) { drained = all; });
@@ -306,7 +306,7 @@ TEST_F(ServerTest, SendsANotificationBehindTheAnswerThatAnnouncesIt) {
   EXPECT_EQ(device.calls, calls + 1) << "no subscription is left to sample";
 }
 
-TEST_F(ServerTest, ClosesTheConnectionOfAClientThatGivesItsPortBackAfterItsAnswers) {
+TEST_F(ServerTest, ClosesTheConnectionOfAClientThatReleasesItsPortAfterItsAnswers) {
   start();
   auto peer = connect();
   Bytes all = vector("read_request");
@@ -317,7 +317,7 @@ TEST_F(ServerTest, ClosesTheConnectionOfAClientThatGivesItsPortBackAfterItsAnswe
   EXPECT_EQ(receive(peer), std::nullopt);
 }
 
-TEST_F(ServerTest, SaysWhyItCannotListen) {
+TEST_F(ServerTest, ReportsWhyItCannotListen) {
   start();
   ServerOptions options;
   options.tcp_port = sut->tcp_port();

@@ -57,7 +57,7 @@ TEST_F(SessionTest, AnswersAForeignNetIdWithError7) {
   EXPECT_EQ(header_of(*react(vector("read_request"))).error, ErrorCode::target_machine_not_found);
 }
 
-TEST_F(SessionTest, DropsOrClosesForAForeignNetIdWhenToldSo) {
+TEST_F(SessionTest, DropsOrClosesForAForeignNetIdIfConfigured) {
   options.net_id = *NetId::parse("5.5.5.5.1.1");
   options.foreign_target = ForeignTarget::drop;
   EXPECT_THAT(*react(vector("read_request")), IsEmpty());
@@ -84,7 +84,7 @@ TEST_F(SessionTest, ClosesForLengthsThatDisagree) {
   EXPECT_FALSE(react(vector("lengths_disagree")));
 }
 
-TEST_F(SessionTest, AnswersABrokenPayloadAndGoesOn) {
+TEST_F(SessionTest, AnswersABrokenPayloadAndContinues) {
   const Header header{controller, client, Command::read, flags::ads_command, ErrorCode::none, 7};
   const auto response = react_to(header, {1, 2, 3});
   const auto packet = decode_packet(BytesView(response).subspan(frame_header_size));
@@ -99,7 +99,7 @@ TEST_F(SessionTest, AnswersAnUnknownCommand) {
   EXPECT_EQ(decode_result(packet->data).error(), ErrorCode::service_not_supported);
 }
 
-TEST_F(SessionTest, HandsOutAnAmsPortLikeARouter) {
+TEST_F(SessionTest, AssignsAnAmsPortLikeARouter) {
   Session sut(device, options);
   const Bytes any{0, 0};
   const auto first = sut.react({FrameKind::port_connect, any}, {});
@@ -110,7 +110,7 @@ TEST_F(SessionTest, HandsOutAnAmsPortLikeARouter) {
   EXPECT_EQ(*sut.react({FrameKind::port_connect, wanted}, {}), vector("port_connected"));
 }
 
-TEST_F(SessionTest, TellsItsNetIdLikeARouter) {
+TEST_F(SessionTest, ReturnsItsNetIdLikeARouter) {
   EXPECT_EQ(react(encode_frame(FrameKind::get_local_net_id, {}))->size(), frame_header_size + 6);
 }
 
@@ -119,7 +119,7 @@ TEST_F(SessionTest, SkipsOtherRouterFrames) {
   EXPECT_THAT(*react(encode_frame(FrameKind{0x1234}, {})), IsEmpty());
 }
 
-TEST_F(SessionTest, IsOverWhenTheClientGivesItsPortBack) {
+TEST_F(SessionTest, IsOverWhenTheClientReleasesItsPort) {
   Session sut(device, options);
   const Bytes port{0xEE, 0x7F};
   EXPECT_FALSE(sut.over());
@@ -153,7 +153,7 @@ TEST_F(SessionTest, DoesASumOfManyItemsInSlicesWithTheSameAnswer) {
   EXPECT_EQ(answer, encode_packet(response_header(header), encode_data(whole)));
 }
 
-TEST_F(SessionTest, RefusesALargeSumThatDoesNotAddUpAtOnce) {
+TEST_F(SessionTest, RefusesAnInconsistentLargeSumAtOnce) {
   SumCommands sums(device);
   Session sut(sums, options);
   const Bytes data(24'000);

@@ -106,7 +106,7 @@ TEST_F(SubscriptionsTest, CyclicSendsTheValueEachCycle) {
   EXPECT_EQ(count, 10);
 }
 
-TEST_F(SubscriptionsTest, WhatWasMissedIsNotMadeUpFor) {
+TEST_F(SubscriptionsTest, MissedSamplesAreNotSentLater) {
   add(request(Transmission::cyclic));
   samples();
   advance(95ms);
@@ -161,7 +161,7 @@ TEST_F(SubscriptionsTest, BoundsWhatWaitsForAnEndlessDelayHoweverSmallItIs) {
   EXPECT_GT(sent, samples * 9 * 9 / 10) << "nearly all have left";
 }
 
-TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
+TEST_F(SubscriptionsTest, RefusesSubscriptionsByHandleIfConfigured) {
   limits.habits.by_handle = ErrorCode::no_more_handles;
   Subscriptions strict(device, limits);
   const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
@@ -174,7 +174,7 @@ TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
 }
 
 // A server's faults with subscriptions.
-class HabitsTest : public SubscriptionsTest {
+class SubscriptionBehaviourTest : public SubscriptionsTest {
  protected:
   // The notifications of ten values, one in each cycle.
   std::vector<std::uint8_t> told(const SubscriptionBehaviour& habits) {
@@ -201,23 +201,23 @@ class HabitsTest : public SubscriptionsTest {
   }
 };
 
-TEST_F(HabitsTest, TellsAllChanges) {
+TEST_F(SubscriptionBehaviourTest, NotifiesAllChanges) {
   EXPECT_THAT(told({}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
-TEST_F(HabitsTest, TellsTheFirstValueAlone) {
+TEST_F(SubscriptionBehaviourTest, NotifiesTheFirstValueOnly) {
   EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::first_value}), ElementsAre(0));
 }
 
-TEST_F(HabitsTest, TellsNothing) {
+TEST_F(SubscriptionBehaviourTest, NotifiesNothing) {
   EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::nothing}), IsEmpty());
 }
 
-TEST_F(HabitsTest, LosesEveryThird) {
+TEST_F(SubscriptionBehaviourTest, LosesEveryThirdNotification) {
   EXPECT_THAT(told({.lose_every = 3}), ElementsAre(0, 1, 3, 4, 6, 7, 9));
 }
 
-TEST_F(HabitsTest, TellsLate) {
+TEST_F(SubscriptionBehaviourTest, NotifiesLate) {
   EXPECT_THAT(told({.delay = 7ms}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
@@ -274,7 +274,7 @@ TEST_F(SubscriptionsTest, CollectsForTheMaxDelayHoweverMuchWasSentBefore) {
   }
 }
 
-TEST_F(SubscriptionsTest, TellsOnceThatAValueIsGone) {
+TEST_F(SubscriptionsTest, NotifiesOnceThatAValueIsGone) {
   add(request(Transmission::cyclic));
   samples();
   device.values.clear();

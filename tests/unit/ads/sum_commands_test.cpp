@@ -48,7 +48,7 @@ TEST_F(SumCommandsTest, PacksWhatReadWriteReturned) {
   EXPECT_THAT(memory.values[(Index{1, 1})], ElementsAre(1, 2, 3));
 }
 
-TEST_F(SumCommandsTest, TellsLengthsBesideSlots) {
+TEST_F(SumCommandsTest, ReturnsLengthsBesideSlots) {
   EXPECT_EQ(answer_to("read_with_lengths"), vector("read_with_lengths_answer"));
 }
 
@@ -68,7 +68,7 @@ TEST_F(SumCommandsTest, ASumInASumFailsAsAnItem) {
   EXPECT_EQ(answer_to("sum_in_a_sum"), vector("sum_in_a_sum_answer"));
 }
 
-TEST_F(SumCommandsTest, PackedDataStaysWithinWhatTheClientCanTake) {
+TEST_F(SumCommandsTest, PackedDataStaysWithinTheClientsLimit) {
   Bytes items;
   const auto request = vector("read_packed");
   items.assign(request.begin() + 16, request.end());
@@ -77,7 +77,7 @@ TEST_F(SumCommandsTest, PackedDataStaysWithinWhatTheClientCanTake) {
   EXPECT_EQ(sum->size(), 20U);
 }
 
-TEST_F(SumCommandsTest, LetsOtherRequestsThrough) {
+TEST_F(SumCommandsTest, PassesOtherRequests) {
   EXPECT_TRUE(sut.has_port(552));
   EXPECT_FALSE(sut.has_port(553));
   EXPECT_THAT(*sut.read_write(552, {1, 2}, 8, Bytes{0xCC}), ElementsAre(0xAA));

@@ -66,16 +66,16 @@ class SymbolsTest : public testing::Test {
   Symbols sut{memory, directory};
 };
 
-TEST_F(SymbolsTest, GivesAHandleOf4BytesWhereNoMoreAreWanted) {
+TEST_F(SymbolsTest, ReturnsAHandleOf4BytesWhereNoMoreAreWanted) {
   EXPECT_EQ(*ask(symbol::handle_by_name, 4), vector("handle"));
 }
 
-TEST_F(SymbolsTest, TellsTheTypeBesideTheHandleWhereThereIsRoom) {
+TEST_F(SymbolsTest, ReturnsTheTypeWithTheHandleWhereThereIsRoom) {
   EXPECT_EQ(*ask(symbol::handle_by_name, 0xFFFFFFFF), vector("handle_with_type"));
   EXPECT_EQ(*ask(symbol::handle_by_name, 18), vector("handle"));
 }
 
-TEST_F(SymbolsTest, RefusesToGiveAHandleIntoTooLittleRoom) {
+TEST_F(SymbolsTest, RefusesAHandleForATooSmallBuffer) {
   EXPECT_EQ(ask(symbol::handle_by_name, 3).error(), ErrorCode::invalid_size);
   EXPECT_EQ(sut.handles(), 0U);
 }
@@ -87,7 +87,7 @@ TEST_F(SymbolsTest, ReadsAndWritesByHandle) {
   EXPECT_THAT(*ask(symbol::value_by_name, 4), ElementsAre(5, 6, 7, 8));
 }
 
-TEST_F(SymbolsTest, GivesTheSameHandleForEachSpellingUntilAllAreReleased) {
+TEST_F(SymbolsTest, ReturnsTheSameHandleForEachSpellingUntilAllAreReleased) {
   const auto handle = open();
   EXPECT_EQ(*ask(symbol::handle_by_name, 4, std::string_view("main.counter\0", 13)),
             vector("handle"));
@@ -99,7 +99,7 @@ TEST_F(SymbolsTest, GivesTheSameHandleForEachSpellingUntilAllAreReleased) {
   EXPECT_EQ(release(handle).error(), ErrorCode::symbol_not_found);
 }
 
-TEST_F(SymbolsTest, KnowsAHandleOnlyBehindItsPort) {
+TEST_F(SymbolsTest, AcceptsAHandleOnItsPortOnly) {
   const auto handle = open();
   EXPECT_EQ(sut.read(553, {symbol::value_by_handle, handle}, 4).error(),
             ErrorCode::symbol_not_found);
@@ -115,17 +115,17 @@ TEST_F(SymbolsTest, RefusesUnknownNamesAndHandles) {
   EXPECT_EQ(sut.write(552, {symbol::release_handle, 0}, Bytes{1}).error(), ErrorCode::invalid_size);
 }
 
-TEST_F(SymbolsTest, TellsWhereASymbolIsAndAllAboutIt) {
+TEST_F(SymbolsTest, ReturnsThePlaceAndTheInfoOfASymbol) {
   EXPECT_EQ(*ask(symbol::place_by_name, 12), vector("place"));
   EXPECT_EQ(*ask(symbol::info_by_name, 0xFFFFFFFF), vector("info"));
   EXPECT_EQ(ask(symbol::info_by_name, 71).error(), ErrorCode::invalid_size);
 }
 
-TEST_F(SymbolsTest, TellsTheVersionOfTheSymbols) {
+TEST_F(SymbolsTest, ReturnsTheVersionOfTheSymbols) {
   EXPECT_THAT(*sut.read(552, {symbol::version, 0}, 1), ElementsAre(7));
 }
 
-TEST_F(SymbolsTest, UploadsAllSymbolsAndWhatTheirTypesAreMadeOf) {
+TEST_F(SymbolsTest, UploadsAllSymbolsAndTheirTypes) {
   const auto read = [&](std::uint32_t group, std::uint32_t room) {
     return sut.read(552, {group, 0}, room);
   };
@@ -158,7 +158,7 @@ TEST_F(SymbolsTest, RefusesTypesThatCannotBe) {
   }
 }
 
-TEST_F(SymbolsTest, LetsOtherRequestsThrough) {
+TEST_F(SymbolsTest, PassesOtherRequests) {
   EXPECT_THAT(*sut.read(552, {1, 2}, 4), ElementsAre(1, 2, 3, 4));
   EXPECT_TRUE(sut.write(552, {1, 2}, Bytes{9}));
   EXPECT_THAT(*sut.read_write(552, {1, 2}, 4, Bytes{8}), ElementsAre(9));

@@ -34,14 +34,14 @@ class BarrierTest : public testing::Test {
   std::vector<std::string> said;
 };
 
-TEST_F(BarrierTest, LetsWorkThatThrowsNothingDoItsWork) {
+TEST_F(BarrierTest, RunsWorkThatThrowsNothing) {
   bool done = false;
   contain("a test", [&] { done = true; });
   EXPECT_TRUE(done);
   EXPECT_THAT(said, IsEmpty());
 }
 
-TEST_F(BarrierTest, StopsAnExceptionAndSaysWhere) {
+TEST_F(BarrierTest, StopsAnExceptionAndReportsWhere) {
   contain("the first test", [] { throw std::runtime_error("no reason"); });
   EXPECT_THAT(said, ElementsAre(AllOf(HasSubstr("the first test"), HasSubstr("no reason"))));
 }
@@ -51,7 +51,7 @@ TEST_F(BarrierTest, StopsWhatIsNoException) {
   EXPECT_THAT(said, ElementsAre(HasSubstr("not a std::exception")));
 }
 
-TEST_F(BarrierTest, FillsNoLogWithWhatHappensAgainAndAgain) {
+TEST_F(BarrierTest, LimitsRepeatedLogLines) {
   for (int i = 0; i < 1000; ++i) {
     contain("the third test", [] { throw std::runtime_error("again"); });
   }
@@ -80,7 +80,7 @@ boost::asio::awaitable<void> fail_later() {
   throw std::runtime_error("in a coroutine");
 }
 
-TEST(RethrowFromLoop, LetsTheEndOfACoroutineEndItsLoop) {
+TEST(RethrowFromLoop, PropagatesTheExceptionOfACoroutine) {
   boost::asio::io_context io;
   boost::asio::co_spawn(io, fail_later(), rethrow_from_loop);
   try {

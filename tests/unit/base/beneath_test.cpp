@@ -43,7 +43,7 @@ TEST_F(Beneath, FilesAreMadeAndRead) {
   EXPECT_TRUE(open_beneath(inside, "sub/message.txt", O_RDONLY));
 }
 
-TEST_F(Beneath, NoNameLeadsOut) {
+TEST_F(Beneath, NoNameLeavesTheFolder) {
   const std::vector<std::string> names{(outside / "secret").string(),
                                        "../outside/secret",
                                        "sub/../../outside/secret",
@@ -72,7 +72,7 @@ TEST_F(Beneath, NoLinkIsFollowed) {
   EXPECT_THAT(refusal("twin"), HasSubstr("hard link"));
 }
 
-TEST_F(Beneath, OnlyPlainFilesAreOpenedAndNobodyWaits) {
+TEST_F(Beneath, OnlyPlainFilesAreOpenedWithoutWaiting) {
   ASSERT_EQ(::mkfifo((inside / "pipe").c_str(), 0600), 0);
   EXPECT_THAT(refusal("pipe"),
               testing::AnyOf(HasSubstr("not a regular file"), HasSubstr("No such device")));

@@ -16,7 +16,7 @@ Clocks at(std::chrono::hours steady, std::chrono::hours ahead = 0h) {
   return {std::chrono::steady_clock::time_point() + steady, start + steady + ahead};
 }
 
-TEST(AClockWatch, BelievesAClockThatGoesAsTimeDoes) {
+TEST(AClockWatch, AcceptsAClockThatFollowsElapsedTime) {
   ClockWatch sut("files", start - 24h, at(0h));
   for (int hour = 0; hour < 10'000; hour += 10) {
     EXPECT_TRUE(sut.believes(at(std::chrono::hours(hour))));
@@ -24,7 +24,7 @@ TEST(AClockWatch, BelievesAClockThatGoesAsTimeDoes) {
   EXPECT_EQ(sut.news(), std::nullopt);
 }
 
-TEST(AClockWatch, DoubtsOneThatJumpsAheadForADayAndSaysSoOnce) {
+TEST(AClockWatch, RejectsAClockThatJumpsAheadForADayAndReportsItOnce) {
   ClockWatch sut("files", start, at(0h));
   EXPECT_FALSE(sut.believes(at(1h, 8760h)));
   EXPECT_THAT(sut.news().value_or(""), HasSubstr("jumped ahead by 8760 hours"));
@@ -33,13 +33,13 @@ TEST(AClockWatch, DoubtsOneThatJumpsAheadForADayAndSaysSoOnce) {
   EXPECT_TRUE(sut.believes(at(25h, 8760h)));
 }
 
-TEST(AClockWatch, BelievesOneThatIsPutRight) {
+TEST(AClockWatch, AcceptsACorrectedClock) {
   ClockWatch sut("files", start, at(0h));
   EXPECT_FALSE(sut.believes(at(1h, 8760h)));
   EXPECT_TRUE(sut.believes(at(2h)));
 }
 
-TEST(AClockWatch, DoubtsOneThatMakesEverythingVeryOld) {
+TEST(AClockWatch, RejectsAClockThatMakesEverythingVeryOld) {
   ClockWatch sut("files", start - 31 * 24h, at(0h));
   EXPECT_FALSE(sut.believes(at(1h)));
   EXPECT_THAT(sut.news().value_or(""), HasSubstr("files were last written 31 days ago"));

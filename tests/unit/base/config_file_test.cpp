@@ -37,7 +37,7 @@ TEST(ConfigFile, NamesTheExpectedTypeOfAWrongValue) {
   EXPECT_THAT(sut.error(), HasSubstr("wrong_type.gateway.textproto:1:29: Expected integer"));
 }
 
-TEST(ConfigFile, SaysThatAFileIsMissing) {
+TEST(ConfigFile, ReportsThatAFileIsMissing) {
   const auto sut = read_config<config::Gateway>(data("no_such_file.textproto"));
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(),
@@ -50,7 +50,7 @@ TEST(ConfigFile, LeavesTheMessageEmptyAfterAMistake) {
   EXPECT_EQ(message.machine_size(), 0);
 }
 
-TEST(ConfigFile, KnowsWhereEachFieldWasWritten) {
+TEST(ConfigFile, HasThePlaceOfEachField) {
   config::Gateway message;
   ConfigPlaces sut;
   ASSERT_TRUE(read_config(data("good/one_machine.gateway.textproto"), message, sut));

@@ -9,7 +9,7 @@ TEST(Cp1252, BecomesUtf8) {
   EXPECT_EQ(to_utf8("Ma\xDF \x80 \x96"), "Maß € –");
 }
 
-TEST(Cp1252, SurvivesTheWayThroughUtf8ByteByByte) {
+TEST(Cp1252, SurvivesTheConversionToUtf8AndBack) {
   std::string all;
   for (int byte = 0; byte < 256; ++byte) {
     all += static_cast<char>(byte);
@@ -28,7 +28,7 @@ TEST(Utf8, IsMoreThanCp1252) {
   EXPECT_TRUE(is_utf8("Maß 中 \xF0\x9F\x98\x80"));
 }
 
-TEST(Cp1252, RefusesAControlWhosePlaceIsTaken) {
+TEST(Cp1252, RefusesAControlCharacterWhoseCodeIsTaken) {
   EXPECT_FALSE(to_cp1252("\xC2\x80"));
 }
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "base/posix/files.hpp"
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::base::posix {
@@ -65,7 +65,7 @@ TEST_F(DurableFile, MovesIntoAnotherFolder) {
 
 TEST_F(DurableFile, IsTheOldOrTheNewOneAfterAPowerCutAndTheNewOneOnceItIsWritten) {
   ASSERT_TRUE(write_durably(file, "old"));
-  tests::ForgetfulDisk disk(folder.path());
+  tests::PowerCutDisk disk(folder.path());
   ASSERT_TRUE(write_durably(file, "new"));
   disk.promise(1);
   ASSERT_TRUE(remove_durably(file));

@@ -13,7 +13,7 @@ using testing::EndsWith;
 using testing::Property;
 using testing::Throws;
 
-TEST(FolderLock, IsHeldByOneAndLetGoWithItsDescriptor) {
+TEST(FolderLock, IsHeldOnceAndReleasedWithItsDescriptor) {
   const tests::TemporaryFolder folder;
   Fd sut = lock_folder(folder.path(), "x.lock", "taken");
   EXPECT_THAT([&] { lock_folder(folder.path(), "x.lock", "another one writes here"); },

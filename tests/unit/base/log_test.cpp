@@ -37,19 +37,19 @@ TEST(Log, IsALinePerEvent) {
               testing::MatchesRegex("[-0-9]+T[:.0-9]+Z sut info  call 5f3a-12 seen\n"));
 }
 
-TEST(Log, LetsNoForeignTextControlTheTerminal) {
+TEST(Log, EscapesTerminalControls) {
   CaptureStderr();
   make_log("sut")->warn("refused: {}", "\x1b[2J\a550 no");
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("refused: \\x1b[2J\\x07550 no\n"));
 }
 
-TEST(Log, LetsNoForeignTextPassForAnEvent) {
+TEST(Log, IndentsFurtherLinesOfForeignText) {
   CaptureStderr();
   make_log("sut")->warn("refused: {}", "550\n2026-03-01T07:00:00.123Z sut info  all is well");
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("550\n    2026-03-01T07"));
 }
 
-TEST(Log, TellsTheJournalHowImportantEachLineIs) {
+TEST(Log, GivesTheJournalThePriorityOfEachLine) {
   CaptureStderr();
   {
     const JournalStream journal;
@@ -62,7 +62,7 @@ TEST(Log, TellsTheJournalHowImportantEachLineIs) {
                                                  "<4>20.* strange\n<6>20.* seen\n$"));
 }
 
-TEST(Log, HasNoPrioritiesForOthersThanTheJournal) {
+TEST(Log, HasNoPrioritiesOutsideTheJournal) {
   ::setenv("JOURNAL_STREAM", "1:2", 1);
   CaptureStderr();
   make_log("sut")->info("seen");

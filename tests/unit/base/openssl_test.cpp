@@ -64,7 +64,7 @@ TEST(Key, IsNoText) {
               HasSubstr("not a private key"));
 }
 
-TEST(Certificate, SaysWhoseItIsAndHowLong) {
+TEST(Certificate, HasItsSubjectAndItsValidity) {
   const Authority authority;
   const Key key = Key::generate();
   const Certificate sut = issue(
@@ -82,7 +82,7 @@ TEST(Certificate, SaysWhoseItIsAndHowLong) {
   EXPECT_FALSE(read->belongs_to(authority.key));
 }
 
-TEST(Certificate, IsThatOfItsAuthorityAlone) {
+TEST(Certificate, VerifiesWithItsOwnCaOnly) {
   const Authority authority;
   const Authority another;
   const Certificate sut = issue(
@@ -93,7 +93,7 @@ TEST(Certificate, IsThatOfItsAuthorityAlone) {
   EXPECT_FALSE(sut.is_issued_by(another.certificate));
 }
 
-TEST(Certificate, OfAMemberIssuesNoOthers) {
+TEST(Certificate, OfAParticipantIssuesNoOthers) {
   const Authority authority;
   const Key key = Key::generate();
   const Subject subject{.organisation = "plant", .common_name = "x", .from = from, .until = until};
@@ -102,7 +102,7 @@ TEST(Certificate, OfAMemberIssuesNoOthers) {
   EXPECT_FALSE(sut.is_issued_by(member));
 }
 
-TEST(Certificate, CannotSayWhatX509CannotHold) {
+TEST(Certificate, RefusesASubjectThatX509CannotHold) {
   EXPECT_THROW(
       self_signed(
           Key::generate(),
@@ -110,7 +110,7 @@ TEST(Certificate, CannotSayWhatX509CannotHold) {
       std::invalid_argument);
 }
 
-TEST(Revocations, NameWhoWasTakenBackAndNobodyElse) {
+TEST(Revocations, ContainExactlyTheRevokedCertificates) {
   const Authority authority;
   const auto member = [&] {
     return issue(Key::generate(),
@@ -146,7 +146,7 @@ TEST(Revocations, AreOfSerialNumbers) {
       std::invalid_argument);
 }
 
-TEST(SignedText, IsWhatItsAuthoritySigned) {
+TEST(SignedText, IsWhatItsCaSigned) {
   const Authority authority;
   const std::string sut = sign_text("<dds/>\n", authority.certificate, authority.key);
   const auto text = verified_text(sut, authority.certificate);
@@ -154,7 +154,7 @@ TEST(SignedText, IsWhatItsAuthoritySigned) {
   EXPECT_THAT(*text, HasSubstr("<dds/>"));
 }
 
-TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
+TEST(SignedText, IsRefusedIfChangedOrSignedByAnother) {
   const Authority authority;
   const Authority another;
   std::string sut = sign_text("<allow/>\n", authority.certificate, authority.key);
@@ -166,7 +166,7 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
 }
 
 // Signed so that a renewed certificate of the CA verifies it too.
-TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
+TEST(SignedText, VerifiesWithARenewedCertificateOfItsCa) {
   const Authority authority;
   const auto lasting = [&](Time end) {
     return self_signed(authority.key, {.organisation = "plant",
@@ -191,7 +191,7 @@ TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
 }
 
 // The certificate of a participant cannot sign its permissions.
-TEST(SignedText, OfAMemberIsNotThatOfHisAuthority) {
+TEST(SignedText, OfAParticipantIsNotThatOfItsCa) {
   const Authority authority;
   const Key key = Key::generate();
   const Certificate member =

@@ -22,13 +22,13 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// A pipe of one page, which is full after a hundred lines.
-class PatientSinkTest : public testing::Test {
+class RetryingSinkTest : public testing::Test {
  protected:
-  PatientSinkTest() {
+  RetryingSinkTest() {
     EXPECT_EQ(::pipe2(ends_.data(), O_CLOEXEC), 0);
     EXPECT_GT(::fcntl(ends_[1], F_SETPIPE_SZ, 4096), 0);
   }
-  ~PatientSinkTest() override {
+  ~RetryingSinkTest() override {
     log.reset();
     ::close(ends_[0]);
     ::close(ends_[1]);
@@ -79,13 +79,13 @@ class PatientSinkTest : public testing::Test {
   std::string begun_;
 };
 
-TEST_F(PatientSinkTest, WritesALineBeforeTheCallReturns) {
+TEST_F(RetryingSinkTest, WritesALineBeforeTheCallReturns) {
   open(1'000'000);
   log->info("a line");
   EXPECT_THAT(read_lines(1), ElementsAre("a line"));
 }
 
-TEST_F(PatientSinkTest, KeepsWhatAReaderThatStandsStillDoesNotTake) {
+TEST_F(RetryingSinkTest, KeepsWhatAStalledReaderDoesNotRead) {
   constexpr int lines = 10'000;
   open(1'000'000);
   fill(lines);
@@ -98,7 +98,7 @@ TEST_F(PatientSinkTest, KeepsWhatAReaderThatStandsStillDoesNotTake) {
   EXPECT_THAT(read_lines(1), ElementsAre("and on"));
 }
 
-TEST_F(PatientSinkTest, CountsWhatItDropsAndSaysSoWhereItIsMissing) {
+TEST_F(RetryingSinkTest, CountsDroppedLinesAndReportsThemInTheirPlace) {
   constexpr int lines = 10'000;
   open(40'000);
   fill(lines);
@@ -114,7 +114,7 @@ TEST_F(PatientSinkTest, CountsWhatItDropsAndSaysSoWhereItIsMissing) {
   EXPECT_THAT(read.back(), HasSubstr(fmt::format("{} log lines are missing", lines - whole)));
 }
 
-TEST_F(PatientSinkTest, DoesNotWaitLongAtTheEndForAReaderThatNeverReads) {
+TEST_F(RetryingSinkTest, DoesNotWaitLongAtTheEndForAReaderThatNeverReads) {
   open(1'000'000);
   fill(1000);
   auto ended = std::async(std::launch::async, [&] { log.reset(); });

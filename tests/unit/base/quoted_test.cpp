@@ -9,7 +9,7 @@ TEST(Quoted, ShowsCp1252AsUtf8) {
   EXPECT_EQ(quoted("Ma\xDF 1\x80"), "\"Maß 1€\"");
 }
 
-TEST(Quoted, LetsNothingControlTheTerminal) {
+TEST(Quoted, EscapesTerminalControls) {
   EXPECT_EQ(quoted("\x1b[2J\n\x7f\x90"), "\"\\x1b[2J\\x0a\\x7f\\x90\"");
   EXPECT_EQ(safe("host\x1b]0;x\a"), "host\\x1b]0;x\\x07");
 }
@@ -18,7 +18,7 @@ TEST(Quoted, CanBeReadBack) {
   EXPECT_EQ(quoted("a \"b\" \\ c"), R"("a \"b\" \\ c")");
 }
 
-TEST(Safe, KeepsUtf8AndEscapesWhatIsNone) {
+TEST(Safe, KeepsUtf8AndEscapesOtherBytes) {
   EXPECT_EQ(safe("Maß"), "Maß");
   EXPECT_EQ(safe("Ma\xDF"), "Ma\\xdf");
 }
@@ -30,7 +30,7 @@ TEST(Safe, EscapesControlsOfTheUpperHalf) {
             "a\\x9b2Jß\xc2\xa0");
 }
 
-TEST(Safe, KeepsTheControlsItIsToldTo) {
+TEST(Safe, KeepsTheGivenControls) {
   EXPECT_EQ(safe("one\n\ttwo", "\n"), "one\n\\x09two");
 }
 
@@ -56,7 +56,7 @@ TEST(CsvCell, IsNoFormula) {
   }
 }
 
-TEST(XmlText, HoldsNothingThatXmlTakesForItsOwn) {
+TEST(XmlText, EscapesTheCharactersOfXml) {
   EXPECT_EQ(xml_text("R&D <\"a\" 'b'> M\u00fcnchen"),
             "R&amp;D &lt;&quot;a&quot; &apos;b&apos;&gt; M\u00fcnchen");
 }

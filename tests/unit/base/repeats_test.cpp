@@ -15,7 +15,7 @@ Repeats::Time at(std::chrono::seconds offset) {
   return Repeats::Time(1h + offset);
 }
 
-TEST(Repeats, SaysAFaultOnceAndThenAtGrowingIntervalsWithACount) {
+TEST(Repeats, ReportsAFaultOnceAndThenAtGrowingIntervalsWithACount) {
   Repeats sut;
   std::vector<std::string> lines;
   for (auto second = 0s; second <= 80s; ++second) {
@@ -27,7 +27,7 @@ TEST(Repeats, SaysAFaultOnceAndThenAtGrowingIntervalsWithACount) {
                                  "disk full (20 times in 20 s)", "disk full (40 times in 40 s)"));
 }
 
-TEST(Repeats, SaysSomethingAtLeastOnceAnHour) {
+TEST(Repeats, ReportsAFaultAtLeastOnceAnHour) {
   Repeats sut;
   auto said = at(0s);
   for (auto second = 0s; second <= 24h; second += 5s) {
@@ -48,13 +48,13 @@ TEST(Repeats, CountsAgainAfterTheFaultWasOver) {
   EXPECT_EQ(sut.note("write", "disk full", at(2s)), "disk full");
 }
 
-TEST(Repeats, TakesWhatWasQuietForLongForNew) {
+TEST(Repeats, ReportsAFaultAsNewAfterALongPause) {
   Repeats sut;
   EXPECT_TRUE(sut.note("write", "disk full", at(0s)));
   EXPECT_EQ(sut.note("write", "disk full", at(301s)), "disk full");
 }
 
-TEST(Repeats, TellsKindsApartButNotForAnyNumberOfThem) {
+TEST(Repeats, SeparatesALimitedNumberOfKinds) {
   Repeats sut;
   EXPECT_TRUE(sut.note("write", "disk full", at(0s)));
   EXPECT_TRUE(sut.note("read", "no such file", at(0s)));

@@ -59,7 +59,7 @@ class TheSupervisor : public testing::Test {
   std::string path = folder.path() / "notify";
 };
 
-TEST_F(TheSupervisor, HearsThatAProgramIsReadyAndWhatItDoes) {
+TEST_F(TheSupervisor, IsNotifiedOfReadinessAndStatus) {
   const Supervisor sut(path);
   ready("serving cnc");
   EXPECT_EQ(sut.heard(), "READY=1\nSTATUS=serving cnc");
@@ -79,7 +79,7 @@ TEST_F(TheSupervisor, NeedNotExist) {
   EXPECT_FALSE(watchdog_period());
 }
 
-TEST_F(TheSupervisor, SaysHowOftenItWantsASign) {
+TEST_F(TheSupervisor, SetsTheWatchdogPeriod) {
   const Supervisor sut(path);
   ::setenv("WATCHDOG_USEC", "10000000", 1);
   EXPECT_EQ(watchdog_period(), std::chrono::seconds(5));
@@ -91,7 +91,7 @@ TEST_F(TheSupervisor, SaysHowOftenItWantsASign) {
   EXPECT_FALSE(watchdog_period());
 }
 
-TEST_F(TheSupervisor, HearsFromALoopThatTurns) {
+TEST_F(TheSupervisor, GetsSignsOfLifeFromARunningLoop) {
   const Supervisor sut(path);
   ::setenv("WATCHDOG_USEC", "2000", 1);
   boost::asio::io_context io;

@@ -53,7 +53,7 @@ class AnAlarmEndpoint : public testing::Test {
   std::optional<endpoints::AlarmEndpoint> sut;
 };
 
-TEST_F(AnAlarmEndpoint, TellsAllThatAnAlarmSays) {
+TEST_F(AnAlarmEndpoint, PublishesAllFieldsOfAnAlarm) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
   const Alarm& got = heard.begin()->second;
@@ -67,28 +67,28 @@ TEST_F(AnAlarmEndpoint, TellsAllThatAnAlarmSays) {
   EXPECT_NE(got.since, Time{});
 }
 
-TEST_F(AnAlarmEndpoint, TellsAToolThatComesLate) {
+TEST_F(AnAlarmEndpoint, PublishesToALateReader) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
   wire::Reader<Alarm> late(there, "millrace", wire::Keep::last);
   EXPECT_TRUE(until([&] { return !late.take().empty(); }));
 }
 
-TEST_F(AnAlarmEndpoint, TakesBackWhatIsOver) {
+TEST_F(AnAlarmEndpoint, RetractsWhatIsOver) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
   ASSERT_TRUE(sut->clear("archive", "main"));
   EXPECT_TRUE(until([&] { return known().empty(); }));
 }
 
-TEST_F(AnAlarmEndpoint, TakesBackAllWhenItsProgramEnds) {
+TEST_F(AnAlarmEndpoint, RetractsAllWhenItsProcessEnds) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
   sut.reset();
   EXPECT_TRUE(until([&] { return known().empty(); }));
 }
 
-TEST_F(AnAlarmEndpoint, SaysAgainWhatStillHolds) {
+TEST_F(AnAlarmEndpoint, RepeatsActiveAlarms) {
   ASSERT_TRUE(sut->raise(disk_full()));
   EXPECT_TRUE(until([&] {
     known();
@@ -96,7 +96,7 @@ TEST_F(AnAlarmEndpoint, SaysAgainWhatStillHolds) {
   }));
 }
 
-TEST_F(AnAlarmEndpoint, IsGoneWhenItsLoopHangsAndBackWhenItTurnsAgain) {
+TEST_F(AnAlarmEndpoint, IsGoneWhenItsLoopHangsAndBackWhenItRunsAgain) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
   // Its own loop stands still while the test waits.
@@ -106,7 +106,7 @@ TEST_F(AnAlarmEndpoint, IsGoneWhenItsLoopHangsAndBackWhenItTurnsAgain) {
   EXPECT_TRUE(until([&] { return !known().empty(); }));
 }
 
-TEST_F(AnAlarmEndpoint, OpensNoWriterBeforeThereIsSomethingToSay) {
+TEST_F(AnAlarmEndpoint, OpensNoWriterBeforeTheFirstAlarm) {
   ASSERT_TRUE(sut->clear("archive", "main"));
   EXPECT_TRUE(reader.matched().empty());
   ASSERT_TRUE(sut->raise(disk_full()));

@@ -22,7 +22,7 @@ Alarm disk_full(const std::string& subject = {}) {
       .key = {.kind = "archive", .subject = subject}, .text = "disk full", .advice = "make room"};
 }
 
-TEST(AnAlarmTable, TellsANewAlarmOnceAndWhoSaysIt) {
+TEST(AnAlarmTable, PublishesANewAlarmOnceWithItsProcess) {
   AlarmTable sut(archiver);
   sut.raise(disk_full(), noon);
   const auto changes = sut.changes();
@@ -38,7 +38,7 @@ TEST(AnAlarmTable, TellsANewAlarmOnceAndWhoSaysIt) {
   EXPECT_THAT(sut.changes().to_publish, IsEmpty());
 }
 
-TEST(AnAlarmTable, KeepsSinceWhenItIsSoWhateverItSaysNow) {
+TEST(AnAlarmTable, KeepsTheBeginningOfAnAlarmWhenItsTextChanges) {
   AlarmTable sut(archiver);
   sut.raise(disk_full(), noon);
   static_cast<void>(sut.changes());
@@ -51,7 +51,7 @@ TEST(AnAlarmTable, KeepsSinceWhenItIsSoWhateverItSaysNow) {
   EXPECT_EQ(changes.to_publish.front().since, noon);
 }
 
-TEST(AnAlarmTable, TakesBackWhatIsOverAndOnlyThat) {
+TEST(AnAlarmTable, RetractsOnlyWhatIsOver) {
   AlarmTable sut(archiver);
   sut.raise(disk_full("a"), noon);
   sut.raise(disk_full("b"), noon);
@@ -65,7 +65,7 @@ TEST(AnAlarmTable, TakesBackWhatIsOverAndOnlyThat) {
   EXPECT_THAT(sut.told(), SizeIs(1));
 }
 
-TEST(AnAlarmTable, SaysNothingOfWhatWasOverBeforeItWasTold) {
+TEST(AnAlarmTable, PublishesNothingThatEndedBeforeItsPublication) {
   AlarmTable sut(archiver);
   sut.raise(disk_full(), noon);
   sut.clear("archive");
@@ -73,7 +73,7 @@ TEST(AnAlarmTable, SaysNothingOfWhatWasOverBeforeItWasTold) {
   EXPECT_TRUE(sut.empty());
 }
 
-TEST(AnAlarmTable, TellsTheWorstOfManyAndCountsTheRest) {
+TEST(AnAlarmTable, PublishesTheWorstOfManyAndCountsTheRest) {
   AlarmTable sut(archiver);
   for (int i = 0; i < 100; ++i) {
     Alarm alarm = disk_full(std::to_string(i));
@@ -93,7 +93,7 @@ TEST(AnAlarmTable, TellsTheWorstOfManyAndCountsTheRest) {
   EXPECT_THAT(sut.told(), SizeIs(10));
 }
 
-TEST(AnAlarmTable, ShortensWhatDoesNotFitWhereEverybodySeesIt) {
+TEST(AnAlarmTable, ShortensTooLongTextsVisibly) {
   AlarmTable sut(archiver);
   Alarm wordy = disk_full();
   wordy.text.clear();
@@ -108,7 +108,7 @@ TEST(AnAlarmTable, ShortensWhatDoesNotFitWhereEverybodySeesIt) {
   EXPECT_EQ(told.advice, "a b");
 }
 
-TEST(AlarmOwners, KeepWhatAnotherWriterSaysUnderTheSameKeyBesideIt) {
+TEST(AlarmOwners, KeepAlarmsOfSeveralWritersWithOneKey) {
   observer::AlarmOwners sut;
   EXPECT_EQ(sut.said(archiver.key, 1), archiver.key);
   EXPECT_FALSE(sut.is_shared(archiver.key));
@@ -124,7 +124,7 @@ TEST(AlarmOwners, KeepWhatAnotherWriterSaysUnderTheSameKeyBesideIt) {
   EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "no writer has it any more";
 }
 
-TEST(AlarmOwners, TakeADisposedSampleForAnAlarmOnlyWhileSeveralWritersHaveItsKey) {
+TEST(AlarmOwners, CountADisposedSampleAsAnAlarmOnlyWhileSeveralWritersHaveItsKey) {
   observer::AlarmOwners sut;
   sut.said(archiver.key, 1);
   const auto own = sut.take(archiver.key, 1, true, false);
@@ -139,7 +139,7 @@ TEST(AlarmOwners, TakeADisposedSampleForAnAlarmOnlyWhileSeveralWritersHaveItsKey
   EXPECT_FALSE(sut.take(archiver.key, 1, false, true)) << "it has no alarm";
 }
 
-TEST(AlarmOwners, GiveNoAlarmToTheOneBesideWhenItsWriterIsGone) {
+TEST(AlarmOwners, EndOnlyTheAlarmOfAWriterThatIsGone) {
   observer::AlarmOwners sut;
   sut.said(archiver.key, 1);
   const AlarmKey beside = sut.said(archiver.key, 2);
@@ -151,7 +151,7 @@ TEST(AlarmOwners, GiveNoAlarmToTheOneBesideWhenItsWriterIsGone) {
   EXPECT_THAT(sut.gone({}), testing::IsEmpty()) << "DDS reports the only one";
 }
 
-TEST(ALongText, IsCutBetweenCharactersAndNeverInSilence) {
+TEST(ALongText, IsCutBetweenCharactersAndNeverSilently) {
   EXPECT_EQ(shortened("abc", 3), "abc");
   EXPECT_EQ(shortened("abcdefgh", 7), "abc …");
   EXPECT_EQ(shortened("aüüüü", 8), "aü …");

@@ -35,7 +35,7 @@ class CommandEndpoints : public testing::Test {
   wire::Writer<Command> commands{there, "millrace"};
 };
 
-TEST_F(CommandEndpoints, HearACommandWithAllItSays) {
+TEST_F(CommandEndpoints, ReceiveACommandWithAllItsFields) {
   ASSERT_TRUE(until_matched());
   const Command sent{.id = InstanceId::random(),
                      .kind = CommandKind::answer,
@@ -58,7 +58,7 @@ TEST_F(CommandEndpoints, HearACommandWithAllItSays) {
   EXPECT_EQ(got.at, sent.at);
 }
 
-TEST_F(CommandEndpoints, HearARepeatedCommandOnce) {
+TEST_F(CommandEndpoints, ReceiveARepeatedCommandOnce) {
   ASSERT_TRUE(until_matched());
   const Command drain{.id = InstanceId::random(), .kind = CommandKind::drain};
   const Command next{.id = InstanceId::random(), .kind = CommandKind::drain};
@@ -70,7 +70,7 @@ TEST_F(CommandEndpoints, HearARepeatedCommandOnce) {
   EXPECT_EQ(heard.commands.size(), 2U);
 }
 
-TEST_F(CommandEndpoints, TellTheOutcomeAlsoToAToolThatIsSeenLate) {
+TEST_F(CommandEndpoints, PublishTheOutcomeAlsoToAToolThatIsDiscoveredLate) {
   const Outcome told{.responder = InstanceId::random(),
                      .command = InstanceId::random(),
                      .done = true,

@@ -39,7 +39,7 @@ TEST(FabricFlags, ReadTheFile) {
   EXPECT_THAT(options.configuration, HasSubstr("eth1"));
 }
 
-TEST(FabricFlags, WinOverTheFile) {
+TEST(FabricFlags, OverrideTheFile) {
   const auto options = parse({"--domain", "9", "--fabric", "test-hall", "--fabric-config",
                               data("good/two_networks.fabric.textproto")});
   EXPECT_EQ(options.domain, 9);
@@ -65,19 +65,19 @@ class Variable {
   const char* name_;
 };
 
-TEST(FabricFlags, TakeTheFileOfTheHostWhereNoneIsNamed) {
+TEST(FabricFlags, UseTheFileOfTheHostWhereNoneIsNamed) {
   const Variable unset("MILLRACE_FABRIC_CONFIG", nullptr);
   EXPECT_EQ(parse({}, data("good/two_networks.fabric.textproto")).domain, 7);
   EXPECT_EQ(parse({"--domain", "9"}, data("good/two_networks.fabric.textproto")).domain, 9);
   EXPECT_THROW(parse({}, data("bad/wrong_values.fabric.textproto")), base::program::UsageError);
 }
 
-TEST(FabricFlags, TakeNoFileWhereTheEnvironmentNamesAnEmptyOne) {
+TEST(FabricFlags, UseNoFileWhereTheEnvironmentNamesAnEmptyOne) {
   const Variable none("MILLRACE_FABRIC_CONFIG", "");
   EXPECT_EQ(parse({}, data("good/two_networks.fabric.textproto")).domain, 0);
 }
 
-TEST(FabricFlags, TakeWhatTheEnvironmentSays) {
+TEST(FabricFlags, ReadTheEnvironment) {
   const Variable file("MILLRACE_FABRIC_CONFIG", data("good/two_networks.fabric.textproto").c_str());
   const Variable fabric("MILLRACE_FABRIC", "hall-2");
   EXPECT_EQ(parse({}).domain, 7);

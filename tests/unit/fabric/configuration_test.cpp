@@ -40,19 +40,19 @@ TEST(CycloneConfiguration, IgnoresTheEnvironmentOfAProgramWithASettingOfItsOwn) 
 
 // Otherwise Cyclone's request shares a packet with the end of a handshake, which Fast DDS then
 // drops.
-TEST(CycloneConfiguration, AsksForNothingBeforeAHandshakeIsOver) {
+TEST(CycloneConfiguration, DelaysRequestsUntilAHandshakeIsOver) {
   EXPECT_THAT(dds::cyclone_configuration({.trust = std::make_shared<const dds::Trust>()}, ""),
               HasSubstr("<PreEmptiveAckDelay>40ms"));
   EXPECT_THAT(dds::cyclone_configuration({}, ""), Not(HasSubstr("<PreEmptiveAckDelay>40ms")));
 }
 
-TEST(CycloneConfiguration, LeavesTheInterfaceToWhoeverNamesOne) {
+TEST(CycloneConfiguration, LeavesTheInterfaceToASettingThatNamesOne) {
   const std::string named = R"(<General><NetworkInterfaceAddress>eth1</NetworkInterfaceAddress>)";
   EXPECT_THAT(dds::cyclone_configuration({.configuration = named}, ""), Not(HasSubstr(loopback)));
   EXPECT_THAT(dds::cyclone_configuration({}, named), Not(HasSubstr(loopback)));
 }
 
-TEST(CycloneConfiguration, LooksForAnInterfaceInFiles) {
+TEST(CycloneConfiguration, FindsAnInterfaceInFiles) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "dds.xml";
   std::ofstream(file) << R"(<Interfaces><NetworkInterface name="eth1"/></Interfaces>)";
@@ -61,7 +61,7 @@ TEST(CycloneConfiguration, LooksForAnInterfaceInFiles) {
   EXPECT_THAT(dds::cyclone_configuration({}, "file:///no/such/file"), HasSubstr(loopback));
 }
 
-TEST(CycloneConfiguration, LetsAServiceAnnounceItselfWhereOthersHearIt) {
+TEST(CycloneConfiguration, HasAServiceAnnounceItselfByMulticast) {
   const std::string sut =
       dds::cyclone_configuration({.domain = 3, .finding = dds::Finding::announces}, "");
   EXPECT_THAT(sut, HasSubstr("<AllowMulticast>false"));
@@ -69,7 +69,7 @@ TEST(CycloneConfiguration, LetsAServiceAnnounceItselfWhereOthersHearIt) {
   EXPECT_THAT(dds::cyclone_configuration({}, ""), Not(HasSubstr("239.255.0.1")));
 }
 
-TEST(CycloneConfiguration, LeavesAServiceToFindOthersAsTheUserSays) {
+TEST(CycloneConfiguration, LeavesDiscoveryOfAServiceToTheUsersSettings) {
   for (const std::string users :
        {"<Discovery><Peers><Peer Address=\"10.0.0.1\"/></Peers></Discovery>",
         "<General><AllowMulticast>false</AllowMulticast></General>"}) {

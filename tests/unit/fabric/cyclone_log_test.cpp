@@ -5,13 +5,13 @@
 namespace millrace::fabric::dds {
 namespace {
 
-TEST(CycloneLog, TakesLinesThatDifferInNumbersForTheSameFault) {
+TEST(CycloneLog, CountsLinesThatDifferInNumbersAsTheSameFault) {
   EXPECT_EQ(kind_of_line("handshake with 110c0a1:1c1 failed (code: 200)"),
             kind_of_line("handshake with 8f00001:22 failed (code: 201)"));
   EXPECT_NE(kind_of_line("subject: /O=plant/CN=press"), kind_of_line("subject: /O=plant/CN=lathe"));
 }
 
-TEST(CycloneLog, TakesAnyLine) {
+TEST(CycloneLog, AcceptsAnyLine) {
   EXPECT_EQ(kind_of_line(""), "");
   EXPECT_EQ(kind_of_line(" a  1"), kind_of_line(" a  2"));
 }

@@ -90,7 +90,7 @@ class DataOnAFabric : public testing::Test, public observer::ObserverListener {
   std::vector<observer::Entry> entries;
 };
 
-TEST_F(DataOnAFabric, IsSeenByWhoComesLaterAndEndsWithItsGateway) {
+TEST_F(DataOnAFabric, IsReceivedByALateReaderAndEndsWithItsGateway) {
   auto end = std::make_unique<endpoints::DataEndpoint>(there);
   ASSERT_TRUE(end->publish(some_data()));
   ASSERT_TRUE(end->publish(some_event()));
@@ -115,7 +115,7 @@ TEST_F(DataOnAFabric, IsSeenByWhoComesLaterAndEndsWithItsGateway) {
   EXPECT_EQ(last_data()->group, "axes");
 }
 
-TEST_F(DataOnAFabric, OfAGroupThatIsLetGoNobodyTellsAnyMore) {
+TEST_F(DataOnAFabric, EndsWhenItsGroupIsUnregistered) {
   endpoints::DataEndpoint end(there);
   const observer::Observer sut(here, io.get_executor(), *this, observer::Interest::data);
   ASSERT_TRUE(end.publish(some_data()));

@@ -62,7 +62,7 @@ TEST_F(Endpoints, WithdrawNoCallOfAnotherGateway) {
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
 }
 
-TEST_F(Endpoints, LetNoGatewayPushOutWhatAnotherOneAsks) {
+TEST_F(Endpoints, KeepTheRequestsOfTwoGatewaysApart) {
   const auto sut = open_gateway();
   RecordingGateway other_gateway;
   endpoints::CallEndpoint other(here, context.get_executor(), other_gateway);
@@ -87,7 +87,7 @@ TEST_F(Endpoints, LetNoGatewayPushOutWhatAnotherOneAsks) {
   EXPECT_THAT(service.heard.withdrawn, ElementsAre(key_of(withdrawn)));
 }
 
-TEST_F(Endpoints, LetNoAnswerPushOutThatToAnotherGateway) {
+TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
   const auto service = start(identity());
   const Request first = request(1, service->end.identity());
   ASSERT_TRUE(service->end.publish(reply(first)));
@@ -102,7 +102,7 @@ TEST_F(Endpoints, LetNoAnswerPushOutThatToAnotherGateway) {
   EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
 }
 
-TEST_F(Endpoints, TellAServiceThatAGatewayIsGone) {
+TEST_F(Endpoints, NotifyAServiceThatAGatewayIsGone) {
   auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));
@@ -115,7 +115,7 @@ TEST_F(Endpoints, TellAServiceThatAGatewayIsGone) {
   EXPECT_THAT(service->heard.withdrawn, IsEmpty());
 }
 
-TEST_F(SilentEndpoints, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
+TEST_F(SilentEndpoints, NotifyAServiceThatAGatewayFellSilentAndRequestsAgain) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));

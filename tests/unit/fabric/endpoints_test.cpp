@@ -37,7 +37,7 @@ TEST_F(Endpoints, CarryACallAndItsAnswer) {
   EXPECT_EQ(gateway.replies.front().call, sent.call);
 }
 
-TEST_F(Endpoints, CarryCallsThatAreGivenOutTogether) {
+TEST_F(Endpoints, CarryCallsThatAreDispatchedTogether) {
   // More than fit into a datagram.
   constexpr std::uint16_t calls = 200;
   const auto sut = open_gateway();
@@ -73,7 +73,7 @@ class Watcher {
   std::vector<std::uint64_t> seen_;
 };
 
-TEST_F(Endpoints, ShowChannelsAsTheyAreToWhoComesToLook) {
+TEST_F(Endpoints, ShowTheCurrentChannelsToALateReader) {
   const ChannelKey key{.machine = "cnc", .channel = 1};
   const auto show = [&](endpoints::CallEndpoint& sut, std::uint64_t calls) {
     ASSERT_TRUE(sut.publish(ChannelStatus{.key = key, .calls = calls}));
@@ -97,7 +97,7 @@ TEST_F(Endpoints, ShowChannelsAsTheyAreToWhoComesToLook) {
   ASSERT_TRUE(until([&] { return !third.take().empty() && third.take().back() == 5; }));
 }
 
-TEST_F(Endpoints, TellAGatewayWhoReadsWhatItSays) {
+TEST_F(Endpoints, NotifyAGatewayWhichOfItsTopicsAreRead) {
   const auto sut = open_gateway();
   {
     Watcher watcher(there);
@@ -110,7 +110,7 @@ TEST_F(Endpoints, TellAGatewayWhoReadsWhatItSays) {
   EXPECT_FALSE(gateway.channels_read);
 }
 
-TEST_F(Endpoints, RefuseACallForAnInstanceThatNobodyShows) {
+TEST_F(Endpoints, RefuseACallForAnUndiscoveredInstance) {
   const auto sut = open_gateway();
   const auto result = sut->publish(request(1, identity("no-such-service")));
   ASSERT_FALSE(result);
@@ -145,7 +145,7 @@ TEST_F(Endpoints, KeepTwoServicesApart) {
   EXPECT_EQ(other->heard.requests.size(), 1U);
 }
 
-TEST_F(Endpoints, TellARunningServiceOfAWithdrawal) {
+TEST_F(Endpoints, NotifyARunningServiceOfAWithdrawal) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));
@@ -158,7 +158,7 @@ TEST_F(Endpoints, TellARunningServiceOfAWithdrawal) {
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
 
-TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
+TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotReadYet) {
   const auto sut = open_gateway();
   // Within one domain object a write returns when its sample has arrived, and a separate executor
   // keeps the instance from taking it: both samples have arrived before the first is taken.
@@ -187,7 +187,7 @@ class AStrangerBesideEndpoints : public Endpoints {
   std::optional<wire::Writer<Request>> stranger;
 };
 
-TEST_F(AStrangerBesideEndpoints, TakesNoRequestBackThatItsInstanceHasNotTakenYet) {
+TEST_F(AStrangerBesideEndpoints, WithdrawsNoRequestThatItsInstanceHasNotReadYet) {
   const auto sut = open_gateway();
   // As in DoNotRunAWithdrawnCall….
   boost::asio::io_context asleep;
@@ -202,7 +202,7 @@ TEST_F(AStrangerBesideEndpoints, TakesNoRequestBackThatItsInstanceHasNotTakenYet
   EXPECT_THAT(service.heard.withdrawn, IsEmpty());
 }
 
-TEST_F(AStrangerBesideEndpoints, TakesARequestBackInItsOwnNameOnly) {
+TEST_F(AStrangerBesideEndpoints, WithdrawsARequestInItsOwnNameOnly) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));
@@ -228,7 +228,7 @@ TEST_F(AStrangerBesideEndpoints, HidesNoWithdrawal) {
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
 
-TEST_F(AStrangerBesideEndpoints, AsksForSoManyChannelsAndNoMore) {
+TEST_F(AStrangerBesideEndpoints, RequestsALimitedNumberOfChannels) {
   constexpr std::size_t most = 4'096;
   const auto service = start(identity());
   const InstanceIdentity& who = service->end.identity();
@@ -258,7 +258,7 @@ class RepliesAtOnce : public endpoints::ReplyEndpointListener {
   std::atomic<int> withdrawn = 0;
 };
 
-TEST_F(Endpoints, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
+TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
   RepliesAtOnce heard;
@@ -304,7 +304,7 @@ TEST_F(Endpoints, LetAChannelCallAgainAfterAWithdrawal) {
   }
 }
 
-TEST_F(Endpoints, TellThatAnInstanceDrains) {
+TEST_F(Endpoints, ReportThatAnInstanceDrains) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   const InstanceId id = service->end.identity().id;
@@ -315,7 +315,7 @@ TEST_F(Endpoints, TellThatAnInstanceDrains) {
   EXPECT_TRUE(until([&] { return !gateway.ready.at(id).draining; }));
 }
 
-TEST_F(Endpoints, TellThatAnInstanceLeft) {
+TEST_F(Endpoints, ReportThatAnInstanceLeft) {
   const auto sut = open_gateway();
   auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));
@@ -351,7 +351,7 @@ TEST_F(Endpoints, MayEndWhileWorkIsPosted) {
   EXPECT_EQ(gateway.replies.size(), 0U);
 }
 
-TEST_F(Endpoints, DoNotTakeAnInstanceThatCannotBeAnnounced) {
+TEST_F(Endpoints, RefuseAnInstanceThatCannotBeAnnounced) {
   EXPECT_THROW(start(identity("560AACBF-6335-44a9-895A-8B27F3ED5E47")), std::invalid_argument);
   EXPECT_THROW(start(identity("*")), std::invalid_argument);
   EXPECT_THROW(start(identity("")), std::invalid_argument);

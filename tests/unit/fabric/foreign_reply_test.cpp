@@ -12,8 +12,8 @@
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "idl/millrace.h"
-#include "tests/support/lawless_writer.hpp"
 #include "tests/support/run_until.hpp"
+#include "tests/support/unchecked_reply_writer.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -109,9 +109,9 @@ TEST_F(AForeignReply, WithANulArrivesWithIt) {
 }
 
 // A Reader<Reply> would drop it, and its call would wait for ever.
-TEST_F(AForeignReply, OfAKindThatNobodyKnowsArrivesAsSuch) {
+TEST_F(AForeignReply, OfAnUnknownKindArrivesAsSuch) {
   const InstanceId instance = InstanceId::random();
-  tests::LawlessWriter service(there, partition, registry::format_instance(instance));
+  tests::UncheckedReplyWriter service(there, partition, registry::format_instance(instance));
   std::uint64_t number = 0;
   for (const std::uint32_t kind : {3U, 77U, 256U, 0x7FFFFFFFU}) {
     service.write(reply(instance, ++number), kind);
@@ -124,9 +124,9 @@ TEST_F(AForeignReply, OfAKindThatNobodyKnowsArrivesAsSuch) {
   }
 }
 
-TEST_F(AForeignReply, OfACodeThatNobodyKnowsIsNotTakenForAGoodOne) {
+TEST_F(AForeignReply, OfAnUnknownCodeIsNotAcceptedAsAValidOne) {
   const InstanceId instance = InstanceId::random();
-  tests::LawlessWriter service(there, partition, registry::format_instance(instance));
+  tests::UncheckedReplyWriter service(there, partition, registry::format_instance(instance));
   std::uint64_t number = 0;
   // The last byte of 256 is the code of a good reply.
   for (const std::uint32_t code : {4U, 77U, 256U, 0x7FFFFFFFU}) {
@@ -139,7 +139,7 @@ TEST_F(AForeignReply, OfACodeThatNobodyKnowsIsNotTakenForAGoodOne) {
 }
 
 // The key of a reply has its instance's id, which any participant can write.
-TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotPushOutWhatThatHasSaid) {
+TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotReplaceItsReply) {
   const InstanceId instance = InstanceId::random();
   // Within one domain object a write returns when its sample has arrived: both have arrived before
   // the first is taken.
@@ -154,7 +154,7 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotPushOutWhatThatHasSaid) {
   EXPECT_EQ(gateway.replies.front().text, "2.000000");
 }
 
-TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
+TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndReportedOnce) {
   const InstanceId instance = InstanceId::random();
   const InstanceId other = InstanceId::random();
   RawWriter service(there, registry::format_instance(instance));
@@ -168,7 +168,7 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
   EXPECT_THAT(gateway.ignored, testing::Each(HasSubstr("another writer sent it")));
 }
 
-TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
+TEST_F(AForeignReply, OfAProcessThatPretendsToBeTheInstanceIsDropped) {
   RecordingInstance heard;
   const endpoints::ReplyEndpoint service(here, context.get_executor(), honest(), heard);
   const InstanceId instance = service.identity().id;
@@ -179,7 +179,7 @@ TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
   EXPECT_THAT(gateway.replies, SizeIs(0));
 }
 
-TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
+TEST_F(AForeignReply, ThatIsOnlyDisposedIsUnexpected) {
   wire::Writer<Reply> stranger(there, partition);
   ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
   Reply one = reply(InstanceId::random(), 1);
@@ -194,7 +194,7 @@ TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
   EXPECT_THAT(gateway.ignored, ElementsAre(HasSubstr("unexpected replies from more than")));
 }
 
-TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {
+TEST_F(AForeignReply, OrOneOfAnInstanceThatHasLeftIsAccepted) {
   const InstanceIdentity who = honest();
   RecordingGateway late_gateway;
   // Takes nothing while the instance answers and leaves.

@@ -42,7 +42,7 @@ dds::ParticipantOptions with_lease(dds::ParticipantOptions options) {
   return options;
 }
 
-class AWatchedGateway : public testing::Test {
+class AMonitoredGateway : public testing::Test {
  protected:
   bool until(const std::function<bool()>& done) { return run_until(context, done); }
   bool until_known() {
@@ -62,7 +62,7 @@ class AWatchedGateway : public testing::Test {
 };
 
 /// The same gateway, with a second participant that writes its key, too.
-class AWatchedGatewayWithAStranger : public AWatchedGateway {
+class AMonitoredGatewayWithAStranger : public AMonitoredGateway {
  protected:
   void SetUp() override {
     ASSERT_TRUE(sut.publish(status));
@@ -74,7 +74,7 @@ class AWatchedGatewayWithAStranger : public AWatchedGateway {
   wire::Writer<MachineStatus> stranger{elsewhere, "millrace"};
 };
 
-TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
+TEST_F(AMonitoredGateway, IsPresentAsLongAsItAssertsItsLiveliness) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   const auto later = std::chrono::steady_clock::now() + 4 * lease;
@@ -86,13 +86,13 @@ TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
 }
 
 // DDS's own threads continue to renew the lease of its process.
-TEST_F(AWatchedGateway, IsGoneWhenItDoesNotAssertItselfAlthoughItsProcessIsThere) {
+TEST_F(AMonitoredGateway, IsGoneWithoutItsLivelinessAlthoughItsProcessRuns) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
 }
 
-TEST_F(AWatchedGateway, IsThereAgainWhenItPublishesItsMachinesAnew) {
+TEST_F(AMonitoredGateway, IsPresentAgainWhenItRepublishesItsMachines) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
@@ -100,7 +100,7 @@ TEST_F(AWatchedGateway, IsThereAgainWhenItPublishesItsMachinesAnew) {
   EXPECT_TRUE(until_known());
 }
 
-TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
+TEST_F(AMonitoredGateway, IsSoonGoneForALateReaderToo) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
@@ -115,8 +115,8 @@ TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
 
 // The state of a DDS instance is the same for all its writers, and a sample of the gateway that is
 // taken together with it also has that state.
-TEST_F(AWatchedGatewayWithAStranger,
-       StaysThereWhenTheStrangerDisposesItsKeyBetweenTwoOfItsSamples) {
+TEST_F(AMonitoredGatewayWithAStranger,
+       StaysPresentWhenTheStrangerDisposesItsKeyBetweenTwoOfItsSamples) {
   for (int i = 0; i < 20; ++i) {
     status.since += 1ns;
     ASSERT_TRUE(sut.publish(status));
@@ -130,7 +130,7 @@ TEST_F(AWatchedGatewayWithAStranger,
 }
 
 // A claim to fewer channels, or a later one, would hand the other channels to a standby gateway.
-TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
+TEST_F(AMonitoredGatewayWithAStranger, IsNotChangedByTheStranger) {
   MachineStatus forged = status;
   forged.claims = {99};
   ASSERT_TRUE(stranger.write(forged));
@@ -143,12 +143,12 @@ TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
   EXPECT_TRUE(heard.last.claims.empty());
 }
 
-TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {
+TEST_F(AMonitoredGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {
   stranger.withdraw(status);
   EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
 }
 
-TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItLetsGoOfTheMachine) {
+TEST_F(AMonitoredGatewayWithAStranger, IsGoneWhenItReleasesTheMachine) {
   stranger.withdraw(status);
   sut.unregister(status);
   const auto soon = std::chrono::steady_clock::now() + lease / 2;

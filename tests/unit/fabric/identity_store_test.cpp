@@ -22,7 +22,7 @@ class IdentityStoreTest : public testing::Test {
   IdentityStore sut;
 };
 
-TEST_F(IdentityStoreTest, KnowsWhoseAWriterIs) {
+TEST_F(IdentityStoreTest, HasTheIdentityOfAWriter) {
   show();
   ASSERT_TRUE(sut.status_of_writer(some_writer).identity);
   EXPECT_EQ(sut.status_of_writer(some_writer).identity->name, "gateway-1");
@@ -31,14 +31,14 @@ TEST_F(IdentityStoreTest, KnowsWhoseAWriterIs) {
   EXPECT_FALSE(sut.status_of_writer(99).identity);
 }
 
-TEST_F(IdentityStoreTest, KnowsAWriterThatIsThereBeforeTheIdentity) {
+TEST_F(IdentityStoreTest, HasTheIdentityOfAWriterThatMatchedBefore) {
   sut.matched(some_writer, bearer);
   EXPECT_FALSE(sut.status_of_writer(some_writer).identity);
   sut.add(identity_writer, bearer, {.name = "late"});
   EXPECT_TRUE(sut.status_of_writer(some_writer).identity);
 }
 
-TEST_F(IdentityStoreTest, RemembersForAWhileWhoHasLeft) {
+TEST_F(IdentityStoreTest, RemembersAWriterThatHasLeftForAWhile) {
   show();
   sut.unmatched(some_writer);
   EXPECT_EQ(sut.remove(identity_writer), bearer);
@@ -80,7 +80,7 @@ TEST_F(IdentityStoreTest, ForgetsNoWriterThatIsMatchedAgain) {
   EXPECT_TRUE(sut.status_of_writer(some_writer).identity);
 }
 
-TEST_F(IdentityStoreTest, KnowsWhetherAGatewayOfAMachineIsThere) {
+TEST_F(IdentityStoreTest, KnowsWhetherAMachineHasAGateway) {
   EXPECT_FALSE(sut.has_gateway_of("press_1"));
   sut.add(9, 90, {.name = "gateway-9", .roles = {"gateway"}, .machines = {"press_1"}});
   EXPECT_TRUE(sut.has_gateway_of("press_1"));
@@ -90,7 +90,7 @@ TEST_F(IdentityStoreTest, KnowsWhetherAGatewayOfAMachineIsThere) {
   EXPECT_FALSE(sut.has_gateway_of("press_1"));
 }
 
-TEST_F(IdentityStoreTest, TellsOfWhomARevocationIsNews) {
+TEST_F(IdentityStoreTest, ReturnsTheNewlyRevokedParticipants) {
   show();
   EXPECT_THAT(sut.revoke({"service-1"}), IsEmpty());
   EXPECT_THAT(sut.revoke({"gateway-1", "service-1"}), ElementsAre(bearer));
@@ -100,7 +100,7 @@ TEST_F(IdentityStoreTest, TellsOfWhomARevocationIsNews) {
 }
 
 // An older list that is copied over a newer one makes no revoked certificate valid again.
-TEST_F(IdentityStoreTest, ForgetsNoRevocationAndTellsWhoIsMissingInAnOlderList) {
+TEST_F(IdentityStoreTest, ForgetsNoRevocationAndNamesThoseMissingInAnOlderList) {
   show();
   EXPECT_THAT(sut.revoke({"gateway-1", "service-1"}), ElementsAre(bearer));
   EXPECT_THAT(sut.left_out_of({"gateway-1", "service-1", "else"}), IsEmpty());

@@ -50,7 +50,7 @@ TEST(IdentityText, SkipsKeysOfLaterVersions) {
   EXPECT_TRUE(registry::parse_identity(read("least")));
 }
 
-TEST(IdentityText, TellsNothingOfACertificate) {
+TEST(IdentityText, ContainsNoCertificate) {
   InstanceIdentity sut = least();
   const std::string announced = registry::format_identity(sut);
   sut.certificate = "office";
@@ -60,7 +60,7 @@ TEST(IdentityText, TellsNothingOfACertificate) {
   }
 }
 
-TEST(IdentityText, SaysWhichLineIsWrong) {
+TEST(IdentityText, NamesTheWrongLine) {
   EXPECT_EQ(registry::parse_identity("hello").error(), "line 1: expected 'millrace-instance 2'");
   EXPECT_EQ(registry::parse_identity(read("cut_escape")).error(),
             "line 2: expected two hexadecimal digits after '%'");

@@ -50,13 +50,13 @@ TEST_F(InstanceRegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
-TEST_F(InstanceRegistryTest, KnowsAMatchThatIsThereBeforeTheEndpointIsSeen) {
+TEST_F(InstanceRegistryTest, AcceptsAMatchThatComesBeforeTheEndpoint) {
   match();
   discover_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
-TEST_F(InstanceRegistryTest, TellsEachChangeOnce) {
+TEST_F(InstanceRegistryTest, ReportsEachChangeOnce) {
   discover_both();
   match();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
@@ -66,7 +66,7 @@ TEST_F(InstanceRegistryTest, TellsEachChangeOnce) {
   EXPECT_THAT(again.gone, IsEmpty());
 }
 
-TEST_F(InstanceRegistryTest, TellsThatAnIdentityChanged) {
+TEST_F(InstanceRegistryTest, ReportsAChangedIdentity) {
   discover_both();
   match();
   sut.changes();
@@ -75,7 +75,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnIdentityChanged) {
   EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
 }
 
-TEST_F(InstanceRegistryTest, TellsAChangeOfAnIdentityOnce) {
+TEST_F(InstanceRegistryTest, ReportsAChangedIdentityOnce) {
   discover_both();
   match();
   sut.changes();
@@ -98,7 +98,7 @@ TEST_F(InstanceRegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
-TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
+TEST_F(InstanceRegistryTest, ReportsThatAnInstanceIsGoneWithEitherEndpoint) {
   for (const registry::EndpointHandle lost : {reader, reply_writer}) {
     discover_both();
     match();
@@ -108,7 +108,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
   }
 }
 
-TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
+TEST_F(InstanceRegistryTest, ReportsThatAnInstanceIsGoneWhenItsMatchEnds) {
   discover_both();
   match();
   sut.changes();
@@ -118,7 +118,7 @@ TEST_F(InstanceRegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
-TEST_F(InstanceRegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
+TEST_F(InstanceRegistryTest, CountsEachDiscoveredInstanceAsReadyIfConfigured) {
   sut.match_all();
   discover_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
@@ -133,7 +133,7 @@ TEST_F(InstanceRegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
   EXPECT_THAT(sut.changes().ready, IsEmpty());
 }
 
-TEST_F(InstanceRegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
+TEST_F(InstanceRegistryTest, AcceptsSamplesOfAnInstanceFromItsOwnWriterOnly) {
   discover_both();
   sut.writer_seen(3, {InstanceId::random(), process});
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
@@ -141,19 +141,19 @@ TEST_F(InstanceRegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
   EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a reply writer without an identity";
 }
 
-TEST_F(InstanceRegistryTest, TakesNoWordFromAWriterThatOnlyCallsItselfTheInstances) {
+TEST_F(InstanceRegistryTest, AcceptsNoSampleFromAWriterThatPretendsToBeTheInstances) {
   discover_both();
   sut.writer_seen(3, {identity.id, other_participant});
   EXPECT_FALSE(sut.speaks_for(3, identity.id));
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
-TEST_F(InstanceRegistryTest, TakesTheWordOfAWriterWhoseReaderIsNotSeenYet) {
+TEST_F(InstanceRegistryTest, AcceptsSamplesOfAWriterWhoseReaderIsNotDiscoveredYet) {
   sut.writer_seen(reply_writer, {identity.id, process});
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
-TEST_F(InstanceRegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
+TEST_F(InstanceRegistryTest, AcceptsTheLastSamplesOfAnInstanceThatLeft) {
   discover_both();
   sut.endpoint_gone(reader);
   sut.endpoint_gone(reply_writer);
@@ -165,7 +165,7 @@ TEST_F(InstanceRegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
   EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id)) << "not for ever";
 }
 
-TEST_F(InstanceRegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIsHeardAgain) {
+TEST_F(InstanceRegistryTest, CountsASilentProcessAsGoneAndAsReadyAtItsNextHeartbeat) {
   with_heartbeats();
   for (int heartbeat = 1; heartbeat <= 5; ++heartbeat) {
     EXPECT_TRUE(sut.heartbeat(heartbeats, start + heartbeat * 100ms));
@@ -185,7 +185,7 @@ TEST_F(InstanceRegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIs
   EXPECT_EQ(sut.next_time(), start + 2400ms);
 }
 
-TEST_F(InstanceRegistryTest, LooksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {
+TEST_F(InstanceRegistryTest, ChecksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {
   for (const auto& [often, seldom] :
        {std::pair(process, other_participant), std::pair(other_participant, process)}) {
     registry::InstanceRegistry several;
@@ -200,7 +200,7 @@ TEST_F(InstanceRegistryTest, LooksForSilenceWhenTheFirstOfSeveralProcessesMayBeS
   }
 }
 
-TEST_F(InstanceRegistryTest, ExpectsAHeartbeatOnlyOfWhoPromisesIt) {
+TEST_F(InstanceRegistryTest, ExpectsNoHeartbeatFromAnInstanceWithoutALease) {
   discover_both();
   match();
   sut.changes();
@@ -209,7 +209,7 @@ TEST_F(InstanceRegistryTest, ExpectsAHeartbeatOnlyOfWhoPromisesIt) {
   EXPECT_THAT(sut.changes().gone, IsEmpty());
 }
 
-TEST_F(InstanceRegistryTest, ForgivesSilenceInWhichNobodyListened) {
+TEST_F(InstanceRegistryTest, IgnoresSilenceDuringAStandstill) {
   with_heartbeats();
   sut.stood_still(5s);
   sut.on_time(start + 5s + 300ms);
@@ -218,7 +218,7 @@ TEST_F(InstanceRegistryTest, ForgivesSilenceInWhichNobodyListened) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
-TEST_F(InstanceRegistryTest, GivesEverybodyAWholeIntervalAfterAStandstill) {
+TEST_F(InstanceRegistryTest, GivesEachProcessAWholeIntervalAfterAStandstill) {
   with_heartbeats();
   sut.start_over(start + 5s);
   sut.on_time(start + 5s + 399ms);
@@ -227,7 +227,7 @@ TEST_F(InstanceRegistryTest, GivesEverybodyAWholeIntervalAfterAStandstill) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
-TEST_F(InstanceRegistryTest, TakesAHeartbeatForItsOwnProcessOnly) {
+TEST_F(InstanceRegistryTest, CountsAHeartbeatForItsOwnProcessOnly) {
   with_heartbeats();
   constexpr registry::EndpointHandle strange = 6;
   sut.heartbeat_writer_seen(strange, other_participant);
@@ -239,7 +239,7 @@ TEST_F(InstanceRegistryTest, TakesAHeartbeatForItsOwnProcessOnly) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
-TEST_F(InstanceRegistryTest, SaysOfWhomThereIsNothingLeft) {
+TEST_F(InstanceRegistryTest, ReportsInstancesWithoutEndpoints) {
   discover_both();
   EXPECT_THAT(sut.take_vanished(), IsEmpty());
   sut.endpoint_gone(reply_writer);
@@ -251,7 +251,7 @@ TEST_F(InstanceRegistryTest, SaysOfWhomThereIsNothingLeft) {
 
 // A regression: a process that announced the id of an instance later could publish that it drains,
 // or answer its calls.
-TEST_F(InstanceRegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirst) {
+TEST_F(InstanceRegistryTest, AcceptsTheProcessThatAnnouncedAnInstanceFirst) {
   using Seen = registry::InstanceRegistry::Seen;
   discover_both();
   match();
@@ -278,7 +278,7 @@ TEST_F(InstanceRegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirs
   EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is the only one now";
 }
 
-TEST_F(InstanceRegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
+TEST_F(InstanceRegistryTest, LimitsTheNumberOfEndpoints) {
   using Seen = registry::InstanceRegistry::Seen;
   constexpr registry::EndpointHandle first = 100;
   std::size_t readers = 0;
@@ -294,7 +294,7 @@ TEST_F(InstanceRegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
   EXPECT_EQ(sut.reader_seen(reader, {identity, process}, start), Seen::taken);
 }
 
-TEST_F(InstanceRegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
+TEST_F(InstanceRegistryTest, AcceptsNoUnauthenticatedInstanceIfConfigured) {
   sut.require_authentication();
   discover_both();
   match();
@@ -307,7 +307,7 @@ TEST_F(InstanceRegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
-TEST_F(InstanceRegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
+TEST_F(InstanceRegistryTest, AcceptsAnAuthenticationThatComesBeforeTheInstance) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
   discover_both();
@@ -315,7 +315,7 @@ TEST_F(InstanceRegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
   EXPECT_EQ(sut.changes().ready.size(), 1U);
 }
 
-TEST_F(InstanceRegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
+TEST_F(InstanceRegistryTest, CountsARevokedInstanceAsGoneAndDropsItsSamples) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
   discover_both();
@@ -326,7 +326,7 @@ TEST_F(InstanceRegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
   EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
 }
 
-TEST_F(InstanceRegistryTest, HearsTheLastWordsOfWhoHasLeft) {
+TEST_F(InstanceRegistryTest, AcceptsTheLastSamplesOfAnAuthenticatedInstanceThatLeft) {
   sut.require_authentication();
   sut.authenticated(process, "square-root");
   discover_both();
@@ -337,7 +337,7 @@ TEST_F(InstanceRegistryTest, HearsTheLastWordsOfWhoHasLeft) {
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
-TEST_F(InstanceRegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
+TEST_F(InstanceRegistryTest, ReportsAnUnauthenticatedInstanceOnce) {
   sut.require_authentication();
   discover_both();
   match();
@@ -352,7 +352,7 @@ TEST_F(InstanceRegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
   EXPECT_EQ(sut.changes().ready.size(), 1U);
 }
 
-TEST_F(InstanceRegistryTest, SaysThatSomebodyHasProvedNothingHoweverMuchHeAnnounces) {
+TEST_F(InstanceRegistryTest, ReportsAnUnauthenticatedProcessWhateverItAnnounces) {
   sut.require_authentication();
   discover_both();
   const InstanceIdentity more{.id = InstanceId::random(), .uuid = "weather"};
@@ -362,7 +362,7 @@ TEST_F(InstanceRegistryTest, SaysThatSomebodyHasProvedNothingHoweverMuchHeAnnoun
   EXPECT_EQ(sut.take_unauthenticated().size(), 2U);
 }
 
-TEST_F(InstanceRegistryTest, SaysOnceThatAProcessThatSendsHeartbeatsHasProvedNothing) {
+TEST_F(InstanceRegistryTest, ReportsAnUnauthenticatedProcessWithHeartbeatsOnce) {
   constexpr SteadyTime late = start + registry::InstanceRegistry::authentication_timeout;
   identity.lease = 500ms;
   sut.require_authentication();
@@ -375,7 +375,7 @@ TEST_F(InstanceRegistryTest, SaysOnceThatAProcessThatSendsHeartbeatsHasProvedNot
   EXPECT_THAT(sut.take_unauthenticated(), IsEmpty());
 }
 
-TEST_F(InstanceRegistryTest, IsNotKeptFromTheRightOneByWhoHasProvedNothing) {
+TEST_F(InstanceRegistryTest, AcceptsTheAuthenticatedInstanceBesideAnUnauthenticatedOne) {
   sut.require_authentication();
   constexpr registry::EndpointHandle squatter = 7;
   sut.reader_seen(squatter, {identity, other_participant}, start);

@@ -10,7 +10,7 @@
 namespace millrace::fabric::wire {
 namespace {
 
-TEST(KeyLimit, KeepsSoManyKeysOfEachWriterAndNamesWhoHasMore) {
+TEST(KeyLimit, LimitsTheKeysOfEachWriterAndNamesTheOneThatHasMore) {
   KeyLimit sut(2);
   EXPECT_TRUE(sut.admits(1, 11));
   EXPECT_TRUE(sut.admits(1, 12));
@@ -84,7 +84,7 @@ class AReader : public testing::Test {
   std::optional<std::string> flood;
 };
 
-TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
+TEST_F(AReader, AcceptsNoMoreKeysOfAWriterThanItsTopicAllowsAndNamesTheWriter) {
   match();
   for (std::size_t key = 1; key <= most + 64; ++key) {
     ASSERT_TRUE(stranger.write(reply(key)));
@@ -98,7 +98,7 @@ TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
 }
 
 // An instance that answers for months has answered more and more callers.
-TEST_F(AReader, HearsAWriterWithoutEndThatLetsItsOldKeysGo) {
+TEST_F(AReader, AcceptsAWriterWithoutEndThatUnregistersItsOldKeys) {
   match();
   for (std::size_t key = 1; key <= most + 1'024; ++key) {
     ASSERT_TRUE(stranger.write(reply(key)));

@@ -14,7 +14,7 @@ constexpr auto first_come = [](int, const Sut::Sample&) { return 0; };
 /// The value itself is the rank.
 constexpr auto lowest = [](int, const Sut::Sample& sample) { return sample.value; };
 
-TEST(KeyOwners, AreThoseThatSpokeFirst) {
+TEST(KeyOwners, AreTheFirstWriters) {
   Sut sut;
   EXPECT_TRUE(sut.update(1, 10, 5, first_come));
   EXPECT_FALSE(sut.update(1, 11, 6, first_come));
@@ -56,7 +56,7 @@ TEST(KeyOwners, AreForgottenWhenTheyAreGone) {
   EXPECT_EQ(sut.find(3), nullptr);
 }
 
-TEST(KeyOwners, AreNotKeptFromTheWordByManyOthers) {
+TEST(KeyOwners, AreNotKeptOutByManyOthers) {
   Sut sut;
   for (Sut::Handle writer = 1; writer <= 2 * Sut::most_writers; ++writer) {
     sut.update(1, writer, 9, lowest);

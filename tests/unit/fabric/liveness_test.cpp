@@ -62,7 +62,7 @@ class HeartbeatsTest : public testing::Test {
   Heartbeats sut{InstanceId::random()};
 };
 
-TEST_F(HeartbeatsTest, TellOfAChangeInSeveralHeartbeats) {
+TEST_F(HeartbeatsTest, ContainAChangeSeveralTimes) {
   quiet(100);
   sut.note(load(50, 1));
   for (std::uint64_t heartbeat = 0; heartbeat < Heartbeats::told; ++heartbeat) {
@@ -70,7 +70,7 @@ TEST_F(HeartbeatsTest, TellOfAChangeInSeveralHeartbeats) {
   }
 }
 
-TEST_F(HeartbeatsTest, TellOfWhoHasCallsEachTime) {
+TEST_F(HeartbeatsTest, ContainInstancesWithCallsEachTime) {
   quiet(100);
   sut.note(busy(70));
   for (int heartbeat = 0; heartbeat < 100; ++heartbeat) {
@@ -78,7 +78,7 @@ TEST_F(HeartbeatsTest, TellOfWhoHasCallsEachTime) {
   }
 }
 
-TEST_F(HeartbeatsTest, TellOfTheOthersInTurn) {
+TEST_F(HeartbeatsTest, ContainTheOthersInTurn) {
   quiet(10);
   std::set<int> told;
   for (int heartbeat = 0; heartbeat < 3; ++heartbeat) {
@@ -89,7 +89,7 @@ TEST_F(HeartbeatsTest, TellOfTheOthersInTurn) {
   EXPECT_THAT(told, SizeIs(10));
 }
 
-TEST_F(HeartbeatsTest, NeverTellOfMoreThanFits) {
+TEST_F(HeartbeatsTest, NeverContainMoreThanFits) {
   for (std::uint8_t number = 1; number <= 200; ++number) {
     sut.note(busy(number));
   }
@@ -102,7 +102,7 @@ TEST_F(HeartbeatsTest, NeverTellOfMoreThanFits) {
   EXPECT_THAT(told, SizeIs(200));
 }
 
-TEST_F(HeartbeatsTest, TellNothingOfWhoIsForgotten) {
+TEST_F(HeartbeatsTest, ContainNothingOfAForgottenInstance) {
   sut.note(busy(1));
   sut.forget(load(1).status.instance);
   EXPECT_THAT(next(), IsEmpty());
@@ -180,13 +180,13 @@ TEST_F(Liveness, IsNotLostByHeartbeatsThatKeepComing) {
   EXPECT_EQ(gateway.gone, lost_before);
 }
 
-TEST_F(Liveness, TellsWhatAnInstanceDoes) {
+TEST_F(Liveness, ReportsTheLoadOfAnInstance) {
   ASSERT_TRUE(until([&] { return !gateway.loads.empty(); }));
   EXPECT_EQ(gateway.loads.front().status.instance, who.id);
   EXPECT_THAT(gateway.loads.front().calls, ElementsAre(CallId{7, 1}));
 }
 
-TEST_F(Liveness, IsNotForAnotherProcessToTell) {
+TEST_F(Liveness, IsNotReportedByAnotherProcess) {
   ASSERT_TRUE(until([&] { return !gateway.loads.empty(); }));
   // It has its own instance, and sends heartbeats for ours too.
   dds::Participant elsewhere(processes.there());

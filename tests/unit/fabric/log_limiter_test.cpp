@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 const SteadyTime start{1h};
 
-TEST(LogLimiter, AreSaidOnceAndThenCounted) {
+TEST(LogLimiter, LogsOnceAndThenCounts) {
   LogLimiter sut;
   EXPECT_EQ(sut.admit("forged", "a", "first", start), "first");
   for (int i = 0; i < 20'000; ++i) {
@@ -24,7 +24,7 @@ TEST(LogLimiter, AreSaidOnceAndThenCounted) {
   EXPECT_THAT(sut.due(start + 61s), IsEmpty());
 }
 
-TEST(LogLimiter, AreSaidAgainAfterAMinuteAlsoIfNobodyAsksWhatIsDue) {
+TEST(LogLimiter, LogsAgainAfterAMinuteAlsoWithoutATimer) {
   LogLimiter sut;
   static_cast<void>(sut.admit("forged", "a", "first", start));
   EXPECT_EQ(sut.admit("forged", "a", "second", start + 59s), std::nullopt);
@@ -33,7 +33,7 @@ TEST(LogLimiter, AreSaidAgainAfterAMinuteAlsoIfNobodyAsksWhatIsDue) {
 }
 
 // A stranger with 64 writers would silence the logs about later ones.
-TEST(LogLimiter, OfManyKindsLeaveRoomForNewOnesOnceTheyAreOver) {
+TEST(LogLimiter, HasRoomForNewKindsOnceOthersAreOver) {
   LogLimiter sut;
   for (std::size_t i = 0; i < LogLimiter::most_kinds; ++i) {
     static_cast<void>(sut.admit("kind", std::to_string(i), "text", start));
@@ -44,14 +44,14 @@ TEST(LogLimiter, OfManyKindsLeaveRoomForNewOnesOnceTheyAreOver) {
   EXPECT_EQ(sut.admit("forged", "later", "another one", start + 120s), "another one");
 }
 
-TEST(LogLimiter, AreNewOnceTheyHaveNotComeForLong) {
+TEST(LogLimiter, LogsAMessageAsNewAfterALongPause) {
   LogLimiter sut;
   static_cast<void>(sut.admit("forged", "a", "first", start));
   EXPECT_THAT(sut.due(start + 60s), IsEmpty());
   EXPECT_EQ(sut.admit("forged", "a", "again", start + 61s), "again");
 }
 
-TEST(LogLimiter, OfTooManyKindsAreCountedTogether) {
+TEST(LogLimiter, CountsTooManyKindsTogether) {
   LogLimiter sut;
   for (std::size_t i = 0; i < LogLimiter::most_kinds; ++i) {
     EXPECT_TRUE(sut.admit("kind", std::to_string(i), "text", start));
@@ -62,7 +62,7 @@ TEST(LogLimiter, OfTooManyKindsAreCountedTogether) {
   EXPECT_THAT(sut.due(start + 60s), ElementsAre("1 problems of other kinds in 60 s"));
 }
 
-TEST(Throttle, LetsSoManyThroughInAWindowAndCountsTheOthers) {
+TEST(Throttle, AdmitsALimitedNumberInAWindowAndCountsTheOthers) {
   Throttle sut(3, 10s);
   int admitted = 0;
   for (int i = 0; i < 10; ++i) {

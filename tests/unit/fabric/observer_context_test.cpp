@@ -25,7 +25,7 @@ std::string uuid_after(Context& context, Entry entry) {
   return entry.uuid;
 }
 
-TEST(AContext, TakesTheUuidOfWhatNamesOneInCanonicalForm) {
+TEST(AContext, FillsInTheUuidInCanonicalForm) {
   Context sut;
   EXPECT_EQ(uuid_after(sut, of(Request{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
             square_root);
@@ -34,7 +34,7 @@ TEST(AContext, TakesTheUuidOfWhatNamesOneInCanonicalForm) {
   EXPECT_EQ(uuid_after(sut, of(ChannelStatus{.uuid = square_root})), square_root);
 }
 
-TEST(AContext, KnowsTheServiceOfAReplyByItsCall) {
+TEST(AContext, FindsTheServiceOfAReplyByItsCall) {
   Context sut;
   Entry request = one_call(17, 0)[1];
   request.uuid.clear();
@@ -44,7 +44,7 @@ TEST(AContext, KnowsTheServiceOfAReplyByItsCall) {
   EXPECT_EQ(uuid_after(sut, reply), square_root);
 }
 
-TEST(AContext, KnowsTheServiceOfALateReplyByItsInstance) {
+TEST(AContext, FindsTheServiceOfALateReplyByItsInstance) {
   Context sut;
   Entry reply = one_call(17, 0)[3];
   reply.uuid.clear();
@@ -56,7 +56,7 @@ TEST(AContext, KnowsTheServiceOfALateReplyByItsInstance) {
   EXPECT_EQ(uuid_after(sut, reply), square_root);
 }
 
-TEST(AContext, KnowsWhoIsGone) {
+TEST(AContext, FindsTheServiceOfAnInstanceThatIsGone) {
   Context sut;
   InstanceNews news{.change = Change::ready, .identity = {.id = instance(0x11)}};
   news.identity.uuid = square_root;
@@ -88,7 +88,7 @@ TEST(AContext, ForgetsTheFirstOfManyThatAreGone) {
   EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = numbered(1)})), square_root);
 }
 
-TEST(AContext, NamesTheCallThatIsTakenBack) {
+TEST(AContext, NamesTheWithdrawnCall) {
   Context sut;
   Entry request = one_call(17, 0)[1];
   sut.complete(request);
@@ -123,7 +123,7 @@ TEST(AContext, ForgetsTheOldestCallsOnly) {
   EXPECT_EQ(taken_back(2), (CallId{2, 1}));
 }
 
-TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
+TEST(AContext, NamesTheWithdrawnCallOfItsGateway) {
   Context sut;
   Entry one = of(Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
   Entry another = of(Request{.key = {"cnc", 1}, .call = {8, 5}, .uuid = "dial-gauge"});
@@ -135,7 +135,7 @@ TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
   EXPECT_EQ(withdrawal.uuid, square_root);
 }
 
-TEST(AContext, KnowsWhoHasAskedAndWhoWasAsked) {
+TEST(AContext, RemembersRequestersAndAssignedInstances) {
   Context sut;
   const Request request{.key = {"cnc", 1},
                         .call = {7, 1},
@@ -171,7 +171,7 @@ TEST(AContext, RemembersTheFirstCommandOfAnId) {
   EXPECT_EQ(sut.find_command(instance(2)), nullptr);
 }
 
-TEST(TheAlarms, AreNewsOnceUntilTheySaySomethingElse) {
+TEST(TheAlarms, AreReportedOnceUntilTheyChange) {
   Alarms sut;
   Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full"};
   ASSERT_TRUE(sut.said(alarm));
@@ -183,7 +183,7 @@ TEST(TheAlarms, AreNewsOnceUntilTheySaySomethingElse) {
   EXPECT_FALSE(again->over);
 }
 
-TEST(TheAlarms, AreOverWithWhatWasSaidLast) {
+TEST(TheAlarms, EndWithTheirLastText) {
   Alarms sut;
   const Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full", .program = "a"};
   sut.said(alarm);

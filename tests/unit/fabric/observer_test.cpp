@@ -88,7 +88,7 @@ class AnObserver : public Endpoints,
   observer::Observer sut{watching, context.get_executor(), *this, observer::Interest::everything};
 };
 
-TEST_F(AnObserver, TakesAReplyFromItsInstanceOnly) {
+TEST_F(AnObserver, AcceptsAReplyFromItsInstanceOnly) {
   wire::Writer<Reply> stranger(elsewhere, wire::service_partition("millrace", who.uuid),
                                {.user_data = registry::format_instance(who.id)});
   Reply forged = reply(asked);
@@ -101,7 +101,7 @@ TEST_F(AnObserver, TakesAReplyFromItsInstanceOnly) {
   EXPECT_EQ(all<Reply>().front().text, "2.000000");
 }
 
-TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
+TEST_F(AnObserver, AcceptsAReplyFromTheAssignedInstanceOnly) {
   const auto other = start(identity());
   ASSERT_TRUE(until_ready(other->end.identity()));
   Reply uncalled = reply(asked);
@@ -118,7 +118,7 @@ TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
   EXPECT_TRUE(until([&] { return count<Reply>() == 1; }));
 }
 
-TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
+TEST_F(AnObserver, AcceptsAWithdrawalFromTheRequesterOnly) {
   wire::Writer<Request> stranger(elsewhere, request_partition);
   // An observer that finds it after the disposal sees nothing.
   constexpr std::size_t instance_and_observer = 2;
@@ -134,7 +134,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
 }
 
 /// A tool that calls is not a gateway.
-TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEpoch) {
+TEST_F(AnObserver, AcceptsAWithdrawalFromTheRequesterOnlyAlsoWhereNoGatewayHasTheEpoch) {
   Request tools = asked;
   tools.key.machine = "tool";
   ASSERT_TRUE(call_endpoint->publish(tools));
@@ -145,7 +145,7 @@ TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEp
   EXPECT_EQ(count<observer::Withdrawal>(), 0U);
 }
 
-TEST_F(AnObserver, TakesRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
+TEST_F(AnObserver, AcceptsRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
   wire::Writer<Request> stranger(elsewhere, request_partition);
   Request forged = asked;
   forged.text = "forged";
@@ -159,7 +159,7 @@ TEST_F(AnObserver, TakesRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
   EXPECT_EQ(count<Event>(), 0U);
 }
 
-TEST_F(AnObserver, TakesAnOutcomeFromWhoWasCommandedOnly) {
+TEST_F(AnObserver, AcceptsAnOutcomeFromTheCommandedProcessOnly) {
   wire::Writer<Command> tool(elsewhere, "millrace");
   wire::Writer<Outcome> stranger(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return tool.matched().size() >= 2; }));
@@ -172,7 +172,7 @@ TEST_F(AnObserver, TakesAnOutcomeFromWhoWasCommandedOnly) {
   EXPECT_EQ(all<Outcome>().front().detail, "true");
 }
 
-TEST_F(AnObserver, TakesAnOutcomeFromNoInstanceThatWasNotCommanded) {
+TEST_F(AnObserver, AcceptsNoOutcomeFromAnInstanceWithoutACommand) {
   wire::Writer<Command> tool(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return tool.matched().size() >= 2; }));
   const Command command{.id = InstanceId::random(), .key = asked.key};
@@ -183,7 +183,7 @@ TEST_F(AnObserver, TakesAnOutcomeFromNoInstanceThatWasNotCommanded) {
   EXPECT_EQ(count<Outcome>(), 0U);
 }
 
-TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
+TEST_F(AnObserver, AcceptsAStateOfAMachineOrAChannelFromItsGatewayOnly) {
   ASSERT_TRUE(call_endpoint->publish(ChannelStatus{.key = asked.key, .calls = 1}));
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
   wire::Writer<ChannelStatus> channels(elsewhere, "millrace");
@@ -206,7 +206,7 @@ TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
 
 /// An earlier sample of a stranger no longer counts once the gateway is known to claim the machine,
 /// and a second gateway counts once the first one is gone.
-TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
+TEST_F(AnObserver, AcceptsAChannelFromItsFirstOwner) {
   wire::Writer<ChannelStatus> stranger(elsewhere, "millrace");
   const ChannelKey second{"cnc", 2};
   ASSERT_TRUE(stranger.write({.key = second, .reason = "forged"}));
@@ -232,7 +232,7 @@ TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
 }
 
 /// A gateway that is killed disposes nothing, and the key still has the writer of the next one.
-TEST_F(AnObserver, TakesAChannelFromTheNextGatewayWhenTheFirstIsKilled) {
+TEST_F(AnObserver, AcceptsAChannelFromTheNextGatewayWhenTheFirstIsKilled) {
   struct Other {
     explicit Other(const dds::ParticipantOptions& options) : participant(options) {}
     dds::Participant participant;
@@ -259,7 +259,7 @@ TEST_F(AnObserver, TakesAChannelFromTheNextGatewayWhenTheFirstIsKilled) {
   EXPECT_EQ(all<ChannelStatus>().back().calls, 2U);
 }
 
-TEST_F(AnObserver, SaysWhoTellsOfMoreThanItTakes) {
+TEST_F(AnObserver, NamesAParticipantThatPublishesMoreThanItAccepts) {
   wire::Writer<Alarm> stranger(elsewhere, "millrace");
   ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
   for (std::size_t i = 0; i <= wire::Codec<Alarm>::topic().most_keys; ++i) {

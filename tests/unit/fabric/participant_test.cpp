@@ -38,7 +38,7 @@ TEST(Participant, SharesADomainWithOthersOfItsProcess) {
   EXPECT_EQ(reason(options), "none");
 }
 
-TEST(Participant, SaysWithCyclonesWordsWhyItCannotJoin) {
+TEST(Participant, ReportsCyclonesReasonWhyItCannotJoin) {
   const tests::Domain domain;
   const std::string why =
       reason({.domain = domain.number(),

@@ -31,7 +31,7 @@ TEST(Profile, FillsTheOptionsOfAParticipant) {
   EXPECT_THAT(sut->configuration, HasSubstr(R"(<NetworkInterface name="eth1"/>)"));
 }
 
-TEST(Profile, StaysOnLoopbackWithMulticastIfTheFileSaysNothing) {
+TEST(Profile, StaysOnLoopbackWithMulticastByDefault) {
   EXPECT_EQ(profile::cyclone_configuration(config::Fabric()),
             R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
             R"(<AllowMulticast>spdp</AllowMulticast></General>)"
@@ -45,7 +45,7 @@ TEST(Profile, NamesAnInterfaceByItsAddressToo) {
               HasSubstr(R"(<NetworkInterface address="10.77.0.1"/>)"));
 }
 
-TEST(Profile, GivesProgramsKnownPortsWherePeersLookForThem) {
+TEST(Profile, UsesKnownPortsWherePeersLookForThem) {
   config::Fabric profile;
   profile.add_peers("gateway-1");
   EXPECT_THAT(profile::cyclone_configuration(profile),
@@ -87,9 +87,9 @@ TEST(Profile, ReadsTheProfilesThatAreShipped) {
 }
 
 /// The environment that systemd gives a unit with LoadCredential=.
-class HandedBySystemd : public testing::Test {
+class CredentialsOfSystemd : public testing::Test {
  protected:
-  ~HandedBySystemd() override { ::unsetenv("CREDENTIALS_DIRECTORY"); }
+  ~CredentialsOfSystemd() override { ::unsetenv("CREDENTIALS_DIRECTORY"); }
   [[nodiscard]] std::string why_refused(const std::string& folder) const {
     const std::filesystem::path file = temporary_.path() / "fabric.textproto";
     std::ofstream(file) << "trust { folder: \"" << folder << "\" }\n";
@@ -99,7 +99,7 @@ class HandedBySystemd : public testing::Test {
   tests::TemporaryFolder temporary_;
 };
 
-TEST_F(HandedBySystemd, IsLookedForWhereItHasPutIt) {
+TEST_F(CredentialsOfSystemd, AreReadFromItsFolder) {
   std::filesystem::create_directory(temporary_.path() / "here");
   ::setenv("CREDENTIALS_DIRECTORY", temporary_.path().c_str(), 1);
   EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY"),
@@ -109,7 +109,7 @@ TEST_F(HandedBySystemd, IsLookedForWhereItHasPutIt) {
       HasSubstr((temporary_.path() / "here" / "certificate.pem").string() + ": cannot be read"));
 }
 
-TEST_F(HandedBySystemd, IsMissedWithAWordToWhoStartsAProgramByHand) {
+TEST_F(CredentialsOfSystemd, AreReportedAsMissingOutsideAUnit) {
   for (const char* value : {"", static_cast<const char*>(nullptr)}) {
     value == nullptr ? ::unsetenv("CREDENTIALS_DIRECTORY")
                      : ::setenv("CREDENTIALS_DIRECTORY", value, 1);
@@ -118,7 +118,7 @@ TEST_F(HandedBySystemd, IsMissedWithAWordToWhoStartsAProgramByHand) {
   }
 }
 
-TEST_F(HandedBySystemd, IsNoPartOfAnotherName) {
+TEST_F(CredentialsOfSystemd, AreNoPartOfAnotherName) {
   ::setenv("CREDENTIALS_DIRECTORY", temporary_.path().c_str(), 1);
   EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY.old"), HasSubstr("expected"));
 }

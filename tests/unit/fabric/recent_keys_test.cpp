@@ -9,7 +9,7 @@ RequestKey key(std::uint64_t epoch, std::uint16_t channel = 1) {
   return {{.machine = "cnc", .channel = channel}, epoch};
 }
 
-TEST(RecentKeysTest, ForgetsTheKeyOfWhichNothingWasSaidForLongest) {
+TEST(RecentKeysTest, ForgetsTheLeastRecentlyUsedKey) {
   RecentKeys sut(2);
   EXPECT_EQ(sut.use(key(1)), std::nullopt);
   EXPECT_EQ(sut.use(key(2)), std::nullopt);
@@ -19,7 +19,7 @@ TEST(RecentKeysTest, ForgetsTheKeyOfWhichNothingWasSaidForLongest) {
   EXPECT_EQ(sut.use(key(2)), key(3));
 }
 
-TEST(RecentKeysTest, TellsChannelsAndGatewaysApart) {
+TEST(RecentKeysTest, SeparatesChannelsAndGateways) {
   RecentKeys sut(2);
   sut.use(key(1, 1));
   EXPECT_EQ(sut.use(key(1, 2)), std::nullopt);

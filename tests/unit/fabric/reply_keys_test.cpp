@@ -9,7 +9,7 @@ RequestKey reply_key(std::uint64_t epoch) {
   return {.key = {"cnc", 1}, .epoch = epoch, .instance = {}};
 }
 
-TEST(ReplyKeys, AdmitWhatWasAskedHoweverManyOthersThereAre) {
+TEST(ReplyKeys, AdmitExpectedRepliesHoweverManyOthersThereAre) {
   ReplyKeys sut;
   for (std::uint64_t i = 0; i < ReplyKeys::most_others; ++i) {
     EXPECT_TRUE(sut.admits(reply_key(1000 + i)));

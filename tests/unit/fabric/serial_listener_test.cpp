@@ -34,7 +34,7 @@ TEST(SerialListener, RunsOnceMoreForWhatComesDuringTheWork) {
 
 // A regression: the next thread assumed that another one ran the work already, and left, so no
 // further samples were taken.
-TEST(SerialListener, GoesOnAfterWorkThatThrows) {
+TEST(SerialListener, ContinuesAfterWorkThatThrows) {
   int runs = 0;
   dds::SerialListener sut([&] {
     if (++runs <= 2) {

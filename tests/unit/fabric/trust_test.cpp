@@ -33,7 +33,7 @@ std::vector<Grant> of_access(Access way, const std::vector<Grant>& grants) {
   return chosen;
 }
 
-TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
+TEST(Grants, OfAServiceCoverItsOwnUuidsAndItsOwnState) {
   EXPECT_THAT(grants_of(service(), "hall"),
               UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/root"},
                                    Grant{Access::write, "millrace/identity", "hall/@role/service"},
@@ -46,7 +46,7 @@ TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
                                    Grant{Access::read, "millrace/command", "hall"}));
 }
 
-TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
+TEST(Grants, OfAnObserverWriteOnlyItsIdentityAndItsAlarms) {
   const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
   EXPECT_THAT(of_access(Access::write, sut),
               UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
@@ -56,7 +56,7 @@ TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
   EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/event", "hall"}));
 }
 
-TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
+TEST(Grants, LetAnObserverReadEachTopic) {
   std::set<std::string> topics;
   for (const Grant& grant :
        of_access(Access::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
@@ -71,7 +71,7 @@ TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
   }
 }
 
-TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
+TEST(Grants, OfAnOperatorAddOnlyCommandsAndVariableRequests) {
   EXPECT_THAT(
       of_access(Access::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
       UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
@@ -80,14 +80,14 @@ TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
                            Grant{Access::write, "millrace/variable/request", "hall"}));
 }
 
-TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
+TEST(Grants, OfATesterAllowRequestsButNoMachine) {
   EXPECT_THAT(of_access(Access::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
               AllOf(Contains(Grant{Access::write, "millrace/v4/request", "hall/*"}),
                     Contains(Grant{Access::write, "millrace/data", "hall"}),
                     Not(Contains(Field(&Grant::topic, "millrace/v4/machine")))));
 }
 
-TEST(Grants, OfAGatewayLetItAnswerNoCallsAndCommandNothing) {
+TEST(Grants, OfAGatewayAllowNeitherRepliesNorCommands) {
   const Participant participant{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
   EXPECT_THAT(of_access(Access::write, grants_of(participant, "hall")),
               AllOf(Contains(Field(&Grant::topic, "millrace/v4/machine")),
@@ -95,7 +95,7 @@ TEST(Grants, OfAGatewayLetItAnswerNoCallsAndCommandNothing) {
                     Not(Contains(Field(&Grant::topic, "millrace/command")))));
 }
 
-TEST(Grants, OfAGatewayLetItShowTheIdentityOfItsMachinesAndNoOthers) {
+TEST(Grants, OfAGatewayAllowTheIdentityOfItsMachinesOnly) {
   const Participant participant{
       .name = "g", .roles = {Role::gateway}, .machines = {"press_1", "a<b"}};
   const auto sut = grants_of(participant, "hall");
@@ -116,7 +116,7 @@ TEST(Grants, AreOfOneFabric) {
   }
 }
 
-TEST(Participant, NeedsWhatItsRoleIsAbout) {
+TEST(Participant, NeedsTheUuidsOrMachinesOfItsRole) {
   EXPECT_FALSE(mistake_in(service()));
   EXPECT_THAT(*mistake_in({.name = "s", .roles = {Role::service}}), HasSubstr("UUIDs"));
   EXPECT_THAT(*mistake_in({.name = "g", .roles = {Role::gateway}}), HasSubstr("machines"));
@@ -142,7 +142,7 @@ TEST(Participant, MayAnswerNoPatternOfUuids) {
   }
 }
 
-TEST(Participant, SpeaksForMachinesThatAGatewayCanHave) {
+TEST(Participant, ServesOnlyMachinesThatAGatewayCanHave) {
   for (const char* name : {"press/*", "press 1",
                            "pr\xc3\xbc"
                            "f",
@@ -152,7 +152,7 @@ TEST(Participant, SpeaksForMachinesThatAGatewayCanHave) {
   EXPECT_FALSE(mistake_in({.name = "g", .roles = {Role::gateway}, .machines = {"press_1-B"}}));
 }
 
-TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
+TEST(Permissions, AllowWhatIsGrantedAndDenyTheRest) {
   const std::string sut =
       permissions_document({{Access::write, "a<b", "hall/x"}}, "CN=\"x\",O=plant",
                            std::chrono::sys_seconds{0s}, std::chrono::sys_seconds{86'400s});
@@ -181,7 +181,7 @@ TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
   EXPECT_EQ(rule.find("<topic>alarm</topic>") != std::string::npos, !identity_first);
 }
 
-TEST(Permissions, OfAnEarlierVersionSayNothingOfAnIdentity) {
+TEST(Permissions, OfAnEarlierVersionHaveNoIdentity) {
   EXPECT_THAT(identity_partitions_in(permissions_document(
                   {{Access::write, "millrace/v4/reply", "hall/x"}}, "CN=g", {}, {})),
               testing::IsEmpty());
@@ -203,7 +203,7 @@ TEST(Permissions, AreOfOneCertificateAndOfItsTime) {
   }
 }
 
-TEST(Governance, IsKnownAgainWhenItHasBeenSigned) {
+TEST(Governance, IsRecognisedWhenItHasBeenSigned) {
   std::string signed_one;
   for (const char c : governance_document(Protection::sign)) {
     signed_one += c == '\n' ? "\r\n" : std::string(1, c);
@@ -214,7 +214,7 @@ TEST(Governance, IsKnownAgainWhenItHasBeenSigned) {
   EXPECT_FALSE(is_governance(signed_one.replace(strict, 5, "true"), Protection::sign));
 }
 
-TEST(Governance, TakesNobodyWhoShowsNothing) {
+TEST(Governance, AllowsNoUnauthenticatedParticipants) {
   for (const Protection protection : {Protection::sign, Protection::encrypt}) {
     EXPECT_THAT(governance_document(protection),
                 AllOf(HasSubstr("<allow_unauthenticated_participants>false<"),

@@ -82,7 +82,7 @@ TEST(VariablesOnTheWire, NameWhatDoesNotFit) {
   EXPECT_THAT(Codec<VariableRequest>::encode(request).error(), HasSubstr("at most 63 fit"));
 }
 
-TEST(VariablesOnTheWire, SayOfATooLongRequestWhatItHasTooMuchOf) {
+TEST(VariablesOnTheWire, NameTheExcessOfATooLongRequest) {
   const auto received = [](const VariableRequest& sent) {
     return Codec<VariableRequest>::decode(*Codec<VariableRequest>::encode(sent));
   };
@@ -131,7 +131,7 @@ class VariableEndpoints : public testing::Test {
       [this](const VariableRequest& one) { requests.push_back(one); }};
 };
 
-TEST_F(VariableEndpoints, BringTheReplyToWhoHasAskedAndToNobodyElse) {
+TEST_F(VariableEndpoints, DeliverTheReplyToItsRequesterOnly) {
   Requester one(there, context);
   Requester other(there, context);
   ASSERT_TRUE(until([&] { return one.end.gateways() == 1 && other.end.gateways() == 1; }));
@@ -166,7 +166,7 @@ TEST_F(VariableEndpoints, CarryAMegabyteThatIsRefusedThere) {
   EXPECT_EQ(requests[0].token, question.token);
 }
 
-TEST_F(VariableEndpoints, RememberSoManyWhoAskAndMeetTheOthersAnew) {
+TEST_F(VariableEndpoints, RememberALimitedNumberOfRequestersAndFindTheOthersAgain) {
   for (std::size_t i = 0; i < endpoints::VariableReplyEndpoint::most_requesters + 20; ++i) {
     ASSERT_TRUE(sut.publish(InstanceId::random(), some_reply()));
   }

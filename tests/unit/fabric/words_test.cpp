@@ -15,7 +15,7 @@ TEST(Words, NameEveryEnumerator) {
   EXPECT_EQ(name_of(CommandKind::ping), "ping");
 }
 
-TEST(Words, SayThatAValueIsUnknown) {
+TEST(Words, NameAnUnknownValueAsUnknown) {
   EXPECT_EQ(name_of(static_cast<EventKind>(11)), "unknown");
   EXPECT_EQ(name_of(static_cast<Delivery>(2)), "unknown");
 }

@@ -156,7 +156,7 @@ TEST_F(AdsControllerTest, FindsTheChannelsOfItsController) {
   EXPECT_THAT(up, ElementsAre(ElementsAre(1, 2)));
 }
 
-TEST_F(AdsControllerTest, TakesTheChannelsItWasTold) {
+TEST_F(AdsControllerTest, UsesTheConfiguredChannels) {
   serve();
   named_channels = {2};
   connect();
@@ -164,7 +164,7 @@ TEST_F(AdsControllerTest, TakesTheChannelsItWasTold) {
   EXPECT_THAT(up, ElementsAre(ElementsAre(2)));
 }
 
-TEST_F(AdsControllerTest, ReadsWhatALookTakesIn) {
+TEST_F(AdsControllerTest, ReadsTheRequestedVariables) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -173,7 +173,7 @@ TEST_F(AdsControllerTest, ReadsWhatALookTakesIn) {
   EXPECT_EQ(snapshots.front(), (ServiceSnapshot{ReadSet::all, "x", "x", 2, 2, "x"}));
 }
 
-TEST_F(AdsControllerTest, LooksAtAllChannelsThatAreDueInOneRequest) {
+TEST_F(AdsControllerTest, ReadsAllDueChannelsInOneRequest) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -184,7 +184,7 @@ TEST_F(AdsControllerTest, LooksAtAllChannelsThatAreDueInOneRequest) {
   EXPECT_EQ(sut->load().requests, before + 1);
 }
 
-TEST_F(AdsControllerTest, LooksAtEachChannelByItselfWhereTheControllerKnowsNoSums) {
+TEST_F(AdsControllerTest, ReadsEachChannelByItselfWithoutSumCommands) {
   with_sums = false;
   serve();
   connect();
@@ -198,7 +198,7 @@ TEST_F(AdsControllerTest, LooksAtEachChannelByItselfWhereTheControllerKnowsNoSum
   EXPECT_TRUE(failures.empty());
 }
 
-TEST_F(AdsControllerTest, SaysOfWhichChannelALookFailedAndGoesOnWithTheOthers) {
+TEST_F(AdsControllerTest, NamesTheChannelOfAFailedReadAndContinuesWithTheOthers) {
   serve();
   named_channels = {1, 2, 3};
   connect();
@@ -210,7 +210,7 @@ TEST_F(AdsControllerTest, SaysOfWhichChannelALookFailedAndGoesOnWithTheOthers) {
   EXPECT_THAT(failures.front(), HasSubstr("Interface of channel 3: "));
 }
 
-TEST_F(AdsControllerTest, TellsAWriteThatWasMadeFromOneThatWasRefused) {
+TEST_F(AdsControllerTest, DistinguishesAWriteFromARefusedOne) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -248,7 +248,7 @@ TEST_F(AdsControllerTest, WaitsLongerEachTimeForAControllerThatRefusesRapidConne
       << "a client that asks every 100 ms is never accepted";
 }
 
-TEST_F(AdsControllerTest, ComesBackAfterEachEndOfTheConnection) {
+TEST_F(AdsControllerTest, ReconnectsAfterEachEndOfTheConnection) {
   serve();
   connect();
   for (std::size_t times = 1; times <= 3; ++times) {
@@ -258,7 +258,7 @@ TEST_F(AdsControllerTest, ComesBackAfterEachEndOfTheConnection) {
   }
 }
 
-TEST_F(AdsControllerTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
+TEST_F(AdsControllerTest, ReportsAnUnknownOutcomeOfAWriteWhoseConnectionEnded) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -270,7 +270,7 @@ TEST_F(AdsControllerTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
 
 // A regression: a read that the gateway requested after a failed write was answered while it still
 // handled that write.
-TEST_F(AdsControllerTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) {
+TEST_F(AdsControllerTest, NeverAnswersWithinTheCallAlsoWithoutAConnection) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -286,7 +286,7 @@ TEST_F(AdsControllerTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) 
   EXPECT_FALSE(within);
 }
 
-TEST_F(AdsControllerTest, TellsWhatCameOfAQuestionForValues) {
+TEST_F(AdsControllerTest, ReturnsTheResultOfAValueRequest) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -297,7 +297,7 @@ TEST_F(AdsControllerTest, TellsWhatCameOfAQuestionForValues) {
   EXPECT_EQ(answers[0].number, 7U);
 }
 
-TEST_F(AdsControllerTest, TellsNothingOfAMessageQueueThatWasOpenedAnewSinceItWasAsked) {
+TEST_F(AdsControllerTest, ReportsNothingOfAMessageQueueThatWasReopenedSinceTheRequest) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
@@ -314,7 +314,7 @@ TEST_F(AdsControllerTest, TellsNothingOfAMessageQueueThatWasOpenedAnewSinceItWas
   EXPECT_EQ(queue_answers.size(), 1U);
 }
 
-TEST_F(AdsControllerTest, SaysThatAControllerHasNoServiceInterface) {
+TEST_F(AdsControllerTest, ReportsThatAControllerHasNoServiceInterface) {
   device.channels = 0;
   serve();
   connect();
@@ -336,7 +336,7 @@ TEST_F(AdsControllerTest, IsSilentOnceItIsGone) {
   EXPECT_TRUE(failures.empty());
 }
 
-TEST(BackOff, DoublesUpToALimitAndBeginsAnewAfterALinkThatHeld) {
+TEST(BackOff, DoublesUpToALimitAndStartsOverAfterALastingLink) {
   using shell::BackOff;
   BackOff sut(1);
   const auto first = sut.next(0s);
@@ -349,7 +349,7 @@ TEST(BackOff, DoublesUpToALimitAndBeginsAnewAfterALinkThatHeld) {
   EXPECT_LE(sut.next(BackOff::longest), BackOff::shortest * 5 / 4);
 }
 
-TEST(BackOff, GrowsWhereEachLinkDropsSoon) {
+TEST(BackOff, GrowsWhereEachLinkEndsSoon) {
   using shell::BackOff;
   BackOff sut(1);
   for (int i = 0; i < 5; ++i) {

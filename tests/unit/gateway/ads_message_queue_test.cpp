@@ -124,7 +124,7 @@ class AdsMessageQueueTest : public testing::Test {
   std::optional<shell::AdsMessageQueue> sut;
 };
 
-TEST_F(AdsMessageQueueTest, ReadsTheControlStructureAndTheArrayEachInOneQuestion) {
+TEST_F(AdsMessageQueueTest, ReadsTheControlStructureAndTheArrayInOneRequestEach) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
   ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[2]", std::string("one")));
@@ -147,7 +147,7 @@ TEST_F(AdsMessageQueueTest, WritesLastGetAndNothingElse) {
   EXPECT_EQ(read_control().value(), (queues::Control{3, 2, 3}));
 }
 
-TEST_F(AdsMessageQueueTest, HasNumbersAsPeopleWriteThem) {
+TEST_F(AdsMessageQueueTest, HasNumbersInTheirShortestForm) {
   serve({array("QUEUE", ElementType::number(Type::real64), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
   ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[1]", -0.5));
@@ -156,7 +156,7 @@ TEST_F(AdsMessageQueueTest, HasNumbersAsPeopleWriteThem) {
   EXPECT_THAT(read_queue().value(), ElementsAre("-0.5", "7", "0"));
 }
 
-TEST_F(AdsMessageQueueTest, NamesWhatTheControllerDoesNotHave) {
+TEST_F(AdsMessageQueueTest, NamesAMissingVariable) {
   serve({array("QUEUE", ElementType::text(127), 3)});
   const auto control = read_control();
   ASSERT_FALSE(control);
@@ -165,7 +165,7 @@ TEST_F(AdsMessageQueueTest, NamesWhatTheControllerDoesNotHave) {
   EXPECT_FALSE(write_last_get(1));
 }
 
-TEST_F(AdsMessageQueueTest, TakesNoElementsThatARequestCannotHold) {
+TEST_F(AdsMessageQueueTest, RefusesElementsThatARequestCannotHold) {
   DataDeclaration tools{
       "QUEUE", {{"ID", ElementType::number(Type::sgn32)}, {"NAME", ElementType::text(9)}}, 3};
   serve({tools, structure("CONTROL", ElementType::number(Type::sgn32))});
@@ -174,7 +174,7 @@ TEST_F(AdsMessageQueueTest, TakesNoElementsThatARequestCannotHold) {
   EXPECT_THAT(control.error(), HasSubstr("is of a type that is not a message"));
 }
 
-TEST_F(AdsMessageQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
+TEST_F(AdsMessageQueueTest, RefusesIndicesThatAreNotWholeNumbers) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::real64))});
   const auto control = read_control();
@@ -182,7 +182,7 @@ TEST_F(AdsMessageQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
   EXPECT_THAT(control.error(), HasSubstr("not whole numbers within SD.CONTROL"));
 }
 
-TEST_F(AdsMessageQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
+TEST_F(AdsMessageQueueTest, RefusesANumberWithMoreBytesThanItsType) {
   serve({array("QUEUE", ElementType::number(Type::sgn32), 4),
          structure("CONTROL", ElementType::number(Type::uns32))});
   for (const char* name : {"SD.QUEUE[1]", "SD.CONTROL.LastFilled", "SD.CONTROL.LastGet"}) {
@@ -195,7 +195,7 @@ TEST_F(AdsMessageQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
   EXPECT_TRUE(read_control());
 }
 
-TEST_F(AdsMessageQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
+TEST_F(AdsMessageQueueTest, RefusesIndicesOutsideTheControlStructure) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
   // Four more bytes overflow to 0.
@@ -207,7 +207,7 @@ TEST_F(AdsMessageQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
   EXPECT_THAT(control.error(), HasSubstr("not whole numbers within SD.CONTROL"));
 }
 
-TEST_F(AdsMessageQueueTest, IsToldOfChanges) {
+TEST_F(AdsMessageQueueTest, IsNotifiedOfChanges) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
   ASSERT_TRUE(read_control());

@@ -56,13 +56,14 @@ class InterruptedAnswer : public testing::TestWithParam<std::tuple<bool, bool, b
 };
 
 TEST_P(InterruptedAnswer, IsFinishedAfterAWriteOfUnknownOutcome) {
-  for (const Fate fate : {Fate{WriteOutcome::unknown, true}, Fate{WriteOutcome::unknown, false},
-                          Fate{WriteOutcome::refused, false}}) {
+  for (const WriteResult write_result :
+       {WriteResult{WriteOutcome::unknown, true}, WriteResult{WriteOutcome::unknown, false},
+        WriteResult{WriteOutcome::refused, false}}) {
     for (int failing = 0; failing < 6; ++failing) {
-      SCOPED_TRACE(fmt::format("write {}, executed {}", failing, fate.executed));
+      SCOPED_TRACE(fmt::format("write {}, executed {}", failing, write_result.executed));
       ChannelFixture fixture(setting().kernel);
       int count = 0;
-      fixture.fate = [&] { return count++ == failing ? fate : Fate{}; };
+      fixture.write_result = [&] { return count++ == failing ? write_result : WriteResult{}; };
       begin(fixture);
       fixture.wait(2s);
       serve(fixture);
@@ -105,7 +106,7 @@ TEST_P(InterruptedAnswer, IsFinishedAfterACrashOfTheGatewayAtAnyPoint) {
   }
 }
 
-TEST_P(InterruptedAnswer, NeverWipesTheNextRequest) {
+TEST_P(InterruptedAnswer, NeverOverwritesTheNextRequest) {
   bool finished_undisturbed = false;
   for (int crash = 1; !finished_undisturbed; ++crash) {
     SCOPED_TRACE(fmt::format("crash before action {}", crash));

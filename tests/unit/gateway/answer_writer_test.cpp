@@ -158,20 +158,20 @@ TEST_F(AWrittenAnswer, ReleasesNoProgramThatWouldReadAnotherText) {
   }
 }
 
-TEST_F(AWrittenAnswer, IsDroppedIfTheProgramGaveUpAndAsksTheSameAgain) {
+TEST_F(AWrittenAnswer, IsDroppedIfTheProgramGaveUpAndRequestsTheSameAgain) {
   EXPECT_EQ(read(sut, all(0, 0, "")), Step::read);
   EXPECT_EQ(read(sut, all(1, 0, "")), Step::dropped);
 }
 
-TEST_F(AWrittenAnswer, IsDroppedIfTheProgramAsksSomethingElse) {
+TEST_F(AWrittenAnswer, IsDroppedIfTheProgramRequestsSomethingElse) {
   EXPECT_EQ(read(sut, all(1, 0, "1.4", "3")), Step::dropped);
 }
 
-TEST_F(AWrittenAnswer, IsDroppedIfTheTextsOfTheNextRequestStandThereAlready) {
+TEST_F(AWrittenAnswer, IsDroppedIfTheTextsOfTheNextRequestAreThereAlready) {
   EXPECT_EQ(read(sut, all(0, 0, "1.4", "3")), Step::dropped);
 }
 
-TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenWordForWordIsDone) {
+TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenIdenticallyIsDone) {
   AnswerWriter again = writer(1, fabric::CompletionSignal::response_state);
   read(again, all(1, 1, ""));
   again.on_written(now);
@@ -181,7 +181,7 @@ TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenWordForWordIsDone) {
   EXPECT_EQ(again.on_read(released, RequestStatus::pending, request, {now, now}), Step::done);
 }
 
-TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatWasAskedForBeforeTheWriteWasLost) {
+TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatBeganBeforeTheWriteWasLost) {
   now += 2s;
   const ServiceSnapshot old = all(1, 0, "");
   EXPECT_EQ(sut.on_read(old, RequestStatus::pending, request, {now - 1500ms, now}), Step::read)
@@ -211,7 +211,7 @@ TEST_F(AWrittenAnswer, IsReleasedAgainIfTwoReadsASecondLaterFindTheProgramWaitin
 // The program was released and sent its next request, which clears RESPONSE_STATE, between two
 // reads of one snapshot; the answer was written once more, over its new request. Found by the
 // simulation.
-TEST_F(AWrittenAnswer, IsNotReleasedAgainToAProgramThatAskedAgainDuringARead) {
+TEST_F(AWrittenAnswer, IsNotReleasedAgainToAProgramThatMadeItsNextRequestDuringARead) {
   release_with_unknown_outcome();
   wait_and_read(sut, 1s, shown);
   EXPECT_EQ(read(sut, all(2, 0, "1.4", "3")), Step::done);
@@ -222,7 +222,7 @@ TEST_F(AWrittenAnswer, IsDoneIfTheProgramIsReleased) {
   EXPECT_EQ(read(sut, all(0, 1, "1.4")), Step::done);
 }
 
-TEST_F(AWrittenAnswer, IsDoneIfTheProgramAsksTheSameAgainAfterAnUnknownRelease) {
+TEST_F(AWrittenAnswer, IsDoneIfTheProgramRepeatsItsRequestAfterAnUnknownRelease) {
   release_with_unknown_outcome();
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::done);
 }
@@ -302,7 +302,7 @@ TEST_F(AnAnswer, OfAnEarlierRunThatReadsShowAsWrittenIsDoneAlsoWhereRequestState
   EXPECT_FALSE(sut.zero_seen());
 }
 
-TEST_F(AnAnswer, OfAnEarlierRunIsDroppedWhereSomethingElseStandsInResponse) {
+TEST_F(AnAnswer, OfAnEarlierRunIsDroppedWhereResponseHasAnotherText) {
   AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(0, 0, "another")), Step::read) << "RESPONSE may be late";
   EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "another")), Step::dropped);
@@ -366,7 +366,7 @@ TEST_F(TextLast, ShowsAStateThatIsNot0BeforeTheText) {
   EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
-TEST_F(TextLast, WritesState0OverOneThatStoodThere) {
+TEST_F(TextLast, WritesState0OverAPreviousState) {
   auto sut = writer(0);
   read(sut, all(1, 7, ""));
   sut.on_recorded(true);
@@ -397,7 +397,7 @@ TEST_F(TextLast, IsNotWrittenAgainToAProgramThatBeginsItsNextRequest) {
   EXPECT_EQ(read(sut, all(0, 0, "", "3")), Step::done);
 }
 
-TEST_F(TextLast, OfAnEarlierRunIsCompletedWhereTheJournalSaysThatTheRequestWasCleared) {
+TEST_F(TextLast, OfAnEarlierRunIsCompletedWhereTheJournalHasTheRequestAsCleared) {
   auto sut = resumed(0, true);
   EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::done);
   sut = resumed(0, true);
@@ -415,7 +415,7 @@ TEST_F(TextLast, OfAnEarlierRunIsCompletedThatHadWrittenItsState) {
   EXPECT_EQ(read(sut, all(0, 99, "")), Step::write_response);
 }
 
-TEST_F(TextLast, IsDroppedWhereSomebodyElseHasAnswered) {
+TEST_F(TextLast, IsDroppedWhereAnotherClientHasAnswered) {
   auto sut = writer(99);
   EXPECT_EQ(read(sut, all(0, 5, "")), Step::dropped);
 }

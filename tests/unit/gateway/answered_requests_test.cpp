@@ -24,7 +24,7 @@ class AnsweredRequestsTest : public testing::Test {
   SteadyTime now{1h};
 };
 
-TEST_F(AnsweredRequestsTest, TakesARequestBackOnceItHasBeenQuiet) {
+TEST_F(AnsweredRequestsTest, WithdrawsARequestOnceItHasBeenQuiet) {
   sut.add(request(1), now);
   ASSERT_EQ(sut.next_time(), now + AnsweredRequests::quiet);
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet - 1ms), IsEmpty());
@@ -32,20 +32,20 @@ TEST_F(AnsweredRequestsTest, TakesARequestBackOnceItHasBeenQuiet) {
   EXPECT_EQ(sut.next_time(), std::nullopt);
 }
 
-TEST_F(AnsweredRequestsTest, SaysNothingOfARequestThatTheNextOneReplaces) {
+TEST_F(AnsweredRequestsTest, WithdrawsNoRequestThatTheNextOneReplaces) {
   sut.add(request(1), now);
   sut.replace(request(1));
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
 }
 
-TEST_F(AnsweredRequestsTest, KeepsWhatAnotherInstanceWasAskedOfTheSameChannel) {
+TEST_F(AnsweredRequestsTest, KeepsTheRequestOfAnotherInstanceOfTheSameChannel) {
   sut.add(request(1, 1), now);
   sut.add(request(1, 2), now);
   sut.replace(request(1, 2));
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1, 1)));
 }
 
-TEST_F(AnsweredRequestsTest, LooksAgainForWhatWasNotQuietForLongEnough) {
+TEST_F(AnsweredRequestsTest, WithdrawsEachRequestAfterItsOwnQuietTime) {
   sut.add(request(1), now);
   sut.add(request(2), now + 500ms);
   EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
@@ -60,7 +60,7 @@ TEST_F(AnsweredRequestsTest, CountsTheQuietFromTheLastAnswer) {
   EXPECT_THAT(sut.due(now + 900ms + AnsweredRequests::quiet), SizeIs(1));
 }
 
-TEST_F(AnsweredRequestsTest, TakesBackNoMoreAtATimeThanTheFabricCanForget) {
+TEST_F(AnsweredRequestsTest, LimitsTheWithdrawalsAtOnce) {
   for (std::uint16_t channel = 1; channel <= AnsweredRequests::at_once + 1; ++channel) {
     sut.add(request(channel), now);
   }

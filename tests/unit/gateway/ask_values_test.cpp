@@ -18,9 +18,9 @@ using testing::ElementsAre;
 using testing::SizeIs;
 
 /// A connected controller with the variables V.E.A and V.E.B.
-class AskingForValues : public testing::Test {
+class ValueRequests : public testing::Test {
  protected:
-  AskingForValues() { cnc.values = {{"V.E.A", {1, 0, 0, 0}}, {"V.E.B", {2, 0, 0, 0}}}; }
+  ValueRequests() { cnc.values = {{"V.E.A", {1, 0, 0, 0}}, {"V.E.B", {2, 0, 0, 0}}}; }
 
   machines::Answer ask(variables::Step step) {
     if (!source) {
@@ -56,7 +56,7 @@ class AskingForValues : public testing::Test {
   std::uint64_t number = 0;
 };
 
-TEST_F(AskingForValues, TellsWhatVariablesAreAndWhatTheyHave) {
+TEST_F(ValueRequests, ResolveVariablesAndReadValues) {
   const auto known = ask(data::Resolve{1, {"V.E.A", "V.E.NONE"}});
   EXPECT_EQ(known.requester, machines::Requester::variables);
   EXPECT_EQ(known.number, 1U);
@@ -74,7 +74,7 @@ TEST_F(AskingForValues, TellsWhatVariablesAreAndWhatTheyHave) {
   EXPECT_THAT(*bytes[1], ElementsAre(2, 0, 0, 0));
 }
 
-TEST_F(AskingForValues, ReachesAnOlderControllerInItsOwnIndexGroups) {
+TEST_F(ValueRequests, ReachAnOlderControllerInItsOwnIndexGroups) {
   cnc.group -= cnc::variables::new_group_bit;
   const auto values = ask(reading_of({"V.E.B"}));
   EXPECT_TRUE(std::get<std::vector<data::Sampler::Answer>>(values.found).at(0));
@@ -83,14 +83,14 @@ TEST_F(AskingForValues, ReachesAnOlderControllerInItsOwnIndexGroups) {
   EXPECT_THAT(cnc.values["V.E.A"], ElementsAre(9, 0, 0, 0));
 }
 
-TEST_F(AskingForValues, WritesAVariable) {
+TEST_F(ValueRequests, WriteAVariable) {
   const auto written = ask(variables::WriteOne{1, "V.E.A", {44, 1, 0, 0}});
   EXPECT_EQ(written.requests, 1U);
   EXPECT_TRUE(std::get<cnc::ads::Result<void>>(written.found));
   EXPECT_THAT(cnc.values["V.E.A"], ElementsAre(44, 1, 0, 0));
 }
 
-TEST_F(AskingForValues, ListsAFamilyPageByPage) {
+TEST_F(ValueRequests, ListAFamilyPageByPage) {
   cnc.values.clear();
   for (int i = 0; i < 100; ++i) {
     cnc.values[fmt::format("V.E.N{:03}", i)] = {0, 0, 0, 0};

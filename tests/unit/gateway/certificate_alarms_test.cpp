@@ -41,7 +41,7 @@ fabric::Alarm alarm_at(std::chrono::sys_seconds until) {
       .at(0);
 }
 
-TEST(CertificateAlarm, SaysWhenTheCertificateEnds) {
+TEST(CertificateAlarm, ShowsWhenTheCertificateExpires) {
   const auto sut = alarm_at(now + std::chrono::days(31));
   EXPECT_EQ(sut.level, AlarmLevel::fine);
   EXPECT_EQ(
@@ -51,7 +51,7 @@ TEST(CertificateAlarm, SaysWhenTheCertificateEnds) {
   EXPECT_THAT(sut.advice, IsEmpty());
 }
 
-TEST(CertificateAlarm, WarnsInTheLastThirtyDaysAndSaysWhatToDo) {
+TEST(CertificateAlarm, WarnsInTheLastThirtyDaysWithAdvice) {
   auto sut = alarm_at(now + std::chrono::days(30));
   EXPECT_EQ(sut.level, AlarmLevel::warning);
   EXPECT_THAT(sut.text, HasSubstr("in 30 days"));
@@ -61,7 +61,7 @@ TEST(CertificateAlarm, WarnsInTheLastThirtyDaysAndSaysWhatToDo) {
   EXPECT_LE(sut.advice.size(), 255U);
 }
 
-TEST(CertificateAlarm, WarnsOfOneThatHasEnded) {
+TEST(CertificateAlarm, WarnsOfAnExpiredCertificate) {
   const auto sut = alarm_at(now - 1h);
   EXPECT_EQ(sut.level, AlarmLevel::warning) << "fingerprints have no dates";
   EXPECT_THAT(sut.text, HasSubstr("expired on 2026-03-01 06:00 UTC"));
@@ -96,7 +96,7 @@ TEST(CertificateAlarm, IsOneForAllMachinesOfACertificate) {
   EXPECT_THAT(sut[0].text, HasSubstr("with press, saw expires"));
 }
 
-TEST(CertificateAlarm, SaysTheEndAlsoWhereManyMachinesShareTheCertificate) {
+TEST(CertificateAlarm, ShowsTheExpiryAlsoWhereManyMachinesShareTheCertificate) {
   const auto same = certificate(std::string(64, 'h'), now + std::chrono::days(90));
   std::vector<settings::MachineSettings> machines;
   for (int number = 1; number <= 30; ++number) {

@@ -44,7 +44,7 @@ TEST_F(ChannelAnswer, IsLoggedWithTheTimeItTookHoweverTheWallClockIsSet) {
   EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1 after 60.0 ms"));
 }
 
-TEST_F(ChannelAnswer, IsLoggedWithTheTimeOfEachHopIfTheServiceSaysTimes) {
+TEST_F(ChannelAnswer, IsLoggedWithTheTimeOfEachHopIfTheServiceReportsTimes) {
   fixture.dispatched_call();
   fabric::Reply answer = fixture.reply("1.414", 1);
   answer.received = fixture.now.wall + 1ms;
@@ -79,7 +79,7 @@ TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATim
 }
 
 // Another client has requested the instance with the id of our call.
-TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
+TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndLogged) {
   fixture.dispatched_call();
   fabric::Reply other = fixture.reply("3.000", 1);
   other.asked_text = "9";
@@ -94,14 +94,14 @@ TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
   EXPECT_EQ(sut().status().answered, 1U);
 }
 
-TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
+TEST_F(ChannelAnswer, WithdrawsNothingFromTheInstanceItCameFrom) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1));
   EXPECT_THAT(fixture.left_be(), ElementsAre(instance(1)));
   EXPECT_THAT(fixture.withdrawn, IsEmpty());
 }
 
-TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
+TEST_F(ChannelAnswer, OfOneInstanceWithdrawsTheAttemptOfTheOther) {
   fixture.dispatched_call();
   const fabric::Reply first = fixture.reply("1.414", 1);
   sut().suspend({{}, "the instance is lost"}, false, fixture.now);
@@ -115,7 +115,7 @@ TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
   EXPECT_THAT(fixture.left_be(), IsEmpty());
 }
 
-TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
+TEST_F(ChannelAnswer, OfAnOperatorWithdrawsTheAttemptOfTheInstance) {
   fixture.dispatched_call();
   sut().answer_locally({response("by hand", 7), "an operator"}, fixture.now);
   fixture.settle();
@@ -123,7 +123,7 @@ TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
 }
 
-TEST_F(ChannelAnswer, IsFollowedByALookForTheNextRequestAtOnce) {
+TEST_F(ChannelAnswer, IsFollowedByAReadForTheNextRequestAtOnce) {
   fixture.dispatched_call();
   const auto reads = fixture.reads;
   reply(fixture.reply("1.414", 1));
@@ -149,7 +149,7 @@ TEST_F(ChannelAnswer, DropsTheReplyOfAWithdrawnCall) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, replied, withdrawn));
 }
 
-TEST_F(ChannelAnswer, DropsTheReplyOfAChangedCallAndTakesTheNewOne) {
+TEST_F(ChannelAnswer, DropsTheReplyOfAChangedCallAndAcceptsTheNewOne) {
   fixture.dispatched_call();
   fixture.call("3", 1);
   reply(fixture.reply("1.414", 1));
@@ -159,7 +159,7 @@ TEST_F(ChannelAnswer, DropsTheReplyOfAChangedCallAndTakesTheNewOne) {
   EXPECT_EQ(sut().call()->request.text, "3");
 }
 
-TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
+TEST_F(ChannelAnswer, ReadsAgainWhenTheJournalTookLong) {
   fixture.dispatched_call();
   fixture.before_action = [&] { fixture.journal_works = fixture.writes.empty(); };
   reply(fixture.reply("1.414", 1));
@@ -186,7 +186,7 @@ TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
   EXPECT_EQ(sut().status().late, 1U);
 }
 
-TEST_F(ChannelAnswer, OfAHeldCallIsWrittenWhenItsInstanceComesBackWithIt) {
+TEST_F(ChannelAnswer, OfABlockedCallIsWrittenWhenItsInstanceReturnsWithIt) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
   sut().suspend({{}, "lost"}, true, fixture.now);
@@ -195,14 +195,14 @@ TEST_F(ChannelAnswer, OfAHeldCallIsWrittenWhenItsInstanceComesBackWithIt) {
   EXPECT_EQ(fixture.channel.values().response_state, 1U);
 }
 
-TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsDropped) {
+TEST_F(ChannelAnswer, OfAnInstanceWithoutTheCallIsDropped) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1, 9));
   EXPECT_THAT(fixture.writes, IsEmpty());
   EXPECT_THAT(fixture.said.back(), HasSubstr("was not dispatched to it"));
 }
 
-TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenItComes) {
+TEST_F(ChannelAnswer, OfAnInstanceWithoutTheCallIsRarelyLogged) {
   fixture.dispatched_call();
   const auto said = [&] {
     return std::ranges::count_if(fixture.said, [](const std::string& text) {
@@ -218,7 +218,7 @@ TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenI
   EXPECT_EQ(said(), 2);
 }
 
-TEST_F(ChannelAnswer, ThatIsLateIsToldOnceOfEachInstanceThatWasAsked) {
+TEST_F(ChannelAnswer, ThatIsLateIsReportedOnceForEachInstance) {
   fixture.dispatched_call();
   sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
   fixture.settle();
@@ -231,14 +231,14 @@ TEST_F(ChannelAnswer, ThatIsLateIsToldOnceOfEachInstanceThatWasAsked) {
   EXPECT_EQ(sut().status().late, 1U);
 }
 
-TEST_F(ChannelAnswer, ToACallThatIsOverIsNotCalledLateIfItsInstanceWasNotAsked) {
+TEST_F(ChannelAnswer, ToACallThatIsOverIsNotReportedLateIfItsInstanceDidNotHaveIt) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1));
   reply(fixture.reply("1.414", 1, 9));
   EXPECT_EQ(sut().status().late, 0U);
 }
 
-TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
+TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotReportedLate) {
   fixture.dispatched_call();
   fixture.channel.set_request_state(0);
   fixture.wait(20ms);
@@ -264,7 +264,7 @@ TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
 }
 
-TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotCalledLate) {
+TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotReportedLate) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1));
   reply(fixture.reply("1.414", 1));
@@ -272,7 +272,7 @@ TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotCalledLate) {
   EXPECT_EQ(sut().status().late, 0U);
 }
 
-TEST_F(ChannelAnswer, ThatComesAfterTheProgramGaveUpIsCalledLate) {
+TEST_F(ChannelAnswer, ThatComesAfterTheProgramGaveUpIsReportedLate) {
   fixture.dispatched_call();
   fixture.channel.set_request_state(0);
   fixture.wait(20ms);
@@ -311,7 +311,7 @@ TEST_F(ChannelAnswer, WhoseReleaseWasUnderWayWhenTheLinkBrokeIsFoundWritten) {
   EXPECT_EQ(fixture.writes.size(), 3U);
 }
 
-TEST_F(ChannelAnswer, OfSomeOtherTimeIsHistoryAndIgnored) {
+TEST_F(ChannelAnswer, OfAnUnknownCallIsIgnored) {
   fixture.link_up();
   auto old = fixture.reply("1.414", 1);
   old.call = {99, 1};
@@ -320,7 +320,7 @@ TEST_F(ChannelAnswer, OfSomeOtherTimeIsHistoryAndIgnored) {
   EXPECT_EQ(sut().status().late, 0U);
 }
 
-TEST_F(ChannelAnswer, OfAHandlerThatFailedIsWrittenAsTheServiceSays) {
+TEST_F(ChannelAnswer, OfAFailedHandlerIsWrittenAsTheServiceSentIt) {
   fixture.dispatched_call();
   auto failed = fixture.reply("no such gauge", 99);
   failed.code = fabric::ServiceCode::failed;
@@ -329,11 +329,12 @@ TEST_F(ChannelAnswer, OfAHandlerThatFailedIsWrittenAsTheServiceSays) {
   EXPECT_EQ(sut().status().failed, 1U);
 }
 
-TEST_F(ChannelAnswer, RefusedByTheControllerIsTriedAgainFromTheLookOn) {
+TEST_F(ChannelAnswer, RefusedByTheControllerIsRepeatedFromTheReadOn) {
   fixture.dispatched_call();
   bool refused_once = false;
-  fixture.fate = [&] {
-    return std::exchange(refused_once, true) ? Fate{} : Fate{WriteOutcome::refused, false};
+  fixture.write_result = [&] {
+    return std::exchange(refused_once, true) ? WriteResult{}
+                                             : WriteResult{WriteOutcome::refused, false};
   };
   reply(fixture.reply("1.414", 1));
   EXPECT_THAT(fixture.writes, IsEmpty());
@@ -367,7 +368,7 @@ TEST_F(ChannelAnswer, FollowsAnInterimStateEvenIfTheKernelClearedTheRequest) {
                                           "RESPONSE_STATE=1"));
 }
 
-TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
+TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasCleared) {
   renew(fixture, {.auto_clear = true});
   fixture.dispatched_call();
   reply(fixture.interim("half way", 5));
@@ -378,7 +379,7 @@ TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
 }
 
 // The gateway writes only 0: any other value that is read later is the program's.
-TEST_F(ChannelAnswer, IsNotGivenToTheSameWordsThatAreAskedAgainAfterAnInterimState) {
+TEST_F(ChannelAnswer, IsNotGivenToTheSameRequestMadeAgainAfterAnInterimState) {
   renew(fixture, {.response_state_after = 50ms});
   fixture.dispatched_call();
   reply(fixture.interim("half way", 5));
@@ -461,7 +462,7 @@ TEST_F(ChannelAnswer, OfState0IsCompletedByARestartedGateway) {
   EXPECT_EQ(fixture.event_kinds().back(), written);
 }
 
-TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
+TEST_F(ChannelAnswer, IgnoresAnInterimStateOf0) {
   fixture.dispatched_call();
   reply(fixture.interim("half way", 0));
   EXPECT_THAT(fixture.writes, IsEmpty());
@@ -469,7 +470,7 @@ TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
 }
 
 // A regression: the program was released with an empty RESPONSE. Found by the simulation.
-TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
+TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerRestartedInBetween) {
   fixture.dispatched_call();
   fixture.before_action = [&] { fixture.journal_works = fixture.writes.empty(); };
   fixture.sut->on_reply(fixture.reply("1.414", 1), fixture.now);
@@ -496,10 +497,10 @@ TEST_F(ChannelAnswer, IsWrittenAgainIfALostReleaseLeavesAStateThatStoodBefore) {
   fixture.dispatched_call();
   fixture.channel.write(Variable::response_state, Value{std::uint32_t{1003}});
   bool lost_once = false;
-  fixture.fate = [&] {
+  fixture.write_result = [&] {
     const bool releases = fixture.channel.values().request_state == 0;
-    return releases && !std::exchange(lost_once, true) ? Fate{WriteOutcome::unknown, false}
-                                                       : Fate{};
+    return releases && !std::exchange(lost_once, true) ? WriteResult{WriteOutcome::unknown, false}
+                                                       : WriteResult{};
   };
   reply(fixture.reply("1.414", 1));
   fixture.wait(2s);

@@ -33,7 +33,7 @@ TEST_F(ChannelDeadline, IsEndlessByDefault) {
   EXPECT_NE(sut().call(), nullptr);
 }
 
-TEST_F(ChannelDeadline, WithAnUnservedRequestEndsWithAnOfferThatSaysSo) {
+TEST_F(ChannelDeadline, WithAnUnservedRequestEndsWithAnotherOffer) {
   fixture.policy.unserved = Rule{5s, 901};
   fixture.served = false;
   fixture.link_up();
@@ -47,7 +47,7 @@ TEST_F(ChannelDeadline, WithAnUnservedRequestEndsWithAnOfferThatSaysSo) {
   EXPECT_EQ(fixture.offers, 2U) << "it is offered once more, not again and again";
 }
 
-TEST_F(ChannelDeadline, WithAnUnservedRequestBeginsAnewWithTheNextOne) {
+TEST_F(ChannelDeadline, WithAnUnservedRequestStartsOverWithTheNextOne) {
   fixture.policy.unserved = Rule{5s, 901};
   fixture.served = false;
   fixture.link_up();
@@ -81,7 +81,7 @@ TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
 }
 
-TEST_F(ChannelDeadline, WithACallNobodyWasAskedIsJournaledToo) {
+TEST_F(ChannelDeadline, WithACallThatWasNeverDispatchedIsJournaledToo) {
   fixture.policy.deadline = Rule{1s, 902};
   fixture.link_up();
   fixture.call();
@@ -119,7 +119,7 @@ TEST_F(ChannelDeadline, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
 }
 
 // A regression: it was logged at each read. Found by the simulation.
-TEST_F(ChannelDeadline, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
+TEST_F(ChannelDeadline, WithALostCallIsReportedOnceWhereNoStateIsConfigured) {
   fixture.policy.lost = Rule{2s, 0};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
@@ -141,7 +141,7 @@ TEST_F(ChannelDeadline, WithALostCallIsForgottenWhenItsInstanceComesBack) {
   EXPECT_THAT(fixture.writes, IsEmpty());
 }
 
-TEST_F(ChannelDeadline, IsNotNeededByAnOperatorWhoAnswers) {
+TEST_F(ChannelDeadline, IsNotNeededWhenAnOperatorAnswers) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
   sut().suspend({{}, "lost"}, true, fixture.now);
@@ -154,7 +154,7 @@ TEST_F(ChannelDeadline, IsNotNeededByAnOperatorWhoAnswers) {
   EXPECT_EQ(sut().status().late, 1U);
 }
 
-TEST_F(ChannelDeadline, LetsTheFirstOfTwoAnswersWin) {
+TEST_F(ChannelDeadline, AcceptsTheFirstOfTwoAnswers) {
   fixture.dispatched_call();
   fixture.journal_works = false;
   sut().on_reply(fixture.reply("1.414", 1), fixture.now);
@@ -164,7 +164,7 @@ TEST_F(ChannelDeadline, LetsTheFirstOfTwoAnswersWin) {
   EXPECT_EQ(sut().call()->answer->text, "1.414");
 }
 
-TEST_F(ChannelDeadline, IsGivenAnotherChanceByAnOperatorWhoRetries) {
+TEST_F(ChannelDeadline, AllowsAnotherAttemptWhenAnOperatorRetries) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
   sut().suspend({{}, "lost"}, true, fixture.now);
@@ -178,7 +178,7 @@ TEST_F(ChannelDeadline, IsGivenAnotherChanceByAnOperatorWhoRetries) {
   EXPECT_EQ(fixture.published.back().attempt, 2U);
 }
 
-TEST(Policies, LetTheClosestSayMost) {
+TEST(Policies, PreferTheClosestScope) {
   Policies sut;
   sut.everywhere = {.unserved = Rule{1s, 1}, .deadline = Rule{1s, 2}};
   sut.by_machine["press"] = {.deadline = Rule{2s, 3}};

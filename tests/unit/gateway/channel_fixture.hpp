@@ -37,7 +37,7 @@ struct Unconfirmed {
 };
 
 /// The result of one write.
-struct Fate {
+struct WriteResult {
   WriteOutcome outcome = WriteOutcome::written;
   bool executed = true;
 };
@@ -173,7 +173,7 @@ class ChannelFixture final : public Outputs {
   /// Called before each action, for a program that acts or a process that is killed at that point.
   std::function<void()> before_action = [] {};
   /// Decides the result of each write.
-  std::function<Fate()> fate = [] { return Fate{}; };
+  std::function<WriteResult()> write_result = [] { return WriteResult{}; };
 
   /// Every write to the channel: "RESPONSE_STATE=1".
   std::vector<std::string> writes;
@@ -245,8 +245,8 @@ class ChannelFixture final : public Outputs {
     if (interrupted()) {
       return;
     }
-    const Fate fate_now = fate();
-    if (fate_now.executed) {
+    const WriteResult result_now = write_result();
+    if (result_now.executed) {
       channel.write(one.variable, one.value);
       const auto* state = std::get_if<std::uint32_t>(&one.value);
       writes.push_back(fmt::format(
@@ -254,7 +254,7 @@ class ChannelFixture final : public Outputs {
           state != nullptr ? std::to_string(*state) : std::get<std::string>(one.value)));
     }
     if (!interrupted()) {
-      sut->on_write(fate_now.outcome, "test", now);
+      sut->on_write(result_now.outcome, "test", now);
     }
   }
   void append(const JournalEntry& entry, const Ticket& ticket) override {

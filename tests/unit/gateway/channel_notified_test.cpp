@@ -29,13 +29,13 @@ class NotifiedChannel : public testing::Test {
   ChannelFixture fixture;
 };
 
-TEST_F(NotifiedChannel, IsLookedAtTwiceASecond) {
+TEST_F(NotifiedChannel, IsReadTwiceASecond) {
   start_notifications();
   fixture.wait(10s);
   EXPECT_EQ(fixture.reads, 20U);
 }
 
-TEST_F(NotifiedChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
+TEST_F(NotifiedChannel, IsReadAtOnceWhenSomethingHasChanged) {
   start_notifications();
   fixture.call();
   change();
@@ -43,7 +43,7 @@ TEST_F(NotifiedChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
   EXPECT_EQ(fixture.reads, 2U) << "the request, and the same once more";
 }
 
-TEST_F(NotifiedChannel, IsAcceptedByTheSameRulesAsEver) {
+TEST_F(NotifiedChannel, IsAcceptedByTheUsualRules) {
   start_notifications();
   fixture.call("old", 1);
   int actions = 0;
@@ -74,14 +74,14 @@ TEST_F(NotifiedChannel, IsNotAcceptedWhileItsTextsAreWritten) {
   EXPECT_EQ(sut().call()->request.text, "whole");
 }
 
-TEST_F(NotifiedChannel, IsFoundWithoutAWordAtTheNextLookForSafety) {
+TEST_F(NotifiedChannel, IsFoundWithoutANotificationAtTheNextSafetyRead) {
   start_notifications();
   fixture.call();
   fixture.wait(500ms);
   EXPECT_EQ(fixture.offers, 1U);
 }
 
-TEST_F(NotifiedChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
+TEST_F(NotifiedChannel, IsReadOnceMoreWhenItChangesDuringARead) {
   start_notifications();
   bool first = true;
   fixture.before_action = [&] {
@@ -94,7 +94,7 @@ TEST_F(NotifiedChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
   EXPECT_EQ(fixture.reads, 2U);
 }
 
-TEST_F(NotifiedChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
+TEST_F(NotifiedChannel, IsPolledAgainAtOnceWithoutNotifications) {
   start_notifications();
   sut().set_notified(false, fixture.now);
   fixture.settle();
@@ -103,7 +103,7 @@ TEST_F(NotifiedChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
   EXPECT_EQ(fixture.offers, 1U);
 }
 
-TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
+TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilNotificationsReturn) {
   start_notifications();
   sut().on_link_down("cable", fixture.now);
   fixture.settle();
@@ -112,7 +112,7 @@ TEST_F(NotifiedChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
   EXPECT_GE(fixture.reads, 100U);
 }
 
-TEST_F(NotifiedChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
+TEST_F(NotifiedChannel, DetectsAtOnceThatAProgramHasWithdrawnItsCall) {
   start_notifications();
   fixture.call();
   change();
@@ -145,7 +145,7 @@ TEST_F(NotifiedChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
   EXPECT_EQ(fixture.reads, 1U);
 }
 
-TEST_F(NotifiedChannel, IsAnsweredAsEver) {
+TEST_F(NotifiedChannel, IsAnsweredAsUsual) {
   start_notifications();
   fixture.call();
   change();

@@ -30,7 +30,7 @@ TEST_F(ChannelRequest, IsOfferedOnceItsStateIsTheSameAfterItsTextsWereRead) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen));
 }
 
-TEST_F(ChannelRequest, IsReadAgainWhenItsStateMovesMeanwhile) {
+TEST_F(ChannelRequest, IsReadAgainWhenItsStateChangesInBetween) {
   fixture.link_up();
   fixture.call("old", 1);
   int actions = 0;
@@ -47,7 +47,7 @@ TEST_F(ChannelRequest, IsReadAgainWhenItsStateMovesMeanwhile) {
 }
 
 // Each variable alone: a regression, where one of two changes was not detected.
-TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesMeanwhile) {
+TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesInBetween) {
   const std::string other = "11111111-2222-3333-4444-555555555555";
   for (const PendingRequest& later :
        {PendingRequest{other, "2", 1}, {square_root_uuid, "3", 1}, {square_root_uuid, "2", 4}}) {
@@ -67,7 +67,7 @@ TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesMeanwhile) {
   }
 }
 
-TEST_F(ChannelRequest, IsNotOfferedWhenTheProgramTakesItBackMeanwhile) {
+TEST_F(ChannelRequest, IsNotOfferedWhenTheProgramWithdrawsItInBetween) {
   fixture.link_up();
   fixture.call();
   int actions = 0;
@@ -95,7 +95,7 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
 }
 
 // For other gateways, an idle status ends the calls that they know. Found by the simulation.
-TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
+TEST_F(ChannelRequest, OfAnUnreadChannelIsNotReportedIdle) {
   sut().on_link_up(fixture.now);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
   sut().on_read({ReadSet::state, "", "", 0, 0, ""}, fixture.now);
@@ -104,7 +104,7 @@ TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
 }
 
 // Another gateway takes over a channel that is idle.
-TEST_F(ChannelRequest, OfAChannelThatWasIdleBeforeItsLinkBrokeIsLookedForBeforeItIsCalledIdle) {
+TEST_F(ChannelRequest, OfAChannelThatWasIdleBeforeItsLinkBrokeIsReadBeforeItIsReportedIdle) {
   fixture.link_up();
   fixture.wait(20ms);
   ASSERT_EQ(sut().status().state, fabric::ChannelState::idle);
@@ -128,7 +128,7 @@ TEST_F(ChannelRequest, OfAForeignUuidIsForgottenWhenItGoes) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(unserved, unserved));
 }
 
-TEST_F(ChannelRequest, ThatWasLeftIsTakenWhenAnInstanceAppears) {
+TEST_F(ChannelRequest, ThatWasLeftIsAcceptedWhenAnInstanceAppears) {
   fixture.served = false;
   fixture.link_up();
   fixture.call();
@@ -223,7 +223,7 @@ TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
   EXPECT_THAT(fixture.published, IsEmpty());
 }
 
-TEST_F(ChannelRequest, HeldForAnOperatorSaysSo) {
+TEST_F(ChannelRequest, BlockedForAnOperatorIsReported) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
   sut().suspend({{}, "it must not run twice"}, true, fixture.now);
@@ -232,7 +232,7 @@ TEST_F(ChannelRequest, HeldForAnOperatorSaysSo) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, lost, held));
 }
 
-TEST_F(ChannelRequest, TakenBackByTheProgramEndsTheCallAtTheService) {
+TEST_F(ChannelRequest, WithdrawnByTheProgramEndsTheCallAtTheService) {
   fixture.dispatched_call();
   fixture.channel.set_request_state(0);
   fixture.wait(20ms);
@@ -255,7 +255,7 @@ TEST_F(ChannelRequest, ReplacedByAnotherEndsTheCallAndBeginsANewOne) {
   EXPECT_EQ(sut().call()->request.text, "3");
 }
 
-TEST_F(ChannelRequest, AnsweredBySomebodyElseEndsTheCall) {
+TEST_F(ChannelRequest, AnsweredByAnotherClientEndsTheCall) {
   fixture.dispatched_call();
   fixture.channel.write(Variable::request_state, 0U);
   fixture.channel.write(Variable::response_state, 1U);
@@ -264,14 +264,14 @@ TEST_F(ChannelRequest, AnsweredBySomebodyElseEndsTheCall) {
   EXPECT_THAT(fixture.writes, IsEmpty());
 }
 
-TEST_F(ChannelRequest, IsLookedForEveryTenMillisecondsWhileIdle) {
+TEST_F(ChannelRequest, IsPolledEveryTenMillisecondsWhileIdle) {
   fixture.link_up();
   fixture.wait(1s);
   EXPECT_GE(fixture.reads, 100U);
   EXPECT_LE(fixture.reads, 102U);
 }
 
-TEST_F(ChannelRequest, IsNotLookedForWhileTheLinkIsDown) {
+TEST_F(ChannelRequest, IsNotPolledWhileTheLinkIsDown) {
   fixture.link_up();
   sut().on_link_down("connection refused", fixture.now);
   fixture.settle();
@@ -327,7 +327,7 @@ TEST_F(ChannelRequest, OfAnEarlierRunThatIsGoneIsNotResumed) {
 
 // A regression: the second request had the state of the first, and half-written texts. Found by the
 // simulation.
-TEST(RequestReader, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneBefore) {
+TEST(RequestReader, AcceptsNoHalfWrittenTextsUnderTheStateOfTheRequestBefore) {
   channel::RequestReader sut;
   EXPECT_FALSE(sut.on_read({ReadSet::state, "", "", 3, 0, ""}));
   EXPECT_FALSE(sut.on_read({ReadSet::texts, "new uuid", "old text", 0, 0, ""}));
@@ -337,7 +337,7 @@ TEST(RequestReader, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneB
 }
 
 // A regression: it waited for an instance for ever, whatever the policy. Found by the simulation.
-TEST(RestartedGateway, LooksAnewAtACallThatItWasAboutToAnswerItself) {
+TEST(RestartedGateway, ReadsACallAgainThatItWasAboutToAnswerItself) {
   ChannelFixture fixture;
   fixture.journal_state.apply(DispatchedEntry{{0x5f3a, 1},
                                               {"cnc", 1},

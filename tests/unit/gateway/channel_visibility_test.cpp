@@ -165,7 +165,7 @@ TEST_F(ALateRelease, IsNoStateBesideANewRequest) {
   EXPECT_EQ(sut().call()->request.text, "3");
 }
 
-TEST_F(ALateRelease, OfACallThatIsAskedAgainIsNotFollowedByItsSecondAnswer) {
+TEST_F(ALateRelease, OfARepeatedCallIsNotFollowedByItsSecondAnswer) {
   fixture->call();
   fixture->wait(7ms);
   ASSERT_EQ(fixture->offers, 2U);
@@ -193,7 +193,7 @@ TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
 }
 
 // The next gateway of the channel would run it once more.
-TEST_F(Visibility, AnAnswerOfAGatewayThatIsGoneIsNotTakenForARequestWhoseClearingIsLate) {
+TEST_F(Visibility, AnAnswerOfAGatewayThatIsGoneIsNotMistakenForARequestWhoseClearingIsLate) {
   fixture->call();
   fixture->channel.write(Variable::response_state, std::uint32_t{1});
   fixture->link_up();
@@ -215,7 +215,7 @@ TEST_F(Visibility, ARequestBesideAnInterimStateOfAGatewayThatIsGoneIsFoundAfterA
   EXPECT_EQ(fixture->offers, 1U);
 }
 
-TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIsNotCalledOver) {
+TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIsNotReportedOver) {
   fixture.emplace(tests::KernelRules{.response_state_after = 100ms});
   fixture->dispatched_call();
   reply(fixture->interim("half way", 50));
@@ -318,7 +318,7 @@ TEST_F(Visibility, ARequestIsReadTwiceAsFarApartAsTheControllerShowsWritesLate) 
   EXPECT_EQ(fixture->offers, 2U);
 }
 
-TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain) {
+TEST_F(Visibility, ChannelsShareWhatIsKnownOfAController) {
   const tests::KernelRules rules{.kernel_clears_after = 1ms};
   const auto effects = std::make_shared<WriteEffects>();
   fixture.emplace(rules);
@@ -347,7 +347,9 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
   }
   fixture->writes.clear();
   unsigned writes = 0;
-  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes == 1 || writes > 4}; };
+  fixture->write_result = [&] {
+    return WriteResult{WriteOutcome::written, ++writes == 1 || writes > 4};
+  };
   reply(fixture->reply("1.732", 1));
   fixture->wait(6s);
   EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.732"));
@@ -359,7 +361,7 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
 // A regression: NC resets had shown 0 three times on a controller that clears REQUEST_STATE itself.
 // Its programs gave up after 30 s, before the gateway did, and no call was answered any more. Found
 // by the simulation.
-TEST_F(Visibility, AControllerIsNotTakenForOneThatShowsZeroAfterAnAnswerThatWasWrittenForLong) {
+TEST_F(Visibility, AControllerIsNotExpectedToShowZeroAfterAnAnswerThatWasWrittenForLong) {
   const auto effects = std::make_shared<WriteEffects>();
   effects->clearings_shown = 3;
   fixture.emplace(tests::KernelRules{.kernel_clears_after = 1ms});
@@ -383,7 +385,7 @@ TEST_F(Visibility, AControllerIsNotTakenForOneThatShowsZeroAfterAnAnswerThatWasW
 TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   fixture->dispatched_call();
   unsigned writes = 0;
-  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes > 3}; };
+  fixture->write_result = [&] { return WriteResult{WriteOutcome::written, ++writes > 3}; };
   reply(fixture->reply("1.414", 1));
   EXPECT_THAT(fixture->writes, IsEmpty());
   fixture->wait(1100ms);
@@ -403,7 +405,7 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
 TEST_F(Visibility, AChannelThatIsGivenUpIsLeftOnceAReadShowsItsLastAnswer) {
   fixture->dispatched_call();
   unsigned writes = 0;
-  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes != 3}; };
+  fixture->write_result = [&] { return WriteResult{WriteOutcome::written, ++writes != 3}; };
   sut().drain(fixture->now);
   reply(fixture->reply("1.414", 1));
   fixture->wait(100ms);
@@ -413,10 +415,10 @@ TEST_F(Visibility, AChannelThatIsGivenUpIsLeftOnceAReadShowsItsLastAnswer) {
   EXPECT_EQ(fixture->channel.values().response_state, 1U);
 }
 
-TEST_F(Visibility, AChannelThatIsGivenUpTakesItsProblemWithIt) {
+TEST_F(Visibility, AChannelThatIsGivenUpClearsItsProblem) {
   fixture->dispatched_call();
   unsigned writes = 0;
-  fixture->fate = [&] { return Fate{WriteOutcome::written, ++writes < 3}; };
+  fixture->write_result = [&] { return WriteResult{WriteOutcome::written, ++writes < 3}; };
   reply(fixture->reply("1.414", 1));
   fixture->wait(4s);
   ASSERT_THAT(fixture->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE")));

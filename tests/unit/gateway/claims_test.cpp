@@ -38,7 +38,7 @@ class ClaimsTest : public testing::Test {
   machines::Claims sut{gateway(5)};
 };
 
-TEST_F(ClaimsTest, LetTheEarlierOneServe) {
+TEST_F(ClaimsTest, LetTheEarlierGatewayServe) {
   sut.set(claim(1, 10s));
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(11s)), NotNull());
@@ -61,7 +61,7 @@ TEST_F(ClaimsTest, ConcernTheChannelsTheyNameOrAll) {
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
-TEST_F(ClaimsTest, TakeAMachineWholeOnlyIfTheyCoverAllThatIsWanted) {
+TEST_F(ClaimsTest, CoverAMachineOnlyIfTheyCoverAllRequestedChannels) {
   sut.set(claim(1, 1s, {1, 2}));
   EXPECT_THAT(sut.owner_of_all_before("cnc", {2}, at(9s)), NotNull());
   EXPECT_THAT(sut.owner_of_all_before("cnc", {2, 3}, at(9s)), IsNull());
@@ -87,12 +87,12 @@ TEST_F(ClaimsTest, OfOthersStandWhenAGatewayIsGone) {
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
-TEST_F(ClaimsTest, OfOurOwnAreNotListenedTo) {
+TEST_F(ClaimsTest, OfOurOwnAreIgnored) {
   sut.set(claim(5, 1s));
   EXPECT_FALSE(sut.contested("cnc"));
 }
 
-TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
+TEST_F(ClaimsTest, ComeAfterServingGatewaysWhateverTheClocks) {
   sut.set(claim(1, 60s));
   EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(5s));
   auto serving = claim(2, 50s);
@@ -104,7 +104,7 @@ TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
 
 // Regressions: one such sample stopped a machine, and the other one made the next gateway wait for
 // ever.
-TEST_F(ClaimsTest, OfTimesWithoutGatewaysAreNotListenedTo) {
+TEST_F(ClaimsTest, OfImpossibleTimesAreIgnored) {
   using Accepted = machines::Claims::Accepted;
   for (const auto time : {fabric::Time(1ns), fabric::Time::min(), fabric::Time::max()}) {
     auto liar = claim(1, 10s);
@@ -119,7 +119,7 @@ TEST_F(ClaimsTest, OfTimesWithoutGatewaysAreNotListenedTo) {
   }
 }
 
-TEST_F(ClaimsTest, AreMadeAtTimesThatOthersBelieveWhateverOurClockSays) {
+TEST_F(ClaimsTest, HavePlausibleTimesWhateverOurClock) {
   EXPECT_EQ(machines::plausible(fabric::Time(1h)), machines::Claims::earliest);
   EXPECT_EQ(machines::plausible(fabric::Time::max()), machines::Claims::latest);
   EXPECT_EQ(machines::plausible(at(7s)), at(7s));
@@ -130,7 +130,7 @@ TEST_F(ClaimsTest, AreMadeAtTimesThatOthersBelieveWhateverOurClockSays) {
   EXPECT_EQ(sut.after_owners("cnc", at(5s)), machines::Claims::latest);
 }
 
-TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameTakeNothing) {
+TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameHaveNoEffect) {
   using Accepted = machines::Claims::Accepted;
   sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
   auto namesake = claim(1, 1s);
@@ -148,7 +148,7 @@ TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameTakeNothing) {
 }
 
 // The address is relative to its own host; without a host name, it may be the same controller.
-TEST_F(ClaimsTest, CountWhereItIsNotKnownWhichControllerIsMeant) {
+TEST_F(ClaimsTest, CountWhereTheControllerIsUnknown) {
   sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
   for (const char* address : {"", "nonsense", "127.0.0.1:48898, 127.0.0.1.1.1", "a, b"}) {
     auto other = claim(1, 1s);
@@ -166,7 +166,7 @@ TEST_F(ClaimsTest, CountWhereOurOwnControllerIsKnownByItsHostOnly) {
   EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
 }
 
-TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
+TEST_F(ClaimsTest, AreLimitedInNumber) {
   using Accepted = machines::Claims::Accepted;
   sut.set_address("cnc", "");
   std::size_t taken = 0;

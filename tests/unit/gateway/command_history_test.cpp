@@ -11,7 +11,7 @@ fabric::Outcome outcome() {
   return {.command = fabric::InstanceId::random(), .done = true, .detail = "dispatched again"};
 }
 
-TEST(CommandHistory, KnowsWhatCameOfACommand) {
+TEST(CommandHistory, RemembersTheOutcomeOfACommand) {
   CommandHistory sut;
   const fabric::Outcome done = outcome();
   sut.add(done, {});
@@ -20,7 +20,7 @@ TEST(CommandHistory, KnowsWhatCameOfACommand) {
   EXPECT_EQ(sut.find(fabric::InstanceId::random()), nullptr);
 }
 
-TEST(CommandHistory, ForgetsACommandThatNobodyRepeatsAnyMore) {
+TEST(CommandHistory, ForgetsACommandAfterItsTime) {
   CommandHistory sut;
   const fabric::Outcome old = outcome();
   const fabric::Outcome young = outcome();
@@ -32,7 +32,7 @@ TEST(CommandHistory, ForgetsACommandThatNobodyRepeatsAnyMore) {
   EXPECT_NE(sut.find(young.command), nullptr);
 }
 
-TEST(CommandHistory, RemembersNoMoreThanAFloodMayCost) {
+TEST(CommandHistory, LimitsItsSizeDuringAFlood) {
   CommandHistory sut;
   const fabric::Outcome first = outcome();
   sut.add(first, {});

@@ -11,12 +11,12 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
-TEST_F(CoreCallsTest, LooksAtEachChannelOfALinkThatCameUp) {
+TEST_F(CoreCallsTest, ReadsEachChannelOfANewLink) {
   start();
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {1, 2}, now)), SizeIs(2));
 }
 
-TEST_F(CoreCallsTest, GivesARequestToTheInstanceThatServesIt) {
+TEST_F(CoreCallsTest, DispatchesARequestToTheInstanceThatServesIt) {
   start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
@@ -33,11 +33,11 @@ TEST_F(CoreCallsTest, ReservesCallNumbersWhenALinkComesUp) {
 
 // A regression: on a full disk a number was used that the journal did not hold; after a power cut
 // it was used again. Found by the simulation.
-TEST_F(CoreCallsTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
+TEST_F(CoreCallsTest, AcceptsNoCallBeforeTheJournalHoldsItsNumber) {
   start();
   const auto up = sut->on_link_up("cnc", {1, 2}, now);
   sut->on_instance_ready(instance(1), now);
-  const auto left = all<Tell>(request(1));
+  const auto left = all<EmitEvent>(request(1));
   ASSERT_THAT(left, SizeIs(1));
   EXPECT_THAT(left.front().event.detail, HasSubstr("call numbers"));
   EXPECT_THAT(all<Read>(confirm(up)), SizeIs(1)) << "the request is read once more";
@@ -46,7 +46,7 @@ TEST_F(CoreCallsTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
 
 // A regression: another channel's request was accepted although no service had its UUID. Found by
 // the simulation.
-TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
+TEST_F(CoreCallsTest, DoesNotCountAnInstanceThatOnlyTheJournalHas) {
   DispatchedEntry dispatched;
   dispatched.call = {7, 1};
   dispatched.key = {"cnc", 1};
@@ -56,7 +56,7 @@ TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
   start();
   link_up();
   sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 0, ""}, now);
-  const auto left = all<Tell>(request(2));
+  const auto left = all<EmitEvent>(request(2));
   ASSERT_THAT(left, SizeIs(1));
   EXPECT_EQ(left.front().event.kind, fabric::EventKind::unserved);
 }
@@ -79,15 +79,15 @@ TEST_F(CoreCallsTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
   EXPECT_THAT(reserved, ElementsAre(NumbersEntry{7, 3000}));
 }
 
-TEST_F(CoreCallsTest, TakesUpALeftRequestWhenAnInstanceAppears) {
+TEST_F(CoreCallsTest, AcceptsALeftRequestWhenAnInstanceAppears) {
   start();
   link_up();
-  EXPECT_THAT(all<Tell>(request(1)), SizeIs(1));
+  EXPECT_THAT(all<EmitEvent>(request(1)), SizeIs(1));
   EXPECT_THAT(all<Read>(sut->on_instance_ready(instance(1), now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
+TEST_F(CoreCallsTest, DispatchesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   start_with(instance(1));
   const auto first = all<Publish>(confirm(request(1)));
   EXPECT_THAT(all<Publish>(confirm(request(2))), IsEmpty());
@@ -95,7 +95,7 @@ TEST_F(CoreCallsTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, GivesTheCallsOfALostInstanceToAnother) {
+TEST_F(CoreCallsTest, DispatchesTheCallsOfALostInstanceToAnother) {
   start_with(instance(1));
   confirm(request(1));
   sut->on_instance_ready(instance(2), now);
@@ -107,26 +107,27 @@ TEST_F(CoreCallsTest, GivesTheCallsOfALostInstanceToAnother) {
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
-TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
+TEST_F(CoreCallsTest, AcceptsNothingWhileTheJournalIsFull) {
   start_with(instance(1));
   sut->on_journal_error("the disk is full", now);
   const auto actions = request(1);
   EXPECT_THAT(all<Record>(actions), IsEmpty());
-  ASSERT_THAT(all<Show>(actions), SizeIs(1));
-  EXPECT_EQ(all<Show>(actions).front().status.reason, "the disk is full");
-  EXPECT_EQ(all<Show>(actions).front().status.cause, fabric::Cause::journal);
+  ASSERT_THAT(all<PublishStatus>(actions), SizeIs(1));
+  EXPECT_EQ(all<PublishStatus>(actions).front().status.reason, "the disk is full");
+  EXPECT_EQ(all<PublishStatus>(actions).front().status.cause, fabric::Cause::journal);
   EXPECT_THAT(all<Read>(sut->on_journal_error("", now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
+TEST_F(CoreCallsTest, ReportsThatACallWaitsForTheJournalUntilItDoesNot) {
   start_with(instance(1));
   const auto assigned = request(1);
-  const auto shown = all<Show>(sut->on_journal_error("the journal cannot be written", now));
+  const auto shown =
+      all<PublishStatus>(sut->on_journal_error("the journal cannot be written", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.state, fabric::ChannelState::running);
   EXPECT_EQ(shown.front().status.reason, "the journal cannot be written");
-  const auto well = all<Show>(sut->on_journal_error("", now));
+  const auto well = all<PublishStatus>(sut->on_journal_error("", now));
   ASSERT_THAT(well, SizeIs(1));
   EXPECT_EQ(well.front().status.reason, "");
   EXPECT_THAT(all<Publish>(confirm(assigned)), SizeIs(1));
@@ -136,8 +137,10 @@ TEST_F(CoreCallsTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull)
   start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
-  EXPECT_THAT(all<Show>(sut->on_journal_error("the journal cannot be written", now)), IsEmpty());
-  const auto answered = all<Show>(sut->on_reply(answer_to(published.front().request), now));
+  EXPECT_THAT(all<PublishStatus>(sut->on_journal_error("the journal cannot be written", now)),
+              IsEmpty());
+  const auto answered =
+      all<PublishStatus>(sut->on_reply(answer_to(published.front().request), now));
   ASSERT_FALSE(answered.empty());
   EXPECT_EQ(answered.back().status.reason, "the journal cannot be written");
 }
@@ -164,7 +167,7 @@ TEST_F(CoreCallsTest, IgnoresRepliesForChannelsOfOthers) {
   EXPECT_FALSE(sut->serves({"other", 1}));
 }
 
-TEST_F(CoreCallsTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
+TEST_F(CoreCallsTest, AnswersAnUnservedRequestOnlyWhereATimeIsConfigured) {
   start({.everywhere = {.unserved = Rule{5s, 901}}});
   link_up();
   request(1);
@@ -199,7 +202,7 @@ TEST_F(CoreCallsTest, LetsAnOperatorAnswerThePendingCallOnly) {
   EXPECT_EQ(result.detail, "the call's response is being written");
 }
 
-TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
+TEST_F(CoreCallsTest, ExplainsToAnOperatorThatARequestIsNotAccepted) {
   start();
   link_up();
   request(1);
@@ -212,24 +215,24 @@ TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
 }
 
 // A regression: the status showed for ever that its instances were draining.
-TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
+TEST_F(CoreCallsTest, ReportsTheNewReasonWhenTheLastInstanceOfARequestIsGone) {
   start();
   link_up();
   auto draining = instance(1);
   draining.draining = true;
   sut->on_instance_ready(draining, now);
-  const auto shown = all<Show>(request(1));
+  const auto shown = all<PublishStatus>(request(1));
   ASSERT_FALSE(shown.empty());
   EXPECT_THAT(shown.back().status.reason, testing::HasSubstr("draining"));
   sut->on_instance_gone(draining.id, now);
   now.steady += 2s;
   EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is read again";
-  const auto again = all<Show>(request(1));
+  const auto again = all<PublishStatus>(request(1));
   ASSERT_FALSE(again.empty());
   EXPECT_THAT(again.back().status.reason, testing::HasSubstr("no instance serves"));
 }
 
-TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
+TEST_F(CoreCallsTest, LetsAnOperatorRetryABlockedCall) {
   const auto once = at_most_once(1);
   start_with(once);
   confirm(request(1));
@@ -246,7 +249,7 @@ TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
-TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
+TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanRun) {
   const auto once = at_most_once(1);
   start_with(once);
   confirm(request(1));
@@ -264,7 +267,7 @@ TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
   EXPECT_THAT(all<Publish>(confirm(actions)), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt) {
+TEST_F(CoreCallsTest, KeepsTimeAndReasonOfABlockedCallOverARestart) {
   start();
   link_up();
   auto once = instance(1);
@@ -275,7 +278,7 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt)
   sut->on_instance_gone(once.id, now);
   now.steady += 2s;
   const auto actions = sut->on_time(now);
-  const auto held = all<Show>(actions);
+  const auto held = all<PublishStatus>(actions);
   ASSERT_FALSE(held.empty());
   ASSERT_EQ(held.back().status.state, fabric::ChannelState::held);
   const fabric::ChannelStatus before = held.back().status;
@@ -286,10 +289,10 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt)
   now.wall += std::chrono::minutes(8);
   now.steady += std::chrono::minutes(8);
   link_up();
-  std::vector<Show> shown;
+  std::vector<PublishStatus> shown;
   const auto take = [&](const Actions& done) {
-    std::ranges::copy(all<Show>(done), std::back_inserter(shown));
-    std::ranges::copy(all<Show>(confirm(done)), std::back_inserter(shown));
+    std::ranges::copy(all<PublishStatus>(done), std::back_inserter(shown));
+    std::ranges::copy(all<PublishStatus>(confirm(done)), std::back_inserter(shown));
   };
   take(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 1, 0, ""}, now));
   take(sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 0, ""}, now));
@@ -303,26 +306,26 @@ TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt)
   EXPECT_EQ(shown.back().status.reason, before.reason);
 }
 
-TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenARequestHasNoService) {
+TEST_F(CoreCallsTest, KeepsTheTimeOfAnUnservedRequestOverARestart) {
   start();
   link_up();
   const auto left = request(1);
-  const fabric::Time since = all<Show>(left).back().status.since;
+  const fabric::Time since = all<PublishStatus>(left).back().status.since;
   confirm(left);
   start();
   now.wall += std::chrono::minutes(8);
   now.steady += std::chrono::minutes(8);
   link_up();
-  EXPECT_EQ(all<Show>(request(1)).back().status.since, since);
+  EXPECT_EQ(all<PublishStatus>(request(1)).back().status.since, since);
   // A request that was withdrawn and rewritten is a new one.
   confirm(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now));
   EXPECT_THAT(journal_state.blocked(), IsEmpty());
-  EXPECT_EQ(all<Show>(request(1)).back().status.since, now.wall);
+  EXPECT_EQ(all<PublishStatus>(request(1)).back().status.since, now.wall);
 }
 
 // A regression: above a thousand calls a second Cyclone could not free the remains of each
 // withdrawal, and the gateway's memory grew without limit. Found by the long run.
-TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
+TEST_F(CoreCallsTest, WithdrawsAnAnsweredRequestOnlyWhenItsChannelIsQuiet) {
   start_with(instance(1));
   EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());
   now.steady += 900ms;
@@ -335,19 +338,19 @@ TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
   EXPECT_EQ(sut->next_time(), std::nullopt);
 }
 
-TEST_F(CoreCallsTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
+TEST_F(CoreCallsTest, WithdrawsAnsweredRequestsWhenTheGatewayEnds) {
   start_with(instance(1));
   answered_call(1);
   EXPECT_THAT(all<Withdraw>(sut->end(now)), SizeIs(1));
   EXPECT_THAT(sut->end(now), IsEmpty());
 }
 
-TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
+TEST_F(CoreCallsTest, WithdrawsAnAnsweredRequestBeforeItReleasesTheChannel) {
   start_with(instance(1));
   answered_call(1);
   const auto actions = sut->drain({"cnc", 1}, now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
-  EXPECT_THAT(all<Hide>(actions), SizeIs(1));
+  EXPECT_THAT(all<RetractStatus>(actions), SizeIs(1));
 }
 
 }  // namespace

@@ -16,18 +16,18 @@ using namespace std::chrono_literals;
 TEST_F(CoreCallsTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
   start_with(instance(1));
   const auto published = all<Publish>(confirm(request(1)));
-  EXPECT_THAT(all<Hide>(sut->drain({"cnc", 1}, now)), IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(sut->drain({"cnc", 1}, now)), IsEmpty());
   const fabric::Reply reply = answer_to(published.front().request);
   EXPECT_THAT(all<Record>(sut->on_reply(reply, now)), SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
 }
 
-TEST_F(CoreCallsTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
+TEST_F(CoreCallsTest, ReleasesAnIdleChannelAsSoonAsNothingIsUnderWay) {
   start();
   link_up();
   // The link has begun this read.
-  EXPECT_THAT(all<Hide>(sut->drain({"cnc", 2}, now)), IsEmpty());
-  EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
+  EXPECT_THAT(all<RetractStatus>(sut->drain({"cnc", 2}, now)), IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
               SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1));
   EXPECT_THAT(sut->on_time(now), IsEmpty());
@@ -38,20 +38,21 @@ TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   confirm(request(1));
   const auto actions = sut->not_owner({"cnc", 1}, "served by another gateway", now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
-  EXPECT_THAT(all<Hide>(actions), SizeIs(1));
+  EXPECT_THAT(all<RetractStatus>(actions), SizeIs(1));
   EXPECT_THAT(all<Write>(actions), IsEmpty());
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(2));
 }
 
 // A regression: the other gateway, which had stood still, saw an idle channel and dispatched the
 // call again. Found by the simulation.
-TEST_F(CoreCallsTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, ShowsACallUntilTheEndThatItHadDispatchedBeforeItLeftTheChannel) {
   start_with(instance(1));
   confirm(request(1));
-  EXPECT_THAT(all<Show>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<PublishStatus>(sut->not_owner({"cnc", 1}, "served by another gateway", now)),
+              IsEmpty());
 }
 
-TEST_F(CoreCallsTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
+TEST_F(CoreCallsTest, ShowsThatItHasNotDispatchedTheCallThatItLeaves) {
   start();
   link_up();
   auto elsewhere = instance(1);
@@ -59,12 +60,13 @@ TEST_F(CoreCallsTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
   sut->on_instance_ready(elsewhere, now);
   confirm(request(2));
   request(1);
-  const auto shown = all<Show>(sut->not_owner({"cnc", 1}, "served by another gateway", now));
+  const auto shown =
+      all<PublishStatus>(sut->not_owner({"cnc", 1}, "served by another gateway", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.call, fabric::CallId{});
 }
 
-TEST_F(CoreCallsTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
+TEST_F(CoreCallsTest, ReportsAtItsEndWhichCallsItHasNotDispatched) {
   start();
   link_up();
   auto one = instance(1);
@@ -73,25 +75,27 @@ TEST_F(CoreCallsTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
   confirm(request(2));
   request(1);
   const auto actions = sut->end(now);
-  ASSERT_THAT(all<Show>(actions), SizeIs(1));
-  EXPECT_EQ(all<Show>(actions).front().status.key, (fabric::ChannelKey{"cnc", 1}));
-  EXPECT_EQ(all<Show>(actions).front().status.call, fabric::CallId{});
+  ASSERT_THAT(all<PublishStatus>(actions), SizeIs(1));
+  EXPECT_EQ(all<PublishStatus>(actions).front().status.key, (fabric::ChannelKey{"cnc", 1}));
+  EXPECT_EQ(all<PublishStatus>(actions).front().status.call, fabric::CallId{});
 }
 
-TEST_F(CoreCallsTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
+TEST_F(CoreCallsTest, WaitsForNoAnswerOfARemovedLink) {
   start();
   link_up();
-  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 2}, "served by another gateway", now)), IsEmpty());
-  EXPECT_THAT(all<Hide>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
+  EXPECT_THAT(all<RetractStatus>(sut->not_owner({"cnc", 2}, "served by another gateway", now)),
+              IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
+TEST_F(CoreCallsTest, FinishesAnAnswerThatHasBegunToReleaseTheProgram) {
   start_with(instance(1));
   confirm(request(1));
   journal_state.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
   journal_state.apply(ClearingEntry{{7, 1001}});
   start();
-  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(sut->not_owner({"cnc", 1}, "served by another gateway", now)),
+              IsEmpty());
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
   const ServiceSnapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)), IsEmpty())
@@ -101,24 +105,26 @@ TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
               ElementsAre(Write{Variable::response_state, 1U}));
-  EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), IsEmpty())
+  EXPECT_THAT(all<RetractStatus>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)),
+              IsEmpty())
       << "no other gateway would repeat it if it is lost";
   const ServiceSnapshot released{ReadSet::states, "", "", 0, 1, ""};
-  EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 1}, released, now)), SizeIs(1));
+  EXPECT_THAT(all<RetractStatus>(sut->on_read({"cnc", 1}, released, now)), SizeIs(1));
 }
 
 // A regression: the kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw
 // no request and the program waited for ever. Found by the simulation.
-TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
+TEST_F(CoreCallsTest, FinishesACallThatAnotherGatewayCannotSee) {
   start_with(instance(1));
   confirm(request(1));
   journal_state.apply(InterimEntry{{7, 1001}, 1000});
   start();
-  EXPECT_THAT(all<Hide>(sut->not_owner({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(sut->not_owner({"cnc", 1}, "served by another gateway", now)),
+              IsEmpty());
   sut->on_link_up("cnc", {}, now);
   sut->on_instance_ready(instance(1), now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 0, 1000, ""}, now);
-  EXPECT_THAT(all<Hide>(seen), IsEmpty());
+  EXPECT_THAT(all<RetractStatus>(seen), IsEmpty());
   EXPECT_THAT(all<Publish>(seen), SizeIs(1)) << "its instance answers once more";
 }
 
@@ -130,7 +136,7 @@ TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
   sut->not_owner({"cnc", 1}, "served by another gateway", now);
   sut->on_link_up("cnc", {}, now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 1000, ""}, now);
-  EXPECT_THAT(all<Hide>(seen), SizeIs(1));
+  EXPECT_THAT(all<RetractStatus>(seen), SizeIs(1));
 }
 
 // A regression: the call was dispatched before its entry was on a slow disk. Found by the
@@ -146,7 +152,7 @@ TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChan
   EXPECT_THAT(all<Publish>(confirm(next)), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, TakesAChannelBackThatWasLeaving) {
+TEST_F(CoreCallsTest, ServesAChannelAgainThatWasLeaving) {
   start();
   link_up();
   sut->drain({"cnc", 1}, now);
@@ -155,14 +161,14 @@ TEST_F(CoreCallsTest, TakesAChannelBackThatWasLeaving) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
+TEST_F(CoreCallsTest, BlocksAnAtMostOnceCallThatAnotherGatewayMayHaveDispatched) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f (pid 1 on host7)");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
-  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
-  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
-  EXPECT_THAT(all<Show>(actions).back().status.reason,
+  ASSERT_THAT(all<PublishStatus>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<PublishStatus>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_THAT(all<PublishStatus>(actions).back().status.reason,
               HasSubstr("gateway 5f (pid 1 on host7) is gone and may have dispatched this call"));
   core::CommandResult result;
   EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now))),
@@ -171,17 +177,17 @@ TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
 
 // A regression: with two gateways that did not hear each other, the calls that the first had
 // dispatched were forgotten when the second left one of its own. Found by the simulation.
-TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
+TEST_F(CoreCallsTest, BlocksEachOfSeveralInheritedCallsThatIsStillRequested) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   sut->predecessor_call({"cnc", 1}, "00000000-0000-4000-8000-000000000002", "gateway 60");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
-  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_EQ(all<PublishStatus>(actions).back().status.state, fabric::ChannelState::held);
 }
 
 // Found by the simulation.
-TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, StillBlocksACallThatItBlockedBeforeItLeftTheChannel) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
@@ -189,10 +195,10 @@ TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
-  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_EQ(all<PublishStatus>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
+TEST_F(CoreCallsTest, WithdrawsItsAnsweredRequestsAlsoWhereAnotherGatewayServesTheChannel) {
   start_with(instance(1));
   answered_call(1);
   answered_call(2);
@@ -205,18 +211,18 @@ TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesT
 
 // A regression: a gateway that had left a channel to another one, which died before it took it,
 // dispatched its own at-most-once call again. Found by the simulation.
-TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, BlocksAnAtMostOnceCallThatItHadDispatchedBeforeItLeftTheChannel) {
   start_with(at_most_once(1));
   confirm(request(1));
   sut->not_owner({"cnc", 1}, "served by another gateway", now);
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
-  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
-  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  ASSERT_THAT(all<PublishStatus>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<PublishStatus>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
+TEST_F(CoreCallsTest, StillBlocksAnInheritedCallAfterARestart) {
   const auto once = at_most_once(1);
   start_with(once);
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
@@ -236,7 +242,7 @@ TEST_F(CoreCallsTest, RunsAnInheritedCallThatMayRunTwice) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
+TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramRequestsNothing) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   const ServiceSnapshot idle{ReadSet::state, "", "", 0, 0, ""};
@@ -249,13 +255,13 @@ TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
 
 // Two gateways hear each other again while a read of one is under way, and that read is older than
 // the request. Found by the simulation (seed 25671): the call ran twice.
-TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
+TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenAnOlderReadShowsNoRequest) {
   start_with(at_most_once(1));
   sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
   sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
-  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_EQ(all<PublishStatus>(actions).back().status.state, fabric::ChannelState::held);
 }
 
 TEST_F(CoreCallsTest, AppliesNewPoliciesToRequestsThatWait) {
@@ -283,7 +289,7 @@ TEST_F(CoreCallsTest, KeepsThePolicyUnderWhichACallWasAccepted) {
 
 // A regression: the deadline of one call had passed, its instance got the call of another channel,
 // which then used the link that was gone: the gateway crashed. Found by the simulation.
-TEST_F(CoreCallsTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
+TEST_F(CoreCallsTest, ReadsNothingOverALinkThatIsRemovedWhileACallEnds) {
   start({.everywhere = {.deadline = Rule{1s, 902}}});
   link_up();
   sut->on_instance_ready(instance(1), now);

@@ -107,7 +107,7 @@ TEST_F(CoreTest, ConnectsOnceItHasListened) {
   EXPECT_TRUE(sut->serves({"cnc", 2}));
 }
 
-TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
+TEST_F(CoreTest, SetsItsTimerForWhatIsDueNext) {
   ASSERT_TRUE(wakes_at);
   EXPECT_GT(*wakes_at, time.steady);
   const auto listens_until = *wakes_at;
@@ -116,7 +116,7 @@ TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
   EXPECT_EQ(wakes_at, listens_until);
 }
 
-TEST_F(CoreTest, AsksToBeWokenForAMessageQueueWhereNothingElseHappens) {
+TEST_F(CoreTest, SetsItsTimerForAMessageQueueWhereNothingElseHappens) {
   serve();
   settings::MachineSettings machine;
   machine.name = "cnc";
@@ -185,7 +185,7 @@ class EachInput : public CoreTest, public testing::WithParamInterface<Input> {};
 
 // Other gateways may have taken its machines over: the link is removed before the event is handled,
 // which may be the link's own.
-TEST_P(EachInput, NoticesFirstThatTheGatewayStoodStill) {
+TEST_P(EachInput, DetectsAStandstillFirst) {
   serve();
   time.steady = sut->heartbeat();
   fabric::MachineStatus other;

@@ -134,7 +134,7 @@ class DataSampler : public testing::Test {
   int look_ups = 0;
 };
 
-TEST_F(DataSampler, TellsAllValuesOfAGroupOnceItsControllerAnswers) {
+TEST_F(DataSampler, PublishesAllValuesOfAGroupOnceItsControllerAnswers) {
   values = {{"V.E.A", 1}, {"V.E.B", -2}};
   begin(one_group({"V.E.A", "V.E.B"}));
 
@@ -149,7 +149,7 @@ TEST_F(DataSampler, TellsAllValuesOfAGroupOnceItsControllerAnswers) {
   EXPECT_EQ(samples[0].values[1].type, fabric::ValueType::sgn32);
 }
 
-TEST_F(DataSampler, ReadsOnTheBeatAndTellsOnlyWhatIsNews) {
+TEST_F(DataSampler, ReadsEachPeriodAndPublishesOnlyChanges) {
   begin(one_group({"V.E.A"}));
   run(950ms);
   EXPECT_THAT(reads, SizeIs(10));
@@ -162,7 +162,7 @@ TEST_F(DataSampler, ReadsOnTheBeatAndTellsOnlyWhatIsNews) {
   EXPECT_THAT(numbers(samples[1]), ElementsAre(7));
 }
 
-TEST_F(DataSampler, TellsEachBeatWhereThatIsWanted) {
+TEST_F(DataSampler, PublishesEachPeriodIfConfigured) {
   DataSettings settings = one_group({"V.E.A"});
   settings.groups[0].always = true;
   begin(settings);
@@ -172,7 +172,7 @@ TEST_F(DataSampler, TellsEachBeatWhereThatIsWanted) {
   EXPECT_THAT(samples, SizeIs(10));
 }
 
-TEST_F(DataSampler, ANumberWithinTheDeadbandOfWhatWasToldIsNoNews) {
+TEST_F(DataSampler, ANumberWithinTheDeadbandIsNotPublished) {
   DataSettings settings = one_group({"V.E.A"});
   settings.groups[0].deadband = 2;
   begin(settings);
@@ -190,7 +190,7 @@ TEST_F(DataSampler, ANumberWithinTheDeadbandOfWhatWasToldIsNoNews) {
   EXPECT_THAT(samples, SizeIs(2));
 }
 
-TEST_F(DataSampler, GroupsOfOneBeatShareRequests) {
+TEST_F(DataSampler, GroupsOfOnePeriodShareRequests) {
   DataSettings settings = one_group({"V.E.A", "V.E.B"});
   settings.groups.push_back({.name = "more", .channel = 2, .names = {"V.E.C"}, .period = 100ms});
   settings.groups.push_back({.name = "slow", .names = {"V.E.D"}, .period = 200ms});
@@ -201,7 +201,7 @@ TEST_F(DataSampler, GroupsOfOneBeatShareRequests) {
   EXPECT_THAT(std::vector(reads.begin() + 1, reads.begin() + 5), ElementsAre(3, 4, 3, 4));
 }
 
-TEST_F(DataSampler, ARequestTakesNoMoreThanSixtyFourValuesOfOnePort) {
+TEST_F(DataSampler, ARequestReadsAtMostSixtyFourValuesOfOnePort) {
   std::vector<std::string> many;
   for (int i = 0; i < 100; ++i) {
     many.push_back("V.E.N" + std::to_string(i));
@@ -216,7 +216,7 @@ TEST_F(DataSampler, ARequestTakesNoMoreThanSixtyFourValuesOfOnePort) {
   EXPECT_THAT(samples[0].values, SizeIs(101));
 }
 
-TEST_F(DataSampler, AnUnknownVariableIsRefusedSaidOnceAndCostsTheOthersNothing) {
+TEST_F(DataSampler, AnUnknownVariableIsRefusedLoggedOnceAndCostsTheOthersNothing) {
   refused["V.E.NO"] = ErrorCode::symbol_not_found;
   refused["V.E.NEITHER"] = ErrorCode::symbol_not_found;
   begin(one_group({"V.E.A", "V.E.NO", "V.E.NEITHER"}));
@@ -232,7 +232,7 @@ TEST_F(DataSampler, AnUnknownVariableIsRefusedSaidOnceAndCostsTheOthersNothing) 
   EXPECT_THAT(reads, SizeIs(testing::Ge(599U)));
 }
 
-TEST_F(DataSampler, AGroupOfWhichNothingCanBeReadIsToldAndWaitsForItsTime) {
+TEST_F(DataSampler, AGroupThatCannotBeReadIsPublishedAndRetriedLater) {
   refused["V.E.NO"] = ErrorCode::symbol_not_found;
   begin(one_group({"V.E.NO"}));
 
@@ -244,7 +244,7 @@ TEST_F(DataSampler, AGroupOfWhichNothingCanBeReadIsToldAndWaitsForItsTime) {
   EXPECT_EQ(look_ups, 3);
 }
 
-TEST_F(DataSampler, AVariableThatComesToBeIsReadFromThenOn) {
+TEST_F(DataSampler, ANewVariableIsReadOnceItExists) {
   refused["V.P.COUNT"] = ErrorCode::symbol_not_found;
   begin(one_group({"V.P.COUNT"}));
   run(5s);
@@ -258,7 +258,7 @@ TEST_F(DataSampler, AVariableThatComesToBeIsReadFromThenOn) {
   EXPECT_THAT(numbers(samples[1]), ElementsAre(3));
 }
 
-TEST_F(DataSampler, AHandleThatIsStaleIsLookedUpAtOnceAndNobodyNotices) {
+TEST_F(DataSampler, AStaleHandleIsLookedUpAtOnceWithoutALogLine) {
   begin(one_group({"V.E.A"}));
   run(950ms);
   ASSERT_EQ(look_ups, 1);
@@ -320,7 +320,7 @@ TEST_F(DataSampler, OnlyChannelsThatAreServedAreSampled) {
   EXPECT_EQ(look_ups, 0);
 }
 
-TEST_F(DataSampler, ItSaysNothingOfAChannelThatIsNotOursAnyMore) {
+TEST_F(DataSampler, AReleasedChannelIsNotPublished) {
   begin(one_group({"V.E.A"}));
   run(50ms);
 
@@ -332,7 +332,7 @@ TEST_F(DataSampler, ItSaysNothingOfAChannelThatIsNotOursAnyMore) {
   EXPECT_THAT(left, ElementsAre("axes"));
 }
 
-TEST_F(DataSampler, WhatTheBudgetDoesNotAllowForIsSampledMoreSlowlyAndSaid) {
+TEST_F(DataSampler, WhatExceedsTheBudgetIsSampledMoreSlowlyAndLogged) {
   with_sums = false;
   DataSettings settings = one_group({"V.E.A", "V.E.B"});
   settings.requests_per_second = 10;
@@ -356,7 +356,7 @@ TEST_F(DataSampler, WhatTheBudgetDoesNotAllowForIsSampledMoreSlowlyAndSaid) {
   EXPECT_EQ(samples.back().period, 100ms);
 }
 
-TEST_F(DataSampler, ItsPaceIsMeasuredAnewAfterTheLinkWasDown) {
+TEST_F(DataSampler, ThePeriodIsMeasuredAgainAfterTheLinkWasDown) {
   with_sums = false;
   DataSettings settings = one_group({"V.E.A", "V.E.B"});
   settings.requests_per_second = 10;
@@ -404,7 +404,7 @@ TEST_F(DataSampler, AShortBudgetIsSharedAmongGroups) {
   EXPECT_EQ(told.size(), 3U);
 }
 
-TEST_F(DataSampler, AControllerThatHasTooMuchOnItsHandsIsLeftAloneForAWhile) {
+TEST_F(DataSampler, AnOverloadedControllerIsNotReadForAWhile) {
   begin(one_group({"V.E.A"}));
   run(50ms);
   refused["V.E.A"] = ErrorCode::mailbox_full;

@@ -41,7 +41,7 @@ TEST(DataValues, AnAnswerThatIsNoSuchValueIsRefusedWithTheReason) {
   EXPECT_EQ(wrong.error(), "the controller sent 3 bytes for a REAL64 of 8");
 }
 
-TEST(DataValues, WhatIsNoNumberIsNewsOnce) {
+TEST(DataValues, WhatIsNoNumberIsAChangeOnce) {
   const double no_number = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(is_news(real(1), real(no_number), 0.5));
   EXPECT_FALSE(is_news(real(no_number), real(no_number), 0.5));
@@ -54,7 +54,7 @@ TEST(DataValues, InfinityIsFurtherThanAnyDeadband) {
   EXPECT_TRUE(is_news(real(-infinite), real(infinite), 1));
 }
 
-TEST(DataValues, AnotherQualityReasonOrLengthIsNews) {
+TEST(DataValues, AnotherQualityReasonOrLengthIsAChange) {
   Value bad = real(1);
   bad.quality = Quality::stale;
   EXPECT_TRUE(is_news(real(1), bad, 10));

@@ -48,7 +48,7 @@ std::vector<std::string> words(const dispatch::Decisions& decisions) {
   return out;
 }
 
-class DispatcherRoom : public testing::Test {
+class DispatcherCapacity : public testing::Test {
  protected:
   void ready(std::initializer_list<std::uint8_t> numbers) {
     for (const std::uint8_t number : numbers) {
@@ -75,20 +75,20 @@ class DispatcherRoom : public testing::Test {
   dispatch::Dispatcher sut;
 };
 
-TEST_F(DispatcherRoom, GivesADeclinedCallToTheNextAtOnce) {
+TEST_F(DispatcherCapacity, DispatchesADeclinedCallToTheNextInstanceAtOnce) {
   ready({1, 2});
   EXPECT_THAT(add(1), ElementsAre("1→1#1"));
   EXPECT_THAT(decline(1), ElementsAre("1→2#2"));
 }
 
-TEST_F(DispatcherRoom, AsksWhoDeclinedAgainWhenAHeartbeatSaysThatItHasRoom) {
+TEST_F(DispatcherCapacity, RetriesADecliningInstanceWhenAHeartbeatShowsRoom) {
   ready({1});
   add(1);
   EXPECT_THAT(decline(1), ElementsAre("1: the only instance is busy"));
   EXPECT_THAT(heartbeat(1, {}), ElementsAre("1→1#2"));
 }
 
-TEST_F(DispatcherRoom, AsksWhoDeclinedAndSendsNoHeartbeatAgainAfterAWhile) {
+TEST_F(DispatcherCapacity, RetriesADecliningInstanceWithoutHeartbeatsAfterAWhile) {
   ready({1});
   add(1);
   decline(1);
@@ -96,7 +96,7 @@ TEST_F(DispatcherRoom, AsksWhoDeclinedAndSendsNoHeartbeatAgainAfterAWhile) {
   EXPECT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1→1#2"));
 }
 
-TEST_F(DispatcherRoom, DoesNotBelieveWhoDeclinesAgainAndAgainThatItHasRoom) {
+TEST_F(DispatcherCapacity, IgnoresTheReportedRoomOfAnInstanceThatDeclinesAgainAndAgain) {
   ready({1});
   add(1);
   for (int i = 0; i < 8; ++i) {
@@ -108,20 +108,20 @@ TEST_F(DispatcherRoom, DoesNotBelieveWhoDeclinesAgainAndAgainThatItHasRoom) {
   EXPECT_THAT(words(sut.on_time(start + 5s)), ElementsAre("1→1#9"));
 }
 
-TEST_F(DispatcherRoom, IgnoresTheDeclineOfACallThatIsOver) {
+TEST_F(DispatcherCapacity, IgnoresTheDeclineOfACallThatIsOver) {
   ready({1});
   add(1);
   sut.remove(ours(1));
   EXPECT_THAT(decline(1), IsEmpty());
 }
 
-TEST_F(DispatcherRoom, PrefersWhoIsIdleToWhoRunsTheCallsOfOthers) {
+TEST_F(DispatcherCapacity, PrefersAnIdleInstanceToOneWithCallsOfOthers) {
   ready({1, 2});
   heartbeat(1, {of_others(1)});
   EXPECT_THAT(add(1), ElementsAre("1→2#1"));
 }
 
-TEST_F(DispatcherRoom, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
+TEST_F(DispatcherCapacity, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
   ready({1});
   heartbeat(1, {of_others(1)});
   EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
@@ -129,7 +129,7 @@ TEST_F(DispatcherRoom, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
   EXPECT_THAT(heartbeat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it still waits";
 }
 
-TEST_F(DispatcherRoom, CountsItsOwnCallsInAHeartbeatOnce) {
+TEST_F(DispatcherCapacity, CountsItsOwnCallsInAHeartbeatOnce) {
   auto two = instance(1);
   two.concurrency = 2;
   sut.on_instance_ready(two);
@@ -138,7 +138,7 @@ TEST_F(DispatcherRoom, CountsItsOwnCallsInAHeartbeatOnce) {
   EXPECT_THAT(add(2), ElementsAre("2→1#1"));
 }
 
-TEST_F(DispatcherRoom, TakesACallFromAnInstanceThatSendsHeartbeatsWithoutEverHavingTakenIt) {
+TEST_F(DispatcherCapacity, WithdrawsACallThatTheHeartbeatsOfItsInstanceNeverShow) {
   ready({1, 2});
   add(1);
   sut.on_published(ours(1), start);
@@ -151,7 +151,7 @@ TEST_F(DispatcherRoom, TakesACallFromAnInstanceThatSendsHeartbeatsWithoutEverHav
   EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "another try";
 }
 
-TEST_F(DispatcherRoom, HoldsAnAtMostOnceCallOfWhoDoesNotHear) {
+TEST_F(DispatcherCapacity, BlocksAnAtMostOnceCallOfAnInstanceThatDoesNotReceive) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut.on_instance_ready(once);
@@ -161,7 +161,7 @@ TEST_F(DispatcherRoom, HoldsAnAtMostOnceCallOfWhoDoesNotHear) {
   EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 held"));
 }
 
-TEST_F(DispatcherRoom, LeavesACallWithWhoHasIt) {
+TEST_F(DispatcherCapacity, LeavesACallWithTheInstanceThatHasIt) {
   ready({1, 2});
   add(1);
   sut.on_published(ours(1), start);
@@ -170,14 +170,14 @@ TEST_F(DispatcherRoom, LeavesACallWithWhoHasIt) {
   }
 }
 
-TEST_F(DispatcherRoom, ForgivesACallThatWaitsForTheJournal) {
+TEST_F(DispatcherCapacity, ToleratesACallThatWaitsForTheJournal) {
   ready({1, 2});
   add(1);
   EXPECT_THAT(heartbeat(1, {}, start + 10s), IsEmpty());
   EXPECT_THAT(heartbeat(1, {}, start + 11s), IsEmpty());
 }
 
-TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
+TEST_F(DispatcherCapacity, FindsAnInstanceOfTwoScopesOnce) {
   auto named = instance(1);
   named.channels = {{"cnc", 1}, {"cnc", 0}};
   sut.on_instance_ready(named);
@@ -185,7 +185,7 @@ TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
 }
 
-TEST_F(DispatcherRoom, CountsACallThatMovedAwayAsLoadOfWhoStillRunsIt) {
+TEST_F(DispatcherCapacity, CountsACallThatMovedAwayAsLoadOfTheInstanceThatStillRunsIt) {
   ready({1, 2});
   add(1);
   sut.on_instance_gone(instance(1).id, start);
@@ -195,7 +195,7 @@ TEST_F(DispatcherRoom, CountsACallThatMovedAwayAsLoadOfWhoStillRunsIt) {
   EXPECT_THAT(add(2), ElementsAre("2→1#1 waits"));
 }
 
-TEST_F(DispatcherRoom, BelievesWhoDeclinesAndAnswersInBetweenThatItHasRoom) {
+TEST_F(DispatcherCapacity, AcceptsTheReportedRoomOfAnInstanceThatDeclinesAndAnswersInBetween) {
   ready({1});
   for (std::uint64_t number = 1; number <= 20; ++number) {
     ASSERT_THAT(add(number), ElementsAre(fmt::format("{}→1#1", number)));
@@ -205,7 +205,7 @@ TEST_F(DispatcherRoom, BelievesWhoDeclinesAndAnswersInBetweenThatItHasRoom) {
   }
 }
 
-TEST_F(DispatcherRoom, LetsOneCallAloneWaitHoweverManyAnInstanceRunsAtOnce) {
+TEST_F(DispatcherCapacity, LetsOnlyOneCallWaitHoweverManyAnInstanceRunsAtOnce) {
   auto two = instance(1);
   two.concurrency = 2;
   sut.on_instance_ready(two);

@@ -83,13 +83,13 @@ class DispatcherTest : public testing::Test {
   dispatch::Dispatcher sut;
 };
 
-TEST_F(DispatcherTest, GivesACallToAnInstanceOfItsUuidWhateverTheCase) {
+TEST_F(DispatcherTest, DispatchesACallToAnInstanceOfItsUuidWhateverTheCase) {
   ready({1});
   EXPECT_THAT(words(sut.add(call(1, "{560AACBF-6335-44a9-895A-8B27F3ED5E47}"))),
               ElementsAre("1→1#1"));
 }
 
-TEST_F(DispatcherTest, GivesNothingToAnInstanceOfAnotherUuid) {
+TEST_F(DispatcherTest, DispatchesNothingToAnInstanceOfAnotherUuid) {
   auto other = instance(1);
   other.uuid = "11111111-1111-1111-1111-111111111111";
   sut.on_instance_ready(other);
@@ -119,7 +119,7 @@ TEST_F(DispatcherTest, PrefersTheClosestNameOfAChannel) {
   EXPECT_THAT(add(8), ElementsAre("8→1#1"));
 }
 
-TEST_F(DispatcherTest, GivesTheCallsOfAQueueToWhoNamesItOrItsChannelOrItsMachine) {
+TEST_F(DispatcherTest, DispatchesTheCallsOfAQueueToTheClosestScope) {
   const auto queued = [&](std::uint64_t number) {
     return words(sut.add({.id = {1, number}, .key = {"cnc.alarms", 7}, .request = {uuid, "", 1}}));
   };
@@ -140,7 +140,7 @@ TEST_F(DispatcherTest, GivesTheCallsOfAQueueToWhoNamesItOrItsChannelOrItsMachine
   EXPECT_THAT(queued(3), ElementsAre("7→2#1"));
 }
 
-TEST_F(DispatcherTest, TakesAnInstanceForAnyChannelIfTheOneThatNamesItIsBusy) {
+TEST_F(DispatcherTest, UsesAnInstanceWithoutChannelsIfTheOneThatNamesTheChannelIsBusy) {
   ready({1});
   auto named = instance(2);
   named.channels = {{"", 7}};
@@ -163,7 +163,7 @@ TEST_F(DispatcherTest, PrefersTheLeastBusy) {
   EXPECT_THAT(add(4), ElementsAre("4→1#1"));
 }
 
-TEST_F(DispatcherTest, GoesRoundBetweenEquals) {
+TEST_F(DispatcherTest, AlternatesBetweenEquals) {
   ready({1, 2, 3});
   std::vector<std::string> given;
   for (std::uint16_t channel = 1; channel <= 6; ++channel) {
@@ -173,7 +173,7 @@ TEST_F(DispatcherTest, GoesRoundBetweenEquals) {
   EXPECT_THAT(given, ElementsAre("1→1#1", "2→2#1", "3→3#1", "4→1#1", "5→2#1", "6→3#1"));
 }
 
-TEST_F(DispatcherTest, GivesAnInstanceNoMoreThanItTakesAtOnce) {
+TEST_F(DispatcherTest, DispatchesNoMoreToAnInstanceThanItsConcurrency) {
   ready({1});
   add(1);
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
@@ -181,14 +181,14 @@ TEST_F(DispatcherTest, GivesAnInstanceNoMoreThanItTakesAtOnce) {
   EXPECT_THAT(remove(1), ElementsAre("2→1#1"));
 }
 
-TEST_F(DispatcherTest, TakesAConcurrencyOf0AsOne) {
+TEST_F(DispatcherTest, TreatsAConcurrencyOf0AsOne) {
   auto one = instance(1);
   one.concurrency = 0;
   sut.on_instance_ready(one);
   EXPECT_THAT(add(1), ElementsAre("1→1#1"));
 }
 
-TEST_F(DispatcherTest, GivesADrainingInstanceNothingNew) {
+TEST_F(DispatcherTest, DispatchesNothingNewToADrainingInstance) {
   ready({1});
   add(1);
   auto draining = instance(1);
@@ -198,7 +198,7 @@ TEST_F(DispatcherTest, GivesADrainingInstanceNothingNew) {
   EXPECT_THAT(add(2), ElementsAre(HasSubstr("no instance of")));
 }
 
-TEST_F(DispatcherTest, GivesAWaitingCallToTheNextInstanceThatAppears) {
+TEST_F(DispatcherTest, DispatchesAWaitingCallToTheNextInstanceThatAppears) {
   add(1);
   EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
 }
@@ -214,7 +214,7 @@ TEST_F(DispatcherTest, KeepsTheCallOfAnInstanceThatIsGoneForAMoment) {
   EXPECT_THAT(words(sut.on_time(start + 1s)), IsEmpty());
 }
 
-TEST_F(DispatcherTest, GivesTheCallOfALostInstanceToAnotherAsTheNextAttempt) {
+TEST_F(DispatcherTest, DispatchesTheCallOfALostInstanceToAnotherAsTheNextAttempt) {
   ready({1, 2});
   add(1);
   sut.on_instance_gone(id(1), start);
@@ -229,13 +229,13 @@ TEST_F(DispatcherTest, LetsTheCallOfALostInstanceWaitIfThereIsNoOther) {
   EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#2"));
 }
 
-TEST_F(DispatcherTest, GivesNothingNewToAnInstanceThatIsGone) {
+TEST_F(DispatcherTest, DispatchesNothingNewToAnInstanceThatIsGone) {
   ready({1});
   sut.on_instance_gone(id(1), start);
   EXPECT_THAT(add(1), ElementsAre(HasSubstr("no instance")));
 }
 
-TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
+TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
   auto one = instance(1);
   one.delivery = fabric::Delivery::at_most_once;
   sut.on_instance_ready(one);
@@ -249,7 +249,7 @@ TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
   EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
 }
 
-TEST_F(DispatcherTest, GivesAHeldCallBackToItsInstanceWhichKnowsWhatItHasRun) {
+TEST_F(DispatcherTest, ReturnsABlockedCallToItsInstance) {
   auto one = instance(1);
   one.delivery = fabric::Delivery::at_most_once;
   sut.on_instance_ready(one);
@@ -272,21 +272,21 @@ TEST_F(DispatcherTest, ResumesACallAtOnceIfItsInstanceIsKnown) {
 
 // A regression: it was listed twice, and the remaining entry was dispatched in place of the
 // channel's next call. Found by the simulation.
-TEST_F(DispatcherTest, ResumesNoCallThatAnOperatorHasHadGivenOutAgain) {
+TEST_F(DispatcherTest, ResumesNoCallThatAnOperatorHasRetried) {
   sut.add(call(1));
   EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
   sut.remove(dispatched(1, 1, 3).id);
   EXPECT_THAT(words(sut.on_instance_ready(instance(1))), IsEmpty());
 }
 
-TEST_F(DispatcherTest, GivesAResumedCallToAnotherIfItsInstanceDoesNotComeBack) {
+TEST_F(DispatcherTest, DispatchesAResumedCallToAnotherIfItsInstanceDoesNotReturn) {
   sut.resume(dispatched(1, 1, 3), start);
   ready({2});
   EXPECT_EQ(sut.next_time(), start + 1500ms);
   EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 lost", "1→2#4"));
 }
 
-TEST_F(DispatcherTest, HoldsAResumedAtMostOnceCallIfItsInstanceDoesNotComeBack) {
+TEST_F(DispatcherTest, BlocksAResumedAtMostOnceCallIfItsInstanceDoesNotReturn) {
   sut.resume(dispatched(1, 1, 1, fabric::Delivery::at_most_once), start);
   ready({2});
   EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 held"));
@@ -301,7 +301,7 @@ TEST_F(DispatcherTest, CountsAReturnedInstanceAsBusyWithWhatItHas) {
   EXPECT_THAT(remove(1), ElementsAre("2→1#1"));
 }
 
-TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
+TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneLeft) {
   auto last = instance(1);
   last.name = "sq1";
   last.pid = 7;
@@ -313,7 +313,7 @@ TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
               has(fabric::Cause::no_instance, EndsWith("; the last one was sq1 (pid 7 on hall)")));
 }
 
-TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
+TEST_F(DispatcherTest, ExplainsWhyAUuidIsUnservedForAChannel) {
   const fabric::ChannelKey channel{"cnc", 1};
   EXPECT_THAT(sut.why_unserved(uuid, channel),
               has(fabric::Cause::unknown_uuid, HasSubstr("no service has the UUID")));
@@ -330,7 +330,7 @@ TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
   EXPECT_EQ(sut.why_unserved(uuid, channel), std::nullopt);
 }
 
-TEST_F(DispatcherTest, CallsAUuidServedWhileItsInstanceIsGoneForAMoment) {
+TEST_F(DispatcherTest, CountsAUuidAsServedWhileItsInstanceIsGoneForAMoment) {
   ready({1});
   sut.on_instance_gone(id(1), start);
   EXPECT_EQ(sut.why_unserved(uuid, {"cnc", 1}), std::nullopt);

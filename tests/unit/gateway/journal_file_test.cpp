@@ -132,7 +132,7 @@ TEST_P(JournalFile, RefusesAFolderThatAnotherGatewayUses) {
   }
 }
 
-TEST_P(JournalFile, StaysThatOfTheGatewayThatHasItWhenAnotherOneIsRefused) {
+TEST_P(JournalFile, StaysUsableWhenAnotherGatewayIsRefused) {
   open();
   append(dispatched(1));
   ASSERT_TRUE(run_until(io, [&] { return recorded == 1; }));
@@ -164,7 +164,7 @@ TEST_P(JournalFile, RefusesAFileThatIsNoJournal) {
   }
 }
 
-TEST_P(JournalFile, SaysThatTheDiskIsFullAndConfirmsWhenItIsNot) {
+TEST_P(JournalFile, ReportsAFullDiskAndConfirmsOnceThereIsRoom) {
   open();
   {
     const FullDisk full;
@@ -224,7 +224,7 @@ class StuckFile {
   int reader_ = -1;
 };
 
-TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
+TEST_P(JournalFile, KeepsTheLoopRunningWhileTheDiskStalls) {
   open(1024);
   StuckFile new_file(file().string() + ".new");
   for (std::uint64_t number = 1; number <= 100; ++number) {
@@ -273,7 +273,7 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
   ::_exit(1);
 }
 
-TEST_P(JournalFile, HasWhatItConfirmedWhenTheProcessIsKilledWhileItIsWrittenAnewAgainAndAgain) {
+TEST_P(JournalFile, HasWhatItConfirmedWhenTheProcessIsKilledDuringItsRewrites) {
   // Each force takes time.
   const std::uint64_t most = GetParam() == Sync::always ? 100 : 400;
   for (std::uint64_t least = 20; least <= most; least += 20) {

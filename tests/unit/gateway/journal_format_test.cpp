@@ -61,13 +61,13 @@ std::string file_of(const std::vector<JournalEntry>& entries) {
   return file;
 }
 
-TEST(JournalFormat, BringsEveryEntryBack) {
+TEST(JournalFormat, ReadsEveryEntryBack) {
   const Contents sut = decode(file_of(one_of_each()));
   EXPECT_EQ(sut.entries, one_of_each());
   EXPECT_EQ(sut.damage, "");
 }
 
-TEST(JournalFormat, TakesAnEmptyFileAsANewJournal) {
+TEST(JournalFormat, AcceptsAnEmptyFileAsANewJournal) {
   const Contents sut = decode("");
   EXPECT_THAT(sut.entries, IsEmpty());
   EXPECT_EQ(sut.damage, "");
@@ -148,7 +148,7 @@ TEST_F(JournalStateTest, KeepsTheTwoNewestInterimStates) {
   EXPECT_THAT(sut.open_calls().front().shown, ElementsAre(6U, 7U));
 }
 
-TEST_F(JournalStateTest, KnowsThatAChannelHasOneCallAtATime) {
+TEST_F(JournalStateTest, KeepsOneCallOfAChannelAtATime) {
   apply({dispatched(first, 1), dispatched(second, 1)});
   ASSERT_EQ(sut.open_calls().size(), 1U);
   EXPECT_EQ(sut.open_calls().front().id, second);

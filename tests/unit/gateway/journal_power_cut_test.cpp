@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/journal/journal.hpp"
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -37,7 +37,7 @@ class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
   /// Calls one after the other, each begun when the journal has confirmed the previous one.
   std::vector<tests::PowerCut> work() {
     std::filesystem::create_directories(journal);
-    tests::ForgetfulDisk disk(journal);
+    tests::PowerCutDisk disk(journal);
     auto writer = open(journal);
     disk.promise(1);
     bool recorded = false;

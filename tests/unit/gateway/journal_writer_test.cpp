@@ -191,7 +191,7 @@ class JournalWriterTest : public testing::Test {
   std::vector<std::uint64_t>& recorded = disk.recorded;
 };
 
-TEST_F(JournalWriterTest, IsAsShortAsItCanBeOnceItHasBeenWrittenAnew) {
+TEST_F(JournalWriterTest, IsAsShortAsItCanBeAfterItsRewrite) {
   open(Sync::never);
   append(1);
   fill(1024);
@@ -201,7 +201,7 @@ TEST_F(JournalWriterTest, IsAsShortAsItCanBeOnceItHasBeenWrittenAnew) {
   EXPECT_EQ(disk.new_files, 1U);
 }
 
-TEST_F(JournalWriterTest, IsNotWrittenAnewAgainAndAgainWhileManyCallsAreOpen) {
+TEST_F(JournalWriterTest, IsNotRewrittenRepeatedlyWhileManyCallsAreOpen) {
   open(Sync::interval);
   for (std::uint64_t number = 1; number <= 1000; ++number) {
     append(number);
@@ -216,7 +216,7 @@ TEST_F(JournalWriterTest, IsNotWrittenAnewAgainAndAgainWhileManyCallsAreOpen) {
   EXPECT_EQ(disk.new_files, 1U);
 }
 
-TEST_F(JournalWriterTest, WritesAnewInProportionToWhatWasAppendedHoweverManyCallsAreOpen) {
+TEST_F(JournalWriterTest, RewritesInProportionToWhatWasAppended) {
   open(Sync::interval);
   constexpr std::uint64_t most = 5000;
   for (std::uint64_t number = 1; number <= 4 * most; ++number) {
@@ -231,7 +231,7 @@ TEST_F(JournalWriterTest, WritesAnewInProportionToWhatWasAppendedHoweverManyCall
   EXPECT_LE(disk.written_anew, 2 * disk.appended);
 }
 
-TEST_F(JournalWriterTest, GoesOnWhileItIsWrittenAnew) {
+TEST_F(JournalWriterTest, ContinuesDuringItsRewrite) {
   open(Sync::interval);
   fill(1024);
   sut->on_tick();
@@ -275,7 +275,7 @@ TEST_F(JournalWriterTest, KeepsWhatItConfirmedWheneverThePowerFailsIfItForcesAlw
   EXPECT_EQ(disk.new_files, 1U);
 }
 
-TEST_F(JournalWriterTest, IsWrittenAnewAlthoughForcesNeverEnd) {
+TEST_F(JournalWriterTest, IsRewrittenAlthoughForcesNeverEnd) {
   open(Sync::always);
   append(1);
   for (std::uint64_t number = 2; disk.new_files == 0 && number < 1000; ++number) {
@@ -318,7 +318,7 @@ TEST_F(JournalWriterTest, ConfirmsNothingWhileTheDiskIsFullAndAllWhenItIsNot) {
   EXPECT_THAT(open_in(disk.after_a_power_cut().front()), ElementsAre(1U, 2U, 3U));
 }
 
-TEST_F(JournalWriterTest, IsInTroubleUntilAllOfTheDraftIsWritten) {
+TEST_F(JournalWriterTest, ReportsAnErrorUntilAllOfTheDraftIsWritten) {
   open(Sync::interval);
   fill(1024);
   sut->on_tick();
@@ -335,7 +335,7 @@ TEST_F(JournalWriterTest, IsInTroubleUntilAllOfTheDraftIsWritten) {
   EXPECT_EQ(disk.errors.back(), "");
 }
 
-TEST_F(JournalWriterTest, KeepsItsFileIfTheDraftCannotTakeInWhatCameMeanwhile) {
+TEST_F(JournalWriterTest, KeepsItsFileIfTheDraftCannotHoldNewEntries) {
   open(Sync::interval);
   fill(1024);
   sut->on_tick();

@@ -18,7 +18,7 @@ class MachineStatusWriterTest : public testing::Test {
   machines::MachineStatusWriter sut{fabric::MachineStatus{.machine = "cnc"}};
 };
 
-TEST_F(MachineStatusWriterTest, SaysSinceWhenTheLinkIsUp) {
+TEST_F(MachineStatusWriterTest, ReportsSinceWhenTheLinkIsUp) {
   sut.on_down("connecting", at(1s));
   sut.on_up(2, polled, "", at(5s));
   sut.on_up(1, pushed, "channel 2 is served by another", at(7s));
@@ -31,7 +31,7 @@ TEST_F(MachineStatusWriterTest, SaysSinceWhenTheLinkIsUp) {
   EXPECT_EQ(news->reason, "channel 2 is served by another");
 }
 
-TEST_F(MachineStatusWriterTest, SaysWhyTheLinkIsDownAndSinceWhen) {
+TEST_F(MachineStatusWriterTest, ReportsWhyTheLinkIsDownAndSinceWhen) {
   sut.on_up(2, polled, "", at(1s));
   sut.on_down("connection reset", at(5s));
   sut.on_down("connection refused", at(6s));
@@ -44,7 +44,7 @@ TEST_F(MachineStatusWriterTest, SaysWhyTheLinkIsDownAndSinceWhen) {
   EXPECT_EQ(news->watch, none);
 }
 
-TEST_F(MachineStatusWriterTest, TellsEachStateOnce) {
+TEST_F(MachineStatusWriterTest, ReportsEachStateOnce) {
   sut.on_up(2, polled, "", at(1s));
   EXPECT_TRUE(sut.take_change());
   EXPECT_FALSE(sut.take_change());
@@ -59,7 +59,7 @@ TEST_F(MachineStatusWriterTest, CountsRequestsAndTheTimeUntilTheirAnswers) {
   EXPECT_EQ(sut.status().round_trip, 10ms);
 }
 
-TEST_F(MachineStatusWriterTest, BeginsAnewWithANewLink) {
+TEST_F(MachineStatusWriterTest, StartsOverWithANewLink) {
   sut.on_load({.requests = 100, .answered = 100, .waited = 5s}, at(1s).steady);
   sut.on_load({.requests = 10, .answered = 10, .waited = 10ms}, at(2s).steady);
   EXPECT_EQ(sut.status().requests_per_second, 10U);

@@ -131,7 +131,7 @@ TEST_F(AMachinesValues, GiveWayWhileACallIsUnderWayAndAMomentLonger) {
   EXPECT_THAT(link.questions, SizeIs(1));
 }
 
-TEST_F(AMachinesValues, DoNotWaitForEverForALinkThatNeverRests) {
+TEST_F(AMachinesValues, DoNotWaitForEverForABusyLink) {
   rests_since.reset();
   sample();
   request(fabric::VariableAction::read);
@@ -147,7 +147,7 @@ TEST_F(AMachinesValues, DoNotWaitForEverForALinkThatNeverRests) {
   EXPECT_EQ(link.questions[1].requester, Requester::data);
 }
 
-TEST_F(AMachinesValues, WakeWhenTheLinkHasRestedLongEnough) {
+TEST_F(AMachinesValues, WakeWhenTheLinkHasBeenIdleLongEnough) {
   rests_since.reset();
   sample();
   EXPECT_EQ(sut.next_time(), ports.time.steady + 50ms);
@@ -157,7 +157,7 @@ TEST_F(AMachinesValues, WakeWhenTheLinkHasRestedLongEnough) {
   EXPECT_EQ(sut.next_time(), ports.time.steady + 1ms);
 }
 
-TEST_F(AMachinesValues, AreStaleWithoutTheLinkAndOursNoMoreWhenAnotherHasTheChannel) {
+TEST_F(AMachinesValues, AreStaleWithoutTheLinkAndRetractedWhenAnotherGatewayHasTheChannel) {
   sample();
   answer();
   answer();
@@ -170,7 +170,7 @@ TEST_F(AMachinesValues, AreStaleWithoutTheLinkAndOursNoMoreWhenAnotherHasTheChan
   EXPECT_THAT(ports.disposed, ElementsAre("all"));
 }
 
-TEST_F(AMachinesValues, AreAskedForAnewOverANewLink) {
+TEST_F(AMachinesValues, AreRequestedAgainOverANewLink) {
   sample();
   const machines::Question before = link.questions.at(0);
   sut.on_down("the cable is out", ports.time);
@@ -186,7 +186,7 @@ TEST_F(AMachinesValues, AreAskedForAnewOverANewLink) {
   EXPECT_EQ(ports.samples.back().values[0].quality, Quality::good);
 }
 
-TEST_F(AMachinesValues, OfAGroupThatIsNoMoreConfiguredAreTakenBack) {
+TEST_F(AMachinesValues, OfARemovedGroupAreRetracted) {
   sample();
   answer();
   answer();
@@ -199,7 +199,7 @@ TEST_F(AMachinesValues, OfAGroupThatIsNoMoreConfiguredAreTakenBack) {
   EXPECT_EQ(ports.samples.back().group, "other");
 }
 
-TEST_F(AMachinesValues, OfAProgramAreToldAsWhatBecameOfIt) {
+TEST_F(AMachinesValues, OfAProgramArePublishedAsProgramEvents) {
   settings.programs = {{.channel = 1}};
   begin();
   ASSERT_THAT(link.questions, SizeIs(1));
@@ -228,7 +228,7 @@ TEST_F(AMachinesValues, OfAProgramAreToldAsWhatBecameOfIt) {
   EXPECT_THAT(ports.disposed, IsEmpty());
 }
 
-TEST_F(AMachinesValues, AreReadForWhoAsks) {
+TEST_F(AMachinesValues, AreReadOnRequest) {
   begin();
   request(fabric::VariableAction::read);
   answer();
@@ -237,7 +237,7 @@ TEST_F(AMachinesValues, AreReadForWhoAsks) {
   EXPECT_TRUE(ports.replies[0].done) << ports.replies[0].reason;
 }
 
-TEST_F(AMachinesValues, AreWrittenForWhoAsksAndToldToWhoRecords) {
+TEST_F(AMachinesValues, AreWrittenOnRequestAndReportedToRecorders) {
   begin();
   request(fabric::VariableAction::write);
   while (!link.questions.empty()) {
@@ -255,7 +255,7 @@ TEST_F(AMachinesValues, AreWrittenForWhoAsksAndToldToWhoRecords) {
   EXPECT_THAT(ports.outcomes[0].detail, HasSubstr("V.E.A was 5, is written as 7"));
 }
 
-TEST_F(AMachinesValues, AreListedForWhoAsks) {
+TEST_F(AMachinesValues, AreListedOnRequest) {
   begin();
   request(fabric::VariableAction::list);
   answer();
@@ -273,7 +273,7 @@ TEST_F(AMachinesValues, OfAChannelOfAnotherGatewayAreLeftToIt) {
   EXPECT_THAT(link.questions, IsEmpty());
 }
 
-TEST_F(AMachinesValues, SayThatTheLinkIsDownAlsoWhereItNeverWasUp) {
+TEST_F(AMachinesValues, ReportThatTheLinkIsDownAlsoWhereItNeverWasUp) {
   sut.set(settings, ports.time);
   request(fabric::VariableAction::read);
   EXPECT_THAT(ports.replies, IsEmpty()) << "the owner of the machine is not known yet";
@@ -286,7 +286,7 @@ TEST_F(AMachinesValues, SayThatTheLinkIsDownAlsoWhereItNeverWasUp) {
   EXPECT_THAT(reasons().back(), HasSubstr("the cable is out"));
 }
 
-TEST_F(AMachinesValues, AreGivenUpAfterThePatienceOfWhoAsks) {
+TEST_F(AMachinesValues, AreGivenUpAfterTheTimeoutOfTheRequest) {
   begin();
   rests_since.reset();
   fabric::VariableRequest one{

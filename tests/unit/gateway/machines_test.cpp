@@ -18,7 +18,7 @@ TEST_F(MachinesTest, ServesAfterItHasListened) {
   EXPECT_THAT(served, ElementsAre(1, 2));
 }
 
-TEST_F(MachinesTest, ListensOnWhereItsTimersAreLate) {
+TEST_F(MachinesTest, ContinuesListeningWhereItsTimersAreLate) {
   time_passes(100ms);
   EXPECT_FALSE(linked);
   serve();
@@ -32,7 +32,7 @@ TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
   EXPECT_TRUE(linked);
 }
 
-TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
+TEST_F(MachinesTest, AreReleasedWhereOthersMayHaveTakenThemOverDuringAStandstill) {
   serve();
   EXPECT_FALSE(sut.on_stall(time));
   EXPECT_TRUE(linked);
@@ -41,7 +41,7 @@ TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
   EXPECT_FALSE(linked);
 }
 
-TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
+TEST_F(MachinesTest, ArePublishedAgainAfterAStandstill) {
   serve();
   const int before = times_told;
   EXPECT_FALSE(sut.on_stall(time));
@@ -50,7 +50,7 @@ TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
 }
 
 // A gateway that took this one for gone has forgotten its samples.
-TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
+TEST_F(MachinesTest, ArePublishedAgainToAGatewayThatServesThemToo) {
   serve();
   auto later = claim(2h);
   later.connected = false;
@@ -62,7 +62,7 @@ TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
 }
 
 // Otherwise two gateways with the same machine would publish to each other endlessly.
-TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
+TEST_F(MachinesTest, AreNotPublishedAgainByTheLaterGateway) {
   auto first = claim(1s);
   first.claims = {7};
   sut.on_machine(first, time);
@@ -72,7 +72,7 @@ TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
   EXPECT_EQ(times_told, before);
 }
 
-TEST_F(MachinesTest, HearNothingOfALinkThatWasTakenAway) {
+TEST_F(MachinesTest, IgnoreARemovedLink) {
   serve();
   sut.on_machine(claim(2h), time);
   sut.on_stall(time);
@@ -100,7 +100,7 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
 
 // A regression: a gateway that had stood still received the state of a call before its dispatch,
 // not after it, and dispatched it again. Found by the simulation.
-TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
+TEST_F(MachinesTest, InheritsACallWhoseLastKnownStateIsWaiting) {
   sut.on_machine(claim(1s), time);
   time_passes();
   sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0), time);
@@ -111,7 +111,7 @@ TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
 
 // A regression: it was overwritten by the channel's state from a gateway without a link, or from
 // this one itself. Found by the simulation.
-TEST_F(MachinesTest, InheritsACallOfWhichAnotherGatewayKnowsNothing) {
+TEST_F(MachinesTest, InheritsACallThatAnotherGatewayDoesNotHave) {
   sut.on_machine(claim(1s), time);
   time_passes();
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
@@ -137,7 +137,7 @@ TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
 
 // A regression: the state of a restarted gateway that had blocked a call of its journal was
 // misunderstood, and the at-most-once call ran twice. Found by the simulation.
-TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
+TEST_F(MachinesTest, InheritsACallThatTheOtherGatewayHasFromItsJournal) {
   sut.on_machine(claim(1s), time);
   time_passes();
   sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 0), time);
@@ -148,7 +148,7 @@ TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
 
 // A regression: after two gateways had not heard each other, the one that continued to serve
 // ignored what the other had done. Found by the simulation.
-TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
+TEST_F(MachinesTest, InheritsFromAnotherGatewayThatServedTheSameMachine) {
   serve();
   sut.on_machine(claim(2h), time);
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
@@ -157,7 +157,7 @@ TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
 }
 
 // Found by the simulation.
-TEST_F(MachinesTest, InheritsACallThatItHeardOfBeforeItsConfigurationNamedTheMachine) {
+TEST_F(MachinesTest, InheritsACallReportedBeforeItsConfigurationNamedTheMachine) {
   serve();
   sut.set({}, time);
   served.clear();
@@ -180,7 +180,7 @@ TEST_F(MachinesTest, InheritsNothingFromItself) {
   EXPECT_THAT(predecessor_calls, IsEmpty());
 }
 
-TEST_F(MachinesTest, AreNotStoppedByAClaimThatNobodyCanHaveMade) {
+TEST_F(MachinesTest, AreNotStoppedByAnImpossibleOwnershipTime) {
   serve();
   const std::size_t before = said.size();
   for (int i = 0; i < 10'000; ++i) {
@@ -211,7 +211,7 @@ TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
 }
 
-TEST_F(MachinesTest, RememberSoManyChannelsOfOthersAndNoMore) {
+TEST_F(MachinesTest, RememberALimitedNumberOfChannelsOfOthers) {
   for (std::size_t i = 0; i < 16'384 + 100; ++i) {
     auto status = call(other_epoch, fabric::ChannelState::running, 1);
     status.key = {"m" + std::to_string(i / 50), static_cast<std::uint16_t>(1 + i % 50)};

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/unit/gateway/queue_plant.hpp"
+#include "tests/unit/gateway/queue_fixture.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -14,8 +14,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
-  QueuePlant sut(4);
+TEST(MessageQueueReader, ReportsThatAProgramHasInitialisedTheQueue) {
+  QueueFixture sut(4);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   ASSERT_TRUE(sut.ring.write("1"));
@@ -25,8 +25,8 @@ TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
   EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway wrote it")));
 }
 
-TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
-  QueuePlant sut(5);
+TEST(MessageQueueReader, ContinuesWhereASecondReaderHasLeftLastGet) {
+  QueueFixture sut(5);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   sut.ring.write("1");
@@ -43,7 +43,7 @@ TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
   // The other reader reads at any time, and sets LastGet; each message is read by at least one of
   // both.
   for (int at = 0; at < 60; ++at) {
-    QueuePlant sut(4);
+    QueueFixture sut(4);
     std::vector<std::string> others;
     run_with(sut, at, 9, [&](int) {
       const auto control = sut.ring.control();
@@ -62,7 +62,7 @@ TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
 }
 
 TEST(MessageQueueReader, WritesNothingWhereTheControlStructureCannotBe) {
-  QueuePlant sut(3);
+  QueueFixture sut(3);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   sut.ring.last_filled = 0;
@@ -79,7 +79,7 @@ TEST(MessageQueueReader, WritesNothingWhereTheControlStructureCannotBe) {
 }
 
 TEST(MessageQueueReader, TriesAgainWhatTheControllerRefuses) {
-  QueuePlant sut(3);
+  QueueFixture sut(3);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   sut.refuses = true;
@@ -93,8 +93,8 @@ TEST(MessageQueueReader, TriesAgainWhatTheControllerRefuses) {
   EXPECT_EQ(sut.ring.last_get, 2);
 }
 
-TEST(MessageQueueReader, ReadsAQueueThatNobodyServesIntoTheJournal) {
-  QueuePlant sut(3);
+TEST(MessageQueueReader, ReadsAnUnservedQueueIntoTheJournal) {
+  QueueFixture sut(3);
   ASSERT_TRUE(sut.settle());
   for (int i = 1; i <= 20; ++i) {
     ASSERT_TRUE(sut.ring.write(std::to_string(i))) << "full at " << i;
@@ -108,7 +108,7 @@ TEST(MessageQueueReader, ReadsAQueueThatNobodyServesIntoTheJournal) {
 }
 
 TEST(MessageQueueReader, LeavesThemInTheQueueUntilTheyAreAnsweredAndWarnsBeforeItIsFull) {
-  QueuePlant sut(5, Acknowledge::when_answered);
+  QueueFixture sut(5, Acknowledge::when_answered);
   ASSERT_TRUE(sut.settle());
   for (int i = 1; i <= 3; ++i) {
     ASSERT_TRUE(sut.ring.write(std::to_string(i)));
@@ -125,7 +125,7 @@ TEST(MessageQueueReader, LeavesThemInTheQueueUntilTheyAreAnsweredAndWarnsBeforeI
 }
 
 TEST(MessageQueueReader, WarnsBeforeTheSmallestQueueIsFull) {
-  QueuePlant sut(3, Acknowledge::when_answered);
+  QueueFixture sut(3, Acknowledge::when_answered);
   ASSERT_TRUE(sut.settle());
   ASSERT_TRUE(sut.ring.write("1"));
   ASSERT_TRUE(sut.settle());
@@ -134,7 +134,7 @@ TEST(MessageQueueReader, WarnsBeforeTheSmallestQueueIsFull) {
 }
 
 TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
-  QueuePlant sut(5);
+  QueueFixture sut(5);
   sut.settings.backlog = 8;
   sut.start();
   ASSERT_TRUE(sut.settle());
@@ -154,7 +154,7 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
 }
 
 TEST(MessageQueueReader, ReadsNoMoreAtOnceThanMayWait) {
-  QueuePlant sut(12);
+  QueueFixture sut(12);
   sut.settings.backlog = 4;
   sut.start();
   for (int number = 1; number <= 10; ++number) {
@@ -164,8 +164,8 @@ TEST(MessageQueueReader, ReadsNoMoreAtOnceThanMayWait) {
   EXPECT_EQ(sut.waiting(), 4);
 }
 
-TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
-  QueuePlant sut(5);
+TEST(MessageQueueReader, ReportsThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
+  QueueFixture sut(5);
   sut.settings.backlog = 4;
   sut.start();
   for (int number = 1; number <= 3; ++number) {
@@ -180,8 +180,8 @@ TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAn
   EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4"), ""));
 }
 
-TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
-  QueuePlant sut(4);
+TEST(MessageQueueReader, ReadsAtOnceWhenNotifiedAndAcceptsLateNotifications) {
+  QueueFixture sut(4);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   ASSERT_TRUE(sut.ring.write("1"));
@@ -192,7 +192,7 @@ TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
   EXPECT_THAT(texts_of(sut), ElementsAre("1"));
 }
 
-TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
+TEST(MessageQueueReader, ReadsAgainAfterANotificationDuringARead) {
   const Moment now{SteadyTime(std::chrono::hours(1)), {}};
   queues::QueueReader sut(std::chrono::minutes(1));
   QueueLog queue_log;
@@ -208,7 +208,7 @@ TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
 }
 
 TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
-  QueuePlant sut(3);
+  QueueFixture sut(3);
   EXPECT_EQ(sut.key.to_string(), "press.alarms/1");
   sut.serve();
   ASSERT_TRUE(sut.settle());
@@ -229,7 +229,7 @@ class AQueueWithASlowJournal : public testing::Test {
     one.name = "alarms";
     one.array = "SD.ALARMS";
     one.control = "SD.CONTROL";
-    one.uuid = QueuePlant::uuid;
+    one.uuid = QueueFixture::uuid;
     return one;
   }
   /// The controller answers all requests for two seconds.
@@ -270,7 +270,7 @@ TEST_F(AQueueWithASlowJournal, LeavesAMessageInTheControllerUntilItIsJournalledA
   EXPECT_EQ(ring.last_get, 2U);
 }
 
-TEST_F(AQueueWithASlowJournal, TakesNoMessageForJournalledThatWasReadOverANewLinkMeanwhile) {
+TEST_F(AQueueWithASlowJournal, CountsNoMessageAsJournalledThatWasReadOverANewLinkSince) {
   ring.write("first");
   work();
   sut.on_down("cable");
@@ -310,13 +310,13 @@ TEST_F(AQueueWithASlowJournal, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigura
   changed.backlog = 5;
   changed.uuid = "another";
   sut.change(changed);
-  EXPECT_EQ(sut.snapshot(ReadSet::all).uuid, QueuePlant::uuid);
+  EXPECT_EQ(sut.snapshot(ReadSet::all).uuid, QueueFixture::uuid);
   EXPECT_EQ(sut.snapshot(ReadSet::all).response, "ok");
   sut.write({Variable::response_state, 1U, true}, now);
   EXPECT_EQ(sut.view().answered, 1U);
 }
 
-TEST_F(AQueueWithASlowJournal, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
+TEST_F(AQueueWithASlowJournal, PassesAWaitingMessageToTheServiceThatTheConfigurationNamesNow) {
   ring.write("one");
   work();
   sut.on_journalled(now);
@@ -352,7 +352,7 @@ TEST(AQueueServiceInterface, HasItsAnswerWithTheWriteThatReleasesAProgramWhichev
   EXPECT_EQ(sut.response_state(), 99U);
 }
 
-TEST(AQueueServiceInterface, TakesNoWriteThatWasOnItsWayWhenItsMessageGotAnotherUuid) {
+TEST(AQueueServiceInterface, IgnoresAWriteThatWasUnderWayWhenItsMessageGotAnotherUuid) {
   queues::QueueServiceInterface sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
   sut.show({.number = 1, .element = 2, .text = "first"});
   sut.set_uuid("another");

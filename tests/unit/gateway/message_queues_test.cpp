@@ -63,7 +63,7 @@ class MessageQueuesTest : public testing::Test {
   MessageQueues sut{ports, ports};
 };
 
-TEST_F(MessageQueuesTest, AreReadOnceTheirChannelIsOurs) {
+TEST_F(MessageQueuesTest, AreReadOnceTheirChannelIsOwned) {
   set(wanted);
   up({2});
   EXPECT_EQ(link.opened, 0);
@@ -82,7 +82,7 @@ TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
 // The pending requests of a channel are answered before its link returns, as with a real
 // controller. A regression: reading the configuration again in the moment of a link's end made the
 // gateway crash; found by the simulation, seed 1020109.
-TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
+TEST_F(MessageQueuesTest, OpenAQueueAgainOnceEarlierRequestsAreAnswered) {
   set(wanted);
   up({1});
   told();
@@ -92,7 +92,7 @@ TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
   EXPECT_THAT(told(), testing::ElementsAre(Kind::down, Kind::read, Kind::opened));
 }
 
-TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
+TEST_F(MessageQueuesTest, CountNoMessageAsJournalledThatTheDiskDoesNotHoldYet) {
   // As where the configuration names a queue again while the disk is full.
   MessageQueue queue("press", settings, one_unanswered_not_journalled());
   // Its call may be under way.
@@ -104,7 +104,7 @@ TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
   EXPECT_TRUE(queue.next(ports.time).has_value());
 }
 
-TEST_F(MessageQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
+TEST_F(MessageQueuesTest, ContinueAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
   set(wanted, one_unanswered());
   up({1});
   told();
@@ -120,7 +120,7 @@ TEST_F(MessageQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCa
   EXPECT_EQ(link.opened, 2);
 }
 
-TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterHavingBeenOpenedAnew) {
+TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterBeingReopened) {
   set(wanted);
   up({1});
   wanted["press"].front().array = "SD.OTHERS";
@@ -130,7 +130,7 @@ TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterHavingBeenOpenedAnew) 
   EXPECT_EQ(link.opened, 2);
 }
 
-TEST_F(MessageQueuesTest, AskNothingOverALinkThatIsGone) {
+TEST_F(MessageQueuesTest, ReadNothingOverALinkThatIsGone) {
   set(wanted);
   up({1});
   sut.on_link_gone("press", "removed from the configuration");

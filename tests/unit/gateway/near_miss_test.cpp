@@ -8,12 +8,11 @@ namespace {
 
 const std::string served = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-TEST(ExplainUnserved, NamesTheCharacterThatTheVendorsOwnSampleMisses) {
-  EXPECT_EQ(
-      dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
-      "no service has the UUID 560AACBF-6335-44a9-895A-B27F3ED5E47; did you mean "
-      "560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is missing; it is malformed: 35 "
-      "characters, a UUID has 36");
+TEST(ExplainUnserved, NamesTheCharacterThatIsMissingInTheVendorsOwnSample) {
+  EXPECT_EQ(dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
+            "no service has the UUID 560AACBF-6335-44a9-895A-B27F3ED5E47; did you mean "
+            "560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is missing; it is malformed: 35 "
+            "characters, a UUID has 36");
 }
 
 TEST(ExplainUnserved, CountsWhatElseIsDifferent) {
@@ -37,12 +36,12 @@ TEST(ExplainUnserved, PrefersTheNearest) {
       testing::HasSubstr("did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e4f"));
 }
 
-TEST(ExplainUnserved, AsksForAUuidWhereThereIsNone) {
+TEST(ExplainUnserved, ReportsAnEmptyUuid) {
   EXPECT_THAT(dispatch::explain_unserved("", {served}),
               testing::StartsWith("V.G.SERVICE.UUID is empty"));
 }
 
-TEST(ExplainUnserved, TakesAnIdentifierThatIsNoUuidAsItIs) {
+TEST(ExplainUnserved, KeepsAnIdentifierThatIsNoUuid) {
   EXPECT_EQ(dispatch::explain_unserved("square_root", {served}),
             "no service has the UUID square_root");
 }

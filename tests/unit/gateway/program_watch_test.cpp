@@ -66,7 +66,7 @@ class AProgramWatch : public testing::Test {
   ProgramEvent last;
 };
 
-TEST_F(AProgramWatch, TellsOfAStartAndAnEndWithNameDurationAndParts) {
+TEST_F(AProgramWatch, ReportsAStartAndAnEndWithNameDurationAndParts) {
   EXPECT_THAT(see(selected), IsEmpty());
   EXPECT_THAT(see(ready), IsEmpty());
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
@@ -88,13 +88,13 @@ TEST_F(AProgramWatch, TellsOfAStartAndAnEndWithNameDurationAndParts) {
   EXPECT_EQ(last.error, 0U);
 }
 
-TEST_F(AProgramWatch, TakesEitherStateAfterAnEnd) {
+TEST_F(AProgramWatch, AcceptsEitherStateAfterAnEnd) {
   see(selected);
   see(active);
   EXPECT_THAT(see(ready), ElementsAre(ProgramEventKind::ended));
 }
 
-TEST_F(AProgramWatch, TellsOfAnErrorWithItsNumber) {
+TEST_F(AProgramWatch, ReportsAnErrorWithItsNumber) {
   see(ready);
   see(active);
   EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
@@ -102,7 +102,7 @@ TEST_F(AProgramWatch, TellsOfAnErrorWithItsNumber) {
   EXPECT_EQ(last.at - last.started, 1s);
 }
 
-TEST_F(AProgramWatch, TellsThatAnErrorIsClearedUnlessAProgramStarts) {
+TEST_F(AProgramWatch, ReportsThatAnErrorIsClearedUnlessAProgramStarts) {
   see(ready);
   see(active);
   const Time start = now;
@@ -115,14 +115,14 @@ TEST_F(AProgramWatch, TellsThatAnErrorIsClearedUnlessAProgramStarts) {
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
 }
 
-TEST_F(AProgramWatch, TellsOfAnErrorOfAProgramThatItNeverSawRun) {
+TEST_F(AProgramWatch, ReportsAnErrorOfAProgramWhoseRunItDidNotSee) {
   see(ready);
   EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
   EXPECT_EQ(last.started, Time{});
   EXPECT_EQ(last.program, "demo.nc");
 }
 
-TEST_F(AProgramWatch, KnowsNoStartOfAProgramThatItNeverSawRunBehindAnotherThatFailed) {
+TEST_F(AProgramWatch, HasNoStartOfAProgramWhoseRunItDidNotSeeAfterAFailedOne) {
   see(ready);
   see(active);
   see(error);
@@ -131,7 +131,7 @@ TEST_F(AProgramWatch, KnowsNoStartOfAProgramThatItNeverSawRunBehindAnotherThatFa
   EXPECT_EQ(last.started, Time{});
 }
 
-TEST_F(AProgramWatch, TellsOfAHaltAndOfGoingOn) {
+TEST_F(AProgramWatch, ReportsAHaltAndItsContinuation) {
   see(ready);
   see(active);
   EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::held));
@@ -140,12 +140,12 @@ TEST_F(AProgramWatch, TellsOfAHaltAndOfGoingOn) {
   EXPECT_EQ(last.at - last.started, 3s);
 }
 
-TEST_F(AProgramWatch, TellsOfBothWhenAProgramHaltsAtOnce) {
+TEST_F(AProgramWatch, ReportsBothWhenAProgramHaltsAtOnce) {
   see(ready);
   EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::held));
 }
 
-TEST_F(AProgramWatch, TakesWhatIsTakenAwayForAReset) {
+TEST_F(AProgramWatch, ReportsARemovedProgramAsReset) {
   see(ready);
   see(active);
   EXPECT_THAT(see(selected, standby), ElementsAre(ProgramEventKind::reset));
@@ -158,7 +158,7 @@ TEST_F(AProgramWatch, TakesWhatIsTakenAwayForAReset) {
   EXPECT_THAT(see(0), ElementsAre(ProgramEventKind::reset));
 }
 
-TEST_F(AProgramWatch, TellsOfWhatRunsWhenItBeginsToWatch) {
+TEST_F(AProgramWatch, ReportsWhatRunsWhenItBegins) {
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
   EXPECT_EQ(last.started, Time{});
   EXPECT_EQ(last.program, "demo.nc");
@@ -169,18 +169,18 @@ TEST_F(AProgramWatch, TellsOfWhatRunsWhenItBeginsToWatch) {
   EXPECT_EQ(last.detail, "");
 }
 
-TEST_F(AProgramWatch, TellsOfWhatIsHeldWhenItBeginsToWatch) {
+TEST_F(AProgramWatch, ReportsWhatIsHeldWhenItBegins) {
   EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::held));
 }
 
-TEST_F(AProgramWatch, TellsOfAnErrorThatIsThereWhenItBeginsToWatch) {
+TEST_F(AProgramWatch, ReportsAnErrorThatIsThereWhenItBegins) {
   lose_link();
   EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
   EXPECT_EQ(last.error, 21462U);
   EXPECT_EQ(last.detail, "running when the gateway began to watch");
 }
 
-TEST_F(AProgramWatch, SaysWhatItFoundWhenTheLinkWasBack) {
+TEST_F(AProgramWatch, MarksWhatItFoundWhenTheLinkWasBack) {
   see(ready);
   see(active);
   EXPECT_THAT(lose_link(), IsEmpty());
@@ -192,14 +192,14 @@ TEST_F(AProgramWatch, SaysWhatItFoundWhenTheLinkWasBack) {
   EXPECT_EQ(last.detail, "");
 }
 
-TEST_F(AProgramWatch, IgnoresAStateThatIsNone) {
+TEST_F(AProgramWatch, IgnoresAnUndefinedState) {
   see(ready);
   EXPECT_THAT(see(99), IsEmpty());
   EXPECT_THAT(see(-1), IsEmpty());
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
 }
 
-TEST_F(AProgramWatch, AsksForWhatItNeedsOnce) {
+TEST_F(AProgramWatch, ReadsWhatItNeedsOnce) {
   const auto group = group_of({.channel = 2, .period = 50ms, .name = "A", .counter = "A"});
   EXPECT_EQ(group.channel, 2);
   EXPECT_EQ(group.period, 50ms);

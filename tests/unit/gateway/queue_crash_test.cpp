@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/unit/gateway/queue_plant.hpp"
+#include "tests/unit/gateway/queue_fixture.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(Of, EachAcknowledge,
 TEST_P(EachAcknowledge, CallsEachMessageInItsOrderFromEveryIndexOn) {
   for (const std::uint32_t elements : {3U, 4U, 7U}) {
     for (std::uint32_t begin = 1; begin <= elements; ++begin) {
-      QueuePlant sut(elements, GetParam());
+      QueueFixture sut(elements, GetParam());
       sut.ring.last_filled = sut.ring.last_get = begin;
       sut.serve();
       ASSERT_TRUE(sut.settle());
@@ -44,8 +44,8 @@ TEST_P(EachAcknowledge, CallsEachMessageInItsOrderFromEveryIndexOn) {
   }
 }
 
-TEST_P(EachAcknowledge, TakesTwoMessagesOfOneTextForTwo) {
-  QueuePlant sut(4, GetParam());
+TEST_P(EachAcknowledge, CountsTwoMessagesOfOneTextAsTwo) {
+  QueueFixture sut(4, GetParam());
   sut.serve();
   ASSERT_TRUE(sut.settle());
   for (int i = 0; i < 3; ++i) {
@@ -59,7 +59,7 @@ TEST_P(EachAcknowledge, TakesTwoMessagesOfOneTextForTwo) {
 TEST_P(EachAcknowledge, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
   for (const std::uint32_t elements : {3U, 5U}) {
     for (int at = 0; at < 160; ++at) {
-      QueuePlant sut(elements, GetParam());
+      QueueFixture sut(elements, GetParam());
       run_with(sut, at, 7, [&](int) { sut.crash(); });
       // A service knows a call that it has run by its id: a message that runs once was called with
       // one id.
@@ -72,7 +72,7 @@ TEST_P(EachAcknowledge, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIs
 TEST_P(EachAcknowledge, LosesNothingWhereverTheGatewayIsKilledTwice) {
   for (int at = 0; at < 90; ++at) {
     for (const int later : {1, 2, 5, 9}) {
-      QueuePlant sut(3, GetParam());
+      QueueFixture sut(3, GetParam());
       run_with(sut, at, 5, [&](int) {
         sut.crash();
         for (int i = 0; i < later; ++i) {
@@ -88,7 +88,7 @@ TEST_P(EachAcknowledge, LosesNothingWhereverTheGatewayIsKilledTwice) {
 
 TEST_P(EachAcknowledge, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
   for (int at = 0; at < 120; ++at) {
-    QueuePlant sut(3, GetParam());
+    QueueFixture sut(3, GetParam());
     run_with(sut, at, 6, [&](int) { sut.kill_service(); });
     std::map<fabric::CallId, std::string> calls;
     std::vector<std::string> first;
@@ -103,10 +103,10 @@ TEST_P(EachAcknowledge, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
   }
 }
 
-TEST_P(EachAcknowledge, GoesOnWhereverAProgramInitialisesTheQueue) {
+TEST_P(EachAcknowledge, ContinuesWhereverAProgramInitialisesTheQueue) {
   int unseen = 0;
   for (int at = 0; at < 120; ++at) {
-    QueuePlant sut(4, GetParam());
+    QueueFixture sut(4, GetParam());
     int before = 0;
     run_with(sut, at, 8, [&](int written) {
       before = written;

@@ -30,18 +30,19 @@ struct Withdraw {
   std::uint64_t epoch = 0;
   bool operator==(const Withdraw&) const = default;
 };
-struct Tell {
+struct EmitEvent {
   fabric::Event event;
 };
-struct Show {
+struct PublishStatus {
   fabric::ChannelStatus status;
 };
-struct Hide {};
-struct Say {
+struct RetractStatus {};
+struct Log {
   Level level = Level::info;
   std::string text;
 };
-using Action = std::variant<Read, Write, Record, Publish, Withdraw, Tell, Show, Hide, Say>;
+using Action = std::variant<Read, Write, Record, Publish, Withdraw, EmitEvent, PublishStatus,
+                            RetractStatus, Log>;
 using Actions = std::vector<Action>;
 
 class ActionRecorder final : public core::RecordedPorts {
@@ -71,13 +72,13 @@ class ActionRecorder final : public core::RecordedPorts {
     add(Record{ticket, entry});
   }
   void publish(const fabric::Request& request) override { add(Publish{request}); }
-  void publish(const fabric::Event& event) override { add(Tell{event}); }
-  void publish(const fabric::ChannelStatus& status) override { add(Show{status}); }
+  void publish(const fabric::Event& event) override { add(EmitEvent{event}); }
+  void publish(const fabric::ChannelStatus& status) override { add(PublishStatus{status}); }
   void dispose(const fabric::RequestKey& request) override {
     add(Withdraw{request.instance, request.epoch});
   }
-  void dispose(const fabric::ChannelKey&) override { add(Hide{}); }
-  void log(Level level, const std::string& text) override { add(Say{level, text}); }
+  void dispose(const fabric::ChannelKey&) override { add(RetractStatus{}); }
+  void log(Level level, const std::string& text) override { add(Log{level, text}); }
 
   Actions actions_;
 };

@@ -20,14 +20,14 @@ using namespace std::chrono_literals;
 const std::string with_nul("1.4\0 14", 7);
 const std::string too_long(128, 'x');
 
-TEST(AResponse, OfWhatAChannelTakesIsTakenAsItIs) {
+TEST(AResponse, ThatFitsIsUnchanged) {
   const auto sut = Response::of(std::string(127, '\xe4'), 7);
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->text(), std::string(127, '\xe4'));
   EXPECT_EQ(sut->state(), 7U);
 }
 
-TEST(AResponse, SaysWhyAChannelCannotTakeIt) {
+TEST(AResponse, ReportsWhyAChannelCannotHaveIt) {
   EXPECT_EQ(Response::of(too_long, 1).error(), "has 128 bytes, at most 127 fit");
   EXPECT_THAT(Response::of(with_nul, 1).error(), HasSubstr("a NUL at byte 3"));
   EXPECT_THAT(Response::of("x", 0).error(), HasSubstr("state 0"));
@@ -41,7 +41,7 @@ TEST(AResponse, ToAProgramThatWaitsForTheTextHasOneAndAnyState) {
   EXPECT_TRUE(Response::of("", 1));
 }
 
-TEST(AResponse, InWordsOfOursAlwaysFits) {
+TEST(AResponse, FromOurOwnTextAlwaysFits) {
   EXPECT_EQ(Response::in_words(with_nul, 1).text(), "1.4? 14");
   EXPECT_EQ(Response::in_words(too_long, 1).text(), std::string(124, 'x') + "...");
 }
@@ -78,7 +78,7 @@ TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
 }
 
 // Of a later version, or invalid.
-TEST_F(RefusedAnswer, OfAKindThatNobodyKnowsIsToldToo) {
+TEST_F(RefusedAnswer, OfAnUnknownKindIsReportedToo) {
   fixture.dispatched_call();
   auto said = fixture.reply("4", 1);
   said.kind = fabric::unknown_kind;
@@ -88,7 +88,7 @@ TEST_F(RefusedAnswer, OfAKindThatNobodyKnowsIsToldToo) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
 }
 
-TEST_F(RefusedAnswer, OfAServiceThatSaysSoItselfIsWrittenAsItSays) {
+TEST_F(RefusedAnswer, OfAServiceThatRefusesItItselfIsWrittenUnchanged) {
   fixture.dispatched_call();
   auto said = fixture.reply("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
   said.code = fabric::ServiceCode::refused;
@@ -103,7 +103,7 @@ TEST_F(RefusedAnswer, IsWrittenWithTheStateOfAPolicy) {
   expect_program_gets("ERROR: the service's answer has 128 bytes, at most 127 fit", 904);
 }
 
-TEST_F(RefusedAnswer, IsHeldForAnOperatorWhereAPolicySaysSo) {
+TEST_F(RefusedAnswer, IsBlockedForAnOperatorIfAPolicyRequiresIt) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
   reply(fixture.reply(too_long, 1));
@@ -181,7 +181,7 @@ TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext
       << "its instance remembers its answer";
 }
 
-TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfACallThatIsHeld) {
+TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfABlockedCall) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
   const auto said = [&](int second) {
@@ -201,7 +201,7 @@ TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfACallThatIsHeld) {
 
 // A regression: the gateway was killed by its own assertion. Found by the simulation, seed 918109
 // and others.
-TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
+TEST_F(RefusedAnswer, MayComeWhileTheNextAttemptIsJournalled) {
   for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {
     renew(fixture);
     fixture.policy.refused = policy;
@@ -245,7 +245,7 @@ TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
   EXPECT_THAT(fixture.published, SizeIs(1));
 }
 
-TEST_F(RefusedAnswer, OnTheWayToTheAnswerIsLeftOutAndSaidOnce) {
+TEST_F(RefusedAnswer, BeforeTheFinalAnswerIsSkippedAndLoggedOnce) {
   fixture.dispatched_call();
   for (const std::string& text : {with_nul, too_long}) {
     reply(fixture.interim(text, 5));
@@ -296,7 +296,7 @@ TEST_F(AJournalWithAnAnswerThatCannotBeWritten, MayBeAnsweredBeforeTheLinkIsUp) 
   expect_program_gets("go on", 7);
 }
 
-TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsHeldWhereAPolicySaysSo) {
+TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsBlockedIfAPolicyRequiresIt) {
   fixture.policy.refused = Rule{};
   restart_with({instance(1), 1, with_nul, 1});
   fixture.link_up();

@@ -44,12 +44,12 @@ class AReleasedAnswer : public testing::Test {
   const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
 };
 
-TEST_F(AReleasedAnswer, IsInOnceAReadShowsItsState) {
+TEST_F(AReleasedAnswer, IsCompleteOnceAReadShowsItsState) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 0, 1), Found::idle);
 }
 
-TEST_F(AReleasedAnswer, IsFollowedByARequestAsSoonAsRequestStateIsNot0AlsoWordForWordTheSame) {
+TEST_F(AReleasedAnswer, IsFollowedByARequestAsSoonAsRequestStateIsNot0EvenIfItIsTheSame) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 1, 0), Found::request);
   EXPECT_EQ(read(sut, 1, 1), Found::request) << "the previous RESPONSE_STATE may be next to it";
@@ -137,7 +137,7 @@ TEST_F(AReleasedAnswer, OfAKernelThatClearsRequestStateIsOverWhenThatReads0) {
 }
 
 // A controller that shows 0 very late may be taken for such a kernel. Found by the simulation.
-TEST_F(AReleasedAnswer, IsWrittenAgainBesideA0ThatMayBeOurs) {
+TEST_F(AReleasedAnswer, IsWrittenAgainBesideA0ThatMayBeItsOwn) {
   auto sut = released(false, 0, true);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing) << "all five are read";
@@ -156,7 +156,7 @@ TEST_F(AReleasedAnswer, OfSuchAKernelIsFollowedByTheSameRequestOnceItsStateWasRe
   EXPECT_EQ(read(sut, 1, 0), Found::request);
 }
 
-TEST_F(AReleasedAnswer, OfSuchAKernelIsNotTakenForARequestBeforeItsStateWasRead) {
+TEST_F(AReleasedAnswer, OfSuchAKernelIsNotMistakenForARequestBeforeItsStateWasRead) {
   auto sut = released(false);
   EXPECT_EQ(read(sut, 1, 0), Found::nothing);
   EXPECT_EQ(read(sut, 1, 0), Found::nothing);

@@ -75,7 +75,7 @@ TEST_F(SecureSettings, AreOthersWhenAFileHasChanged) {
   EXPECT_NE(read(psk), before);
 }
 
-TEST_F(SecureSettings, RefuseASecretThatEverybodyCanRead) {
+TEST_F(SecureSettings, RefuseASecretThatAnyUserCanRead) {
   write("press.psk", "secret", false);
   EXPECT_THAT(mistake(psk),
               HasSubstr("press.psk is a secret, and all users of this host can read"));
@@ -97,7 +97,7 @@ TEST_F(SecureSettings, RefuseWhatOthersCanWriteAndWhatIsNoFile) {
               HasSubstr("is not a regular file"));
 }
 
-TEST_F(SecureSettings, SayWhichFileIsMissing) {
+TEST_F(SecureSettings, NameAMissingFile) {
   EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \"none\" }"),
               HasSubstr("none cannot be read (No such file or directory)"));
 }
@@ -122,7 +122,7 @@ TEST_F(SecureSettings, HaveCertificateKeyAndFingerprint) {
   EXPECT_THAT(shown.key, HasSubstr("PRIVATE KEY"));
 }
 
-TEST_F(SecureSettings, RefuseAFingerprintThatIsNone) {
+TEST_F(SecureSettings, RefuseAnInvalidFingerprint) {
   write_certificate();
   EXPECT_THAT(
       mistake("self_signed { certificate: \"press.crt\" key: \"press.key\" fingerprint: \"AB\" }"),
@@ -144,7 +144,7 @@ TEST_F(SecureSettings, RefuseAKeyOfAnotherCertificate) {
       HasSubstr("the key does not belong to the certificate"));
 }
 
-TEST_F(SecureSettings, TakeCredentialsOfSystemd) {
+TEST_F(SecureSettings, ReadCredentialsOfSystemd) {
   ::setenv("CREDENTIALS_DIRECTORY", folder.path().c_str(), 1);
   const auto sut =
       read("psk { identity: \"millrace\" password_file: \"$CREDENTIALS_DIRECTORY/press.psk\" }");

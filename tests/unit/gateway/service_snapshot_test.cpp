@@ -17,11 +17,11 @@ ServiceSnapshot whole(const std::string& uuid, const std::string& text, std::uin
   return {ReadSet::request, uuid, text, request_state, response_state, ""};
 }
 
-TEST(Compare, SaysThatAnUnchangedRequestIsPending) {
+TEST(Compare, ReportsAnUnchangedRequestAsPending) {
   EXPECT_EQ(compare(whole("uuid", "text", 7, 0), pending_request, none), RequestStatus::pending);
 }
 
-TEST(Compare, SaysThatTwoZeroStatesAreACleared) {
+TEST(Compare, ReportsTwoZeroStatesAsWithdrawn) {
   EXPECT_EQ(compare(whole("uuid", "text", 0, 0), pending_request, none), RequestStatus::withdrawn);
 }
 
@@ -31,14 +31,14 @@ TEST(Compare, SeesANewStateAndNewTextsUnderTheSameState) {
   EXPECT_EQ(compare(whole("other", "text", 7, 0), pending_request, none), RequestStatus::replaced);
 }
 
-TEST(Compare, ComparesOnlyWhatTheLookTookIn) {
+TEST(Compare, ComparesOnlyWhatWasRead) {
   EXPECT_EQ(compare({ReadSet::state, "", "", 7, 0, ""}, pending_request, none),
             RequestStatus::pending);
   EXPECT_EQ(compare({ReadSet::states, "", "", 7, 0, ""}, pending_request, none),
             RequestStatus::pending);
 }
 
-TEST(Compare, KnowsACallByItsInterimStateWhereTheKernelClearedTheRequest) {
+TEST(Compare, RecognisesACallByItsInterimStateWhereTheKernelClearedTheRequest) {
   EXPECT_EQ(compare(whole("uuid", "text", 0, 5), pending_request, interim_5),
             RequestStatus::pending);
   EXPECT_EQ(compare({ReadSet::states, "", "", 0, 5, ""}, pending_request, interim_5),
@@ -47,7 +47,7 @@ TEST(Compare, KnowsACallByItsInterimStateWhereTheKernelClearedTheRequest) {
             RequestStatus::answered);
 }
 
-TEST(Compare, SeesThatSomebodyElseAnswered) {
+TEST(Compare, DetectsAnAnswerOfAnotherClient) {
   EXPECT_EQ(compare(whole("uuid", "text", 0, 1), pending_request, none), RequestStatus::answered);
   EXPECT_EQ(compare(whole("uuid", "text", 0, 1), pending_request, interim_5),
             RequestStatus::answered);
@@ -55,7 +55,7 @@ TEST(Compare, SeesThatSomebodyElseAnswered) {
 
 // A regression: the texts of an abandoned request are still there when the next one's state is
 // written. Found by the simulation.
-TEST(Looking, ReadsTheStateOfARequestBeforeItsTexts) {
+TEST(Snapshot, ReadsTheStateOfARequestBeforeItsTexts) {
   for (const ReadSet set : {ReadSet::request, ReadSet::all}) {
     const auto order = variables_of(set);
     const auto state = std::ranges::find(order, Variable::request_state);
@@ -65,7 +65,7 @@ TEST(Looking, ReadsTheStateOfARequestBeforeItsTexts) {
 }
 
 // A new REQUEST_STATE may clear RESPONSE_STATE.
-TEST(Looking, ReadsTheStateOfTheResponseBeforeThatOfTheRequest) {
+TEST(Snapshot, ReadsTheStateOfTheResponseBeforeThatOfTheRequest) {
   for (const ReadSet set : {ReadSet::states, ReadSet::request, ReadSet::all}) {
     const auto order = variables_of(set);
     EXPECT_LT(std::ranges::find(order, Variable::response_state),

@@ -44,7 +44,7 @@ TEST(GatewaySettings, AreReadFromEachGoodFile) {
   }
 }
 
-TEST(GatewaySettings, SayWhatOfAMachineIsSampled) {
+TEST(GatewaySettings, HaveTheSampledVariablesOfAMachine) {
   const settings::Settings sut = settings::read_settings(folder / "good/data.gateway.textproto");
   const data::DataSettings& press = sut.machines.at(0).data;
   EXPECT_EQ(press.requests_per_second, 100);
@@ -63,7 +63,7 @@ TEST(GatewaySettings, SayWhatOfAMachineIsSampled) {
   EXPECT_EQ(sut.machines.at(0).programs[1].channel, 2);
 }
 
-TEST(GatewaySettings, SayWhichMessageQueuesAreRead) {
+TEST(GatewaySettings, HaveTheMessageQueuesThatAreRead) {
   const settings::Settings sut = settings::read_settings(folder / "good/queues.gateway.textproto");
   const auto& press = sut.machines.at(0).queues;
   ASSERT_EQ(press.size(), 3U);
@@ -79,7 +79,7 @@ TEST(GatewaySettings, SayWhichMessageQueuesAreRead) {
   EXPECT_EQ(press[2].key("press").to_string(), "press.ALARMS/2");
 }
 
-TEST(GatewaySettings, SayWhichVariablesMayBeWritten) {
+TEST(GatewaySettings, HaveTheWritableVariables) {
   const settings::Settings sut =
       settings::read_settings(folder / "good/variables.gateway.textproto");
   const variables::VariableSettings& press = sut.machines.at(0).variables;
@@ -92,7 +92,7 @@ TEST(GatewaySettings, SayWhichVariablesMayBeWritten) {
   EXPECT_EQ(sut.machines.at(1).variables.requests_per_second, 100);
 }
 
-TEST(GatewaySettings, HoldEverythingAFileSays) {
+TEST(GatewaySettings, HaveEveryFieldOfAFile) {
   const settings::Settings sut =
       settings::read_settings(folder / "good/everything.gateway.textproto");
   EXPECT_EQ(sut.journal.folder, "/var/lib/millrace");
@@ -136,17 +136,17 @@ TEST(MachineFlag, NamesAMachineWithoutAFile) {
   EXPECT_EQ(sut.to_string(), "press (10.0.0.5:48899, 5.1.2.3.4.5)");
 }
 
-TEST(MachineFlag, TakesTheUsualPortAndNetIdWhereNoneIsGiven) {
+TEST(MachineFlag, UsesTheUsualPortAndNetIdByDefault) {
   EXPECT_EQ(settings::parse_machine("press=10.0.0.5").to_string(),
             "press (10.0.0.5:48898, 10.0.0.5.1.1)");
 }
 
-TEST(MachineFlag, TakesWhatStandsBehindTheLastColonForThePort) {
+TEST(MachineFlag, ReadsThePortAfterTheLastColon) {
   EXPECT_EQ(settings::parse_machine("press=fe80::7:48899/5.1.2.3.4.5").to_string(),
             "press (fe80::7:48899, 5.1.2.3.4.5)");
 }
 
-TEST(MachineFlag, SaysWhatItExpects) {
+TEST(MachineFlag, ReportsWhatItExpects) {
   for (const auto& [text, expected] : {
            std::pair("press", "expected NAME=HOST:PORT/NETID"),
            std::pair("=10.0.0.5", "a machine has no name"),

@@ -18,13 +18,13 @@ TEST_F(StallDetectorTest, SendsEightHeartbeatsALease) {
   EXPECT_EQ(sut.heartbeat(begin), begin + 50ms);
 }
 
-TEST_F(StallDetectorTest, ForgivesHalfALease) {
+TEST_F(StallDetectorTest, ToleratesHalfALease) {
   const SteadyTime due = sut.heartbeat(begin);
   EXPECT_FALSE(sut.take_overdue(begin + 200ms));
   EXPECT_EQ(sut.take_overdue(begin + 201ms), begin + 201ms - due);
 }
 
-TEST_F(StallDetectorTest, TellsEachStandstillOnce) {
+TEST_F(StallDetectorTest, ReportsEachStandstillOnce) {
   const SteadyTime due = sut.heartbeat(begin);
   EXPECT_EQ(sut.take_overdue(due + 5s), 5s);
   EXPECT_FALSE(sut.take_overdue(due + 5s));

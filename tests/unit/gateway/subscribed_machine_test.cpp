@@ -28,7 +28,7 @@ class SubscribedMachine : public MachinesTest {
   }
 };
 
-TEST_F(SubscribedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsStatus) {
+TEST_F(SubscribedMachine, IsSubscribedForItsServedChannelsAndReportsThat) {
   be_trusted();
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2)));
   EXPECT_THAT(trusted, ElementsAre(Pair(1, true), Pair(2, true)));
@@ -36,7 +36,7 @@ TEST_F(SubscribedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsS
   EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscribedMachine, TellsOfAChangeAndNotOfWhatTheGatewayWrote) {
+TEST_F(SubscribedMachine, ReportsAChangeButNotTheGatewaysOwnWrite) {
   be_trusted();
   changed.clear();
   sut.on_notification({"cnc", 2}, Variable::request_state, 7, time);
@@ -57,7 +57,7 @@ TEST_F(SubscribedMachine, AWriteThatNoReadShowsHasChangedNothing) {
   EXPECT_TRUE(trusted[2]);
 }
 
-TEST_F(SubscribedMachine, IsAskedAnewOnANewLink) {
+TEST_F(SubscribedMachine, IsSubscribedAgainOnANewLink) {
   be_trusted();
   sut.on_link_down("cnc", "cable", time);
   sut.on_link_up("cnc", {1, 2}, time);
@@ -77,7 +77,7 @@ TEST_F(SubscribedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
   EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscribedMachine, ObeysANewConfigurationOnTheSameLink) {
+TEST_F(SubscribedMachine, FollowsANewConfigurationOnTheSameLink) {
   be_trusted();
   settings::MachineSettings machine;
   machine.name = "cnc";
@@ -88,7 +88,7 @@ TEST_F(SubscribedMachine, ObeysANewConfigurationOnTheSameLink) {
   EXPECT_EQ(told.reason, "polled, as configured");
 }
 
-TEST_F(SubscribedMachine, IsAskedAgainLaterWhereItDidNotAnswer) {
+TEST_F(SubscribedMachine, IsSubscribedAgainLaterWhereItDidNotAnswer) {
   serve();
   sut.on_subscribed("cnc", {{1, "no answer", true}, {2, "", false}}, time);
   time_passes();

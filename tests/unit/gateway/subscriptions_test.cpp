@@ -89,14 +89,14 @@ class SubscriptionsTest : public testing::Test {
   std::vector<std::pair<Level, std::string>> said;
 };
 
-TEST_F(SubscriptionsTest, AsksForEachChannelOnce) {
+TEST_F(SubscriptionsTest, SubscribesEachChannelOnce) {
   serve({1, 2});
   EXPECT_THAT(subscribed, ElementsAre(1, 2));
   serve({1, 2, 3});
   EXPECT_THAT(subscribed, ElementsAre(1, 2, 3));
 }
 
-TEST_F(SubscriptionsTest, BelievesSilenceOnceWhatIsToldIsWhatIsSeen) {
+TEST_F(SubscriptionsTest, TrustsNotificationsOnceTheyMatchTheReads) {
   serve();
   grant();
   look(0);
@@ -107,7 +107,7 @@ TEST_F(SubscriptionsTest, BelievesSilenceOnceWhatIsToldIsWhatIsSeen) {
   EXPECT_THAT(said, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
 }
 
-TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheAnswerToTheQuestion) {
+TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheResponseToTheSubscription) {
   serve();
   look(0);
   told(0);
@@ -116,13 +116,13 @@ TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheAnswerToTheQuestion) {
   EXPECT_TRUE(trusted[1]);
 }
 
-TEST_F(SubscriptionsTest, AChangeThatIsToldIsTimeToLook) {
+TEST_F(SubscriptionsTest, ANotifiedChangeCausesARead) {
   be_trusted();
   told(7);
   EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
 }
 
-TEST_F(SubscriptionsTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
+TEST_F(SubscriptionsTest, OurOwnWriteCausesNoRead) {
   be_trusted();
   told(7);
   look(7);
@@ -134,7 +134,7 @@ TEST_F(SubscriptionsTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
 
 // The program may have written the same request again before the controller took its next sample:
 // then there is never a notification.
-TEST_F(SubscriptionsTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
+TEST_F(SubscriptionsTest, DoesNotTrustSilenceBetweenAWriteAndItsNotification) {
   be_trusted();
   told(7);
   look(7);
@@ -145,7 +145,7 @@ TEST_F(SubscriptionsTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
   EXPECT_TRUE(trusted[1]);
 }
 
-TEST_F(SubscriptionsTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
+TEST_F(SubscriptionsTest, TrustsAgainWhenAReadFindsTheSameRequestOnceMore) {
   be_trusted();
   told(7);
   look(7);
@@ -160,7 +160,7 @@ TEST_F(SubscriptionsTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
       << "no sample was taken in between: no notification is missing";
 }
 
-TEST_F(SubscriptionsTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlready) {
+TEST_F(SubscriptionsTest, AChangeOfResponseStateCausesAReadUnlessItWasReadAlready) {
   be_trusted();
   take(sut.on_read(1, {ReadSet::states, "", "", 0, 5, ""}, now));
   take(sut.on_notification(1, response_state, 5, now));
@@ -169,7 +169,7 @@ TEST_F(SubscriptionsTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlrea
   EXPECT_THAT(looks, ElementsAre(Pair(1, response_state)));
 }
 
-TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndSaysSoOnce) {
+TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndLogsThatOnce) {
   serve();
   refuse();
   EXPECT_EQ(sut.status().text, "polled: the controller refuses it: 0x701");
@@ -179,7 +179,7 @@ TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndSaysSoOnce) {
   EXPECT_THAT(said, SizeIs(1));
 }
 
-TEST_F(SubscriptionsTest, TriesAgainOnANewLinkAndSaysNothingThatWasSaid) {
+TEST_F(SubscriptionsTest, SubscribesAgainOnANewLinkAndLogsNothingTwice) {
   serve();
   refuse();
   sut.link_down();
@@ -199,7 +199,7 @@ TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
   EXPECT_EQ(sut.status().text, "pushed, except for channel 2: no more handles");
 }
 
-TEST_F(SubscriptionsTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
+TEST_F(SubscriptionsTest, SubscribesAgainAfterAWhileWhereTheControllerDidNotAnswer) {
   serve();
   take(sut.on_subscribed({{1, "no answer", true}}, now));
   wait(999ms);
@@ -213,7 +213,7 @@ TEST_F(SubscriptionsTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
   EXPECT_THAT(subscribed, SizeIs(3));
 }
 
-TEST_F(SubscriptionsTest, GivesUpAControllerThatGrantsAndTellsNothing) {
+TEST_F(SubscriptionsTest, GivesUpAControllerThatAcceptsSubscriptionsAndSendsNothing) {
   serve();
   grant();
   for (int times = 0; times < 200; ++times) {
@@ -225,7 +225,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatGrantsAndTellsNothing) {
   EXPECT_FALSE(trusted[1]);
 }
 
-TEST_F(SubscriptionsTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
+TEST_F(SubscriptionsTest, GivesUpAlsoWhileProgramsCallAllTheTime) {
   serve();
   grant();
   for (std::uint32_t times = 0; times < 200; ++times) {
@@ -235,7 +235,7 @@ TEST_F(SubscriptionsTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
   EXPECT_THAT(sut.status().text, HasSubstr("sends no notification, not even the first value"));
 }
 
-TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) {
+TEST_F(SubscriptionsTest, GivesUpAControllerThatSendsNoNotificationOfALastingChange) {
   be_trusted();
   for (int times = 0; times < 200; ++times) {
     look(7);
@@ -245,7 +245,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) 
   EXPECT_THAT(unsubscribed, ElementsAre(1));
 }
 
-TEST_F(SubscriptionsTest, OneWhoStoodStillDrawsNoConclusion) {
+TEST_F(SubscriptionsTest, AGatewayThatStoodStillDrawsNoConclusion) {
   be_trusted();
   look(7);
   now += 10s;
@@ -254,7 +254,7 @@ TEST_F(SubscriptionsTest, OneWhoStoodStillDrawsNoConclusion) {
   EXPECT_TRUE(trusted[1]);
 }
 
-TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
+TEST_F(SubscriptionsTest, GivesUpAControllerThatDoesNotNotifyOfThreeCalls) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
     EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
@@ -266,7 +266,7 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
 }
 
 // It was answered before the change, and arrives after its notification.
-TEST_F(SubscriptionsTest, ALookThatWasOvertakenByATellingProvesNothing) {
+TEST_F(SubscriptionsTest, AReadThatANotificationOvertookProvesNothing) {
   be_trusted();
   for (std::uint32_t request = 1; request <= 20; ++request) {
     sut.read_started(1);
@@ -279,7 +279,7 @@ TEST_F(SubscriptionsTest, ALookThatWasOvertakenByATellingProvesNothing) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscriptionsTest, ForgivesWhatHappensOnceInTenMinutes) {
+TEST_F(SubscriptionsTest, ToleratesAFaultOnceInTenMinutes) {
   be_trusted();
   for (int times = 0; times < 10; ++times) {
     now += 6min;
@@ -289,7 +289,7 @@ TEST_F(SubscriptionsTest, ForgivesWhatHappensOnceInTenMinutes) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
+TEST_F(SubscriptionsTest, DetectsARepeatedNotification) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
     told(7);
@@ -300,7 +300,7 @@ TEST_F(SubscriptionsTest, NoticesThatTheSameWasToldTwice) {
   EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));
 }
 
-TEST_F(SubscriptionsTest, GivesUpAControllerThatTellsTooLate) {
+TEST_F(SubscriptionsTest, GivesUpAControllerThatNotifiesTooLate) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
     told(7);
@@ -324,7 +324,7 @@ TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscriptionsTest, AsksAnewForAHandleThatTheControllerHasDropped) {
+TEST_F(SubscriptionsTest, SubscribesAgainWhereTheControllerHasDroppedAHandle) {
   be_trusted();
   told(std::nullopt);
   EXPECT_FALSE(trusted[1]);
@@ -338,7 +338,7 @@ TEST_F(SubscriptionsTest, AsksAnewForAHandleThatTheControllerHasDropped) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
-TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItServesNoMore) {
+TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItNoLongerServes) {
   serve({1, 2});
   grant({1, 2});
   told(0, 2);
@@ -351,7 +351,7 @@ TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItServesNoMore) {
   EXPECT_THAT(looks, IsEmpty());
 }
 
-TEST_F(SubscriptionsTest, DoesAsItIsToldWhileItRuns) {
+TEST_F(SubscriptionsTest, FollowsANewModeWhileItRuns) {
   be_trusted();
   take(sut.set_mode(SubscriptionMode::poll));
   EXPECT_THAT(unsubscribed, ElementsAre(1));
@@ -366,19 +366,19 @@ class PollingSubscriptions : public SubscriptionsTest {
   PollingSubscriptions() : SubscriptionsTest(SubscriptionMode::poll) {}
 };
 
-TEST_F(PollingSubscriptions, AsksForNothingAndSaysNothing) {
+TEST_F(PollingSubscriptions, SubscribeNothingAndLogNothing) {
   serve();
   EXPECT_THAT(subscribed, IsEmpty());
   EXPECT_THAT(said, IsEmpty());
   EXPECT_EQ(sut.status().text, "polled, as configured");
 }
 
-class InsistingSubscriptions : public SubscriptionsTest {
+class RequiredSubscriptions : public SubscriptionsTest {
  protected:
-  InsistingSubscriptions() : SubscriptionsTest(SubscriptionMode::notify) {}
+  RequiredSubscriptions() : SubscriptionsTest(SubscriptionMode::notify) {}
 };
 
-TEST_F(InsistingSubscriptions, WarnsAndAsksAgainInTheEndOnceAMinute) {
+TEST_F(RequiredSubscriptions, WarnAndSubscribeAgainAtLastOnceAMinute) {
   serve();
   refuse();
   EXPECT_THAT(said, ElementsAre(Pair(Level::warn, HasSubstr("0x701"))));
@@ -395,7 +395,7 @@ TEST_F(InsistingSubscriptions, WarnsAndAsksAgainInTheEndOnceAMinute) {
   EXPECT_THAT(said, SizeIs(1));
 }
 
-TEST_F(InsistingSubscriptions, TrustsAnewAfterAWhile) {
+TEST_F(RequiredSubscriptions, TrustAgainAfterAWhile) {
   serve();
   grant();
   for (int times = 0; times < 200; ++times) {

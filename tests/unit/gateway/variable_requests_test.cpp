@@ -36,7 +36,7 @@ TEST_F(VariableRequestsTest, ReadsManyNamesInOneRequest) {
   EXPECT_THAT(reads, ElementsAre(SizeIs(3)));
 }
 
-TEST_F(VariableRequestsTest, LooksANameUpOnceAndThenReadsIt) {
+TEST_F(VariableRequestsTest, LooksUpANameOnceAndThenReadsIt) {
   for (int i = 1; i <= 5; ++i) {
     pass(10ms);
     numbers["V.E.A"] = i;
@@ -49,7 +49,7 @@ TEST_F(VariableRequestsTest, LooksANameUpOnceAndThenReadsIt) {
   EXPECT_THAT(reads, SizeIs(5));
 }
 
-TEST_F(VariableRequestsTest, AsksTheSameQuestionOnceInACycle) {
+TEST_F(VariableRequestsTest, SharesOneReadAmongEqualRequestsOfACycle) {
   ask(request({"V.E.A"}, 1));
   // Two more while it is under way.
   auto look_up = sut->next(now);
@@ -74,7 +74,7 @@ TEST_F(VariableRequestsTest, AsksTheSameQuestionOnceInACycle) {
   EXPECT_THAT(reads, SizeIs(asked + 1));
 }
 
-TEST_F(VariableRequestsTest, SaysWhichOfTheNamesTheControllerRefusesAndWithWhichError) {
+TEST_F(VariableRequestsTest, NamesARefusedVariableWithItsError) {
   ask(request({"V.E.A", "V.E.NONE"}));
   settle();
   ASSERT_THAT(answers, SizeIs(1));
@@ -86,7 +86,7 @@ TEST_F(VariableRequestsTest, SaysWhichOfTheNamesTheControllerRefusesAndWithWhich
   EXPECT_EQ(number_in(answers[0].reply.results[0]), 1);
 }
 
-TEST_F(VariableRequestsTest, LooksUpAnewWhatTheControllerDoesNotKnowAnyMore) {
+TEST_F(VariableRequestsTest, LooksUpAgainWhatTheControllerNoLongerHas) {
   ask(request({"V.E.A"}));
   settle();
   pass(10ms);
@@ -109,7 +109,7 @@ TEST_F(VariableRequestsTest, LooksUpAnewWhatTheControllerDoesNotKnowAnyMore) {
   EXPECT_EQ(answers[2].reply.results[0].error, 0x704U);
 }
 
-TEST_F(VariableRequestsTest, SaysThatTheControllerDoesNotAnswer) {
+TEST_F(VariableRequestsTest, ReportsThatTheControllerDoesNotAnswer) {
   ask(request({"V.E.A"}));
   ASSERT_TRUE(step());
   failure = ErrorCode::timeout;
@@ -119,7 +119,7 @@ TEST_F(VariableRequestsTest, SaysThatTheControllerDoesNotAnswer) {
   EXPECT_THAT(answers[0].reply.results[0].value.reason, HasSubstr("0x745"));
 }
 
-TEST_F(VariableRequestsTest, AsksNothingWhileTheLinkIsDown) {
+TEST_F(VariableRequestsTest, ReadsNothingWhileTheLinkIsDown) {
   ask(request({"V.E.A"}));
   sut->on_down("Connection refused", now);
   keep_news();
@@ -137,7 +137,7 @@ TEST_F(VariableRequestsTest, AsksNothingWhileTheLinkIsDown) {
   EXPECT_TRUE(answers[2].reply.done);
 }
 
-TEST_F(VariableRequestsTest, TellsWhoHasWaitedLongEnough) {
+TEST_F(VariableRequestsTest, AnswersARequestAfterItsTimeout) {
   begin({.writable = {}, .requests_per_second = 1});
   ask(request({"V.E.A"}));
   ASSERT_TRUE(step());
@@ -215,7 +215,7 @@ TEST_F(VariableRequestsTest, RefusesWhatIsNoRequest) {
   EXPECT_FALSE(sut->next(now));
 }
 
-TEST_F(VariableRequestsTest, HasRoomForSoManyRequestsOfOneAndOfAll) {
+TEST_F(VariableRequestsTest, LimitsTheRequestsOfOneAndOfAll) {
   for (std::size_t i = 0; i < VariableRequests::most_of_one; ++i) {
     ask(request({"V.E.A"}, 1));
   }
@@ -234,7 +234,7 @@ TEST_F(VariableRequestsTest, HasRoomForSoManyRequestsOfOneAndOfAll) {
   EXPECT_THAT(answers, SizeIs(2 + VariableRequests::most_requests));
 }
 
-TEST_F(VariableRequestsTest, HasRoomForSoManyNames) {
+TEST_F(VariableRequestsTest, LimitsTheNumberOfNames) {
   std::uint32_t number = 0;
   for (std::size_t asked = 0; asked < VariableRequests::most_names;
        asked += fabric::most_variables) {
@@ -263,7 +263,7 @@ TEST_F(VariableRequestsTest, HasRoomAgainForNamesThatItHasAnswered) {
   EXPECT_THAT(answers.back().reply.reason, Not(HasSubstr("are being requested")));
 }
 
-TEST_F(VariableRequestsTest, LeavesWhoWaitsToTheGatewayThatServesTheChannelNow) {
+TEST_F(VariableRequestsTest, LeavesPendingRequestsToTheGatewayThatServesTheChannelNow) {
   ask(request({"V.E.A"}));
   auto wanted = sut->next(now);
   ASSERT_TRUE(wanted);
@@ -274,7 +274,7 @@ TEST_F(VariableRequestsTest, LeavesWhoWaitsToTheGatewayThatServesTheChannelNow) 
   EXPECT_FALSE(sut->next(now));
 }
 
-TEST_F(VariableRequestsTest, DoesNotLetWhoAsksForWhatIsNotThereKeepOthersWaiting) {
+TEST_F(VariableRequestsTest, KeepsUnknownNamesFromDelayingOthers) {
   ask(request({"V.E.A"}));
   settle();
   pass(10ms);

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TEST_F(VariableRequestsTest, WritesWhatItMayAndTellsHowItWasAndIs) {
+TEST_F(VariableRequestsTest, WritesAllowedVariablesAndReportsOldAndNewValues) {
   ask(write({"V.E.A", "V.E.B"}, {{"-7"}, {"8"}}));
   settle();
   ASSERT_THAT(answers, SizeIs(1));
@@ -30,7 +30,7 @@ TEST_F(VariableRequestsTest, WritesWhatItMayAndTellsHowItWasAndIs) {
   EXPECT_THAT(lines, Each(HasSubstr("by she@panel")));
 }
 
-TEST_F(VariableRequestsTest, WritesOnceHoweverOftenItIsSaid) {
+TEST_F(VariableRequestsTest, WritesOnceForARepeatedRequest) {
   const VariableRequest change = write({"V.E.A"}, {{"5"}});
   ask(change);
   ask(change);
@@ -67,7 +67,7 @@ TEST_F(VariableRequestsTest, ChecksAllOfAWriteBeforeAnyOfItIsWritten) {
   EXPECT_THAT(writes, IsEmpty());
 }
 
-TEST_F(VariableRequestsTest, StopsAtTheVariableThatTheControllerDoesNotTake) {
+TEST_F(VariableRequestsTest, StopsAtAVariableThatTheControllerRefuses) {
   unwritable = "V.E.B";
   numbers["V.E.D"] = 4;
   ask(write({"V.E.A", "V.E.B", "V.E.D"}, {{"1"}, {"2"}, {"3"}}));
@@ -84,7 +84,7 @@ TEST_F(VariableRequestsTest, StopsAtTheVariableThatTheControllerDoesNotTake) {
   EXPECT_THAT(answers[1].reply.reason, HasSubstr("V.E.B may or may not be written"));
 }
 
-TEST_F(VariableRequestsTest, SaysThatAWriteIsUnknownWhenTheLinkEndsUnderIt) {
+TEST_F(VariableRequestsTest, ReportsAnUnknownOutcomeWhenTheLinkEndsDuringAWrite) {
   ask(write({"V.E.A"}, {{"1"}}));
   ASSERT_TRUE(step());
   ASSERT_TRUE(step());
@@ -97,7 +97,7 @@ TEST_F(VariableRequestsTest, SaysThatAWriteIsUnknownWhenTheLinkEndsUnderIt) {
   EXPECT_THAT(written, ElementsAre(Field(&Output::Written::done, false)));
 }
 
-TEST_F(VariableRequestsTest, WritesNothingThatWasAskedOfAnotherGatewayBefore) {
+TEST_F(VariableRequestsTest, WritesNothingOfAnEarlierRequestToAnotherGateway) {
   pass(1s);
   VariableRequest late = write({"V.E.A"}, {{"1"}});
   late.age = 1001ms;
@@ -126,7 +126,7 @@ TEST_F(VariableRequestsTest, AnswersWithWhatIsThereAfterAWrite) {
   EXPECT_EQ(number_in(answers.back().reply.results[0]), 77);
 }
 
-TEST_F(VariableRequestsTest, TellsOfSoManyRefusedWritesInASecondAndCountsTheOthers) {
+TEST_F(VariableRequestsTest, ReportsALimitedNumberOfRefusedWritesASecondAndCountsTheOthers) {
   for (int i = 0; i < 100; ++i) {
     ask(write({"V.G.X"}, {{"1"}}));
   }

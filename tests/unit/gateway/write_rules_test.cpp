@@ -9,13 +9,13 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST(WriteRules, LetNothingBeWrittenThatNoneNames) {
+TEST(WriteRules, AllowNoWriteThatNoRuleNames) {
   EXPECT_THAT(objection({}, 1, "V.E.LIMIT"), HasSubstr("variables { write: \"V.E.LIMIT\" } does"));
   EXPECT_THAT(objection({{"V.E.LIMITS"}, {"V.E.LIMI"}, {"V.P.*"}}, 1, "V.E.LIMIT"),
               HasSubstr("V.E.LIMIT may not be written"));
 }
 
-TEST(WriteRules, LetWhatAPatternMatchesBeWritten) {
+TEST(WriteRules, AllowWhatAPatternMatches) {
   const WriteRules sut{{"V.E.*"}, {"V.A.*.X"}, {"P10"}, {"V.P.A*B*C"}};
   for (const char* name : {"V.E.LIMIT", "V.E.TABLE[3]", "V.E.A.B", "V.A.OFFSET.X", "P10", "V.P.ABC",
                            "V.P.AxxBxBxxC"}) {
@@ -27,7 +27,7 @@ TEST(WriteRules, LetWhatAPatternMatchesBeWritten) {
   }
 }
 
-TEST(WriteRules, LetNoObjectBeWritten) {
+TEST(WriteRules, AllowNoWriteOfAnObject) {
   for (const char* name : {"state", "mc_command_override_w", "V.CYC.A", "x"}) {
     EXPECT_THAT(objection({{"*"}}, 1, name), HasSubstr("all others are read-only")) << name;
   }
@@ -40,7 +40,7 @@ TEST(WriteRules, HoldInTheirChannels) {
   EXPECT_THAT(objection(sut, 1, "V.E.A"), HasSubstr("may not be written"));
 }
 
-TEST(WriteRules, NeverLetTheServiceInterfaceBeWrittenHoweverItIsSpelled) {
+TEST(WriteRules, NeverAllowAWriteOfTheServiceInterfaceHoweverItIsSpelled) {
   // A rule that no configuration may have.
   const WriteRules everything{{"*"}};
   for (const std::string name :

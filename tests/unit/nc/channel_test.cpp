@@ -61,7 +61,7 @@ TEST_F(NcChannel, SharesTimersWithTheOtherChannelsOfItsController) {
   EXPECT_EQ(messages(sut, 4s), Texts{"3000"});
 }
 
-TEST_F(NcChannel, HasTimersOfItsOwnIfItIsGivenNone) {
+TEST_F(NcChannel, HasItsOwnTimersByDefault) {
   Channel first;
   Channel sut;
   start(first, "#TIMER START [ID=5]\n#WAIT FOR FALSE\n");
@@ -111,7 +111,7 @@ TEST(Check, FindsUnknownMembersBesideOtherMistakes) {
   EXPECT_EQ(check("test.nc", "V.G.SERVICE.REQ = 3\n$ENDIF\n").size(), 2U);
 }
 
-TEST_F(NcChannel, GoesOnAfterItIsMoved) {
+TEST_F(NcChannel, ContinuesAfterBeingMoved) {
   Channel first;
   start(first, "G01 X100 F6000\n#FLUSH WAIT\n#MSG [\"there\"]\nM30\n");
   first.tick(0s, environment_);
@@ -152,7 +152,7 @@ TEST_F(NcChannel, ListsTheVariablesOfAProgram) {
   EXPECT_FALSE(variables.find("V.P.NOSUCH"));
 }
 
-TEST_F(NcChannel, LetsItsVariablesBeWrittenFromOutside) {
+TEST_F(NcChannel, AllowsWritesOfItsVariablesFromOutside) {
   Channel sut;
   start(sut, "V.P.GO = 0\nV.P.TEXT = \"\"\n#WAIT FOR V.P.GO\n#MSG [\"%s\", V.P.TEXT]\nM30\n");
   sut.tick(0s, environment_);
@@ -172,7 +172,7 @@ TEST_F(NcChannel, RefusesValuesFromOutsideThatDoNotFit) {
   EXPECT_FALSE(sut.variables().find("V.P.NEW"));
 }
 
-TEST_F(NcChannel, BringsTheCycleThatWaitsForAService) {
+TEST_F(NcChannel, IncludesTheCycleThatWaitsForAService) {
   EXPECT_TRUE(shipped_cycle("SysServiceWait.cyc"));
   EXPECT_TRUE(shipped_cycle("SYSSERVICEWAIT.CYC"));
   EXPECT_FALSE(shipped_cycle("NoSuch.cyc"));

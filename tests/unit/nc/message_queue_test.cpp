@@ -37,7 +37,7 @@ class Notes final : public Environment {
 
 using Names = std::vector<std::string>;
 
-TEST(MessageQueue, WritesTheElementBeforeLastFilledSaysSo) {
+TEST(MessageQueue, WritesTheElementBeforeLastFilled) {
   Notes sut(1, 1);
   ASSERT_TRUE(carry_out(WriteMessage{"SD.Q", "SD.C", "text"}, sut));
   EXPECT_EQ(sut.written, (Names{"SD.Q[2]", "SD.C.LastFilled"}));
@@ -64,7 +64,7 @@ TEST(MessageQueue, HoldsOneMessageLessThanItHasElementsFromEveryIndexOn) {
   }
 }
 
-TEST(MessageQueue, HasNoPlaceForWhatIsNoElement) {
+TEST(MessageQueue, HasNoPositionOutsideItsArray) {
   EXPECT_FALSE(next_position({0, 0}, 3));
   EXPECT_FALSE(next_position({4, 1}, 3));
   EXPECT_FALSE(next_position({1, -1}, 3));

@@ -168,7 +168,7 @@ class World {
   std::set<CallId> replied_;
 };
 
-TEST(CallSchedulerAtRandom, RunsEachCallOnceButForCancelledRunsAndAnswersEveryOneThatIsWanted) {
+TEST(CallSchedulerAtRandom, RunsEachCallOnceExceptCancelledRunsAndAnswersEachRequestedOne) {
   for (std::uint32_t seed = 1; seed <= 2000; ++seed) {
     SCOPED_TRACE(seed);
     World world(seed);

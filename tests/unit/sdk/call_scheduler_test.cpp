@@ -62,7 +62,7 @@ TEST_F(CallSchedulerTest, DeclinesNothingThatItHas) {
 
 // A restarted gateway requests it once more, while the instance leaves. Found by the simulation:
 // the call, which may run at most once, was dispatched to another instance.
-TEST_F(CallSchedulerTest, RepeatsWhatItHasAnsweredAlsoWhenItTakesNothingAnyMore) {
+TEST_F(CallSchedulerTest, RepeatsItsAnswersAlsoWhileItIsLeaving) {
   started(request(1));
   answered(1, answer);
   const auto sent = only<Send>(sut.decline(request(1), "it is leaving"));
@@ -71,7 +71,7 @@ TEST_F(CallSchedulerTest, RepeatsWhatItHasAnsweredAlsoWhenItTakesNothingAnyMore)
   EXPECT_EQ(sut.status().declined, 0U);
 }
 
-TEST_F(CallSchedulerTest, DoesNotDeclineWhatRunsWhenItTakesNothingAnyMore) {
+TEST_F(CallSchedulerTest, DoesNotDeclineARunningCallWhileItIsLeaving) {
   started(request(1));
   EXPECT_THAT(sut.decline(request(1), "it is leaving"), IsEmpty());
   const auto sent = only<Send>(sut.decline(request(2), "it is leaving"));
@@ -79,7 +79,7 @@ TEST_F(CallSchedulerTest, DoesNotDeclineWhatRunsWhenItTakesNothingAnyMore) {
   EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
 }
 
-TEST_F(CallSchedulerTest, LetsOnlySoManyCallsWait) {
+TEST_F(CallSchedulerTest, LimitsTheNumberOfWaitingCalls) {
   CallScheduler small({.instance = self, .most_waiting = 1});
   small.on_request(request(1, 1), now);
   EXPECT_THAT(small.on_request(request(2, 2), now), IsEmpty());
@@ -111,7 +111,7 @@ TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatHasLostTheChannel) {
 // A regression: an operator had the running call dispatched again, to the same instance. It
 // declined the attempt that was cancelled, and the gateway waited for the new one for ever. Found
 // by the simulation (seed 1174747788395).
-TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelOfTheAttemptThatWaits) {
+TEST_F(CallSchedulerTest, DeclinesTheWaitingAttemptOfAGatewayThatHasLostTheChannel) {
   started(request(1));
   sut.on_withdrawn(key_of(request(1)));
   ASSERT_EQ(started(again(request(1), 3)), 0U) << "its cancelled run has not ended";
@@ -123,7 +123,7 @@ TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelOfTheAttemptThatWait
   EXPECT_EQ(sent.front().reply.attempt, 3U);
 }
 
-TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelThatACallMustNotRunTwice) {
+TEST_F(CallSchedulerTest, AnswersAGatewayThatHasLostTheChannelThatACallMustNotRunTwice) {
   CallScheduler once({.instance = self, .delivery = fabric::Delivery::at_most_once});
   once.on_request(request(1), now);
   Request successor = of_another_gateway(1);
@@ -135,7 +135,7 @@ TEST_F(CallSchedulerTest, TellsAGatewayThatHasLostTheChannelThatACallMustNotRunT
             "ERROR: the call was cancelled while it ran, and it must not run twice");
 }
 
-TEST_F(CallSchedulerTest, RunsNoMoreCallsAtOnceThanItMay) {
+TEST_F(CallSchedulerTest, RunsNoMoreCallsAtOnceThanAllowed) {
   EXPECT_EQ(started(request(1, 1)), 1U);
   EXPECT_EQ(started(request(2, 2)), 0U);
   const auto next = only<Start>(sut.on_result(call(1), answer, now));
@@ -229,7 +229,8 @@ TEST_F(CallSchedulerTest, RefusesAnAnswerThatCannotBeSent) {
 
 class ACallSchedulerForProgramsThatWaitForTheText : public CallSchedulerTest {};
 
-TEST_F(ACallSchedulerForProgramsThatWaitForTheText, SendsState0ButNoEmptyTextAndNothingMeanwhile) {
+TEST_F(ACallSchedulerForProgramsThatWaitForTheText,
+       SendsState0ButNeitherEmptyTextsNorInterimReplies) {
   sut = CallScheduler({.instance = self, .completion_signal = fabric::CompletionSignal::response});
   sut.on_request(request(1), now);
   EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
@@ -254,7 +255,7 @@ TEST_F(CallSchedulerTest, SendsInterimRepliesOfACallThatRuns) {
   EXPECT_THAT(sut.on_interim(call(1), answer, now), IsEmpty());
 }
 
-TEST_F(CallSchedulerTest, TakesNoClockThatIsSetForTheTimeOfACall) {
+TEST_F(CallSchedulerTest, MeasuresTheTimeOfACallWhateverTheClock) {
   started(request(1));
   started(request(2, 2));
   Moment set_back = later(4);
@@ -282,7 +283,7 @@ TEST_F(CallSchedulerTest, CountsForTheStatus) {
   EXPECT_EQ(status.last_call, now.wall);
 }
 
-TEST_F(CallSchedulerTest, GivesBackAnAttemptThatItsHandlerDeclinesAndDoesNotTakeItAgain) {
+TEST_F(CallSchedulerTest, DeclinesAnAttemptThatItsHandlerDeclinesAndDoesNotRunItAgain) {
   started(request(1));
   const auto sent = only<Send>(sut.on_declined(call(1), "the gauge is in use", now));
   ASSERT_THAT(sent, SizeIs(1));

@@ -12,7 +12,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TEST_F(CallSchedulerTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
+TEST_F(CallSchedulerTest, CancelsARunningCallThatIsWithdrawnAndDropsItsAnswer) {
   started(request(1));
   const auto cancelled = only<Cancel>(sut.on_withdrawn(asked_by(1)));
   ASSERT_THAT(cancelled, SizeIs(1));
@@ -38,7 +38,7 @@ TEST_F(CallSchedulerTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
   EXPECT_THAT(sut.on_withdrawn(asked_by(1, 7)), IsEmpty());
 }
 
-TEST_F(CallSchedulerTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
+TEST_F(CallSchedulerTest, TreatsANewCallOfTheChannelAsAWithdrawalOfTheOld) {
   started(request(1));
   EXPECT_THAT(only<Cancel>(sut.on_request(request(2), now)), SizeIs(1));
   const Actions actions = sut.on_result(call(1), answer, now);
@@ -47,7 +47,7 @@ TEST_F(CallSchedulerTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
 }
 
 // A regression: the result of the cancelled handler went to the program as its answer.
-TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
+TEST_F(CallSchedulerTest, RunsAWithdrawnCallAgainThatIsRequestedAgainWhileItRuns) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   EXPECT_EQ(started(again(request(1), 2)), 0U);
@@ -61,7 +61,7 @@ TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) 
   EXPECT_EQ(reply.text, "2.000000");
 }
 
-TEST_F(CallSchedulerTest, RunsAWithdrawnCallAnewThatIsAskedForAgainAfterItHasEnded) {
+TEST_F(CallSchedulerTest, RunsAWithdrawnCallAgainThatIsRequestedAgainAfterItHasEnded) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   sut.on_result(call(1), Response{.text = "anything"}, now);
@@ -78,14 +78,14 @@ TEST_F(CallSchedulerTest, RunsOtherCallsWhileOneWaitsForTheEndOfItsCancelledRun)
   EXPECT_THAT(only<Start>(two.on_result(call(1), answer, now)), SizeIs(1));
 }
 
-TEST_F(CallSchedulerTest, ShowsNothingOfACancelledRunWhileItsCallIsWantedAgain) {
+TEST_F(CallSchedulerTest, ShowsNothingOfACancelledRunWhileItsCallIsRequestedAgain) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   started(request(1));
   EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
 }
 
-TEST_F(CallSchedulerTest, RunsACallThatIsWithdrawnAgainNotAnew) {
+TEST_F(CallSchedulerTest, DoesNotRunACallAgainThatIsWithdrawnAgain) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   started(request(1));
@@ -118,7 +118,7 @@ class OnceCallSchedulerTest : public CallSchedulerTest {
   }
 };
 
-TEST_F(OnceCallSchedulerTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError) {
+TEST_F(OnceCallSchedulerTest, AnswersAWithdrawnCallThatIsRequestedAgainWithAnError) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   expect_refused(sut.on_request(request(1), now));
@@ -126,7 +126,7 @@ TEST_F(OnceCallSchedulerTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError)
   expect_refused(sut.on_request(request(1), now));
 }
 
-TEST_F(OnceCallSchedulerTest, RunsAWithdrawnCallAnewThatAnOperatorGivesOutAgain) {
+TEST_F(OnceCallSchedulerTest, RunsAWithdrawnCallAgainThatAnOperatorRetries) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   EXPECT_EQ(started(again(request(1), 2)), 0U);
@@ -174,7 +174,7 @@ TEST_F(CallSchedulerTest, StartsAWaitingCallWhoseGatewayIsGone) {
   EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
 }
 
-TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
+TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherRequestsIt) {
   started(request(1));
   sut.on_orphaned(asked_by(1));
   const auto cancelled = only<Cancel>(sut.on_request(of_another_gateway(1), now));
@@ -183,7 +183,7 @@ TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
 }
 
 // A gateway without a journal on disk restarts before its lease is over.
-TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
+TEST_F(CallSchedulerTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherRequestedIt) {
   started(request(1));
   sut.on_request(of_another_gateway(1), now);
   EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
@@ -197,14 +197,14 @@ TEST_F(CallSchedulerTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
   EXPECT_EQ(answered(1, answer).text, "2.000000");
 }
 
-TEST_F(CallSchedulerTest, KeepsTheCallOfAGatewayThatCameBackBeforeAnotherAsks) {
+TEST_F(CallSchedulerTest, KeepsTheCallOfAGatewayThatReturnedBeforeAnotherRequestsIt) {
   started(request(1));
   sut.on_orphaned(asked_by(1));
   sut.on_request(request(1), now);
   EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
 }
 
-TEST_F(CallSchedulerTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
+TEST_F(CallSchedulerTest, AnswersAGatewayThatReturnsAfterItsCallWasGivenUp) {
   started(request(1));
   sut.on_orphaned(asked_by(1));
   sut.on_request(of_another_gateway(1), now);
@@ -235,7 +235,7 @@ class AStranger : public CallSchedulerTest {
 
 // A regression: it was run and remembered, and its answer "repeated" to the real one: 2,346 of
 // 4,838 calls were wrong.
-TEST_F(AStranger, ThatHasAskedSomethingElseUnderACallIdGivesNoAnswerToItsOwner) {
+TEST_F(AStranger, ThatRequestsSomethingElseUnderACallIdGivesNoAnswerToItsOwner) {
   started(of_a_stranger(request(1), "9"));
   EXPECT_EQ(answered(1, Response{.text = "3.000000"}).asked_text, "9");
   EXPECT_EQ(started(request(1)), 1U);
@@ -245,14 +245,15 @@ TEST_F(AStranger, ThatHasAskedSomethingElseUnderACallIdGivesNoAnswerToItsOwner) 
   EXPECT_EQ(reply.asked_text, "");
 }
 
-TEST_F(AStranger, ThatHasAskedTheSameUnderACallIdGivesNoAnswerToItsOwnerWhereRequestersAreProven) {
+TEST_F(AStranger,
+       ThatRequestsTheSameUnderACallIdGivesNoAnswerToItsOwnerWhereRequestersAreAuthenticated) {
   sut = CallScheduler({.instance = self, .authenticated_requesters = true});
   started(of_a_stranger(request(1), ""));
   answered(1, Response{.text = "3.000000"});
   EXPECT_EQ(started(request(1)), 1U);
 }
 
-TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
+TEST_F(AStranger, ThatRequestsUnderTheIdOfARunningCallRunsAfterIt) {
   CallScheduler two({.instance = self, .concurrency = 2});
   two.on_request(request(1), now);
   EXPECT_THAT(two.on_request(of_a_stranger(request(1), "9"), now), IsEmpty());
@@ -264,7 +265,7 @@ TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
 }
 
 // A regression: the handler of a running call was cancelled.
-TEST_F(AStranger, ThatTakesBackItsOwnWaitingCallTellsNoHandlerOfTheSameId) {
+TEST_F(AStranger, ThatWithdrawsItsOwnWaitingCallCancelsNoHandlerOfTheSameId) {
   started(request(1));
   started(of_a_stranger(request(1), "9"));
   const auto cancelled = only<Cancel>(sut.on_withdrawn(key_of_a_stranger()));
@@ -279,7 +280,7 @@ TEST_F(AStranger, WithdrawsNoCallOfOthers) {
   EXPECT_EQ(answered(1, answer).text, "2.000000");
 }
 
-TEST_F(AStranger, ThatAsksTheVerySameAndTakesItBackCancelsNothing) {
+TEST_F(AStranger, ThatRequestsTheSameAndWithdrawsItCancelsNothing) {
   started(request(1));
   started(of_a_stranger(request(1), ""));
   EXPECT_THAT(sut.on_withdrawn(key_of_a_stranger()), IsEmpty());
@@ -299,7 +300,7 @@ TEST_F(AStranger, WithALaterNumberOrTheEpochOfASuccessorGivesUpNoCallOfOthers) {
 }
 
 // A restarted gateway has a new writer.
-TEST_F(AStranger, ThatAsksTheVerySameGetsTheAnswerFromMemory) {
+TEST_F(AStranger, ThatRequestsTheSameGetsTheAnswerFromMemory) {
   started(request(1));
   answered(1, answer);
   const auto sent = only<Send>(sut.on_request(of_a_stranger(request(1), ""), now));
@@ -307,7 +308,7 @@ TEST_F(AStranger, ThatAsksTheVerySameGetsTheAnswerFromMemory) {
   EXPECT_EQ(sent.front().reply.code, ServiceCode::repeated);
 }
 
-TEST_F(AStranger, PushesNoAnswerOfOthersOutOfMemory) {
+TEST_F(AStranger, ReplacesNoAnswerOfOthersInMemory) {
   sut = CallScheduler({.instance = self, .memory = 8});
   started(request(1));
   answered(1, answer);

@@ -60,13 +60,13 @@ TEST_F(InlineServiceTest, RunsItsHandlerWhereCallsArrive) {
   EXPECT_EQ(answer(sut, 1), this_thread());
 }
 
-TEST_F(InlineServiceTest, IsTheExceptionOthersRunTheirHandlerOnAThreadOfItsOwn) {
+TEST_F(InlineServiceTest, OthersRunTheirHandlerOnAnotherThread) {
   const Service sut(options(), name_the_thread, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   EXPECT_NE(answer(sut, 1), this_thread());
 }
 
-TEST_F(InlineServiceTest, RunsAHandlerThatIsNotPromptAfterAllOnAThreadOfItsOwnAndSaysSo) {
+TEST_F(InlineServiceTest, MovesAHandlerThatIsTooSlowToAThreadOfItsOwnAndLogsIt) {
   std::ostringstream text;
   const auto log = std::make_shared<spdlog::logger>(
       "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
@@ -89,7 +89,7 @@ TEST_F(InlineServiceTest, RunsAHandlerThatIsNotPromptAfterAllOnAThreadOfItsOwnAn
                                 HasSubstr("10.000 ms are allowed")));
 }
 
-TEST_F(InlineServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
+TEST_F(InlineServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndContinues) {
   const Service sut(
       inline_options(),
       [](const Call& call) -> Response {
@@ -107,7 +107,7 @@ TEST_F(InlineServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
 
 // A regression: its log is written in the receiving thread, so a stopped terminal stopped
 // reception.
-TEST_F(InlineServiceTest, AnswersThoughNobodyReadsItsLog) {
+TEST_F(InlineServiceTest, AnswersAlthoughItsLogIsNotRead) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
   ASSERT_GT(::fcntl(ends[1], F_SETPIPE_SZ, 4096), 0);
@@ -142,7 +142,7 @@ class FailingOnce : public fabric::endpoints::ReplyEndpointListener {
 };
 
 // A regression: the exception went into Cyclone's C code, which held its locks.
-TEST_F(InlineServiceTest, HearsTheNextCallAfterAListenerThatThrows) {
+TEST_F(InlineServiceTest, ReceivesTheNextCallAfterAListenerThatThrows) {
   FailingOnce listener;
   fabric::InstanceIdentity identity{
       .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};

@@ -127,7 +127,7 @@ TEST_F(IsgService, TurnsACodeIntoAnErrorAnswer) {
   EXPECT_EQ(reply.text, "ERROR: the service function returned code 7");
 }
 
-TEST_F(IsgService, LetsNoExceptionOfItsFunctionThrough) {
+TEST_F(IsgService, TurnsAnExceptionOfItsFunctionIntoAnError) {
   const auto throw_it = [](ISG_SERVICE*, char* request, ADS_UINT32, char*, size_t, ADS_UINT32*) {
     if (std::strcmp(request, "number") == 0) {
       throw 42;
@@ -141,7 +141,7 @@ TEST_F(IsgService, LetsNoExceptionOfItsFunctionThrough) {
   EXPECT_EQ(poll().back().text, "ERROR: no gauge");
 }
 
-TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
+TEST_F(IsgService, FailsIfAnyOfItsThreadsCannotBeStarted) {
   constexpr int threads = 3;  // for signals, and two for the fabric
   for (int started = 0; started < threads; ++started) {
     const tests::ThreadShortage shortage(started);
@@ -155,7 +155,7 @@ TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
 }
 
 // As a shell script starts a command with '&'.
-TEST_F(IsgService, LeavesASignalAloneThatWhoStartedItHasItIgnore) {
+TEST_F(IsgService, KeepsASignalIgnoredThatWasIgnoredAtItsStart) {
   struct sigaction ignored {};
   struct sigaction before {};
   ignored.sa_handler = SIG_IGN;
@@ -191,7 +191,7 @@ TEST_F(IsgService, EndsPollsForOneCallToo) {
   EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_CLOSED);
 }
 
-TEST_F(IsgService, SaysWhatIsWrong) {
+TEST_F(IsgService, ReportsWrongUse) {
   EXPECT_EQ(isgServiceCreate(nullptr, "test", follow_request, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceCreate("a*", "test", follow_request, &connection, &sut),

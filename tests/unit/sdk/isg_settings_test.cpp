@@ -31,7 +31,7 @@ TEST(IsgSettings, HaveDefaults) {
   EXPECT_EQ(sut->log_level, spdlog::level::info);
 }
 
-TEST(IsgSettings, TakeWhatTheEnvironmentSays) {
+TEST(IsgSettings, ReadTheEnvironment) {
   const auto sut = read({{"MILLRACE_DOMAIN", "7"},
                          {"MILLRACE_FABRIC", "shop"},
                          {"MILLRACE_CHANNELS", " cnc/1  press/* "},
@@ -48,7 +48,7 @@ TEST(IsgSettings, TakeWhatTheEnvironmentSays) {
   EXPECT_EQ(sut->log_level, spdlog::level::debug);
 }
 
-TEST(IsgSettings, TakeTheFabricFromAFileWhereNothingElseIsSaid) {
+TEST(IsgSettings, ReadTheFabricFromAFileByDefault) {
   const tests::TemporaryFolder folder;
   const std::string file = (folder.path() / "fabric.textproto").string();
   std::ofstream(file) << "domain: 9 fabric: 'shop'";
@@ -60,7 +60,7 @@ TEST(IsgSettings, TakeTheFabricFromAFileWhereNothingElseIsSaid) {
               HasSubstr("no/such/file"));
 }
 
-TEST(IsgSettings, TakeTheFileOfTheHostWhereTheEnvironmentNamesNone) {
+TEST(IsgSettings, UseTheFileOfTheHostWhereTheEnvironmentNamesNone) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "fabric.textproto";
   std::ofstream(file) << "domain: 9";

@@ -38,7 +38,7 @@ class RunnerTest : public testing::Test {
       CallSchedulerOptions{.instance = self}, base::program::no_log(), InlineHandler{});
 };
 
-TEST_F(RunnerTest, HandsOutACallAnewThatIsWantedAgainOnceItsCancelledRunHasEnded) {
+TEST_F(RunnerTest, HandsOutACallAgainThatIsRequestedAgainOnceItsCancelledRunHasEnded) {
   sut->on_request(request(1));
   const auto first = next();
   ASSERT_THAT(first, NotNull());
@@ -58,7 +58,7 @@ TEST_F(RunnerTest, HandsOutACallAnewThatIsWantedAgainOnceItsCancelledRunHasEnded
 // the handler released the call in that moment, the runner's reference was the last one: the
 // destructor requested the lock that its own thread held. The moment is short, so the test repeats
 // it.
-TEST_F(RunnerTest, LetsAHandlerDropItsCallInTheMomentItIsCancelled) {
+TEST_F(RunnerTest, AllowsAHandlerToDropItsCallWhileItIsCancelled) {
   constexpr std::uint64_t most = 20'000;
   constexpr auto enough = std::chrono::seconds(2);
   auto all = std::async(std::launch::async, [&] {
@@ -111,7 +111,7 @@ TEST_F(RunnerTest, KeepsNothingOfCallsThatAreOver) {
   EXPECT_EQ(sut->remembered(), 0U);
 }
 
-TEST_F(RunnerTest, LetsNobodyWaitForCallsAndTakesNoneOnceItIsClosed) {
+TEST_F(RunnerTest, ReleasesWaitersAndAcceptsNoCallsOnceItIsClosed) {
   sut->close();
   EXPECT_TRUE(sut->closed());
   sut->on_request(request(1));
@@ -175,7 +175,7 @@ TEST_F(PassingRunner, PassesOnACallThatWaitedWhereTheOneBeforeItIsAnswered) {
   sut->set_endpoint(nullptr);
 }
 
-TEST_F(PassingRunner, TellsOfACallThatIsCancelled) {
+TEST_F(PassingRunner, NotifiesOfACancelledCall) {
   sut->set_endpoint(&end);
   sut->on_request(request(1));
   sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1, self});
@@ -184,7 +184,7 @@ TEST_F(PassingRunner, TellsOfACallThatIsCancelled) {
   sut->set_endpoint(nullptr);
 }
 
-TEST_F(RunnerTest, LetsAStopCallbackAnswerTheCallThatIsCancelled) {
+TEST_F(RunnerTest, AllowsAStopCallbackToAnswerTheCancelledCall) {
   sut->on_request(request(1));
   const auto call = next();
   ASSERT_THAT(call, NotNull());
@@ -199,7 +199,7 @@ TEST_F(RunnerTest, LetsAStopCallbackAnswerTheCallThatIsCancelled) {
   EXPECT_EQ(sut->remembered(), 0U) << "its run has ended";
 }
 
-TEST_F(RunnerTest, TakesNoSecondEndOfACallThatIsDeclined) {
+TEST_F(RunnerTest, IgnoresASecondEndOfADeclinedCall) {
   sut->on_request(request(1));
   const auto call = next();
   ASSERT_THAT(call, NotNull());

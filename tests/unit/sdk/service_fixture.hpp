@@ -20,7 +20,7 @@ namespace millrace::services::sdk {
 inline const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
 
 /// Blocks handlers until the test opens it.
-class Door {
+class Latch {
  public:
   void open() {
     const std::lock_guard guard(lock_);

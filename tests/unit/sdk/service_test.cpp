@@ -39,7 +39,7 @@ TEST_F(ServiceTest, AnswersCallsWithItsFunction) {
   }
 }
 
-TEST_F(ServiceTest, GivesTheHandlerAllThatIsKnownOfTheCall) {
+TEST_F(ServiceTest, GivesTheHandlerAllDataOfTheCall) {
   Request sent{.replayed = true};
   std::promise<void> checked;
   const Service sut(
@@ -68,7 +68,7 @@ TEST_F(ServiceTest, GivesTheHandlerAllThatIsKnownOfTheCall) {
   EXPECT_TRUE(next_reply().replayed);
 }
 
-TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
+TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndContinues) {
   const Service sut(
       options(),
       [](const Call& call) -> Response {
@@ -104,7 +104,7 @@ TEST_F(ServiceTest, RefusesAnAnswerThatDoesNotFit) {
   EXPECT_THAT(reply.text, HasSubstr("130 bytes"));
 }
 
-TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
+TEST_F(ServiceTest, NotifiesARunningHandlerThatItsCallIsWithdrawn) {
   std::promise<void> entered;
   const Service sut(
       options(),
@@ -125,10 +125,10 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
   EXPECT_EQ(next_reply().call.number, 2U);
 }
 
-TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
+TEST_F(ServiceTest, RunsACallAgainThatIsRequestedAgainAfterItsCancellation) {
   std::promise<void> entered;
   std::promise<void> told;
-  Door door;
+  Latch latch;
   const Service sut(
       options(),
       [&](const Call& call) -> Response {
@@ -139,7 +139,7 @@ TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
         entered.set_value();
         tests::await("the cancellation of the call", [&] { return call.cancelled(); });
         told.set_value();
-        door.pass();
+        latch.pass();
         call.interim({.text = "stopping", .state = 50});
         return {.text = "stopped"};
       },
@@ -152,14 +152,14 @@ TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
   ASSERT_EQ(told.get_future().wait_for(tests::await_limit), std::future_status::ready);
   sent.attempt = 2;
   call(sent);
-  door.open();
+  latch.open();
   const Reply reply = next_reply();
   EXPECT_EQ(reply.text, "answer");
   EXPECT_EQ(reply.attempt, 2U);
 }
 
 // Without certificates only DDS reports that a gateway is gone.
-TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasTheChannelOfOneThatIsGone) {
+TEST_F(ServiceTest, CancelsARunningHandlerWhenAnotherGatewayHasTheChannelOfOneThatIsGone) {
   std::promise<void> entered;
   const Service sut(
       options(),
@@ -189,13 +189,13 @@ TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasTheChannelOfOneThat
 }
 
 TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {
-  Door door;
+  Latch latch;
   const Service sut(
       options(),
       [&](const Call& call) -> Response {
         EXPECT_THROW(call.interim({.text = std::string(128, 'x')}), std::invalid_argument);
         call.interim({.text = "half", .state = 50});
-        door.pass();
+        latch.pass();
         return {.text = "done"};
       },
       base::program::no_log());
@@ -204,19 +204,19 @@ TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {
   const Reply interim = next_reply();
   EXPECT_EQ(interim.kind, ReplyKind::interim);
   EXPECT_EQ(interim.text, "half");
-  door.open();
+  latch.open();
   EXPECT_EQ(next_reply().text, "done");
 }
 
 TEST_F(ServiceTest, RunsAsManyCallsAtOnceAsItMay) {
   constexpr std::uint32_t concurrency = 3;
-  Door door;
+  Latch latch;
   std::atomic<std::uint32_t> inside = 0;
   const Service sut(
       options(concurrency),
       [&](const Call& call) -> Response {
         ++inside;
-        door.pass();
+        latch.pass();
         return echo(call);
       },
       base::program::no_log());
@@ -225,7 +225,7 @@ TEST_F(ServiceTest, RunsAsManyCallsAtOnceAsItMay) {
     call(request(sut, channel, channel));
   }
   EXPECT_TRUE(until([&] { return inside == concurrency; }));
-  door.open();
+  latch.open();
   EXPECT_TRUE(until([&] { return gateway.replies.size() == concurrency + 1; }));
 }
 
@@ -269,12 +269,12 @@ TEST_F(ServiceTest, AnswersARepeatWithoutRunningItAgain) {
   EXPECT_EQ(runs, 1);
 }
 
-TEST_F(ServiceTest, FinishesWhatItHasBeforeItLeaves) {
-  Door door;
+TEST_F(ServiceTest, FinishesItsCallsBeforeItLeaves) {
+  Latch latch;
   Service sut(
       options(),
       [&](const Call& call) -> Response {
-        door.pass();
+        latch.pass();
         return echo(call);
       },
       base::program::no_log());
@@ -284,13 +284,13 @@ TEST_F(ServiceTest, FinishesWhatItHasBeforeItLeaves) {
   call(request(sut, 2, 2));
   sut.stop();
   ASSERT_TRUE(until([&] { return gateway.ready.at(id).draining; }));
-  door.open();
+  latch.open();
   sut.wait();
   EXPECT_TRUE(until([&] { return gateway.ready.empty(); }));
   EXPECT_EQ(gateway.replies.size(), 2U);
 }
 
-TEST_F(ServiceTest, LeavesWhenAnOperatorAsksForIt) {
+TEST_F(ServiceTest, LeavesOnAnOperatorsCommand) {
   Service sut(options(), echo, base::program::no_log());
   const fabric::InstanceId id = sut.identity().id;
   ASSERT_TRUE(until_ready(sut));
@@ -352,7 +352,7 @@ TEST_F(ServiceTest, OutlivesCallsThatAreHeldLongerThanItself) {
   EXPECT_FALSE(held->cancelled());
 }
 
-TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
+TEST_F(ServiceTest, RefusesInvalidOptions) {
   const auto with = [&](auto change) {
     ServiceOptions wrong = options();
     change(wrong);
@@ -366,7 +366,7 @@ TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
 
 // A regression: a service that had started its loop, or some of its threads, waited for ever for
 // those that ran.
-TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
+TEST_F(ServiceTest, FailsIfAnyOfItsThreadsCannotBeStarted) {
   constexpr int workers = 3;
   constexpr int threads = 2 + workers;
   for (int started = 0; started < threads; ++started) {
@@ -379,7 +379,7 @@ TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   EXPECT_TRUE(until([&] { return gateway.ready.size() == 1; }));
 }
 
-TEST(AServiceProgram, TellsItsOwnVersionAndThatOfMillrace) {
+TEST(AServiceProgram, PrintsItsOwnVersionAndThatOfMillrace) {
   const auto version_of = [](const std::string& version) {
     ServiceProgram sut({.uuid = "weather", .name = "weather", .version = version});
     std::string name = "my-service";

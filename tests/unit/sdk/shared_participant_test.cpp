@@ -59,14 +59,14 @@ TEST_F(SharedParticipantTest, KeepsTheOthersWhenOneServiceLeaves) {
 TEST_F(SharedParticipantTest, IsNotMissedWhileItsLoopHasOtherWork) {
   const Service one(hosted("one"), echo, base::program::no_log());
   ASSERT_TRUE(until_ready(one));
-  Door door;
-  boost::asio::post(sut->loop(), [&door] { door.pass(); });
+  Latch latch;
+  boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
   boost::asio::steady_timer busy(context, 3 * participant.options().lease);
   bool over = false;
   busy.async_wait([&over](boost::system::error_code) { over = true; });
   ASSERT_TRUE(until([&over] { return over; }));
   EXPECT_EQ(gateway.gone, 0U);
-  door.open();
+  latch.open();
   call(request(one, 1));
   EXPECT_EQ(next_reply().call, request(one, 1).call);
 }
@@ -74,13 +74,13 @@ TEST_F(SharedParticipantTest, IsNotMissedWhileItsLoopHasOtherWork) {
 TEST_F(SharedParticipantTest, IsMissedOnceItsLoopIsStuck) {
   const Service one(hosted("one"), echo, base::program::no_log());
   ASSERT_TRUE(until_ready(one));
-  Door door;
-  boost::asio::post(sut->loop(), [&door] { door.pass(); });
+  Latch latch;
+  boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
   EXPECT_TRUE(until([&] { return gateway.gone == 1; }));
-  door.open();
+  latch.open();
 }
 
-TEST_F(SharedParticipantTest, MayBeLetGoBeforeItsServices) {
+TEST_F(SharedParticipantTest, MayBeReleasedBeforeItsServices) {
   const Service one(hosted("one"), echo, base::program::no_log());
   sut.reset();
   ASSERT_TRUE(until_ready(one));

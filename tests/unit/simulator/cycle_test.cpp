@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(Cycle, GoesOnWhileThereIsWorkAndThenSleeps) {
+TEST(Cycle, RunsWhileThereIsWorkAndThenSleeps) {
   boost::asio::io_context io;
   int left = 3;
   Cycle sut(io.get_executor(), 1ms, [&](auto) { return --left > 0; });
@@ -36,7 +36,7 @@ TEST(Cycle, IsWokenAgain) {
   EXPECT_EQ(runs, 4);
 }
 
-TEST(Cycle, KeepsItsPace) {
+TEST(Cycle, KeepsItsPeriod) {
   boost::asio::io_context io;
   std::vector<std::chrono::nanoseconds> times;
   Cycle sut(io.get_executor(), 5ms, [&](auto now) {

@@ -28,7 +28,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(ProgramFolders, TakesTheFirstFolderThatHasTheFile) {
+TEST(ProgramFolders, UsesTheFirstFolderThatHasTheFile) {
   const TemporaryFolder first;
   const TemporaryFolder second;
   write(second.path() / "a.nc", "second");
@@ -44,7 +44,7 @@ TEST(ProgramFolders, NamesTheFoldersItSearched) {
   EXPECT_EQ(sut.load("a.nc").error(), "program a.nc is in none of the folders /one, /two");
 }
 
-TEST(ProgramFolders, TakesAnAbsoluteNameBeneathOneOfThem) {
+TEST(ProgramFolders, AcceptsAnAbsoluteNameBeneathOneOfThem) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "sub");
   write(folder.path() / "sub/a.nc", "text");
@@ -53,7 +53,7 @@ TEST(ProgramFolders, TakesAnAbsoluteNameBeneathOneOfThem) {
   EXPECT_FALSE(ProgramFolders({"/one"}).load(name));
 }
 
-TEST(ProgramFolders, TakesANameInAnyCase) {
+TEST(ProgramFolders, IgnoresTheCaseOfAName) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "Sub");
   write(folder.path() / "Sub/Drill.cyc", "mixed");
@@ -65,7 +65,7 @@ TEST(ProgramFolders, TakesANameInAnyCase) {
   EXPECT_EQ(sut.load("sub/DRILL.CYC")->text, "mixed");  // the first in alphabetical order
 }
 
-TEST(ProgramFolders, LeadsNowhereElse) {
+TEST(ProgramFolders, ReadsNothingOutsideOfThem) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
   write(other.path() / "secret", "secret");
@@ -96,7 +96,7 @@ TEST(ReadProgram, WaitsForNoPipe) {
   EXPECT_THAT(read_program(folder.path() / "pipe.nc").error(), HasSubstr("not a regular file"));
 }
 
-TEST(ReadProgram, SaysWhyAFileCannotBeRead) {
+TEST(ReadProgram, ReportsWhyAFileCannotBeRead) {
   EXPECT_EQ(read_program("/no/such.nc").error(),
             "/no/such.nc cannot be read: No such file or directory");
   EXPECT_EQ(read_program("/tmp").error(), "/tmp cannot be read: it is a folder");
@@ -116,7 +116,7 @@ TEST_F(ReportFile, GetsLinesInTheOrderTheyWereSaved) {
   EXPECT_EQ(text_of(folder_.path() / "message.txt"), "one\ntwo, three\n");
 }
 
-TEST_F(ReportFile, BeginsALineWithItsTimeWhereTheProgramWantsIt) {
+TEST_F(ReportFile, BeginsALineWithItsTimeOnRequest) {
   ASSERT_TRUE(sut_.append({"message.txt", "one", true, true}, now_));
   // The hour depends on the time zone of this host.
   EXPECT_THAT(text_of(folder_.path() / "message.txt"),
@@ -142,13 +142,13 @@ TEST_F(ReportFile, IsNeitherALinkNorAPipeNorHidden) {
   EXPECT_EQ(text_of(other.path() / "keys"), "");
 }
 
-TEST_F(ReportFile, StandsInQuotationMarksIfAskedTo) {
+TEST_F(ReportFile, IsQuotedOnRequest) {
   ReportFiles quoted(folder_.path(), {"", true});
   ASSERT_TRUE(quoted.append({"message.txt", "one", false, true}, now_));
   EXPECT_EQ(text_of(folder_.path() / "message.txt"), "\"one\"\n");
 }
 
-TEST_F(ReportFile, HasTheTimeStampItIsAskedFor) {
+TEST_F(ReportFile, HasTheConfiguredTimeStamp) {
   ReportFiles stamped(folder_.path(), {"[%Y %f] ", false});
   ASSERT_TRUE(stamped.append({"message.txt", "one", true, true}, now_));
   EXPECT_THAT(text_of(folder_.path() / "message.txt"), MatchesRegex("\\[20[0-9]+ [0-9]+\\] one\n"));

@@ -68,7 +68,7 @@ TEST_F(Timing, ForgetsARequestThatWasReset) {
   EXPECT_TRUE(calls_.empty());
 }
 
-TEST_F(Timing, GoesOnWhenTheClientWithdrawsTheRequestFirst) {
+TEST_F(Timing, ContinuesWhenTheClientWithdrawsTheRequestFirst) {
   program_writes("V.G.SERVICE.REQUEST_STATE", 1.0);
   now_ = milliseconds(3);
   client_writes("V.G.SERVICE.REQUEST_STATE", 0);
@@ -98,7 +98,7 @@ class LateWrites : public testing::Test {
   std::optional<ServiceInterface> sut_;
 };
 
-TEST_F(LateWrites, TakeEffectInTheirOrderSoLongAfterTheyWereAcknowledged) {
+TEST_F(LateWrites, TakeEffectInTheirOrderAfterADelay) {
   start({.writes_visible_after = milliseconds(10)});
   client_writes("V.G.SERVICE.REQUEST_STATE", 0);
   move_to(milliseconds(5));

@@ -46,7 +46,7 @@ TEST_F(StoreWithArray, CountsElementsRowByRow) {
   EXPECT_EQ(sut_.find("V.E.TABLE[0][0]")->element, 0);
 }
 
-TEST_F(StoreWithArray, TakesNoIndexForTheWholeArray) {
+TEST_F(StoreWithArray, TreatsAMissingIndexAsTheWholeArray) {
   EXPECT_EQ(sut_.find("V.E.TABLE")->element, std::nullopt);
 }
 

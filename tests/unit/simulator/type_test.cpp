@@ -73,7 +73,7 @@ TEST(Type, IsTheSameInPrograms) {
   }
 }
 
-TEST(Decode, TakesAnyByteButZeroForTrue) {
+TEST(Decode, TreatsAnyByteButZeroAsTrue) {
   const Bytes bytes{2};
   EXPECT_EQ(decode(ElementType::number(Type::boolean), bytes), nc::Value{1.0});
 }

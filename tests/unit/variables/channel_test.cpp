@@ -42,7 +42,7 @@ TEST_F(ChannelTest, DescribesAndCounts) {
   EXPECT_EQ(*wait_for(sut->count("V.G")), 1U);
 }
 
-TEST_F(ChannelTest, TellsTheErrorsOfTheController) {
+TEST_F(ChannelTest, ReturnsTheErrorsOfTheController) {
   EXPECT_EQ(wait_for(sut->read("V.G.NONE", 4)).error(), ads::ErrorCode::symbol_not_found);
   Channel second(*client, 2);
   EXPECT_EQ(wait_for(second.read("V.G.A", 4)).error(), ads::ErrorCode::invalid_group);

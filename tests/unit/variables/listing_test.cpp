@@ -25,7 +25,7 @@ TEST_F(ListingTest, NamesEveryVariableOfAFamily) {
               ElementsAre(Field(&Description::name, "V.G.A"), Field(&Description::name, "V.G.B")));
 }
 
-TEST_F(ListingTest, TellsTheControllersError) {
+TEST_F(ListingTest, ReturnsTheControllersError) {
   cnc.failure = ads::ErrorCode::invalid_offset;
   EXPECT_EQ(wait_for(list(*sut, "V.G")).error(), ads::ErrorCode::invalid_offset);
   EXPECT_EQ(wait_for(list(*sut, "P")).error(), ads::ErrorCode::service_not_supported);

@@ -53,7 +53,7 @@ TEST_F(ProbeTest, NamesTheVariableThatIsMissing) {
   EXPECT_EQ(sut.verdict, Verdict::missing);
 }
 
-TEST_F(ProbeTest, SaysThatThereIsNoServiceInterface) {
+TEST_F(ProbeTest, ReportsThatThereIsNoServiceInterface) {
   cnc.values.clear();
   start();
   const Answer sut = answer_about("Service Interface");
@@ -68,7 +68,7 @@ TEST_F(ProbeTest, FindsTheVariablesOfAnOlderController) {
   EXPECT_EQ(answer_about("channel 1").verdict, Verdict::there);
 }
 
-TEST_F(ProbeTest, SaysWhichTasksAreThereAndWhichOneIsNeeded) {
+TEST_F(ProbeTest, NamesTheTasksAndTheRequiredOne) {
   start();
   EXPECT_THAT(answer_about("AMS port 552 (SDA)").answer, HasSubstr("run"));
   EXPECT_EQ(answer_about("AMS port 552 (SDA)").verdict, Verdict::there);
@@ -77,7 +77,7 @@ TEST_F(ProbeTest, SaysWhichTasksAreThereAndWhichOneIsNeeded) {
   EXPECT_EQ(answer_about("AMS port 553 (COM)").verdict, Verdict::optional);
 }
 
-TEST_F(ProbeTest, SaysWhetherSumsAreAnswered) {
+TEST_F(ProbeTest, ReportsWhetherSumCommandsAreAnswered) {
   start();
   EXPECT_EQ(answer_about("sum commands").verdict, Verdict::there);
   start(false);
@@ -86,7 +86,7 @@ TEST_F(ProbeTest, SaysWhetherSumsAreAnswered) {
   EXPECT_EQ(answer_about("sum commands").verdict, Verdict::optional);
 }
 
-TEST_F(ProbeTest, SaysWhyNotificationsAreRefused) {
+TEST_F(ProbeTest, ReportsWhyNotificationsAreRefused) {
   start();
   const Answer sut = answer_about("notifications");
   EXPECT_THAT(sut.answer,
@@ -94,7 +94,7 @@ TEST_F(ProbeTest, SaysWhyNotificationsAreRefused) {
   EXPECT_EQ(sut.verdict, Verdict::optional);
 }
 
-TEST_F(ProbeTest, SaysThatTheControllerIsNotReady) {
+TEST_F(ProbeTest, ReportsThatTheControllerIsNotReady) {
   cnc.failure = ErrorCode::not_ready;
   start();
   EXPECT_THAT(answer_about("Service Interface").answer, HasSubstr("0x707"));

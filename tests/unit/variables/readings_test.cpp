@@ -95,7 +95,7 @@ class AReading : public testing::Test {
   std::optional<Readings> sut;
 };
 
-TEST_F(AReading, OfManyVariablesTakesOneRequestAndGoesByHandle) {
+TEST_F(AReading, OfManyVariablesUsesOneRequestAndHandles) {
   start();
   const auto known = look_up({"V.G.A", "V.E.B"});
   ASSERT_TRUE(known[0]) << known[0].error().reason;
@@ -111,7 +111,7 @@ TEST_F(AReading, OfManyVariablesTakesOneRequestAndGoesByHandle) {
   EXPECT_THAT(cnc.calls, Each(offset::read_by_handle));
 }
 
-TEST_F(AReading, OfWhatAProgramHasGoesByName) {
+TEST_F(AReading, OfProgramVariablesUsesNames) {
   start();
   const auto known = look_up({"V.P.C"});
   cnc.calls.clear();
@@ -119,7 +119,7 @@ TEST_F(AReading, OfWhatAProgramHasGoesByName) {
   EXPECT_THAT(cnc.calls, ElementsAre(offset::read_by_name));
 }
 
-TEST_F(AReading, GoesByNameWhereThereAreNoHandles) {
+TEST_F(AReading, UsesNamesWhereThereAreNoHandles) {
   cnc.knows_handles = false;
   start();
   const auto known = look_up({"V.G.A", "V.E.B"});
@@ -130,7 +130,7 @@ TEST_F(AReading, GoesByNameWhereThereAreNoHandles) {
   EXPECT_THAT(cnc.calls, testing::Not(testing::Contains(offset::handle_by_name)));
 }
 
-TEST_F(AReading, NeedsNoSums) {
+TEST_F(AReading, NeedsNoSumCommands) {
   start(false);
   const auto known = look_up({"V.G.A", "V.E.B", "mode", "block_number"});
   ASSERT_TRUE(known[1]) << known[1].error().reason;
@@ -150,7 +150,7 @@ TEST_F(AReading, OfAnOlderControllerIsFoundInItsLists) {
   EXPECT_EQ(known[1].error().code, ErrorCode::symbol_not_found);
 }
 
-TEST_F(AReading, OfAnUnknownVariableHasTheControllersWord) {
+TEST_F(AReading, OfAnUnknownVariableHasTheControllersError) {
   start();
   const auto known = look_up({"V.G.A", "V.E.NONE", "NONSENSE"});
   EXPECT_TRUE(known[0]);
@@ -170,7 +170,7 @@ TEST_F(AReading, OfObjectsIsTypedAndMergedForEachPort) {
   EXPECT_EQ(*read({known[1]})[0], (Bytes{0xE8, 3}));
 }
 
-TEST_F(AReading, OfAnObjectThatIsNotThereSaysWhereItWasSought) {
+TEST_F(AReading, OfAMissingObjectNamesThePlaceOfTheSearch) {
   start();
   EXPECT_THAT(look_up({"mc_nothing_r"})[0].error().reason,
               HasSubstr("directory of channel 1 does not list mc_nothing_r"));

@@ -60,7 +60,7 @@ TEST_F(ServiceInterfaceTest, WritesTextsWithTheirNulAndStatesIn4Bytes) {
   EXPECT_THAT(value(response_state), ElementsAre(4, 3, 2, 1));
 }
 
-TEST_F(ServiceInterfaceTest, RefusesALongTextWithoutAskingTheController) {
+TEST_F(ServiceInterfaceTest, RefusesALongTextWithoutARequest) {
   start();
   auto sut = make();
   EXPECT_EQ(wait_for(sut.write(response, std::string(128, 'x'))).error(), ErrorCode::invalid_size);
@@ -75,7 +75,7 @@ TEST_F(ServiceInterfaceTest, ReadsVariablesTogetherInOneRequest) {
   EXPECT_EQ(client->counters().requests, requests + 1);
 }
 
-TEST_F(ServiceInterfaceTest, ReadsThemOneByOneFromAControllerWithoutSums) {
+TEST_F(ServiceInterfaceTest, ReadsThemOneByOneWithoutSumCommands) {
   start(false);
   auto sut = make();
   expect_request(wait_for(sut.read(whole_request)));
@@ -84,14 +84,14 @@ TEST_F(ServiceInterfaceTest, ReadsThemOneByOneFromAControllerWithoutSums) {
   EXPECT_EQ(client->counters().requests, requests + 3) << "sums are tried once";
 }
 
-TEST_F(ServiceInterfaceTest, TellsTheErrorOfAVariableThatCannotBeRead) {
+TEST_F(ServiceInterfaceTest, ReturnsTheErrorOfAVariableThatCannotBeRead) {
   start();
   auto sut = make();
   cnc.values.erase("V.G.SERVICE.REQUEST");
   EXPECT_EQ(wait_for(sut.read(whole_request)).error(), ErrorCode::symbol_not_found);
 }
 
-TEST_F(ServiceInterfaceTest, ReportsABusyControllerAndStaysWithSums) {
+TEST_F(ServiceInterfaceTest, ReportsABusyControllerAndKeepsSumCommands) {
   start();
   auto sut = make();
   cnc.failure = ErrorCode::busy;
@@ -109,7 +109,7 @@ TEST_F(ServiceInterfaceTest, RefusesAStateOfAnotherSize) {
   EXPECT_EQ(wait_for(sut.read(request_state)).error(), ErrorCode::protocol_error);
 }
 
-TEST_F(ServiceInterfaceTest, FindsHandlesOnceWhenTheyAreWishedFor) {
+TEST_F(ServiceInterfaceTest, LooksUpHandlesOnceIfConfigured) {
   start();
   auto sut = make(true);
   expect_request(wait_for(sut.read(whole_request)));

@@ -94,7 +94,7 @@ class StateSubscriptionsTest : public testing::Test {
 
 using enum ServiceVariable;
 
-TEST_F(StateSubscriptionsTest, TellsTheFirstValuesAndTheChanges) {
+TEST_F(StateSubscriptionsTest, PassesTheFirstValuesAndTheChanges) {
   start();
   const auto outcomes = subscribe({1, 2});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
@@ -104,13 +104,13 @@ TEST_F(StateSubscriptionsTest, TellsTheFirstValuesAndTheChanges) {
   EXPECT_TRUE(is_told({2, request_state, 7}));
 }
 
-TEST_F(StateSubscriptionsTest, WorksWithoutSums) {
+TEST_F(StateSubscriptionsTest, WorksWithoutSumCommands) {
   start(false);
   EXPECT_EQ(subscribe({1, 2}).at(1).error, ErrorCode::none);
   EXPECT_TRUE(is_told({2, request_state, 0}));
 }
 
-TEST_F(StateSubscriptionsTest, SaysForWhichNameThereIsNoHandleAndTellsOfTheOthers) {
+TEST_F(StateSubscriptionsTest, NamesAVariableWithoutAHandleAndSubscribesTheOthers) {
   start();
   const auto outcomes = subscribe({1, 3});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
@@ -119,7 +119,7 @@ TEST_F(StateSubscriptionsTest, SaysForWhichNameThereIsNoHandleAndTellsOfTheOther
   EXPECT_TRUE(is_told({1, request_state, 0}));
 }
 
-TEST_F(StateSubscriptionsTest, NeitherStateIsToldWhereOneIsRefused) {
+TEST_F(StateSubscriptionsTest, NeitherStateIsNotifiedWhereOneIsRefused) {
   start(true, 3);
   const auto outcomes = subscribe({1, 2});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
@@ -133,7 +133,7 @@ TEST_F(StateSubscriptionsTest, NeitherStateIsToldWhereOneIsRefused) {
   EXPECT_EQ(symbols.handles(), 2U) << "the handles of channel 2 are released";
 }
 
-TEST_F(StateSubscriptionsTest, TellsNothingMoreAndLeavesNothingOfAChannelThatIsNotWatched) {
+TEST_F(StateSubscriptionsTest, SendsNothingMoreAndLeavesNothingOfAnUnsubscribedChannel) {
   start(true, 2);
   ASSERT_EQ(subscribe({1}).at(0).error, ErrorCode::none);
   unsubscribe({1});
@@ -141,7 +141,7 @@ TEST_F(StateSubscriptionsTest, TellsNothingMoreAndLeavesNothingOfAChannelThatIsN
   EXPECT_EQ(subscribe({2}).at(0).error, ErrorCode::none) << "there is room again";
 }
 
-TEST_F(StateSubscriptionsTest, GivesEverythingBackAsItLeaves) {
+TEST_F(StateSubscriptionsTest, ReleasesEverythingAsItLeaves) {
   for (const bool sums : {true, false}) {
     start(sums, 4);
     ASSERT_EQ(subscribe({1, 2}).at(1).error, ErrorCode::none);
@@ -154,7 +154,7 @@ TEST_F(StateSubscriptionsTest, GivesEverythingBackAsItLeaves) {
   }
 }
 
-TEST_F(StateSubscriptionsTest, SaysThatTheControllerDoesNotAnswer) {
+TEST_F(StateSubscriptionsTest, ReportsThatTheControllerDoesNotAnswer) {
   start();
   client->close();
   const auto outcomes = subscribe({1});

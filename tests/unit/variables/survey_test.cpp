@@ -30,7 +30,7 @@ TEST_F(SurveyTest, EndsAtItsLimit) {
   EXPECT_EQ(wait_for(survey(*client, {}, 5))->channels, 5U);
 }
 
-TEST_F(SurveyTest, SaysThatAControllerHasNoServiceInterfaceWhateverItsCode) {
+TEST_F(SurveyTest, ReportsThatAControllerHasNoServiceInterfaceWhateverItsCode) {
   cnc.values.clear();
   for (const auto code :
        {ErrorCode::symbol_not_found, ErrorCode::invalid_data, ErrorCode::not_found,
@@ -61,7 +61,7 @@ TEST_F(SurveyTest, FindsWhichOfTheTwoGenerationsOfIndexGroupsAControllerHas) {
   EXPECT_EQ(wait_for(locate(*client, 2))->group, decoder_group) << "neither has this channel";
 }
 
-TEST_F(SurveyTest, LooksForNoOtherGroupsWhereOnlyTheVariableIsMissing) {
+TEST_F(SurveyTest, ChecksNoOtherGroupsWhereOnlyTheVariableIsMissing) {
   cnc.values.clear();
   cnc.calls.clear();
   EXPECT_EQ(wait_for(locate(*client, 1))->group, decoder_group);

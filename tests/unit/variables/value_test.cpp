@@ -21,7 +21,7 @@ std::string error_of(ElementType type, const std::string& written) {
   return bytes ? "" : bytes.error();
 }
 
-TEST(AValue, OfEveryTypeGoesThereAndBack) {
+TEST(AValue, OfEveryTypeIsEncodedAndDecoded) {
   for (const auto& [type, written, element] : std::vector<std::tuple<Type, std::string, Element>>{
            {Type::boolean, "TRUE", true},
            {Type::sgn08, "-128", std::int64_t{-128}},

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "services/archiver/archive.hpp"
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -29,7 +29,7 @@ TEST(ArchiveAfterAPowerCut, HasEachRowThatWasAcknowledgedOnce) {
   const Policy policy{.rotate_bytes = 0, .rotate_age = std::chrono::hours(3), .keep_bytes = 0};
   std::vector<tests::PowerCut> cuts;
   {
-    tests::ForgetfulDisk disk(archive);
+    tests::PowerCutDisk disk(archive);
     Archive writer(archive, policy, morning);
     for (std::uint64_t number = 1; number <= most; ++number) {
       const fabric::Time now = morning + std::chrono::hours(number);

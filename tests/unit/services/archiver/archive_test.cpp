@@ -94,7 +94,7 @@ TEST_F(ArchiveTest, AddsNoSecondRowAfterARotation) {
   EXPECT_EQ(count(sut, "put"), 1);
 }
 
-TEST_F(ArchiveTest, KeepsAChannelStateThatIsToldTwiceOnce) {
+TEST_F(ArchiveTest, StoresARepeatedChannelStateOnce) {
   Archive sut = open();
   sut.append({channel(fabric::ChannelState::idle)}, morning);
   sut.append({channel(fabric::ChannelState::idle), channel(fabric::ChannelState::running)},
@@ -132,7 +132,7 @@ TEST_F(ArchiveTest, LeavesAClosedFileThatStandsAlone) {
   EXPECT_EQ(database.execAndGet("SELECT count(*) FROM put").getInt(), 1);
 }
 
-TEST_F(ArchiveTest, BeginsTheNextFileWhileSomebodyReadsTheOldOne) {
+TEST_F(ArchiveTest, BeginsTheNextFileWhileTheOldOneIsRead) {
   Archive sut = open({.rotate_age = 1h});
   sut.append({put(1)}, morning);
   {
@@ -180,7 +180,7 @@ TEST_F(ArchiveTest, ClosesAtItsStartWhatAnEarlierOneHadToLeaveOpen) {
   EXPECT_TRUE(ClosedSegment(numbered(1)).closed());
 }
 
-TEST_F(ArchiveTest, WritesOnWhereTheNextFileCannotBeBegun) {
+TEST_F(ArchiveTest, ContinuesItsFileWhereTheNextCannotBeBegun) {
   Archive sut = open({.rotate_age = 1h});
   sut.append({put(1)}, morning);
   std::filesystem::create_directory(numbered(2));
@@ -208,7 +208,7 @@ TEST_F(ArchiveTest, FillsFilesUpToTheirSize) {
   EXPECT_GT(std::filesystem::file_size(numbered(1)), (1U << 20U) * 9 / 10);
 }
 
-TEST_F(ArchiveTest, LeavesADamagedFileAsItIsAndGoesOn) {
+TEST_F(ArchiveTest, LeavesADamagedFileAsItIsAndContinues) {
   {
     Archive earlier = open({.rotate_age = 1h});
     append(earlier, {put(1)}, morning);
@@ -235,7 +235,7 @@ TEST_F(ArchiveTest, WritesNothingIntoAForeignDatabase) {
   EXPECT_FALSE(theirs.tableExists("put"));
 }
 
-TEST_F(ArchiveTest, GoesOnWithTheIdsWhereTheNewestFileIsEmpty) {
+TEST_F(ArchiveTest, ContinuesTheIdsWhereTheNewestFileIsEmpty) {
   { open().append({put(1), put(2)}, morning); }
   const std::ofstream begun(numbered(2));
   Archive sut = open();
@@ -273,7 +273,7 @@ TEST_F(ArchiveTest, RemovesTheOldestFilesOfTooMuch) {
   EXPECT_LT(archive_files(folder.path()).size(), 8U);
 }
 
-TEST_F(ArchiveTest, GoesOnAfterACrashBetweenTheEndOfAFileAndTheNext) {
+TEST_F(ArchiveTest, ContinuesAfterACrashBetweenTheEndOfAFileAndTheNext) {
   { open().append({put(1)}, morning); }
   ASSERT_TRUE(close(archive_files(folder.path()).back(), morning));
   Archive sut = open();
@@ -301,7 +301,7 @@ TEST_F(ArchiveTest, AddsAllRowsOrNone) {
   EXPECT_THAT(sut.append({put(4)}, morning), ElementsAre(2));
 }
 
-TEST_F(ArchiveTest, GoesOnAsSoonAsAnotherProcessLetsGoOfItsLock) {
+TEST_F(ArchiveTest, ContinuesAsSoonAsAnotherProcessReleasesItsLock) {
   Archive sut = open();
   sut.append({put(1), event(1)}, morning);
   SQLite::Database other(sut.file().string(), SQLite::OPEN_READWRITE);
@@ -337,7 +337,7 @@ TEST_F(ArchiveTest, AcknowledgesNothingIntoAFileThatWasRemoved) {
   EXPECT_ANY_THROW(sut.append({put(2)}, morning));
 }
 
-TEST_F(ArchiveTest, GoesOnWhereTheFileBeforeWasPutAway) {
+TEST_F(ArchiveTest, ContinuesWhereTheFileBeforeWasMovedAway) {
   Archive sut = open({.rotate_age = 1h});
   sut.append({put(1)}, morning);
   append(sut, {put(2)}, morning + 2h);
@@ -401,7 +401,7 @@ TEST_F(ArchiveTest, CountsNoFileWithANumberThatHasNoNext) {
   EXPECT_EQ(sut.file(), numbered(2));
 }
 
-TEST_F(ArchiveTest, WritesOnInTheFileOfTheLastNumber) {
+TEST_F(ArchiveTest, ContinuesTheFileOfTheLastNumber) {
   { open().append({put(1)}, morning); }
   std::filesystem::rename(numbered(1), folder.path() / "archive-999999999999.db");
   Archive sut = open({.rotate_age = 1h});

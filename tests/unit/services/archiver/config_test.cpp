@@ -14,7 +14,7 @@ std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
-TEST(ArchiverConfig, TakesEveryField) {
+TEST(ArchiverConfig, ReadsEveryField) {
   const auto sut = load(data("good/plant.archiver.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
@@ -34,7 +34,7 @@ TEST(ArchiverConfig, HasDefaults) {
   EXPECT_EQ(sut.policy.keep_age, 365 * 24h);
 }
 
-TEST(ArchiverConfig, TakesARelativeFile) {
+TEST(ArchiverConfig, AcceptsARelativePath) {
   const auto here = std::filesystem::current_path();
   const auto sut = load(std::filesystem::relative(data("good/plant.archiver.textproto"), here));
   ASSERT_TRUE(sut) << sut.error();

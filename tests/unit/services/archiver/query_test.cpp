@@ -54,7 +54,7 @@ TEST_F(QueryTest, ShowsPutsOfAllFilesWhileTheArchiveIsOpen) {
             "\"fields\":{\"d\":\"12.345 mm\",\"part\":\"WELLE7\"},\"replayed\":0}\n");
 }
 
-TEST_F(QueryTest, NamesAFileThatCannotBeReadAndGoesOn) {
+TEST_F(QueryTest, NamesAFileThatCannotBeReadAndContinues) {
   std::ofstream(folder.path() / "archive-000000.db") << "no database";
   SQLite::Database((folder.path() / "archive-000007.db").string(),
                    SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
@@ -101,7 +101,7 @@ TEST_F(QueryTest, FiltersByFieldAndItsValue) {
   EXPECT_EQ(count({.key = "b", .value = "RAD9"}), 0U);
 }
 
-TEST_F(QueryTest, TakesWhatLooksLikeSqlForText) {
+TEST_F(QueryTest, TreatsSqlAsText) {
   EXPECT_EQ(count({.machine = "' OR 1=1 --"}), 0U);
 }
 

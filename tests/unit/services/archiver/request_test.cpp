@@ -34,7 +34,7 @@ struct Mistake {
 
 class WrongArchiverRequest : public testing::TestWithParam<Mistake> {};
 
-TEST_P(WrongArchiverRequest, SaysWhatIsWrong) {
+TEST_P(WrongArchiverRequest, ReportsWhatIsWrong) {
   const auto sut = parse(GetParam().request);
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(), HasSubstr(GetParam().error));

@@ -23,7 +23,7 @@ TEST(RowWriter, AsTextIsOneLinePerRow) {
   EXPECT_EQ(written(Format::text), "id\ttext\tnone\tfields\n7\ta,\"b\"  c d\t\t{\"k\":1}\n");
 }
 
-TEST(RowWriter, AsTextLetsNothingControlTheTerminal) {
+TEST(RowWriter, AsTextEscapesTerminalControls) {
   std::ostringstream out;
   RowWriter(Format::text, {"a"}, out)
       .write({{Cell::Type::text,

@@ -105,7 +105,7 @@ TEST_F(ArchivedSamples, HoldTextsIntegersArraysAndWhatIsRefused) {
               ElementsAre(HasSubstr(R"("value":null,"quality":"refused","reason":"0x710")")));
 }
 
-TEST_F(ArchivedSamples, AreStaleWhenNobodyTellsOfThemAnyMore) {
+TEST_F(ArchivedSamples, AreStaleWithoutTheirGateway) {
   sut.append({sample({real("X", 1, morning)})});
   sut.append({sample({}, morning + 5s)});
   EXPECT_THAT(found(), ElementsAre(HasSubstr(R"("quality":"good")"),
@@ -141,7 +141,7 @@ TEST_F(ArchivedSamples, OfAFileThatCannotBeWrittenAreWrittenWholeLater) {
   EXPECT_THAT(found(), testing::SizeIs(2));
 }
 
-TEST_F(ArchivedSamples, StandBesideWhatBecameOfPrograms) {
+TEST_F(ArchivedSamples, StandBesideProgramEvents) {
   sut.append({fabric::ProgramEvent{.key = {"press", 1},
                                    .kind = fabric::ProgramEventKind::aborted,
                                    .at = morning + 90s,

@@ -35,7 +35,7 @@ class WriterTest : public testing::Test {
   tests::KeptAlarms alarms;
 };
 
-TEST_F(WriterTest, TellsTheIdOfAPutOnceItIsWritten) {
+TEST_F(WriterTest, ReturnsTheIdOfAPutOnceItIsWritten) {
   Writer sut(archive(), base::program::no_log(), alarms);
   std::promise<Written> written;
   std::int64_t rows = -1;
@@ -71,7 +71,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
   EXPECT_EQ(count("event"), static_cast<std::int64_t>(threads * puts));
 }
 
-TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
+TEST_F(WriterTest, ReportsWhyAPutIsNotWrittenAndRetriesRecordedRows) {
   Writer sut(archive(), base::program::no_log(), alarms);
   // An example of any failed write.
   SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
@@ -116,7 +116,7 @@ class Lines {
   std::shared_ptr<spdlog::sinks::sink> sink_;
 };
 
-TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
+TEST_F(WriterTest, ReportsALastingFaultOnceAndThenItsEnd) {
   const Lines lines;
   {
     Writer sut(archive(), lines.log(), alarms);
@@ -139,7 +139,7 @@ TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
   EXPECT_EQ(lines.with("is writable again; 20 attempts failed"), 1U);
 }
 
-TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
+TEST_F(WriterTest, NamesFilesThatAreNotOfTheArchive) {
   std::ofstream(folder.path() / "archive-000001.db") << "not a database, whatever its name says";
   Writer sut(Archive(folder.path(), {}, morning), base::program::no_log(), alarms);
   tests::await("the alarm about the file", [&] { return alarms.of("foreign_files").has_value(); });

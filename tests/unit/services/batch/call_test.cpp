@@ -29,7 +29,7 @@ Ended exited(int code, std::string output, std::string errors = {}) {
           .errors = {.text = errors, .size = errors.size()}};
 }
 
-TEST(BatchCall, GivesTheRequestAfterTheConfiguredArguments) {
+TEST(BatchCall, PassesTheRequestAfterTheConfiguredArguments) {
   Script script = batch::script();
   script.arguments = {"--"};
   const auto sut = command_for(script, {.request = "WELLE7 12"});
@@ -38,17 +38,17 @@ TEST(BatchCall, GivesTheRequestAfterTheConfiguredArguments) {
   EXPECT_EQ(sut->input, "WELLE7 12\n");
 }
 
-TEST(BatchCall, GivesTheRequestInUtf8) {
+TEST(BatchCall, PassesTheRequestInUtf8) {
   EXPECT_EQ(command_for(script(), {.request = "Ma\xDF"})->arguments.back(), "Maß");
 }
 
-TEST(BatchCall, GivesTheRequestInTheControllersCodePageWhereConfigured) {
+TEST(BatchCall, PassesTheRequestInTheControllersCodePageWhereConfigured) {
   Script script = batch::script();
   script.encoding = Encoding::cp1252;
   EXPECT_EQ(command_for(script, {.request = "Ma\xDF"})->arguments.back(), "Ma\xDF");
 }
 
-TEST(BatchCall, TellsTheProgramWhoseCallItIs) {
+TEST(BatchCall, PassesTheDataOfTheCall) {
   const auto sut = command_for(script(), {.request = "x",
                                           .state = 3,
                                           .id = "5f-17",
@@ -86,7 +86,7 @@ TEST(BatchVerdict, OfAnotherExitCodeIsAHundredMore) {
   EXPECT_EQ(verdict(script(), exited(255, "x")).answer.state, 355U);
 }
 
-TEST(BatchVerdict, OfASilentFailureSaysTheCode) {
+TEST(BatchVerdict, OfASilentFailureHasTheCode) {
   EXPECT_EQ(verdict(script(), exited(3, "\n")).answer,
             text::error(103, "measure ended with code 3"));
 }
@@ -105,7 +105,7 @@ TEST(BatchVerdict, OfTheTimeLimitNamesIt) {
   EXPECT_EQ(verdict(script(), ended).answer, text::error(11, "measure took longer than 30000 ms"));
 }
 
-TEST(BatchVerdict, OfAProgramThatDoesNotStartSaysWhy) {
+TEST(BatchVerdict, OfAProgramThatDoesNotStartHasTheReason) {
   const Ended ended{.end = End::not_started, .reason = "no #! line"};
   EXPECT_EQ(verdict(script(), ended).answer,
             text::error(12, "measure cannot be started: no #! line"));
@@ -116,7 +116,7 @@ TEST(BatchVerdict, OfAWithdrawnCallHasItsState) {
   EXPECT_EQ(verdict(script(), ended).answer.state, 14U);
 }
 
-TEST(BatchVerdict, TakesOutputThatJustFits) {
+TEST(BatchVerdict, AcceptsOutputThatJustFits) {
   const std::string full(127, 'x');
   EXPECT_EQ(verdict(script(), exited(0, full + "\n")).answer, (Response{.text = full, .state = 1}));
 }

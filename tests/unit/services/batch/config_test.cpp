@@ -30,7 +30,7 @@ TEST(BatchConfig, FillsDefaults) {
   EXPECT_EQ(script.encoding, Encoding::utf8);
 }
 
-TEST(BatchConfig, TakesEveryField) {
+TEST(BatchConfig, ReadsEveryField) {
   const auto sut = load(data("good/full.batch.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->settle, 2s);

@@ -46,7 +46,7 @@ void wait_until_over(pid_t pid) {
   tests::await("the end of process " + std::to_string(pid), [&] { return is_over(pid); });
 }
 
-TEST(Process, GivesTheRequestAsOneArgumentAndOnStandardInput) {
+TEST(Process, PassesTheRequestAsOneArgumentAndOnStandardInput) {
   const std::string request = "$(touch x); `id` | rm -rf '*' \\ \"a b\"";
   const Ended sut = run(program("say_request.sh", {request}, request + "\n"), generous);
   EXPECT_EQ(sut.end, End::exited);
@@ -57,14 +57,14 @@ TEST(Process, KeepsAnEmptyArgument) {
   EXPECT_EQ(run(program("count_arguments.sh", {"", "a b"}), generous).output.text, "2\n");
 }
 
-TEST(Process, TellsTheExitCode) {
+TEST(Process, ReturnsTheExitCode) {
   const Ended sut = run(program("exit_with.sh", {"7 text"}), generous);
   EXPECT_EQ(sut.end, End::exited);
   EXPECT_EQ(sut.code, 7);
   EXPECT_EQ(sut.output.text, "text");
 }
 
-TEST(Process, TellsTheSignal) {
+TEST(Process, ReturnsTheSignal) {
   const Ended sut = run(program("kill_itself.sh", {"SEGV"}), generous);
   EXPECT_EQ(sut.end, End::signalled);
   EXPECT_EQ(sut.code, SIGSEGV);
@@ -183,7 +183,7 @@ TEST_F(OutlivingProcess, StaysInASessionOfItsOwn) {
   ::kill(helper, SIGKILL);
 }
 
-TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenNobodyWantsItAnyMore) {
+TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenItIsCancelled) {
   std::atomic<bool> unwanted = false;
   Ended sut;
   std::thread runner([&] {
@@ -197,7 +197,7 @@ TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenNobodyWantsItAnyMore) {
   wait_until_over(helper);
 }
 
-TEST(Process, IsNotStartedForWhatWasWithdrawnBefore) {
+TEST(Process, IsNotStartedForAWithdrawnCall) {
   EXPECT_EQ(run(program("leave_behind.sh"), generous, [] { return true; }).end, End::unwanted);
 }
 
@@ -208,7 +208,7 @@ struct NotStartable {
 
 class NotStarted : public testing::TestWithParam<NotStartable> {};
 
-TEST_P(NotStarted, SaysWhy) {
+TEST_P(NotStarted, NamesTheReason) {
   const Ended sut = run(program(GetParam().program), generous);
   EXPECT_EQ(sut.end, End::not_started);
   EXPECT_THAT(sut.reason, HasSubstr(GetParam().reason));

@@ -36,7 +36,7 @@ TEST_F(SettleTest, WaitsWhileAFileIsBeingWritten) {
   EXPECT_TRUE(sut.look("b9", at(9 * 400ms + 500ms)));
 }
 
-TEST_F(SettleTest, ForgetsAChangeThatWasTakenBack) {
+TEST_F(SettleTest, ForgetsAChangeThatWasUndone) {
   EXPECT_FALSE(sut.look("b", at(1000ms)));
   EXPECT_FALSE(sut.look("a", at(1200ms)));
   EXPECT_FALSE(sut.look("a", at(9s)));

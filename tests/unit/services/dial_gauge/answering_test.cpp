@@ -46,7 +46,7 @@ TEST_F(AnsweringTest, AnswersAValueWithItsUnit) {
   EXPECT_EQ(sut.answer("READ depth", now), (Response{.text = "12.345 mm", .state = 1}));
 }
 
-TEST_F(AnsweringTest, AnswersTheNumberAloneIfItIsAskedFor) {
+TEST_F(AnsweringTest, AnswersOnlyTheNumberOnRequest) {
   EXPECT_EQ(sut.answer("READ depth mm", now), (Response{.text = "12.345", .state = 1}));
   next = Reading{.value = 500'000, .taken = now};
   EXPECT_EQ(sut.answer("ZERO depth", now).state, 1U);
@@ -59,7 +59,7 @@ TEST_F(AnsweringTest, RefusesWhatIsNoRequest) {
   EXPECT_THAT(sut.answer("READ", now).text, StartsWith("ERROR: expected READ gauge [mm], ZERO"));
 }
 
-TEST_F(AnsweringTest, NamesTheGaugesThereAreForOneThatIsNot) {
+TEST_F(AnsweringTest, NamesTheExistingGaugesForAnUnknownOne) {
   EXPECT_EQ(sut.answer("READ depht", now), text::error(11, "no gauge 'depht'; there is depth"));
 }
 
@@ -71,13 +71,13 @@ TEST_F(AnsweringTest, RefusesAValueOutsideTheRange) {
   EXPECT_EQ(sut.answer("READ depth", now).state, 12U);
 }
 
-TEST_F(AnsweringTest, TellsLossOfRadioContact) {
+TEST_F(AnsweringTest, ReportsLossOfRadioContact) {
   next = tl::unexpected(Failure{Fault::no_contact, "the radio is silent"});
   EXPECT_EQ(sut.answer("READ depth", now),
             text::error(13, "no radio contact of depth: the radio is silent"));
 }
 
-TEST_F(AnsweringTest, TellsALowBattery) {
+TEST_F(AnsweringTest, ReportsALowBattery) {
   next = tl::unexpected(Failure{Fault::battery_low, "8 % of charge left"});
   EXPECT_EQ(sut.answer("READ depth", now).state, 14U);
 }
@@ -88,7 +88,7 @@ TEST_F(AnsweringTest, RefusesAValueThatIsTooOld) {
             text::error(15, "value of depth is 2.0 s old, at most 2.0 s"));
 }
 
-TEST_F(AnsweringTest, TellsThatTheReceiverIsGone) {
+TEST_F(AnsweringTest, ReportsThatTheReceiverIsGone) {
   next = tl::unexpected(Failure{Fault::line_down, "/dev/x: gone"});
   EXPECT_EQ(sut.answer("READ depth", now).state, 16U);
 }
@@ -112,7 +112,7 @@ TEST_F(AnsweringTest, SetsNoZeroPointWithoutAGoodReading) {
   EXPECT_TRUE(kept.empty());
 }
 
-TEST_F(AnsweringTest, TellsTheConditionOfAGauge) {
+TEST_F(AnsweringTest, ReportsTheConditionOfAGauge) {
   EXPECT_EQ(
       sut.answer("STATUS depth", now + 1500ms),
       (Response{.text = "OK age 1.5 s, battery 87 %, zero at 0.000 mm, 5 readings, 1 failures",
@@ -133,7 +133,7 @@ TEST_F(AnsweringTest, CountsTheGaugesThatDoNotFitTheList) {
   EXPECT_THAT(answer.text, HasSubstr(" more"));
 }
 
-TEST(EmptyDesk, ListsNone) {
+TEST(WithoutGauges, ListsNone) {
   Answering sut({}, {});
   EXPECT_EQ(sut.answer("LIST", Time{}).text, "none");
 }
@@ -151,7 +151,7 @@ TEST_F(AnsweringTest, RemembersAGaugeThatAProgramCouldNotReadUntilItCanBeRead) {
   EXPECT_TRUE(sut.failing().empty());
 }
 
-TEST_F(AnsweringTest, TakesAValueThatIsOldOrOutOfRangeForNoTroubleOfTheGauge) {
+TEST_F(AnsweringTest, CountsAnOldOrOutOfRangeValueAsNoFaultOfTheGauge) {
   EXPECT_EQ(sut.answer("READ depth", now + 3s).state, state_too_old);
   next = Reading{.value = 21 * nanometres_per_mm, .taken = now};
   EXPECT_EQ(sut.answer("READ depth", now).state, state_out_of_range);

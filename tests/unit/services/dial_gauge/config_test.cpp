@@ -14,7 +14,7 @@ std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
-TEST(DialGaugeConfig, TakesSimulatedGauges) {
+TEST(DialGaugeConfig, ReadsSimulatedGauges) {
   const auto sut = load(data("good/cell.dial_gauge.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   const GaugeConfig& gauge = sut->gauges.at(0);
@@ -27,7 +27,7 @@ TEST(DialGaugeConfig, TakesSimulatedGauges) {
   EXPECT_EQ(simulation.noise_um, 0.8);
 }
 
-TEST(DialGaugeConfig, TakesGaugesOnASerialLine) {
+TEST(DialGaugeConfig, ReadsGaugesOnASerialLine) {
   const auto sut = load(data("good/cell.dial_gauge.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   const auto& radio = std::get<RadioConfig>(sut->gauges.at(1).source);

@@ -66,7 +66,7 @@ TEST(UWaveFrame, ThatLostADigitIsBrokenAndNoOtherValue) {
   EXPECT_THAT(u_wave("lost_digit"), ElementsAre(broken));
 }
 
-TEST(UWaveFrame, ThatRanIntoTheNextTakesItAlong) {
+TEST(UWaveFrame, ThatRanIntoTheNextSpoilsItToo) {
   EXPECT_THAT(u_wave("lost_end"), ElementsAre(broken, value(0, 12'000'000)));
 }
 

@@ -20,7 +20,7 @@ TEST_F(ReceiverTest, CannotBeReachedUntilItsLineIsOpen) {
   EXPECT_EQ(sut.newest(0).error().fault, Fault::line_down);
 }
 
-TEST_F(ReceiverTest, HasNoContactToAChannelItHasNotHeard) {
+TEST_F(ReceiverTest, HasNoContactToASilentChannel) {
   sut.opened();
   EXPECT_EQ(sut.newest(7).error().fault, Fault::no_contact);
   EXPECT_THAT(sut.newest(7).error().reason, HasSubstr("channel 7"));
@@ -43,7 +43,7 @@ TEST_F(ReceiverTest, ReportsBrokenFramesAndKeepsTheValue) {
   EXPECT_EQ(sut.newest(0)->value, 1'000'000);
 }
 
-TEST_F(ReceiverTest, SaysWhyItsLineIsGoneAndKeepsWhatItHeard) {
+TEST_F(ReceiverTest, ReportsWhyItsLineIsGoneAndKeepsItsValues) {
   sut.opened();
   sut.hear("DT10000+00000001.00M\r", now);
   sut.closed("/dev/ttyUSB0: Input/output error");

@@ -15,7 +15,7 @@ TEST(GaugeRequest, IsAVerbAndAGauge) {
   EXPECT_EQ(parse("LIST"), (Request{Verb::list, ""}));
 }
 
-TEST(GaugeRequest, MayAskForTheNumberAlone) {
+TEST(GaugeRequest, MayRequestTheNumberOnly) {
   EXPECT_EQ(parse("READ depth mm"), (Request{Verb::read, "depth", true}));
   EXPECT_EQ(parse("read depth MM"), (Request{Verb::read, "depth", true}));
   EXPECT_FALSE(parse("ZERO depth mm"));
@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(Texts, NoGaugeRequest,
                                          "READ " + std::string(33, 'a'), std::string(127, 'x'),
                                          std::string(127, '\xFF')));
 
-TEST(GaugeRequest, TellsWhatWasExpected) {
+TEST(GaugeRequest, NamesWhatWasExpected) {
   EXPECT_THAT(parse("MEASURE a").error(),
               HasSubstr("expected READ gauge [mm], ZERO|STATUS gauge or LIST"));
   EXPECT_THAT(parse("READ a;b").error(), HasSubstr("'a;b'"));

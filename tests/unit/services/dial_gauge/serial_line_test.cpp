@@ -125,7 +125,7 @@ TEST_F(SerialLineTest, PassesBrokenFramesWithoutAValue) {
   EXPECT_THAT(listener.broken, SizeIs(9));
 }
 
-TEST_F(SerialLineTest, IsOpenedAgainWhenTheReceiverComesBack) {
+TEST_F(SerialLineTest, IsOpenedAgainWhenTheReceiverReturns) {
   ASSERT_TRUE(until([&] { return listener.opened == 1; }));
   pty->unplug();
   ASSERT_TRUE(until([&] { return listener.closed.size() == 1; }));

@@ -21,7 +21,7 @@ TEST_F(ZerosFile, ThatIsMissingHoldsNone) {
   EXPECT_EQ(read_zeros(file), Zeros{});
 }
 
-TEST_F(ZerosFile, GivesBackWhatWasKept) {
+TEST_F(ZerosFile, ReturnsWhatWasStored) {
   const Zeros zeros{{"bore", -5}, {"depth", 12'345'000}};
   ASSERT_TRUE(keep_zeros(file, zeros));
   EXPECT_EQ(read_zeros(file), zeros);

@@ -34,14 +34,14 @@ std::filesystem::path example(const tests::TemporaryFolder& folder, const std::s
   return file;
 }
 
-TEST(DocumentedConfiguration, OfBatchIsTaken) {
+TEST(DocumentedConfiguration, OfBatchIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut = batch::load(example(folder, "batch.textproto", "reference/services/batch.md"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->scripts.size(), 2U);
 }
 
-TEST(DocumentedConfiguration, OfDialGaugesIsTaken) {
+TEST(DocumentedConfiguration, OfDialGaugesIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut =
       dial_gauge::load(example(folder, "dial_gauge.textproto", "reference/services/dial-gauge.md"));
@@ -49,7 +49,7 @@ TEST(DocumentedConfiguration, OfDialGaugesIsTaken) {
   EXPECT_EQ(sut->gauges.size(), 2U);
 }
 
-TEST(DocumentedConfiguration, OfTheArchiverIsTaken) {
+TEST(DocumentedConfiguration, OfTheArchiverIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut =
       archiver::load(example(folder, "archiver.textproto", "reference/services/archiver.md"));
@@ -57,7 +57,7 @@ TEST(DocumentedConfiguration, OfTheArchiverIsTaken) {
   EXPECT_EQ(sut->folder, "/var/lib/millrace/archiver/archive");
 }
 
-TEST(DocumentedConfiguration, OfMailIsTaken) {
+TEST(DocumentedConfiguration, OfMailIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut = mail::load(example(folder, "mail.textproto", "reference/services/mail.md"));
   ASSERT_TRUE(sut) << sut.error();
@@ -65,7 +65,7 @@ TEST(DocumentedConfiguration, OfMailIsTaken) {
   EXPECT_EQ(sut->spool, "/var/lib/millrace/mail/spool");
 }
 
-TEST(DocumentedConfiguration, OfTheBridgeToLcmIsTaken) {
+TEST(DocumentedConfiguration, OfTheBridgeToLcmIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut = lcm::load(example(folder, "lcm.textproto", "how-to/services-with-lcm.md"));
   ASSERT_TRUE(sut) << sut.error();
@@ -76,7 +76,7 @@ std::filesystem::path installed(const std::string& name) {
   return std::filesystem::path(MILLRACE_EXAMPLES) / name;
 }
 
-TEST(ExampleConfiguration, OfEachServiceIsTaken) {
+TEST(ExampleConfiguration, OfEachServiceIsAccepted) {
   EXPECT_EQ(batch::load(installed("batch.textproto")).value().scripts.size(), 1U);
   EXPECT_EQ(dial_gauge::load(installed("dial_gauge.textproto")).value().gauges.size(), 2U);
   EXPECT_EQ(archiver::load(installed("archiver.textproto")).value().folder,

@@ -13,7 +13,7 @@ using testing::StartsWith;
 using tests::program;
 using tests::uuid;
 
-TEST_F(BridgeWithProgram, GivesACallWithAllThatBelongsToIt) {
+TEST_F(BridgeWithProgram, PassesACallWithAllItsData) {
   const auto given = requests(give(17));
   ASSERT_THAT(given, SizeIs(1));
   const request_t& message = given.front();
@@ -28,7 +28,7 @@ TEST_F(BridgeWithProgram, GivesACallWithAllThatBelongsToIt) {
   EXPECT_EQ(message.deadline, 3);
 }
 
-TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
+TEST_F(BridgeWithProgram, RepeatsARequestUntilItsProgramShowsIt) {
   give(17);
   pass(50ms);
   // This presence may have been sent before.
@@ -42,7 +42,7 @@ TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
   EXPECT_THAT(requests(present()), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, BringsAnAnswerBackOnce) {
+TEST_F(BridgeWithProgram, ReturnsAnAnswerOnce) {
   give(17);
   const Actions actions = answer(tests::reply(name(17), "Maß", 3));
   const auto sut_answer = only<Answer>(actions);
@@ -53,7 +53,7 @@ TEST_F(BridgeWithProgram, BringsAnAnswerBackOnce) {
   EXPECT_THAT(answer(tests::reply(name(17), "Maß", 3)), IsEmpty());
 }
 
-TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherSocket) {
+TEST_F(BridgeWithProgram, IgnoresAnAnswerFromAnotherSocket) {
   give(17);
   const Actions forged = answer(tests::reply(name(17), "yes"), elsewhere);
   EXPECT_THAT(all<Answer>(forged), IsEmpty());
@@ -62,7 +62,7 @@ TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherSocket) {
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked) {
+TEST_F(BridgeWithProgram, IgnoresAnAnswerFromAnotherProgram) {
   presence_t other = tests::presence(microseconds());
   other.program = 43;
   present(other, elsewhere);
@@ -75,7 +75,7 @@ TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked)
                                        ", which was not dispatched to it"));
 }
 
-TEST_F(BridgeWithProgram, TakesNoAnswerToWhatNobodyAsked) {
+TEST_F(BridgeWithProgram, IgnoresUnexpectedAnswers) {
   EXPECT_THAT(said(answer(tests::reply(name(18), "yes"))),
               HasSubstr("which was not dispatched to it"));
   give(17);
@@ -87,7 +87,7 @@ TEST_F(BridgeWithProgram, TakesNoAnswerToWhatNobodyAsked) {
   EXPECT_THAT(said(answer(unknown)), HasSubstr("but has not announced itself"));
 }
 
-TEST_F(BridgeWithProgram, SaysItOnceWhoeverSendsNonsenseTwentyThousandTimes) {
+TEST_F(BridgeWithProgram, LimitsTheLogOfInvalidMessages) {
   std::size_t count = 0;
   for (unsigned i = 0; i < 20'000; ++i) {
     count += sut->on_message("MILLRACE_REPLY." + uuid, "nonsense", there, now).size();
@@ -101,7 +101,7 @@ TEST_F(BridgeWithProgram, SaysItOnceWhoeverSendsNonsenseTwentyThousandTimes) {
   EXPECT_THAT(said(sut->on_time(now.steady)), HasSubstr("and 19998 more like this in 60 s"));
 }
 
-TEST_F(BridgeWithProgram, AnswersWithAnErrorWhatTheControllerCannotHave) {
+TEST_F(BridgeWithProgram, ReplacesAnAnswerThatTheControllerCannotHaveByAnError) {
   give(1);
   EXPECT_THAT(only<Answer>(answer(tests::reply(name(1), "中"))).result.error(),
               HasSubstr("U+4E2D"));
@@ -121,7 +121,7 @@ TEST_F(BridgeWithProgram, AnswersWithAnErrorWhatTheControllerCannotHave) {
             (sdk::Response{std::string(200, 'x'), 0}));
 }
 
-TEST_F(BridgeWithProgram, PassesInterimAnswersOnAtAPaceAndNeverLosesTheLast) {
+TEST_F(BridgeWithProgram, LimitsTheRateOfInterimAnswersAndNeverLosesTheLast) {
   give(17);
   const auto interim = [&](int number) {
     reply_t message = tests::reply(name(17), std::to_string(number), number);
@@ -146,7 +146,7 @@ TEST_F(BridgeWithProgram, LeavesOutAnInterimAnswerThatDoesNotFit) {
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
+TEST_F(BridgeWithProgram, RepeatsAWithdrawalUntilItsProgramHasReceivedIt) {
   give(17);
   const auto first = withdrawals(withdraw(17));
   ASSERT_THAT(first, SizeIs(1));
@@ -162,14 +162,14 @@ TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
   EXPECT_THAT(present(), IsEmpty());
 }
 
-TEST_F(BridgeWithProgram, EndsAWithdrawnCallWithTheAnswerThatComesAllTheSame) {
+TEST_F(BridgeWithProgram, EndsAWithdrawnCallWithItsLateAnswer) {
   give(17);
   withdraw(17);
   EXPECT_EQ(only<Answer>(answer(tests::reply(name(17), "late"))).call, (fabric::CallId{5, 17}));
   EXPECT_THAT(answer(tests::reply(name(17), "late")), IsEmpty());
 }
 
-TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWasGivenUp) {
+TEST_F(BridgeWithProgram, IgnoresAnAnswerOfTheCancelledRunForTheNextOne) {
   give(17);
   withdraw(17);
   pass(200ms);
@@ -181,7 +181,7 @@ TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWas
   EXPECT_EQ(only<Answer>(answer(second)).result->text, "of the second run");
 }
 
-TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfACall) {
+TEST_F(BridgeWithProgram, UsesAnotherNameForAnotherRequestUnderTheSameCallId) {
   // Another gateway uses a call id first, and the LCM process remembers the reply.
   fabric::Request strange = request(17);
   strange.text = "something else";
@@ -194,13 +194,13 @@ TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfA
   EXPECT_EQ(only<Answer>(answer(tests::reply(second, "ours"))).result->text, "ours");
 }
 
-TEST_F(BridgeWithProgram, TakesAnAnswerOfTheAttemptThatStillRuns) {
+TEST_F(BridgeWithProgram, AcceptsAnAnswerOfTheAttemptThatStillRuns) {
   // The bridge was restarted, or had lost the LCM process, which continued attempt 1.
   give(17, 2);
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, DoesNotTryAgainWhatWasRefused) {
+TEST_F(BridgeWithProgram, DoesNotRetryWhatWasRefused) {
   EXPECT_THAT(said(sut->on_refused(registration, "no", now.steady)),
               HasSubstr("cannot be served: no"));
   EXPECT_THAT(present(), IsEmpty());

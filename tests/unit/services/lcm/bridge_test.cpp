@@ -12,7 +12,7 @@ using testing::SizeIs;
 using tests::program;
 using tests::uuid;
 
-TEST_F(BridgeTest, RegistersAProgramThatSaysThatItIsThere) {
+TEST_F(BridgeTest, RegistersAProgramThatAnnouncesItself) {
   const Actions actions = present();
   EXPECT_EQ(only<Register>(actions).announcement.uuid, uuid);
   EXPECT_EQ(only<Register>(actions).announcement.name, "press");
@@ -21,17 +21,17 @@ TEST_F(BridgeTest, RegistersAProgramThatSaysThatItIsThere) {
   EXPECT_THAT(present(), IsEmpty());
 }
 
-TEST_F(BridgeTest, RegistersNobodyOnItsOwn) {
+TEST_F(BridgeTest, RegistersNothingOnItsOwn) {
   EXPECT_THAT(sut->on_time(now.steady), IsEmpty());
 }
 
-TEST_F(BridgeTest, PassesOverTheChannelsOfOthers) {
+TEST_F(BridgeTest, IgnoresTheChannelsOfOthers) {
   EXPECT_THAT(sut->on_message("CAMERA", "pixels", there, now), IsEmpty());
   EXPECT_THAT(sut->on_message("MILLRACE_REQUEST." + uuid, "ours", there, now), IsEmpty());
   EXPECT_THAT(sut->on_fragment("CAMERA", there, now.steady), IsEmpty());
 }
 
-TEST_F(BridgeTest, RegistersTwoProgramsOfOneUuidAndTellsThemApart) {
+TEST_F(BridgeTest, RegistersTwoProgramsOfOneUuidSeparately) {
   const Registration first = only<Register>(present()).number;
   presence_t other = tests::presence(microseconds());
   other.program = 43;
@@ -41,7 +41,7 @@ TEST_F(BridgeTest, RegistersTwoProgramsOfOneUuidAndTellsThemApart) {
   EXPECT_EQ(requests(sut->on_call(first, request(2), now.steady)).at(0).program, 42);
 }
 
-TEST_F(BridgeWithProgram, LosesOneThatIsSilent) {
+TEST_F(BridgeWithProgram, UnregistersASilentProgram) {
   give(1);
   EXPECT_THAT(pass_in_ticks(rules.silence), IsEmpty());
   const Actions actions = pass_in_ticks(1ms);
@@ -53,12 +53,12 @@ TEST_F(BridgeWithProgram, LosesOneThatIsSilent) {
   EXPECT_EQ(sut->programs(), 0U);
 }
 
-TEST_F(BridgeWithProgram, RegistersOneAnewThatComesBack) {
+TEST_F(BridgeWithProgram, RegistersAProgramAgainThatReturns) {
   pass_in_ticks(rules.silence + 1ms);
   EXPECT_GT(only<Register>(present()).number, registration);
 }
 
-TEST_F(BridgeWithProgram, LosesNobodyBecauseItStoodStillItself) {
+TEST_F(BridgeWithProgram, UnregistersNoProgramAfterItsOwnStandstill) {
   pass_in_ticks(200ms);
   pass(10s);
   EXPECT_THAT(sut->on_time(now.steady), IsEmpty());
@@ -66,7 +66,7 @@ TEST_F(BridgeWithProgram, LosesNobodyBecauseItStoodStillItself) {
   EXPECT_THAT(all<Unregister>(pass_in_ticks(1ms)), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, BelievesNobodyElseWhoHasItsNumber) {
+TEST_F(BridgeWithProgram, IgnoresAnotherProgramWithTheSameNumber) {
   const Actions actions = present(tests::presence(microseconds()), elsewhere);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
   EXPECT_THAT(said(actions), HasSubstr("is at 127.0.0.1:4000 and also at 127.0.0.1:4001"));
@@ -76,7 +76,7 @@ TEST_F(BridgeWithProgram, BelievesNobodyElseWhoHasItsNumber) {
   EXPECT_EQ(only<Unregister>(pass_in_ticks(1ms)).number, registration);
 }
 
-TEST_F(BridgeTest, BelievesNoPresenceOutOfALog) {
+TEST_F(BridgeTest, IgnoresPresenceMessagesOfALog) {
   const Actions actions = present(tests::presence(microseconds() - 3'600'000'000), there);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
   EXPECT_THAT(said(actions),
@@ -84,7 +84,7 @@ TEST_F(BridgeTest, BelievesNoPresenceOutOfALog) {
   EXPECT_THAT(said(present(tests::presence(microseconds() + 1'001'000), elsewhere)), IsEmpty());
 }
 
-TEST_F(BridgeTest, ServesOnlyTheUuidsThatAreNamedIfItIsToldTo) {
+TEST_F(BridgeTest, ServesOnlyNamedUuidsIfConfigured) {
   rules.any_uuid = false;
   rules.services["other"] = {};
   sut = std::make_unique<Bridge>(rules);
@@ -94,7 +94,7 @@ TEST_F(BridgeTest, ServesOnlyTheUuidsThatAreNamedIfItIsToldTo) {
   EXPECT_EQ(only<Register>(present(named, there)).announcement.uuid, "other");
 }
 
-TEST_F(BridgeTest, KeepsToTheRulesOfAUuidWhateverAProgramSays) {
+TEST_F(BridgeTest, FollowsTheRulesOfAUuidWhateverAProgramAnnounces) {
   rules.services[uuid] = {.channels = {{"cnc", 1}},
                           .delivery = fabric::Delivery::at_most_once,
                           .concurrency = 4,
@@ -108,7 +108,7 @@ TEST_F(BridgeTest, KeepsToTheRulesOfAUuidWhateverAProgramSays) {
   EXPECT_EQ(requests(give(1)).at(0).text, "Ma\xDF");
 }
 
-TEST_F(BridgeTest, LetsNoMoreProgramsInThanThereIsRoomFor) {
+TEST_F(BridgeTest, LimitsTheNumberOfPrograms) {
   for (std::int64_t number = 1; number <= 20'000; ++number) {
     presence_t message = tests::presence(microseconds());
     message.program = number;
@@ -146,7 +146,7 @@ TEST_F(BridgeTest, KeepsRoomForTheProgramsThatTheConfigurationNames) {
   EXPECT_EQ(sut->programs(), 65U);
 }
 
-TEST_F(BridgeWithProgram, HasAProgramDrainThatSaysSo) {
+TEST_F(BridgeWithProgram, DrainsAProgramOnItsOwnRequest) {
   give(17);
   draining = true;
   EXPECT_EQ(only<Drain>(present({name(17)})).number, registration);
@@ -161,7 +161,7 @@ TEST_F(BridgeWithProgram, HasAProgramDrainThatSaysSo) {
   EXPECT_THAT(all<Register>(present()), SizeIs(1));
 }
 
-TEST_F(BridgeWithProgram, TellsAProgramThatAnOperatorWantsItToLeaveUntilItDoes) {
+TEST_F(BridgeWithProgram, RepeatsADrainUntilTheProgramLeaves) {
   EXPECT_EQ(drains(sut->on_dismissed(registration, now.steady)).at(0).program, program);
   EXPECT_THAT(sut->on_dismissed(registration, now.steady), IsEmpty());
   pass(200ms);
@@ -176,7 +176,7 @@ TEST_F(BridgeWithProgram, TellsAProgramThatAnOperatorWantsItToLeaveUntilItDoes) 
   EXPECT_THAT(present(), IsEmpty());
 }
 
-TEST_F(BridgeWithProgram, RegistersAProgramAnewThatSaysSomethingElseOnceItIsIdle) {
+TEST_F(BridgeWithProgram, RegistersAChangedProgramAgainOnceItIsIdle) {
   presence_t message = tests::presence(microseconds());
   message.name = "other";
   give(17);
@@ -191,7 +191,7 @@ TEST_F(BridgeWithProgram, RegistersAProgramAnewThatSaysSomethingElseOnceItIsIdle
   EXPECT_EQ(only<Register>(actions).announcement.name, "other");
 }
 
-TEST_F(BridgeTest, SaysThatALongMessageIsNotRead) {
+TEST_F(BridgeTest, ReportsThatALongMessageIsNotRead) {
   EXPECT_THAT(said(sut->on_fragment("MILLRACE_REPLY." + uuid, there, now.steady)),
               HasSubstr("is longer than 65499 bytes; ignored"));
 }

@@ -15,7 +15,7 @@ std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
-TEST(LcmConfig, StaysOnThisHostUnlessItSaysOtherwise) {
+TEST(LcmConfig, StaysOnThisHostByDefault) {
   const auto sut = load(data("good/empty.lcm.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->network.group, "239.255.76.67");
@@ -28,7 +28,7 @@ TEST(LcmConfig, StaysOnThisHostUnlessItSaysOtherwise) {
   EXPECT_FALSE(sut->mirror);
 }
 
-TEST(LcmConfig, TakesEveryField) {
+TEST(LcmConfig, ReadsEveryField) {
   const auto sut = load(data("good/full.lcm.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->network.group, "239.1.2.3");
@@ -48,7 +48,7 @@ TEST(LcmConfig, TakesEveryField) {
   EXPECT_THAT(sut->mirror->without_text, ElementsAre("b536e110-ca9e-4198-bddb-64331366bedb"));
 }
 
-TEST(LcmConfig, SaysEachMistakeWithItsPlace) {
+TEST(LcmConfig, NamesEachMistakeWithItsPlace) {
   millrace::tests::expect_mistakes("lcm", [](const auto& file) {
     const auto sut = load(file);
     return sut ? "no error" : sut.error();

@@ -145,7 +145,7 @@ TEST(Mirror, ShowsCallsAndEventsOnly) {
   EXPECT_FALSE(mirrored({.sample = MachineStatus{}}));
 }
 
-TEST(Mirror, RefusesWhatNoFabricHasSaid) {
+TEST(Mirror, RefusesWhatNoFabricCanHaveSent) {
   const auto why = [](auto change) {
     mirror_request_t message{};
     message.machine = "cnc";
@@ -170,7 +170,7 @@ TEST(Mirror, RefusesWhatNoFabricHasSaid) {
   EXPECT_FALSE(entry_of("MILLRACE_MIRROR.other", ""));
 }
 
-TEST(Mirror, RefusesAKindOfEventThatHasNoWord) {
+TEST(Mirror, RefusesAnUnknownKindOfEvent) {
   for (const char* word : {"unknown", "dropped", ""}) {
     mirror_event_t message{};
     message.machine = "cnc";

@@ -28,7 +28,7 @@ std::string why_not(const presence_t& message) {
   return sut ? "" : sut.error();
 }
 
-TEST(Presence, TellsWhoIsThereAndWhatItHas) {
+TEST(Presence, NamesTheProgramAndItsCalls) {
   presence_t message = tests::presence(1'500'000, {call("5f-17"), call("5f-18.0a", 2)});
   message.uuid = "{560AACBF-6335-44A9-895A-8B27F3ED5E47}";
   message.channels = " cnc/1  press/* ";
@@ -98,7 +98,7 @@ TEST(Presence, OfAnotherTypeOrCutShortIsNone) {
   EXPECT_THAT(parse_presence(whole + "x").error(), HasSubstr("1 bytes stand behind"));
 }
 
-TEST(Reply, TellsWhatAProgramSays) {
+TEST(Reply, HasTheFieldsOfTheMessage) {
   reply_t message = tests::reply("5f-17", "Maß", 7);
   message.kind = reply_t::INTERIM;
   const auto sut = parse_reply(encode(message));

@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(Addresses, WrongMailAddress,
                                          std::string(65, 'a') + "@example.com",
                                          "eva@" + std::string(251, 'a')));
 
-TEST(MailAddress, SaysWhatIsWrong) {
+TEST(MailAddress, ReportsWhatIsWrong) {
   EXPECT_THAT(parse_address("eva").error(), HasSubstr("'eva' is not an address; expected user@"));
 }
 

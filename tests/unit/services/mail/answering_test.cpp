@@ -27,7 +27,7 @@ TEST(MailAnswering, WaitsTwiceAsLongEachTime) {
   EXPECT_EQ(pause_after(4'000'000'000, policy), 60s);
 }
 
-TEST(MailAnswering, KeepsNoMessageOnceItIsTaken) {
+TEST(MailAnswering, KeepsNoMessageOnceItIsAccepted) {
   const auto sut = after(entry(), {.verdict = Verdict::accepted}, policy, true, morning);
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->stage, Stage::accepted);
@@ -35,7 +35,7 @@ TEST(MailAnswering, KeepsNoMessageOnceItIsTaken) {
   EXPECT_EQ(answer_from(*sut), (sdk::Response{.text = "OK", .state = 1}));
 }
 
-TEST(MailAnswering, TriesAgainWhatIsRefusedForNow) {
+TEST(MailAnswering, RetriesWhatIsRefusedForNow) {
   const auto sut =
       after(entry(), {.verdict = Verdict::later, .reply = "451 busy"}, policy, true, morning);
   ASSERT_TRUE(sut);
@@ -63,7 +63,7 @@ TEST(MailAnswering, DoesNotCountTimeInWhichNothingWasTried) {
   EXPECT_EQ(sut->stage, Stage::given_up);
 }
 
-TEST(MailAnswering, KeepsTheMessageOfARefusalThatNobodyWaitedFor) {
+TEST(MailAnswering, KeepsTheMessageOfARefusalWithoutAWaitingProgram) {
   const Outcome refused{.verdict = Verdict::refused, .reply = "550 no"};
   EXPECT_EQ(after(entry(), refused, policy, true, morning)->mail.message, "");
   EXPECT_EQ(after(entry(), refused, policy, false, morning)->mail.message, "m");
@@ -76,7 +76,7 @@ TEST(MailAnswering, KeepsNothingOfAMailThatCouldNotEvenBeTried) {
   }
 }
 
-TEST(MailAnswering, NeverTriesAgainWhatIsInDoubt) {
+TEST(MailAnswering, NeverRetriesWhatIsInDoubt) {
   const auto sut = after(entry(), {.verdict = Verdict::doubt}, policy, true, morning);
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->stage, Stage::handed_over);
@@ -89,7 +89,7 @@ TEST(MailAnswering, HasAStateForEachOutcome) {
   EXPECT_EQ(answer_to({.verdict = Verdict::login}).state, 16U);
 }
 
-TEST(MailAnswering, ShowsAnyWordsOfAServer) {
+TEST(MailAnswering, ShowsAnyTextOfAServer) {
   const auto answer =
       answer_to({.verdict = Verdict::refused, .reply = "550 \xFF\x01 " + std::string(500, 'x')});
   EXPECT_THAT(answer.text, SizeIs(127));

@@ -33,7 +33,7 @@ TEST(MailConfig, FillsDefaults) {
   EXPECT_FALSE(sut->send_replayed);
 }
 
-TEST(MailConfig, TakesEveryField) {
+TEST(MailConfig, ReadsEveryField) {
   const auto sut = load(data("good/full.mail.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->server.host, "mail.example.com");

@@ -32,7 +32,7 @@ std::vector<std::string> lines(const std::string& text) {
   return lines;
 }
 
-TEST(MailMessage, IsAsRfc5322WantsIt) {
+TEST(MailMessage, FollowsRfc5322) {
   EXPECT_EQ(to_message(content()),
             "Date: Sun, 01 Mar 2026 08:00:00 +0000\r\n"
             "From: Press 1 <press1@example.com>\r\n"
@@ -49,7 +49,7 @@ TEST(MailMessage, IsAsRfc5322WantsIt) {
             "Bye\r\n");
 }
 
-TEST(MailMessage, LetsNoSubjectOrNameBeginAHeader) {
+TEST(MailMessage, AllowsNoSubjectOrNameToBeginAHeader) {
   Content evil = content();
   evil.subject = "A\r\nBcc: x@evil.example\r\n\r\nbody";
   evil.from.name = "B\nCc: y@evil.example";
@@ -58,7 +58,7 @@ TEST(MailMessage, LetsNoSubjectOrNameBeginAHeader) {
                          Not(HasSubstr("\nBcc")), Not(HasSubstr("\nCc"))));
 }
 
-TEST(MailMessage, EncodesWhatIsNotPlainInWordsOfSevenBits) {
+TEST(MailMessage, EncodesOtherThanPlainTextInSevenBits) {
   EXPECT_EQ(header_text("Maß"), "=?utf-8?Q?Ma=C3=9F?=");
   EXPECT_EQ(header_text("=?utf-8?Q?fake?="), "=?utf-8?Q?=3D=3Futf=2D8=3FQ=3Ffake=3F=3D?=");
   EXPECT_EQ(header_text("plain, with: marks"), "plain, with: marks");
@@ -98,7 +98,7 @@ TEST(MailMessage, BreaksLongLinesOfTheBody) {
   }
 }
 
-TEST(MailMessage, KeepsBlanksAtLineEndsAndTakesAnyLineEnd) {
+TEST(MailMessage, KeepsBlanksAtLineEndsAndAcceptsAnyLineEnd) {
   EXPECT_EQ(quoted_printable("a \nb\t\r\nc\rd"), "a=20\r\nb=09\r\nc\r\nd\r\n");
   EXPECT_EQ(quoted_printable(""), "");
   EXPECT_EQ(quoted_printable("\n\n"), "\r\n\r\n");

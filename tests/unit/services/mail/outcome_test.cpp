@@ -13,7 +13,7 @@ struct OutcomeCase {
 
 class MailOutcome : public testing::TestWithParam<OutcomeCase> {};
 
-TEST_P(MailOutcome, FollowsFromWhatTheServerSaid) {
+TEST_P(MailOutcome, FollowsFromTheResponsesOfTheServer) {
   EXPECT_EQ(outcome_of(GetParam().exchange).verdict, GetParam().verdict) << GetParam().what;
 }
 
@@ -58,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                     {.trouble = ConnectionError::login, .code = 354},
                     Verdict::login}));
 
-TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
+TEST(MailOutcome, HasTheServersTextOrTheConnectionError) {
   EXPECT_EQ(outcome_of({.trouble = ConnectionError::broken,
                         .trouble_text = "RCPT failed",
                         .code = 550,
@@ -71,7 +71,7 @@ TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
   EXPECT_FALSE(gone.contact);
 }
 
-TEST(MailOutcome, TellsAServerThatStallsFromOneThatIsNotThere) {
+TEST(MailOutcome, DistinguishesAStalledServerFromAnUnreachableOne) {
   const Outcome stalled = outcome_of({.trouble = ConnectionError::timeout, .code = 250});
   EXPECT_EQ(stalled.verdict, Verdict::later);
   EXPECT_TRUE(stalled.contact);

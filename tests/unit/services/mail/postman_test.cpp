@@ -110,7 +110,7 @@ class FakeServer : public Transport {
 const Outcome later{.verdict = Verdict::later, .reply = "451 busy"};
 const std::string good = "done program=A parts=1";
 
-class MailPostman : public testing::Test {
+class MailSenderTest : public testing::Test {
  protected:
   void start() {
     Config config = sample_config();
@@ -141,7 +141,7 @@ class MailPostman : public testing::Test {
   std::optional<MailSender> sut;
 };
 
-TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
+TEST_F(MailSenderTest, RecordsAHandoverInAdvance) {
   start();
   std::optional<Entry> seen;
   server.on_handed_over = [&] { seen = on_disk(); };
@@ -151,7 +151,7 @@ TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
   EXPECT_EQ(on_disk()->stage, Stage::accepted);
 }
 
-TEST_F(MailPostman, SendsAMailThatNoProgramWaitsForOnce) {
+TEST_F(MailSenderTest, SendsAMailWithoutAWaitingProgramOnce) {
   start();
   const fabric::CallId id{.epoch = 0x77, .number = 1};
   const Mail mail{.from = "a@example.com", .to = {"b@example.com"}, .message = "Subject: x\r\n"};
@@ -164,7 +164,7 @@ TEST_F(MailPostman, SendsAMailThatNoProgramWaitsForOnce) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, AnswersARepeatedCallWithoutSendingAgain) {
+TEST_F(MailSenderTest, AnswersARepeatedCallWithoutSendingAgain) {
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
@@ -174,7 +174,7 @@ TEST_F(MailPostman, AnswersARepeatedCallWithoutSendingAgain) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, TriesAgainUntilTheMailIsTakenOnce) {
+TEST_F(MailSenderTest, RetriesUntilTheMailIsAcceptedOnce) {
   server.will({later, later, later});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: 451 busy", 2}));
@@ -184,7 +184,7 @@ TEST_F(MailPostman, TriesAgainUntilTheMailIsTakenOnce) {
   EXPECT_EQ(server.taken(), 1U);
 }
 
-TEST_F(MailPostman, SaysThatAMailWaitsAndWhyUntilItIsTaken) {
+TEST_F(MailSenderTest, ReportsAWaitingMailAndTheReasonUntilItIsAccepted) {
   server.will({later});
   server.on_attempt = [&](std::size_t attempt) {
     if (attempt == 2) {
@@ -201,7 +201,7 @@ TEST_F(MailPostman, SaysThatAMailWaitsAndWhyUntilItIsTaken) {
   EXPECT_THAT(seen_while_it_waits->text, testing::EndsWith(": 451 busy"));
 }
 
-TEST_F(MailPostman, SaysThatItIsNotLetInUntilItIs) {
+TEST_F(MailSenderTest, ReportsARefusedLoginUntilItSucceeds) {
   server.will({{.verdict = Verdict::login, .reply = "535 wrong password"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_no_login);
@@ -212,7 +212,7 @@ TEST_F(MailPostman, SaysThatItIsNotLetInUntilItIs) {
   EXPECT_TRUE(alarms.empty());
 }
 
-TEST_F(MailPostman, LetsARepeatWaitForTheAttemptUnderWay) {
+TEST_F(MailSenderTest, HasARepeatWaitForTheAttemptUnderWay) {
   server.hold(true);
   start();
   auto first = std::async(std::launch::async, [&] { return sut->answer(sample_call(good)); });
@@ -224,7 +224,7 @@ TEST_F(MailPostman, LetsARepeatWaitForTheAttemptUnderWay) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, SendsWhatWaitedWhenTheLastProcessEnded) {
+TEST_F(MailSenderTest, SendsWhatWaitedWhenTheLastProcessEnded) {
   put(Stage::waiting);
   start();
   server.await_taken(1);
@@ -232,7 +232,7 @@ TEST_F(MailPostman, SendsWhatWaitedWhenTheLastProcessEnded) {
   EXPECT_EQ(server.taken(), 1U);
 }
 
-TEST_F(MailPostman, NeverSendsWhatTheLastProcessHandedOver) {
+TEST_F(MailSenderTest, NeverSendsWhatTheLastProcessHandedOver) {
   put(Stage::handed_over);
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
@@ -240,7 +240,7 @@ TEST_F(MailPostman, NeverSendsWhatTheLastProcessHandedOver) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, NeverSendsAgainWhatIsInDoubt) {
+TEST_F(MailSenderTest, NeverSendsAgainWhatIsInDoubt) {
   server.will({{.verdict = Verdict::doubt, .reply = "connection reset"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
@@ -250,7 +250,7 @@ TEST_F(MailPostman, NeverSendsAgainWhatIsInDoubt) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, LetsTheProgramTryAgainWhatCouldNotBeTried) {
+TEST_F(MailSenderTest, AllowsTheProgramToRetryWhatCouldNotBeTried) {
   server.will({{.verdict = Verdict::insecure, .reply = "no STARTTLS"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_insecure);
@@ -258,7 +258,7 @@ TEST_F(MailPostman, LetsTheProgramTryAgainWhatCouldNotBeTried) {
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
 }
 
-TEST_F(MailPostman, RemembersARefusal) {
+TEST_F(MailSenderTest, RemembersARefusal) {
   server.will({{.verdict = Verdict::refused, .reply = "550 no"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_refused);
@@ -266,7 +266,7 @@ TEST_F(MailPostman, RemembersARefusal) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, SendsNothingThatItCannotWriteDown) {
+TEST_F(MailSenderTest, SendsNothingThatItCannotRecord) {
   start();
   std::filesystem::remove_all(spool);
   const sdk::Response answer = sut->answer(sample_call(good));
@@ -276,7 +276,7 @@ TEST_F(MailPostman, SendsNothingThatItCannotWriteDown) {
 }
 
 // The disk is full from the moment of the handover on.
-TEST_F(MailPostman, KnowsWhatBecameOfACallEvenIfItCannotBeWrittenDown) {
+TEST_F(MailSenderTest, RemembersTheOutcomeOfACallEvenIfItCannotBeRecorded) {
   start();
   server.on_handed_over = [&] { std::filesystem::remove_all(spool); };
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
@@ -284,7 +284,7 @@ TEST_F(MailPostman, KnowsWhatBecameOfACallEvenIfItCannotBeWrittenDown) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, SendsNothingForACallOutOfARecordingUnlessTold) {
+TEST_F(MailSenderTest, SendsNothingForAReplayedCallUnlessConfigured) {
   CallInfo call = sample_call(good);
   call.replayed = true;
   start();
@@ -300,7 +300,7 @@ TEST_F(MailPostman, SendsNothingForACallOutOfARecordingUnlessTold) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, SurvivesATransportThatThrows) {
+TEST_F(MailSenderTest, SurvivesATransportThatThrows) {
   server.throw_once();
   start();
   EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: no memory", 2}));
@@ -308,7 +308,7 @@ TEST_F(MailPostman, SurvivesATransportThatThrows) {
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
 }
 
-TEST_F(MailPostman, HandsNothingOverThatItCannotWriteDown) {
+TEST_F(MailSenderTest, HandsNothingOverThatItCannotRecord) {
   server.on_attempt = [&](std::size_t attempt) {
     if (attempt == 1) {
       std::filesystem::rename(spool / "spool.db", folder.path() / "away.db");
@@ -321,7 +321,7 @@ TEST_F(MailPostman, HandsNothingOverThatItCannotWriteDown) {
   EXPECT_EQ(server.taken(), 0U);
 }
 
-TEST_F(MailPostman, NeverSendsAgainWhatATransportHandsOverAndThrows) {
+TEST_F(MailSenderTest, NeverSendsAgainWhatATransportHandsOverAndThrows) {
   server.throw_after_handover();
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
@@ -331,7 +331,7 @@ TEST_F(MailPostman, NeverSendsAgainWhatATransportHandsOverAndThrows) {
   EXPECT_EQ(server.attempts(), 1U);
 }
 
-TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
+TEST_F(MailSenderTest, SendsMailsOfDifferentCallsAtTheSameTime) {
   server.hold(true);
   start();
   auto first = std::async(std::launch::async, [&] { return sut->answer(sample_call(good, 1)); });
@@ -343,7 +343,7 @@ TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
 }
 
 /// A mail server that delays the mails for one recipient without limit.
-class TarPit : public Transport {
+class StallingTransport : public Transport {
  public:
   Outcome send(const Mail& mail, const Watch& watch) override {
     const Outcome stalled{.verdict = Verdict::later, .reply = "timed out", .stalled = true};
@@ -373,7 +373,7 @@ class TarPit : public Transport {
   std::vector<std::string> taken_;
 };
 
-class MailPostmanAfterAWhile : public MailPostman {
+class MailSenderAfterAWhile : public MailSenderTest {
  protected:
   /// Stores a mail that has been waiting for this time.
   void wait_for(const std::string& to, std::uint64_t number, std::chrono::seconds since) {
@@ -385,19 +385,19 @@ class MailPostmanAfterAWhile : public MailPostman {
          .next = now - since}));
   }
 
-  TarPit pit;
+  StallingTransport transport;
 };
 
-TEST_F(MailPostmanAfterAWhile, TriesFirstWhatIsDueTheLongest) {
+TEST_F(MailSenderAfterAWhile, TriesFirstWhatIsDueTheLongest) {
   wait_for("b@example.com", 1, 10s);
   wait_for("b@example.com", 2, 30s);
   wait_for("b@example.com", 3, 20s);
-  MailSender mail_sender(sample_config(), Spool(spool), pit, base::program::no_log(), alarms);
-  tests::await("all mails", [&] { return pit.taken().size() == 3; });
-  EXPECT_THAT(pit.taken(), testing::ElementsAre("2", "3", "1"));
+  MailSender mail_sender(sample_config(), Spool(spool), transport, base::program::no_log(), alarms);
+  tests::await("all mails", [&] { return transport.taken().size() == 3; });
+  EXPECT_THAT(transport.taken(), testing::ElementsAre("2", "3", "1"));
 }
 
-TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
+TEST_F(MailSenderAfterAWhile, SendsOtherMailsWhileTheServerStallsOnSome) {
   for (std::uint64_t number = 1; number <= 3; ++number) {
     wait_for("tar@example.com", number, 600s);
   }
@@ -407,11 +407,11 @@ TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
   Config config = sample_config();
   config.retry = {.first = 1ms, .longest = 4ms};
   std::optional<MailSender> mail_sender;
-  mail_sender.emplace(config, Spool(spool), pit, base::program::no_log(), alarms);
-  tests::await("all that can be sent", [&] { return pit.taken().size() == 17; });
+  mail_sender.emplace(config, Spool(spool), transport, base::program::no_log(), alarms);
+  tests::await("all that can be sent", [&] { return transport.taken().size() == 17; });
   const std::jthread releasing([&](const std::stop_token& end) {
     tests::await("an end", [&] {
-      pit.let_go();
+      transport.let_go();
       return end.stop_requested();
     });
   });

@@ -19,7 +19,7 @@ TEST(MailRequest, HasATemplateAndValues) {
   EXPECT_THAT(sut->to, IsEmpty());
 }
 
-TEST(MailRequest, BringsItsValuesIntoUtf8) {
+TEST(MailRequest, ConvertsItsValuesToUtf8) {
   EXPECT_THAT(parse("a text=\"Ma\xDF 1\"")->values, ElementsAre(Pair("text", "Maß 1")));
 }
 
@@ -37,7 +37,7 @@ struct Mistake {
 
 class WrongMailRequest : public testing::TestWithParam<Mistake> {};
 
-TEST_P(WrongMailRequest, SaysWhatIsWrong) {
+TEST_P(WrongMailRequest, ReportsWhatIsWrong) {
   const auto sut = parse(GetParam().request);
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(), HasSubstr(GetParam().error));

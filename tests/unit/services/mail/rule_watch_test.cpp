@@ -105,7 +105,7 @@ TEST_F(ARule, OfProgramsHasAnOccasionForEachEventThatItNames) {
   EXPECT_EQ(values.at("uuid"), "");
 }
 
-TEST_F(ARule, IsQuietForAWhileAndSaysHowOftenItWas) {
+TEST_F(ARule, IsQuietForAWhileAndCountsWhatItSkipped) {
   begin(program_rule());
   EXPECT_THAT(event(ProgramEventKind::ended), SizeIs(1));
   pass(20s);
@@ -118,7 +118,7 @@ TEST_F(ARule, IsQuietForAWhileAndSaysHowOftenItWas) {
   EXPECT_EQ(next[0].values.at("unsaid"), "1");
 }
 
-TEST_F(ARule, GivesTheSameOccasionTheSameIdWhoeverSeesIt) {
+TEST_F(ARule, GivesTheSameOccasionTheSameIdEverywhere) {
   begin(program_rule());
   const auto first = event(ProgramEventKind::ended);
   begin(program_rule());
@@ -135,7 +135,7 @@ TEST_F(ARule, IsForTheMachinesItNames) {
   EXPECT_THAT(event(ProgramEventKind::ended, "lathe"), SizeIs(1));
 }
 
-TEST_F(ARule, TakesWhatIsOldOrReplayedForHistory) {
+TEST_F(ARule, IgnoresOldAndReplayedSamples) {
   begin(program_rule());
   EXPECT_THAT(see(fabric::ProgramEvent{
                   .key = {"press", 1}, .kind = ProgramEventKind::ended, .at = now.wall - 11min}),
@@ -190,7 +190,7 @@ TEST_F(ARule, OfLinksWaitsForTheLastGatewayToLoseIt) {
   EXPECT_EQ(occasions[0].values.at("reason"), "no route");
 }
 
-TEST_F(ARule, OfLinksTellsAfterTheQuietTimeWhatLastsThen) {
+TEST_F(ARule, OfLinksReportsAfterTheQuietTimeWhatLastsThen) {
   begin(lasting_rule(Rule::Kind::link_down));
   link(1, false);
   pass(30s);
@@ -225,7 +225,7 @@ TEST_F(ARule, OfServicesHasAnOccasionWhenNoneEverComes) {
   EXPECT_THAT(sut->take(), SizeIs(1));
 }
 
-TEST_F(ARule, IsBoundedAndSaysSoOnce) {
+TEST_F(ARule, IsBoundedAndReportsThatOnce) {
   begin(lasting_rule(Rule::Kind::waits));
   for (std::uint16_t i = 0; i < 10'100; ++i) {
     see(fabric::ChannelStatus{.key = {"m", i}, .state = ChannelState::waiting, .since = now.wall});

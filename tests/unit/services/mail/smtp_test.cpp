@@ -61,7 +61,7 @@ class SilentServer {
 
 // The exception passed through libcurl, which then never finished the transfer: the connection
 // stayed open.
-TEST(Smtp, ThrowsWhatItsWatchThrowsBehindLibcurl) {
+TEST(Smtp, ThrowsWhatItsWatchThrowsThroughLibcurl) {
   const SilentServer server;
   Smtp sut(
       {.host = "127.0.0.1", .port = server.port(), .security = Security::none, .hello = "test"});
@@ -82,7 +82,7 @@ TEST(Smtp, ThrowsWhatItsWatchThrowsBehindLibcurl) {
   EXPECT_TRUE(server.sees_the_end());
 }
 
-TEST(Smtp, TakesAServerThatSaysNothingForOneThatIsNotThere) {
+TEST(Smtp, CountsASilentServerAsUnreachable) {
   const SilentServer server;
   Smtp sut({.host = "127.0.0.1",
             .port = server.port(),
@@ -97,7 +97,7 @@ TEST(Smtp, TakesAServerThatSaysNothingForOneThatIsNotThere) {
   EXPECT_FALSE(outcome.contact);
 }
 
-TEST(Smtp, TellsThatAServerStalls) {
+TEST(Smtp, ReportsThatAServerStalls) {
   const SilentServer server;
   Smtp sut({.host = "127.0.0.1",
             .port = server.port(),

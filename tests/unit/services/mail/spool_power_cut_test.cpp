@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "services/mail/spool.hpp"
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::mail {
@@ -27,7 +27,7 @@ TEST(MailSpoolAfterAPowerCut, HasWhatWasPutAndNothingThatWasRemoved) {
   }
   std::vector<tests::PowerCut> cuts;
   {
-    tests::ForgetfulDisk disk(spool);
+    tests::PowerCutDisk disk(spool);
     Spool writer(spool);
     for (unsigned done = 0; done < puts.size(); ++done) {
       ASSERT_TRUE(writer.put(puts[done]));

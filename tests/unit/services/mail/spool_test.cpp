@@ -43,7 +43,7 @@ class MailSpool : public testing::Test {
   std::filesystem::path database = folder.path() / "spool.db";
 };
 
-TEST_F(MailSpool, GivesBackWhatWasPut) {
+TEST_F(MailSpool, ReturnsWhatWasStored) {
   {
     Spool sut(folder.path() / "spool");
     EXPECT_TRUE(sut.put(entry(1)));
@@ -58,7 +58,7 @@ TEST_F(MailSpool, GivesBackWhatWasPut) {
   EXPECT_EQ(found(sut, 3), std::nullopt);
 }
 
-TEST_F(MailSpool, TellsEveryStageApart) {
+TEST_F(MailSpool, StoresEachStage) {
   Spool sut(folder.path());
   for (const Stage stage :
        {Stage::waiting, Stage::handed_over, Stage::accepted, Stage::refused, Stage::given_up}) {
@@ -67,7 +67,7 @@ TEST_F(MailSpool, TellsEveryStageApart) {
   }
 }
 
-TEST_F(MailSpool, KnowsWhatWaitsAndWhatIsInDoubt) {
+TEST_F(MailSpool, ListsWhatWaitsAndWhatIsInDoubt) {
   Spool sut(folder.path());
   Entry last = entry(3, Stage::accepted);
   last.made = at(99);
@@ -84,7 +84,7 @@ TEST_F(MailSpool, KnowsWhatWaitsAndWhatIsInDoubt) {
   EXPECT_EQ(Spool(folder.path() / "empty").content()->last, std::nullopt);
 }
 
-TEST_F(MailSpool, ForgetsOldCallsOfWhichNobodyNeedsToSeeTheMessage) {
+TEST_F(MailSpool, ForgetsOldCallsWhoseMessageIsNotNeeded) {
   Spool sut(folder.path());
   const auto without_message = [](Entry entry) {
     entry.mail = {};
@@ -137,7 +137,7 @@ TEST_F(MailSpool, NamesAFileThatIsNoDatabaseAndLeavesItAsItIs) {
   EXPECT_EQ(after.str(), text);
 }
 
-TEST_F(MailSpool, NamesADatabaseOfSomebodyElseAndOneOfANewerVersion) {
+TEST_F(MailSpool, NamesTheDatabaseOfAnotherProgramAndThatOfANewerVersion) {
   SQLite::Database(database.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
       .exec("CREATE TABLE other (x)");
   EXPECT_THAT([&] { Spool(folder.path()); },
@@ -147,7 +147,7 @@ TEST_F(MailSpool, NamesADatabaseOfSomebodyElseAndOneOfANewerVersion) {
               ThrowsMessage<std::runtime_error>(HasSubstr("written by a newer millrace")));
 }
 
-TEST_F(MailSpool, WritesNothingToAFileThatIsNotTheSpoolAnyMore) {
+TEST_F(MailSpool, WritesNothingToAFileThatIsNoLongerTheSpool) {
   Spool sut(folder.path() / "spool");
   std::filesystem::remove_all(folder.path() / "spool");
   EXPECT_THAT(sut.put(entry(1)).error(), HasSubstr("moved or removed"));

@@ -20,11 +20,11 @@ TEST(MailTemplate, NamesTheKeyThatHasNoValue) {
   EXPECT_EQ(Template::parse("{a} {b}")->fill({{"a", "1"}}).error(), "b");
 }
 
-TEST(MailTemplate, DoesNotLookIntoValues) {
+TEST(MailTemplate, DoesNotParseValues) {
   EXPECT_EQ(Template::parse("{a}")->fill({{"a", "{b} {{ }"}}), "{b} {{ }");
 }
 
-TEST(MailTemplate, KnowsKeysOfTheCall) {
+TEST(MailTemplate, HasKeysOfTheCall) {
   EXPECT_THAT(Template::parse("{call.machine}")->keys(), ElementsAre("call.machine"));
 }
 
@@ -33,7 +33,7 @@ TEST(MailTemplate, MayBeEmptyOrPlain) {
   EXPECT_EQ(Template::parse("plain")->fill({}), "plain");
 }
 
-TEST(MailTemplate, SaysWhereABraceIsWrong) {
+TEST(MailTemplate, NamesThePlaceOfAWrongBrace) {
   for (const std::string text : {"ab {", "ab {}", "ab }", "ab {a b}", "ab {a.b}", "ab {call.}"}) {
     const auto sut = Template::parse(text);
     ASSERT_FALSE(sut) << text;

@@ -20,7 +20,7 @@ TEST(Fields, MayHaveQuotedValues) {
               ElementsAre(Field{"say", "we said \"no\""}, Field{"none", ""}));
 }
 
-TEST(Fields, SayWhatIsWrong) {
+TEST(Fields, ReportWhatIsWrong) {
   EXPECT_EQ(fields("a=1 b").error(), "expected key=value at 'b'");
   EXPECT_EQ(fields("a=1 a=2").error(), "key 'a' occurs twice");
   EXPECT_EQ(fields("a=\"1").error(), "no closing quote for '\"1'");

@@ -31,7 +31,7 @@ Entry load(std::uint8_t byte, std::uint64_t answered) {
   return {.sample = fabric::InstanceStatus{.instance = instance(byte), .answered = answered}};
 }
 
-TEST(TheLivePicture, HasAnInstanceUntilItIsGone) {
+TEST(AFabricModel, HasAnInstanceUntilItIsGone) {
   FabricModel sut;
   sut.add(news(Change::ready, 1, "a"));
   sut.add(news(Change::changed, 1, "b"));
@@ -41,7 +41,7 @@ TEST(TheLivePicture, HasAnInstanceUntilItIsGone) {
   EXPECT_THAT(sut.instances(), IsEmpty());
 }
 
-TEST(TheLivePicture, KnowsWhoIsGoneUntilItIsForgotten) {
+TEST(AFabricModel, HasInstancesThatAreGoneUntilTheyAreForgotten) {
   FabricModel sut;
   sut.add(news(Change::ready, 1, "a"));
   Entry gone = news(Change::gone, 1, "");
@@ -61,7 +61,7 @@ TEST(TheLivePicture, KnowsWhoIsGoneUntilItIsForgotten) {
   EXPECT_THAT(sut.gone(), IsEmpty());
 }
 
-TEST(TheLivePicture, KnowsWhereTheGatewayOfALostMachineWas) {
+TEST(AFabricModel, HasTheProcessOfTheGatewayOfALostMachine) {
   FabricModel sut;
   const auto machine = [&](std::uint8_t gateway, const std::string& host) {
     sut.add({.sample = fabric::MachineStatus{.machine = "cnc",
@@ -82,7 +82,7 @@ TEST(TheLivePicture, KnowsWhereTheGatewayOfALostMachineWas) {
   EXPECT_THAT(sut.lost(), IsEmpty());
 }
 
-TEST(TheLivePicture, KeepsWhatAnInstanceSaysBeforeDiscoveryShowsIt) {
+TEST(AFabricModel, KeepsTheStatusOfAnInstanceBeforeItsDiscovery) {
   FabricModel sut;
   sut.add(load(1, 5));
   EXPECT_THAT(sut.instances(), IsEmpty());
@@ -92,7 +92,7 @@ TEST(TheLivePicture, KeepsWhatAnInstanceSaysBeforeDiscoveryShowsIt) {
   EXPECT_EQ(sut.instances().at(instance(1)).status->answered, 6U);
 }
 
-TEST(TheLivePicture, FindsInstancesByUuidIdOrName) {
+TEST(AFabricModel, FindsInstancesByUuidIdOrName) {
   FabricModel sut;
   sut.add(news(Change::ready, 1, "a"));
   sut.add(news(Change::ready, 2, "b"));
@@ -103,7 +103,7 @@ TEST(TheLivePicture, FindsInstancesByUuidIdOrName) {
   EXPECT_THAT(sut.instances_of(""), SizeIs(2));
 }
 
-TEST(TheLivePicture, HasTheNewestOfChannelsAndMachines) {
+TEST(AFabricModel, HasTheNewestOfChannelsAndMachines) {
   FabricModel sut;
   for (const auto state : {fabric::ChannelState::running, fabric::ChannelState::idle}) {
     sut.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}, .state = state}});
@@ -115,7 +115,7 @@ TEST(TheLivePicture, HasTheNewestOfChannelsAndMachines) {
   EXPECT_TRUE(sut.machines().at({"cnc", {}}).connected);
 }
 
-TEST(TheLivePicture, TellsWhetherSomebodyIsNew) {
+TEST(AFabricModel, ReportsWhetherAProcessIsNew) {
   FabricModel sut;
   EXPECT_TRUE(sut.add(news(Change::ready, 1, "a")));
   EXPECT_FALSE(sut.add(news(Change::ready, 1, "a")));
@@ -130,7 +130,7 @@ TEST(TheLivePicture, TellsWhetherSomebodyIsNew) {
   EXPECT_FALSE(sut.add({.sample = fabric::InstanceStatus{.instance = instance(1)}}));
 }
 
-TEST(TheLivePicture, KeepsApartTwoGatewaysOfOneMachine) {
+TEST(AFabricModel, KeepsApartTwoGatewaysOfOneMachine) {
   FabricModel sut;
   const fabric::InstanceId first = instance(1), second = instance(2);
   sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .gateway = first, .connected = true}});
@@ -139,7 +139,7 @@ TEST(TheLivePicture, KeepsApartTwoGatewaysOfOneMachine) {
   EXPECT_FALSE(sut.machines().at({"cnc", second}).connected);
 }
 
-TEST(TheLivePicture, HasAnAlarmUntilItIsTakenBack) {
+TEST(AFabricModel, HasAnAlarmUntilItIsRetracted) {
   FabricModel sut;
   fabric::Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full"};
   EXPECT_TRUE(sut.add(alarm));
@@ -150,7 +150,7 @@ TEST(TheLivePicture, HasAnAlarmUntilItIsTakenBack) {
   EXPECT_THAT(sut.alarms(), IsEmpty());
 }
 
-TEST(TheLivePicture, KeepsSoManyAlarmsWhoeverSaysMore) {
+TEST(AFabricModel, KeepsALimitedNumberOfAlarms) {
   FabricModel sut;
   for (std::size_t i = 0; i < FabricModel::most_alarms; ++i) {
     sut.add(fabric::Alarm{.key = {instance(1), "flood", std::to_string(i)}});
@@ -161,7 +161,7 @@ TEST(TheLivePicture, KeepsSoManyAlarmsWhoeverSaysMore) {
   EXPECT_THAT(sut.alarms(), SizeIs(FabricModel::most_alarms));
 }
 
-TEST(TheLivePicture, HasWhatAProgramSaysUntilThatIsOver) {
+TEST(AFabricModel, HasAnAlarmOfARecordingUntilItIsOver) {
   FabricModel sut;
   const fabric::Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full"};
   EXPECT_TRUE(sut.add(Entry{.sample = recording::AlarmNews{.alarm = alarm}}));
@@ -170,7 +170,7 @@ TEST(TheLivePicture, HasWhatAProgramSaysUntilThatIsOver) {
   EXPECT_THAT(sut.alarms(), IsEmpty());
 }
 
-TEST(TheLivePicture, NamesTheCauseOfACallThatDoesNotGoOn) {
+TEST(AFabricModel, NamesTheCauseOfACallThatDoesNotContinue) {
   using enum fabric::ChannelState;
   FabricModel sut;
   const fabric::Time now(std::chrono::hours(1));

@@ -21,7 +21,7 @@ TEST_F(ListeningTimeTest, IsAsLongAsDiscoveryTakes) {
   EXPECT_EQ(sut.end(), start + 700ms);
 }
 
-TEST_F(ListeningTimeTest, GoesOnUntilNoNewProcessComes) {
+TEST_F(ListeningTimeTest, ContinuesUntilNoNewProcessComes) {
   sut.on_news(start + 650ms);
   EXPECT_EQ(sut.end(), start + 850ms);
 }

@@ -69,7 +69,7 @@ TEST_F(CallerTest, CallsAServiceThatStartsLater) {
   EXPECT_EQ(listener.ended[1].reply->text, "answer to 3");
 }
 
-TEST_F(CallerTest, TellsARunningHandlerThatItHasGone) {
+TEST_F(CallerTest, CancelsARunningHandlerWhenItIsGone) {
   std::atomic<bool> started = false;
   std::atomic<bool> cancelled = false;
   Service service({.uuid = uuid, .name = "slow", .domain = domain.number()},
@@ -89,7 +89,7 @@ TEST_F(CallerTest, TellsARunningHandlerThatItHasGone) {
   EXPECT_TRUE(listener.ended.empty());
 }
 
-TEST_F(CallerTest, EndsACallOverItsPatience) {
+TEST_F(CallerTest, EndsACallAfterItsTimeout) {
   Caller sut(participant, io.get_executor(), listener);
   Order hasty = order("2");
   hasty.patience = 50ms;
@@ -99,7 +99,7 @@ TEST_F(CallerTest, EndsACallOverItsPatience) {
   EXPECT_THAT(listener.ended[0].reason, HasSubstr("no response within 0.05 s"));
 }
 
-TEST(CallerChannel, IsTakenWhileAGatewayServesItsMachine) {
+TEST(CallerChannel, IsRefusedWhileAGatewayServesItsMachine) {
   bus::FabricModel live;
   live.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}}});
   EXPECT_THAT(reason_taken(live, {"cnc", 7}).value_or(""),

@@ -71,7 +71,7 @@ fabric::Request published(const Actions& actions) {
   throw std::runtime_error("nothing was published");
 }
 
-TEST(Calls, GivesACallToAnInstanceAndEndsItWithItsReply) {
+TEST(Calls, DispatchesACallToAnInstanceAndEndsItWithItsReply) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   const auto id = sut.add(order(1), at(1ms));
@@ -94,7 +94,7 @@ TEST(Calls, WaitsForAnInstanceThatComesLater) {
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("1→3#1"));
 }
 
-TEST(Calls, CountsTheTimeSinceACallWasGivenOutAndNotTheSearchForAnInstance) {
+TEST(Calls, CountsTheTimeSinceTheDispatchAndNotTheSearchForAnInstance) {
   Calls sut(7);
   const auto id = sut.add(order(1), at(0ms));
   ASSERT_TRUE(id.has_value());
@@ -111,7 +111,7 @@ TEST(Calls, CountsTheTimeSinceACallWasGivenOutAndNotTheSearchForAnInstance) {
   EXPECT_FALSE(sut.is_given_out(*id));
 }
 
-TEST(Calls, StayGivenOutWhileTheirInstanceDrains) {
+TEST(Calls, StayDispatchedWhileTheirInstanceDrains) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   const auto id = sut.add(order(1), at(1ms));
@@ -132,7 +132,7 @@ TEST(Calls, ChoosesTheInstanceByTheScopeOfAnotherChannel) {
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("1→4#1"));
 }
 
-TEST(Calls, SaysWhatItWaitedForWhenItsPatienceIsOver) {
+TEST(Calls, ReportsWhatItWaitedForAfterItsTimeout) {
   Calls sut(7);
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   EXPECT_EQ(sut.next_time(), at(5s).steady);
@@ -144,7 +144,7 @@ TEST(Calls, SaysWhatItWaitedForWhenItsPatienceIsOver) {
       ElementsAre(HasSubstr("1: no response within 5 s: no service has the UUID " + wanted_uuid)));
 }
 
-TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {
+TEST(Calls, WithdrawsACallFromAnInstanceThatDoesNotAnswerInTime) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
@@ -156,7 +156,7 @@ TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
 }
 
-TEST(Calls, GivesTheCallOfALostInstanceToAnotherOne) {
+TEST(Calls, DispatchesTheCallOfALostInstanceToAnotherOne) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
@@ -185,7 +185,7 @@ TEST(Calls, DoesNotRepeatACallThatMayRunAtMostOnce) {
               ElementsAre("-1", "1: its instance is lost, and the call must not run twice"));
 }
 
-TEST(Calls, TakesOneCallAtATimeInAChannel) {
+TEST(Calls, AcceptsOneCallAtATimeInAChannel) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   const auto first = sut.add(order(1), at(0ms));
@@ -198,7 +198,7 @@ TEST(Calls, TakesOneCallAtATimeInAChannel) {
   EXPECT_TRUE(sut.add(order(1), at(3ms)).has_value());
 }
 
-TEST(Calls, ShowsInterimRepliesAndGoesOn) {
+TEST(Calls, ShowsInterimRepliesAndContinues) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
@@ -209,7 +209,7 @@ TEST(Calls, ShowsInterimRepliesAndGoesOn) {
   EXPECT_EQ(sut.pending(), 1U);
 }
 
-TEST(Calls, IgnoresRepliesOfInstancesThatWereNotAsked) {
+TEST(Calls, IgnoresRepliesOfOtherInstances) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());

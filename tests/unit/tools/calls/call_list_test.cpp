@@ -11,7 +11,7 @@ using recording::tests::at;
 using recording::tests::one_call;
 using namespace std::chrono_literals;
 
-TEST(TheLastCalls, ArePutTogetherFromAllThatIsHeardOfThem) {
+TEST(TheLastCalls, AreAssembledFromAllTheirSamples) {
   CallList sut(10);
   for (const recording::Entry& entry : one_call(1, 0)) {
     sut.add(entry);
@@ -24,7 +24,7 @@ TEST(TheLastCalls, ArePutTogetherFromAllThatIsHeardOfThem) {
   EXPECT_EQ(row.took, 7'100us);
 }
 
-TEST(TheLastCalls, AreKnownFromTheReplyAloneWhereTheEventsWereMissed) {
+TEST(TheLastCalls, AreKnownFromTheReplyWhereTheEventsAreMissing) {
   CallList sut(10);
   for (const recording::Entry& entry : one_call(1, 0)) {
     if (std::holds_alternative<fabric::Reply>(entry.sample)) {
@@ -70,7 +70,7 @@ TEST(TheLastCalls, AreKnownFromTheStateOfTheirChannelWhereNothingElseIs) {
   EXPECT_EQ(row.at, at(7));
 }
 
-TEST(TheLastCalls, AreNoMoreThanAskedForAndTheNewestLast) {
+TEST(TheLastCalls, AreLimitedInNumberWithTheNewestLast) {
   CallList sut(2);
   for (int number = 1; number <= 3; ++number) {
     for (const recording::Entry& entry :

@@ -97,7 +97,7 @@ TEST_F(Problems, AreInstancesWithoutHeartbeat) {
   EXPECT_EQ(exit_code_of(found), base::program::exit_failed);
 }
 
-TEST_F(Problems, AreGatewaysAndInstancesThatAreExpected) {
+TEST_F(Problems, AreExpectedGatewaysAndInstancesThatAreMissing) {
   sut.add(news(1, "a"));
   EXPECT_THAT(missing_gateways(sut, {"press", "vm"}), IsEmpty());
   EXPECT_THAT(missing_gateways(sut, {"mill"}), testing::SizeIs(1));

@@ -8,7 +8,7 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(TheWords, HaveGlobalOptionsBehindTheCommand) {
+TEST(TheArguments, HaveGlobalOptionsBehindTheCommand) {
   EXPECT_THAT(word_order({"--domain", "7", "--json", "services", "x"}),
               ElementsAre("services", "x", "--domain", "7", "--json"));
   EXPECT_THAT(word_order({"--fabric=hall", "machines"}), ElementsAre("machines", "--fabric=hall"));
@@ -17,7 +17,7 @@ TEST(TheWords, HaveGlobalOptionsBehindTheCommand) {
   EXPECT_THAT(word_order({"services", "--domain", "7"}), ElementsAre("services", "--domain", "7"));
 }
 
-TEST(TheWords, AreStatusWhereThereIsNoCommand) {
+TEST(TheArguments, AreStatusWhereThereIsNoCommand) {
   EXPECT_THAT(word_order({}), ElementsAre("status"));
   EXPECT_THAT(word_order({"--domain", "7"}), ElementsAre("status", "--domain", "7"));
   EXPECT_THAT(word_order({"--expect-gateway", "press"}),
@@ -25,7 +25,7 @@ TEST(TheWords, AreStatusWhereThereIsNoCommand) {
   EXPECT_THAT(word_order({"--domain"}), ElementsAre("status", "--domain"));
 }
 
-TEST(TheWords, StayWhereTheyAreAboutTheProgramItself) {
+TEST(TheArguments, StayWhereTheyAreAboutTheProgramItself) {
   EXPECT_THAT(word_order({"--help"}), ElementsAre("--help"));
   EXPECT_THAT(word_order({"--completion", "bash"}), ElementsAre("--completion", "bash"));
 }

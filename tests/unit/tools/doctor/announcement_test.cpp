@@ -11,7 +11,7 @@ std::vector<std::uint8_t> packet(const std::string& name) {
   return millrace::tests::hex_vector("doctor/announcements.hex", name);
 }
 
-TEST(AnAnnouncement, TellsProgramHostAndProcessOfACycloneParticipant) {
+TEST(AnAnnouncement, HasProgramHostAndProcessOfACycloneParticipant) {
   const auto sut = parse_announcement(packet("cyclone"));
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->name, "sq1");
@@ -29,7 +29,7 @@ TEST(AnAnnouncement, OfTheOtherByteOrderWithInlineQosIsRead) {
   EXPECT_EQ(sut->host, "");
 }
 
-TEST(AnAnnouncement, TellsThatACertificateIsShownWithoutSayingWhose) {
+TEST(AnAnnouncement, ShowsACertificateWithoutItsSubject) {
   const auto sut = parse_announcement(packet("trusted_cyclone"));
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->name, "square_root");
@@ -38,7 +38,7 @@ TEST(AnAnnouncement, TellsThatACertificateIsShownWithoutSayingWhose) {
   EXPECT_FALSE(parse_announcement(packet("cyclone"))->shows_certificate);
 }
 
-TEST(AnAnnouncement, TellsWhoseCertificateIsShown) {
+TEST(AnAnnouncement, HasTheSubjectOfItsCertificate) {
   const auto sut = parse_announcement(packet("trusted"));
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->name, "other");

@@ -11,7 +11,7 @@ fabric::Time at(std::chrono::nanoseconds time) {
   return fabric::Time(std::chrono::hours(1)) + time;
 }
 
-TEST(AClockComparison, TakesTheMiddleOfTheExchangeForTheTimeOfTheAnswer) {
+TEST(AClockComparison, AssumesTheAnswerInTheMiddleOfTheExchange) {
   ClockComparison sut;
   sut.add({at(0ms), at(5004ms), at(8ms)});
   ASSERT_TRUE(sut.result());
@@ -19,7 +19,7 @@ TEST(AClockComparison, TakesTheMiddleOfTheExchangeForTheTimeOfTheAnswer) {
   EXPECT_EQ(sut.result()->error, 4ms);
 }
 
-TEST(AClockComparison, IsRightWithinItsErrorWhereverTheTimeWent) {
+TEST(AClockComparison, IsRightWithinItsErrorWhateverTheDelays) {
   for (const auto out : {0ms, 3ms, 10ms}) {  // Of a round trip of 10 ms.
     ClockComparison sut;
     sut.add({at(0ms), at(out - 700ms), at(10ms)});
@@ -36,7 +36,7 @@ TEST(AClockComparison, TrustsTheShortestExchange) {
   EXPECT_EQ(sut.result()->error, 1ms);
 }
 
-TEST(AClockComparison, KnowsNothingBeforeAnAnswerWithATime) {
+TEST(AClockComparison, HasNoResultBeforeAnAnswerWithATime) {
   ClockComparison sut;
   sut.add({at(0ms), fabric::Time{}, at(8ms)});
   sut.add({at(8ms), at(4ms), at(0ms)});

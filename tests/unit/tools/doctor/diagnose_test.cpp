@@ -82,7 +82,7 @@ TEST_F(TheDoctor, FindsNothingWrongWithAHealthyFabric) {
   EXPECT_THAT(sut(), Not(Contains(Field(&Diagnosis::severity, Not(Severity::fine)))));
 }
 
-TEST_F(TheDoctor, SaysWhatIsWrongWithTheInterface) {
+TEST_F(TheDoctor, ReportsWhatIsWrongWithTheInterface) {
   found.joining.interface = "eth9";
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "no interface 'eth9'", "eth0, lo")));
   found.joining.interface = "10.77.0.1";
@@ -116,14 +116,14 @@ TEST_F(TheDoctor, FindsTheInterfaceOnWhichTheOthersAre) {
                                  "--fabric-config")));
 }
 
-TEST_F(TheDoctor, BlamesThePacketFilterIfMulticastAloneComesThrough) {
+TEST_F(TheDoctor, SuspectsThePacketFilterIfOnlyMulticastArrives) {
   add_healthy_plant();
   hear(9, 0);
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "announces itself on this domain but does not",
                                  "7400 to 7649")));
 }
 
-TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
+TEST_F(TheDoctor, ReportsItsOwnIdentityAndWhatExpiresSoon) {
   add_healthy_plant();
   found.joining.now = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
   found.joining.trusted_as = "office";
@@ -136,7 +136,7 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 24 hours", "trust renew")));
 }
 
-TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
+TEST_F(TheDoctor, NamesAProcessWithoutAnIdentity) {
   add_healthy_plant();
   add_program(9, "old").announces_identity = false;
   found.joining.trusted_as = "office";
@@ -147,7 +147,7 @@ TEST_F(TheDoctor, NamesWhoShowsNoIdentity) {
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "announces no identity"))));
 }
 
-TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
+TEST_F(TheDoctor, ReportsRevokedParticipantsAndTheDateOfTheList) {
   add_healthy_plant();
   found.joining.trusted_as = "office";
   found.joining.revoked_as_of = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
@@ -156,7 +156,7 @@ TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "UTC: o\\x1bther, old")));
 }
 
-TEST_F(TheDoctor, NamesWhomItBelieves) {
+TEST_F(TheDoctor, NamesTheProcessesThatItAccepts) {
   add_healthy_plant();
   hear(2, 0);
   found.heard.back().who.shows_certificate = true;
@@ -168,7 +168,7 @@ TEST_F(TheDoctor, NamesWhomItBelieves) {
                                  "accepted here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
 
-TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
+TEST_F(TheDoctor, ExplainsWhyAProcessIsIgnored) {
   add_healthy_plant();
   hear(9, 0);
   found.joining.trusted_as = "office";
@@ -188,7 +188,7 @@ TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
 }
 
 // Cyclone lists them among its participants, without endpoints.
-TEST_F(TheDoctor, BelievesNobodyWhoseEndpointsAreNotShown) {
+TEST_F(TheDoctor, AcceptsNoProcessWithoutEndpoints) {
   add_healthy_plant();
   add_program(9, "square_root").fabrics = {};
   hear(9, 0);
@@ -201,7 +201,7 @@ TEST_F(TheDoctor, BelievesNobodyWhoseEndpointsAreNotShown) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "ignores processes without a certificate")));
 }
 
-TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
+TEST_F(TheDoctor, SuspectsTheConfigurationIfItCannotFindOthers) {
   found.joining.multicast = false;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "multicast is off and no peers", "peers")));
   found.joining.multicast = true;
@@ -211,7 +211,7 @@ TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "only the loopback interface")));
 }
 
-TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
+TEST_F(TheDoctor, ExplainsWhyAPeerIsUnreachable) {
   add_healthy_plant();
   found.peers = {{"hall-1", "10.77.0.2", Reach::silent, ""},
                  {"hall-3", "10.77.0.3", Reach::refused, ""},
@@ -228,13 +228,13 @@ TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-6 has no address")));
 }
 
-TEST_F(TheDoctor, MissesGatewaysAndServices) {
+TEST_F(TheDoctor, ReportsMissingGatewaysAndServices) {
   add_program(1, "recorder");
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "no gateway is on this fabric")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "no service is on this fabric")));
 }
 
-TEST_F(TheDoctor, NamesEndpointsThatFitNobody) {
+TEST_F(TheDoctor, NamesEndpointsWithoutAMatch) {
   add_healthy_plant();
   found.misfits = {{"millrace/reply", true, "other on hall", {"reliability: …"}}};
   EXPECT_THAT(sut(),
@@ -251,7 +251,7 @@ TEST_F(TheDoctor, FindsMachinesWithoutALink) {
                                  "the gateway's log on host-gateway")));
 }
 
-TEST_F(TheDoctor, TakesNoGatewayThatIsNotHeardForOne) {
+TEST_F(TheDoctor, DoesNotCountAGatewayThatIsNotReceived) {
   add_healthy_plant();
   add_program(9, "gateway").is_gateway = true;
   found.programs.back().host = "host-9";
@@ -334,7 +334,7 @@ TEST_F(TheDoctor, WarnsOfAnInstanceThatSendsNoHeartbeat) {
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "on hall, pid 99, sends no heartbeat")));
 }
 
-TEST_F(TheDoctor, TakesAGatewayThatStandsByForNoProblem) {
+TEST_F(TheDoctor, CountsAStandbyGatewayAsNoProblem) {
   add_healthy_plant();
   fabric::MachineStatus second{
       .machine = "cnc", .reason = "host-gateway serves it", .host = "host-2", .version = "0.1.0"};
@@ -378,7 +378,7 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "the journal cannot be written")).Times(1));
 }
 
-TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
+TEST_F(TheDoctor, NamesWhereTheServiceOfAQueueIsConfiguredAndALostLinkOnce) {
   using enum fabric::ChannelState;
   add_healthy_plant();
   add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone", .gone = true});
@@ -407,7 +407,7 @@ TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
   EXPECT_TRUE(is_healthy(sut()));
 }
 
-TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
+TEST_F(TheDoctor, ComparesClocksOnlyWithinTheirError) {
   add_healthy_plant();
   const auto with = [&](std::chrono::nanoseconds ahead, std::chrono::nanoseconds error) {
     found.clocks = {{"hall", "sq1", {ahead, error}}};
@@ -419,14 +419,14 @@ TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
   EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "1m00s ahead", "NTP")));
 }
 
-TEST_F(TheDoctor, TellsHowFarAClockIsAheadApartFromHowSureThatIs) {
+TEST_F(TheDoctor, SeparatesTheDifferenceOfAClockFromItsError) {
   found.clocks = {{"hall", "sq1", {1500ms, 2ms}}};
   const auto clock = json_of(found, {}).at("clocks").at(0);
   EXPECT_EQ(clock.at("ahead_ms"), 1500.0);
   EXPECT_EQ(clock.at("error_ms"), 2.0);
 }
 
-TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
+TEST_F(TheDoctor, ReportsTheAlarmsOfProcesses) {
   add_healthy_plant();
   fabric::Alarm alarm{.key = {.kind = "recording"},
                       .level = fabric::AlarmLevel::fine,
@@ -453,7 +453,7 @@ TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
   EXPECT_FALSE(is_healthy(sut()));
 }
 
-TEST_F(TheDoctor, TakesALevelThatItDoesNotKnowForAProblem) {
+TEST_F(TheDoctor, CountsAnUnknownLevelAsAProblem) {
   add_healthy_plant();
   found.live.add(fabric::Alarm{.level = static_cast<fabric::AlarmLevel>(9), .text = "of tomorrow"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "of tomorrow")));

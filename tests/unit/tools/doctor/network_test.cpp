@@ -25,7 +25,7 @@ TEST(TheDomainsOfAHost, AreReadFromItsOpenPorts) {
               ElementsAre(0, 1, 2));
 }
 
-TEST(TheDomainsOfAHost, AreNotThePortsOfEverybody) {
+TEST(TheDomainsOfAHost, AreNotOtherPorts) {
   // 7405: between the ports of domain 0. 65400 = FF78 would be domain 232.
   EXPECT_THAT(domains_in("  7: 00000000:1CED 0\n  8: 00000000:FF78 0\n"), IsEmpty());
   EXPECT_THAT(domains_in(""), IsEmpty());

@@ -115,7 +115,7 @@ TEST(Lint, NamesTheServiceThatWasMeant) {
   EXPECT_THAT(findings[0].text, HasSubstr("560aacbf-6335-44a9-895a-8b27f3ed5e47"));
 }
 
-TEST(Lint, KnowsAServiceWhateverTheCaseOfItsUuid) {
+TEST(Lint, IgnoresTheCaseOfAUuid) {
   EXPECT_THAT(lint("V.G.SERVICE.UUID = \"560AACBF-6335-44a9-895A-8B27F3ED5E47\"\nM30\n",
                    {.uuids = {{"560aacbf-6335-44a9-895a-8b27f3ed5e47"}}}),
               IsEmpty());

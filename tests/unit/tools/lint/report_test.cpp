@@ -15,7 +15,7 @@ TEST(LintReport, WritesFindingsAsCompilersDo) {
   EXPECT_EQ(text_of(findings[0]), "part.nc:12:3: error: which timer [timer-missing]\n");
 }
 
-TEST(LintReport, LetsNoFileNameControlTheTerminal) {
+TEST(LintReport, EscapesTerminalControlsInFileNames) {
   EXPECT_EQ(text_of(findings[1]).find('\x1b'), std::string::npos);
 }
 

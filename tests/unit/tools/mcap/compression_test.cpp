@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(Each, McapCompression,
                          testing::Values(Compression::lz4, Compression::zstd),
                          [](const auto& of) { return std::string(name_of(of.param)); });
 
-TEST_P(McapCompression, GivesBackWhatItTook) {
+TEST_P(McapCompression, RestoresWhatItCompressed) {
   for (const std::size_t size : {0U, 1U, 100U, 65'536U, 1'000'000U, 20'000'000U}) {
     const std::string bytes = sample(size);
     const std::string packed = compress(GetParam(), bytes);
@@ -46,7 +46,7 @@ TEST_P(McapCompression, GivesBackWhatItTook) {
   }
 }
 
-TEST_P(McapCompression, RefusesAnotherSizeThanWasPromised) {
+TEST_P(McapCompression, RefusesAnotherSizeThanAnnounced) {
   const std::string packed = compress(GetParam(), sample(1000));
   EXPECT_THAT(unpack(packed, 1001).error(), HasSubstr("has fewer bytes than the chunk declares"));
   EXPECT_FALSE(unpack(packed, 999));
@@ -60,7 +60,7 @@ TEST_P(McapCompression, RefusesWhatIsCutAnywhere) {
   }
 }
 
-TEST_P(McapCompression, RefusesBytesBehindTheEnd) {
+TEST_P(McapCompression, RefusesBytesAfterTheEnd) {
   const std::string packed = compress(GetParam(), sample(1000));
   EXPECT_THAT(unpack(packed + "x", 1000).error(), HasSubstr("bytes after its end"));
   EXPECT_FALSE(unpack(packed + packed, 1000));
@@ -71,7 +71,7 @@ TEST_P(McapCompression, RefusesGarbage) {
   EXPECT_FALSE(unpack(std::string(100'000, '\xFD'), 1000));
 }
 
-TEST_P(McapCompression, AsksForNoMoreMemoryThanItFills) {
+TEST_P(McapCompression, AllocatesNoMoreMemoryThanItFills) {
   const std::string packed = compress(GetParam(), sample(10'000));
   records = {};
   records.shrink_to_fit();

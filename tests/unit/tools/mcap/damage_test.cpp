@@ -83,7 +83,7 @@ std::string little_endian(std::uint64_t number) {
   return bytes;
 }
 
-TEST(McapDamage, ADamagedLengthAsksForNoMemory) {
+TEST(McapDamage, ADamagedLengthAllocatesNoMemory) {
   const std::uint64_t size = std::uint64_t{400} << 20U;
   Large file(std::string(magic) + static_cast<char>(Opcode::metadata) + little_endian(size - 100),
              size);
@@ -110,7 +110,7 @@ TEST(McapDamage, AFileFullOfWhatLooksLikeChunksIsNotReadForEver) {
   EXPECT_LE(file.total, std::uint64_t{1} << 30U);
 }
 
-TEST(McapDamage, GoesOnBehindADamagedLength) {
+TEST(McapDamage, ContinuesAfterADamagedLength) {
   const auto sample = sample_file(3, 3);
   std::string bytes = sample.bytes;
   bytes[sample.chunk_ends[0] + 1] = '\x7f';  // length of the first message index
@@ -132,7 +132,7 @@ TEST(McapDamage, NamesTheChunkWhoseChecksumIsWrong) {
   EXPECT_EQ(scanned.messages.size(), 6U);
 }
 
-TEST(McapDamage, TellsMessagesWhoseChannelIsLost) {
+TEST(McapDamage, ReportsMessagesWhoseChannelIsLost) {
   auto sample = sample_file(2, 3);
   sample.bytes.resize(sample.chunk_ends[1]);    // no summary to help
   sample.bytes[sample.chunk_ends[0] - 1] ^= 1;  // the first chunk has the definitions
@@ -144,7 +144,7 @@ TEST(McapDamage, TellsMessagesWhoseChannelIsLost) {
       << scanned.problems[1].text;
 }
 
-TEST(McapDamage, SaysWhatAnEmptyAndAForeignFileAre) {
+TEST(McapDamage, DescribesAnEmptyAndAForeignFile) {
   const auto empty = scan_all(std::string());
   ASSERT_EQ(empty.problems.size(), 1U);
   EXPECT_EQ(empty.problems[0].to_string(), "at byte 0: the file is empty");
@@ -196,7 +196,7 @@ TEST(McapDamage, NamesTheChunkThatCannotBeDecompressed) {
   }
 }
 
-TEST(McapDamage, APromiseOfManyBytesAsksForNoMemory) {
+TEST(McapDamage, ALargeAnnouncedSizeAllocatesNoMemory) {
   constexpr std::uint64_t promised = std::uint64_t{1} << 62U;
   for (const char* compression : {"lz4", "zstd"}) {
     std::string bytes(magic);

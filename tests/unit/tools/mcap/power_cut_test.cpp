@@ -1,7 +1,7 @@
 // The contents of a recording after a power cut at any point of its work.
 #include <gtest/gtest.h>
 
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/mcap/file.hpp"
 
@@ -13,7 +13,7 @@ TEST(RecordingAfterAPowerCut, HasWhatWasSyncedAndIsWholeOnceItIsFinished) {
   const std::string chunk(1000, 'x');
   constexpr unsigned chunks = 5;
   const std::string all((chunks + 1) * chunk.size(), 'x');
-  millrace::tests::ForgetfulDisk disk(folder.path());
+  millrace::tests::PowerCutDisk disk(folder.path());
   {
     auto sut = FileSink::create(folder.path() / "run.mcap");
     ASSERT_TRUE(sut);

@@ -21,7 +21,7 @@ INSTANTIATE_TEST_SUITE_P(Each, McapRepairOf,
                                                                 : std::string(name_of(of.param));
                          });
 
-TEST_P(McapRepairOf, BringsBackEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
+TEST_P(McapRepairOf, RestoresEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
   const auto sample = sample_file(4, 3, GetParam());
   for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
     Memory damaged(sample.bytes.substr(0, size));
@@ -72,7 +72,7 @@ TEST(McapRepair, ReportsTheSinksError) {
   EXPECT_EQ(repair(damaged, full, "test").error(), "the disk is full");
 }
 
-TEST(McapRepair, MakesNoRecordingOfWhatIsNone) {
+TEST(McapRepair, RefusesAFileThatIsNoRecording) {
   for (const char* const text : {"no recording", "id,at,machine\r\n1,2,3\r\n"}) {
     Memory foreign{std::string(text)};
     Memory repaired;

@@ -26,7 +26,7 @@ TEST(McapSummary, ReadsOnlyTheEndsOfTheFile) {
   EXPECT_GT(file.size(), 1000000U);
 }
 
-TEST(McapSurvey, TellsTheSameWithAndWithoutSummary) {
+TEST(McapSurvey, ReturnsTheSameWithAndWithoutSummary) {
   const auto sample = sample_file(3, 5);
   Memory whole(sample.bytes);
   const Survey by_summary = survey(whole);
@@ -44,7 +44,7 @@ TEST(McapSurvey, TellsTheSameWithAndWithoutSummary) {
   EXPECT_EQ(by_scan.problems[0].text, "the summary is damaged: its CRC is wrong");
 }
 
-TEST(McapSurvey, TellsHowChunksAreCompressed) {
+TEST(McapSurvey, ReportsTheCompressionOfChunks) {
   const auto sample = sample_file(3, 100, Compression::zstd);
   Memory whole(sample.bytes);
   const Survey by_summary = survey(whole);
@@ -58,7 +58,7 @@ TEST(McapSurvey, TellsHowChunksAreCompressed) {
   EXPECT_EQ(survey(cut).chunk_sizes, by_summary.chunk_sizes);
 }
 
-TEST(McapSurvey, SaysOnceThatAFileWasNotClosed) {
+TEST(McapSurvey, ReportsOnceThatAFileWasNotClosed) {
   auto sample = sample_file(2, 5);
   sample.bytes.resize(sample.chunk_ends.back());
   Memory file(sample.bytes);

@@ -103,7 +103,7 @@ TEST(McapWriter, PassesOnWhatTheSinkRefuses) {
   EXPECT_EQ(sut.close_chunk().error(), "the disk is full");
 }
 
-TEST(McapWriter, KeepsWhatTheSinkRefusesUntilItIsTaken) {
+TEST(McapWriter, KeepsWhatTheSinkRefusesUntilItIsWritten) {
   class Narrow : public Memory {
    public:
     bool full = false;

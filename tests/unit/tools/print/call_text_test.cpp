@@ -36,7 +36,7 @@ TEST(ACallInOneLine, HasRequestResponseTimeAndInstance) {
             "\"1.414214\" 1  7.10 ms  sq1 on hall  5f-17");
 }
 
-TEST(ACallInOneLine, NamesTheEndOfACallWithoutAResponse) {
+TEST(ACallInOneLine, ShowsHowItEndedWithoutAnAnswer) {
   Call call = answered();
   call.steps = {{.stage = Stage::withdrawn,
                  .at = at(7.1),

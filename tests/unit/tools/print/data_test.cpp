@@ -31,7 +31,7 @@ TEST(AValue, IsShownAsItsTypeWritesIt) {
   EXPECT_EQ(text_of(Value{}), "-");
 }
 
-TEST(Json, HasNumbersAsPeopleWriteThem) {
+TEST(Json, HasNumbersInTheirShortestForm) {
   const std::string text =
       R"({"a \"b\"":[10,-0.5,1e+300,{}],"n":null,"t":[true,"x",[]],"u":18446744073709551615})";
   EXPECT_EQ(json_text(boost::json::parse(text)), text);
@@ -49,7 +49,7 @@ TEST(AValue, IsJsonWhateverItHolds) {
             "false");
 }
 
-TEST(ASampleLine, TellsWhatIsNotGoodAndWhy) {
+TEST(ASampleLine, ShowsWhatIsNotGoodWithTheReason) {
   fabric::DataSample sample{.group = "axes", .values = {real(1), real(2)}};
   sample.values[1].quality = Quality::stale;
   sample.values[1].reason = "the link is down";
@@ -57,7 +57,7 @@ TEST(ASampleLine, TellsWhatIsNotGoodAndWhy) {
   EXPECT_EQ(line_of(fabric::DataSample{.group = "axes"}), "axes  not published any more");
 }
 
-TEST(AProgramLine, TellsHowItWentAndHowLongItTook) {
+TEST(AProgramLine, ShowsHowItEndedAndHowLongItTook) {
   const fabric::Time began(std::chrono::seconds(100));
   EXPECT_EQ(line_of(fabric::ProgramEvent{.kind = fabric::ProgramEventKind::aborted,
                                          .at = began + std::chrono::seconds(12),

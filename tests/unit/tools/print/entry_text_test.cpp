@@ -12,20 +12,20 @@ namespace {
 using recording::Entry;
 using recording::tests::one_call;
 
-TEST(EntryLine, TellsARequest) {
+TEST(EntryLine, ShowsARequest) {
   EXPECT_EQ(line_of(one_call(17, 0)[1]),
             "2026-03-01T07:00:00.001100Z  request     cnc/1  5f-17  #1 to "
             "11111111-1111-1111-1111-111111111111  560aacbf-6335-44a9-895a-8b27f3ed5e47 \"2\"  "
             "state 1");
 }
 
-TEST(EntryLine, TellsTheSizeOfAWithheldText) {
+TEST(EntryLine, ShowsTheSizeOfAWithheldText) {
   Entry entry = one_call(17, 0)[3];
   recording::withhold_text(entry);
   EXPECT_NE(line_of(entry).find("(8 bytes, not recorded)"), std::string::npos);
 }
 
-TEST(EntryLine, TellsWhatAProgramSaysAndThatItIsOver) {
+TEST(EntryLine, ShowsAnAlarmAndItsEnd) {
   Entry entry{.at = recording::tests::at(0),
               .sample = recording::AlarmNews{.alarm = {.key = {{}, "archive", "main"},
                                                        .text = "disk full",
@@ -45,7 +45,7 @@ TEST(EntryLine, TellsWhatAProgramSaysAndThatItIsOver) {
   EXPECT_EQ(json_of(entry).at("over"), true);
 }
 
-TEST(EntryLine, TellsWhoSaidWhatOfWhichCommand) {
+TEST(EntryLine, ShowsTheIdsOfCommandsAndInstances) {
   const std::string one = "01000000-0000-0000-0000-000000000000";
   const std::string two = "02000000-0000-0000-0000-000000000000";
   const auto tail = [](recording::Sample sample) {
@@ -105,7 +105,7 @@ TEST(EntryCsv, QuotesWhatHoldsASeparator) {
   EXPECT_NE(Csv().row(entry).find(",\"1,2 \"\"x\"\"\","), std::string::npos);
 }
 
-TEST(EntryCsv, HasTheColumnsOfTheKindsThatAreAskedFor) {
+TEST(EntryCsv, HasTheColumnsOfTheSelectedKinds) {
   EXPECT_EQ(Csv({"outcome", "command"}).header(),
             "time,kind,uuid,command,what,machine,channel,call,text,text_size,state,instance,issuer,"
             "at,responder,done,detail\r\n");

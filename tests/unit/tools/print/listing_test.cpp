@@ -115,7 +115,7 @@ TEST(AListing, HasEachFieldOfAValueInCsvAndJsonInItsOrder) {
       "\n");
 }
 
-TEST(AListing, LetsNothingControlTheTerminal) {
+TEST(AListing, EscapesTerminalControls) {
   EXPECT_EQ(sut().text({{"\x1b[2J", {}, {}, ""}}, {.columns = {"channel"}}, now),
             "CHANNEL\n\\x1b[2J\n");
 }

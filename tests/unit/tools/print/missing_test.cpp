@@ -5,12 +5,12 @@
 namespace millrace::tools::print {
 namespace {
 
-TEST(TextOfWhatIsMissing, SaysThatEverythingIsThere) {
+TEST(TextOfMissingSamples, ReportsThatNothingIsMissing) {
   EXPECT_EQ(missing_text({.complete = 5000}), "5000 calls are complete");
   EXPECT_EQ(missing_text({.complete = 1}), "1 call is complete");
 }
 
-TEST(TextOfWhatIsMissing, NamesWhatIsNot) {
+TEST(TextOfMissingSamples, NamesWhatIsMissing) {
   EXPECT_EQ(
       missing_text(
           {.complete = 7, .incomplete = 2, .unseen = 3, .requests = 1, .replies = 0, .events = 4}),

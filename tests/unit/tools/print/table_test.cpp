@@ -15,7 +15,7 @@ TEST(Table, AlignsColumns) {
             "square_root  12345  busy\n");
 }
 
-TEST(Table, LetsNothingControlTheTerminal) {
+TEST(Table, EscapesTerminalControls) {
   Table sut({{"HOST"}});
   sut.add({"\x1b[2Jplc\n"});
   EXPECT_EQ(sut.text(), "HOST\n\\x1b[2Jplc\\x0a\n");

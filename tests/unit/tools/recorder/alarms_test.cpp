@@ -24,18 +24,18 @@ Condition well() {
       .file = "run.mcap", .writes = "run-0003.mcap", .free = 900 * mib, .minimum_free = 100 * mib};
 }
 
-TEST(ARecorder, SaysThatItRecordsAndWhereTo) {
+TEST(ARecorder, ReportsThatItRecordsAndWhereTo) {
   EXPECT_THAT(alarms_of(well()), ElementsAre(is(AlarmLevel::fine, "records to run-0003.mcap")));
 }
 
-TEST(ARecorder, SaysThatItWaitsForAFailure) {
+TEST(ARecorder, ReportsThatItWaitsForAFailure) {
   Condition waiting = well();
   waiting.writes.reset();
   EXPECT_THAT(alarms_of(waiting),
               ElementsAre(is(AlarmLevel::fine, "writes run.mcap when a call fails")));
 }
 
-TEST(ARecorder, SaysInTimeThatItsDiskFillsUnlessItMakesRoomItself) {
+TEST(ARecorder, ReportsInTimeThatItsDiskFillsUnlessItMakesRoomItself) {
   Condition filling = well();
   filling.free = 150 * mib;
   EXPECT_THAT(alarms_of(filling),
@@ -45,7 +45,7 @@ TEST(ARecorder, SaysInTimeThatItsDiskFillsUnlessItMakesRoomItself) {
   EXPECT_THAT(alarms_of(filling), ElementsAre(is(AlarmLevel::fine, "records")));
 }
 
-TEST(ARecorder, SaysThatItRecordsNothingForWantOfRoom) {
+TEST(ARecorder, ReportsThatItRecordsNothingWithoutDiskSpace) {
   Condition full = well();
   full.writes.reset();
   full.free = 50 * mib;
@@ -54,7 +54,7 @@ TEST(ARecorder, SaysThatItRecordsNothingForWantOfRoom) {
               ElementsAre(is(AlarmLevel::problem, "nothing is recorded: the disk of run.mcap")));
 }
 
-TEST(ARecorder, SaysWhatIsMissing) {
+TEST(ARecorder, ReportsWhatIsMissing) {
   Condition lossy = well();
   lossy.missing = {.complete = 10, .incomplete = 2, .requests = 1, .events = 1};
   EXPECT_THAT(alarms_of(lossy), ElementsAre(is(AlarmLevel::fine, "records"),

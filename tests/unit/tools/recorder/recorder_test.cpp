@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 #include "tools/mcap/repair.hpp"
@@ -74,7 +74,7 @@ TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
             "calls 2, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
 }
 
-TEST_F(RecorderTest, SaysWhatIsMissingWhateverItLeavesOutItself) {
+TEST_F(RecorderTest, ReportsWhatIsMissingWhateverItFiltersItself) {
   Options partly = options();
   partly.filter.uuids = {square_root};
   partly.without_text = {square_root};
@@ -121,7 +121,7 @@ TEST_F(RecorderTest, AttachesTheConfigurationToEachFile) {
   }
 }
 
-TEST_F(RecorderTest, GoesOnWithTheNextNumberAfterARestart) {
+TEST_F(RecorderTest, ContinuesWithTheNextNumberAfterARestart) {
   Options with_rotation = options();
   with_rotation.rotate_size = 1;
   for (int run = 0; run < 2; ++run) {
@@ -173,7 +173,7 @@ TEST_F(RecorderTest, RemovesTheOldestWhereTheDiskIsFull) {
   ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
 }
 
-TEST_F(RecorderTest, IsCountedAnewWhenItIsRepaired) {
+TEST_F(RecorderTest, IsCountedAgainWhenItIsRepaired) {
   {
     Recorder sut(options());
     ASSERT_TRUE(sut.start(now));
@@ -245,11 +245,11 @@ TEST_F(RecorderTest, ClosesAChunkOnlyWhenItsOwnFirstEntryIsAQuarterOfASecondOld)
   EXPECT_EQ(mcap::read_summary(*source)->chunks.size(), 2U);
 }
 
-TEST_F(RecorderTest, HasEachCallThatEndedBeforeAPowerCutIfAskedTo) {
+TEST_F(RecorderTest, HasEachCallThatEndedBeforeAPowerCutIfConfigured) {
   Options forced = options();
   forced.sync = Sync::call;
   const tests::TemporaryFolder left;
-  tests::ForgetfulDisk disk(folder.path());
+  tests::PowerCutDisk disk(folder.path());
   {
     Recorder sut(forced);
     ASSERT_TRUE(sut.start(now));
@@ -383,7 +383,7 @@ TEST_F(RecorderTest, NoticesADiskThatIsNearlyFull) {
   EXPECT_TRUE(sut.disk_is_full());
 }
 
-TEST_F(RecorderTest, WaitsForRoomWhereItHasManyFilesAndGoesOnWithTheNext) {
+TEST_F(RecorderTest, WaitsForRoomWhereItHasManyFilesAndContinuesWithTheNext) {
   std::uint64_t left = 1 << 30;
   Options careful = options();
   careful.minimum_free = 1 << 20;
@@ -406,7 +406,7 @@ TEST_F(RecorderTest, WaitsForRoomWhereItHasManyFilesAndGoesOnWithTheNext) {
   EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 7U);
 }
 
-TEST_F(RecorderTest, KeepsItsWindowInMemoryWhereRoomComesBackInTheMidstOfAFailure) {
+TEST_F(RecorderTest, KeepsItsWindowInMemoryWhereRoomReturnsDuringAFailure) {
   std::uint64_t left = 1 << 30;
   Options window = options();
   window.minimum_free = 1 << 20;
@@ -477,7 +477,7 @@ class FullDisk {
   void (*handler_)(int) = nullptr;
 };
 
-TEST_F(RecorderTest, SurvivesADiskThatIsFullAllAtOnceWhereItHasManyFiles) {
+TEST_F(RecorderTest, SurvivesASuddenlyFullDiskWhereItHasManyFiles) {
   FullDisk disk;
   Options daily = options();
   daily.rotate_time = std::chrono::hours(24);

@@ -31,7 +31,7 @@ TEST(Ring, KeepsTheNewestInTheirOrder) {
   EXPECT_EQ(sut.crowded_out(), 0U);
 }
 
-TEST(Ring, LetsTheOldestGoWhenTheMemoryIsFull) {
+TEST(Ring, RemovesTheOldestWhenTheMemoryIsFull) {
   Ring sut(std::chrono::hours(1), 10 * sizeof(Entry));
   for (int i = 0; i < 100; ++i) {
     sut.add(entry(i));

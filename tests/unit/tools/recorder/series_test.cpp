@@ -35,7 +35,7 @@ TEST_F(SeriesTest, NumbersItsFiles) {
   EXPECT_EQ(Series("a/run.mcap", Series::Files::many).numbered(7), "a/run-0007.mcap");
 }
 
-TEST_F(SeriesTest, KnowsItsOwnFiles) {
+TEST_F(SeriesTest, FindsItsOwnFiles) {
   for (const char* name : {"run-0001.mcap", "run-0002.repaired.mcap", "run-0011.mcap.part",
                            "runs-0099.mcap", "run-x.mcap", "run-0098.txt"}) {
     make(name);
@@ -46,7 +46,7 @@ TEST_F(SeriesTest, KnowsItsOwnFiles) {
   EXPECT_THAT(sut.leftovers(), ElementsAre(path("run-0011.mcap.part")));
 }
 
-TEST_F(SeriesTest, KnowsWhatWasRepairedHoweverOften) {
+TEST_F(SeriesTest, FindsFilesThatWereRepairedHoweverOften) {
   for (const char* name :
        {"run.repaired.mcap", "run.repaired-2.mcap", "run.repaired-x.mcap", "run.repairedly.mcap"}) {
     make(name);
@@ -63,7 +63,7 @@ TEST_F(SeriesTest, HasTheOldestFirst) {
               ElementsAre(path("run-0002.mcap"), path("run-0003.mcap"), path("run-0001.mcap")));
 }
 
-TEST_F(SeriesTest, TakesRecordingsByTimeForOneSeries) {
+TEST_F(SeriesTest, TreatsRecordingsNamedByTimeAsOneSeries) {
   make("millrace-20260301T070000Z-0001.mcap", 2);
   make("millrace-20260302T070000Z.mcap.part");
   make("millrace-notes.mcap");
@@ -73,7 +73,7 @@ TEST_F(SeriesTest, TakesRecordingsByTimeForOneSeries) {
   EXPECT_THAT(sut.leftovers(), ElementsAre(path("millrace-20260302T070000Z.mcap.part")));
 }
 
-TEST_F(SeriesTest, LeavesAFileAloneThatSomebodyWrites) {
+TEST_F(SeriesTest, LeavesAFileAloneThatIsBeingWritten) {
   auto writing = mcap::FileSink::create(path("run-0001.mcap"));
   ASSERT_TRUE(writing);
   const Series sut(path("run.mcap"), Series::Files::many);

@@ -34,7 +34,7 @@ std::vector<Entry> until_written(std::vector<Entry> entries) {
   return entries;
 }
 
-TEST(ACallFollower, ReturnsACallWhenItsResponseIsWritten) {
+TEST(ACallFollower, ReportsACallWhenItsResponseIsWritten) {
   CallFollower sut;
   const auto call = feed(sut, until_written(one_call(17, 0)));
   ASSERT_TRUE(call);
@@ -56,7 +56,7 @@ TEST(ACallFollower, ShowsTheCallThatIsUnderWay) {
   EXPECT_EQ(sut.under_way().begin()->second.newest()->stage, Stage::dispatched);
 }
 
-TEST(ACallFollower, KnowsNoRequestAndNoTimeOfACallItSawHalfOf) {
+TEST(ACallFollower, HasNoRequestAndNoTimeOfAPartlySeenCall) {
   CallFollower sut;
   const auto call = sut.add(one_call(17, 0)[5]);
   ASSERT_TRUE(call);
@@ -64,7 +64,7 @@ TEST(ACallFollower, KnowsNoRequestAndNoTimeOfACallItSawHalfOf) {
   EXPECT_EQ(call->duration(), std::nullopt);
 }
 
-TEST(ACallFollower, ReturnsAWithdrawnCall) {
+TEST(ACallFollower, ReportsAWithdrawnCall) {
   CallFollower sut;
   auto entries = until_written(one_call(17, 0));
   auto& event = std::get<fabric::Event>(entries.back().sample);
@@ -86,7 +86,7 @@ TEST(ACallFollower, ForgetsACallWhoseEndItMissed) {
   EXPECT_TRUE(sut.under_way().empty());
 }
 
-TEST(ACallFollower, IgnoresARequestWithoutAService) {
+TEST(ACallFollower, CountsAnUnservedRequestAsNoCall) {
   CallFollower sut;
   EXPECT_FALSE(sut.add({.sample = fabric::Event{.kind = fabric::EventKind::unserved}}));
   EXPECT_TRUE(sut.under_way().empty());

@@ -45,7 +45,7 @@ TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
   EXPECT_EQ(encoded_and_decoded(reply).uuid, uuid);
 }
 
-TEST(RecordingCodec, TakesWhatANewerVersionSaysForUnknownAndNotForTheFirst) {
+TEST(RecordingCodec, ReadsNewValuesOfALaterVersionAsUnknown) {
   Entry sent = one_call(1, 0)[2];
   std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
   EXPECT_EQ(name_of(std::get<fabric::Event>(encoded_and_decoded(sent).sample).kind), "unknown");
@@ -54,7 +54,7 @@ TEST(RecordingCodec, TakesWhatANewerVersionSaysForUnknownAndNotForTheFirst) {
   EXPECT_EQ(name_of(std::get<fabric::Reply>(encoded_and_decoded(reply).sample).code), "unknown");
 }
 
-TEST(RecordingCodec, TakesNoChannelForOneThatItCannotRead) {
+TEST(RecordingCodec, DoesNotWidenAChannelScopeThatItCannotRead) {
   millrace::recording::Instance message;
   message.add_channel("cnc");
   const auto entry =
@@ -65,7 +65,7 @@ TEST(RecordingCodec, TakesNoChannelForOneThatItCannotRead) {
   EXPECT_FALSE(fabric::is_machine_name(channels[0].machine));
 }
 
-TEST(RecordingCodec, SaysInAFileHowItsSamplesTravel) {
+TEST(RecordingCodec, RecordsTopicAndQosOfItsSamples) {
   const auto says = [](const Sample& sample, const fabric::wire::Topic& topic) {
     const mcap::StringMap said = origin_metadata({.sample = sample});
     EXPECT_EQ(said.at("dds_topic"), topic.name);
@@ -105,14 +105,14 @@ TEST(RecordingCodec, KeepsANumberOfPartsThatIsZero) {
   EXPECT_EQ(encoded_and_decoded(zero), zero);
 }
 
-TEST(RecordingCodec, TakesAbsentNumbersForZero) {
+TEST(RecordingCodec, ReadsAbsentNumbersAsZero) {
   const auto reply = decode("millrace.recording.Reply", "", at(0));
   ASSERT_TRUE(reply);
   EXPECT_EQ(std::get<fabric::Reply>(reply->sample).attempt, 0U);
   EXPECT_EQ(std::get<fabric::Reply>(reply->sample).kind, fabric::ReplyKind::interim);
 }
 
-TEST(RecordingCodec, PassesOverAFieldOfAnotherTypeThanOurs) {
+TEST(RecordingCodec, SkipsAFieldOfAnotherType) {
   // Number, bytes and message, each in place of another.
   for (const std::string bytes : {"\x08\x05", "\x12\x01x", "\x18\x07", "\x28\x01", "\x4a\x01y"}) {
     const auto request = decode("millrace.recording.Request", bytes, at(0));
@@ -121,7 +121,7 @@ TEST(RecordingCodec, PassesOverAFieldOfAnotherTypeThanOurs) {
   }
 }
 
-TEST(RecordingCodec, NamesTheStreamsOfDataProgramsAndNotices) {
+TEST(RecordingCodec, NamesTheStreamsOfDataProgramsAndAlarms) {
   const fabric::ChannelKey key{"press", 2};
   EXPECT_EQ(topic_of({.sample = fabric::DataSample{.key = key, .group = "axes"}}),
             "machine/press/2/data/axes");
@@ -130,14 +130,14 @@ TEST(RecordingCodec, NamesTheStreamsOfDataProgramsAndNotices) {
             "program/millrace-archiver/alarm");
 }
 
-TEST(RecordingCodec, KnowsSinceWhenAnAlarmHolds) {
+TEST(RecordingCodec, DatesAnAlarmByItsBeginning) {
   Entry entry{.at = at(3), .sample = AlarmNews{.alarm = {.since = at(1)}}};
   EXPECT_EQ(origin_of(entry), at(1));
   std::get<AlarmNews>(entry.sample).over = true;
   EXPECT_EQ(origin_of(entry), at(3));
 }
 
-TEST(RecordingCodec, SaysWhatIsNotOurs) {
+TEST(RecordingCodec, ReportsForeignAndInvalidMessages) {
   EXPECT_EQ(decode("foxglove.Log", "", at(0)).error(),
             "'foxglove.Log' is not a schema of millrace");
   EXPECT_EQ(decode("millrace.recording.Event", "\xff", at(0)).error(),

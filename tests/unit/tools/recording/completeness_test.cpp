@@ -105,19 +105,19 @@ TEST_F(ACompleteness, FindsACallCompleteOfWhichEverythingCame) {
   EXPECT_EQ(missing(), (Missing{.complete = 2}));
 }
 
-TEST_F(ACompleteness, MissesTheRequestThatAnEventTellsOf) {
+TEST_F(ACompleteness, ReportsAMissingRequestThatAnEventImplies) {
   add({gateway(-1000)});
   add(without<fabric::Request>(one_call(17, 0)));
   EXPECT_EQ(missing(), (Missing{.incomplete = 1, .requests = 1}));
 }
 
-TEST_F(ACompleteness, MissesTheReplyThatAnEventTellsOf) {
+TEST_F(ACompleteness, ReportsAMissingReplyThatAnEventImplies) {
   add({gateway(-1000)});
   add(without<fabric::Reply>(one_call(17, 0)));
   EXPECT_EQ(missing(), (Missing{.incomplete = 1, .replies = 1}));
 }
 
-TEST_F(ACompleteness, MissesTheInterimReplyThatWasWritten) {
+TEST_F(ACompleteness, ReportsAMissingInterimReplyThatWasWritten) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
   Entry written = entries[2];
@@ -129,7 +129,7 @@ TEST_F(ACompleteness, MissesTheInterimReplyThatWasWritten) {
   EXPECT_EQ(missing(), (Missing{.incomplete = 1, .replies = 1}));
 }
 
-TEST_F(ACompleteness, MissesEachEventThatOthersTellOf) {
+TEST_F(ACompleteness, ReportsEachMissingEventThatOthersImply) {
   add({gateway(-1000)});
   add(one_call(16, -20));
   add(without(one_call(17, 0), EventKind::seen));
@@ -140,7 +140,7 @@ TEST_F(ACompleteness, MissesEachEventThatOthersTellOf) {
   EXPECT_EQ(missing(), (Missing{.complete = 2, .incomplete = 4, .events = 4}));
 }
 
-TEST_F(ACompleteness, MissesTheEndOfTheLastCallOnceItsChannelIsIdle) {
+TEST_F(ACompleteness, ReportsTheMissingEndOfTheLastCallOnceItsChannelIsIdle) {
   add({gateway(-1000)});
   add(without(one_call(17, 0), EventKind::written));
   add({channel(8, fabric::ChannelState::idle)});
@@ -166,7 +166,7 @@ TEST_F(ACompleteness, CountsACallInAGapOnceEvenIfTheRestOfItComesLater) {
   EXPECT_EQ(missing(), (Missing{.complete = 3, .incomplete = 1, .events = 1}));
 }
 
-TEST_F(ACompleteness, LetsACallThatIsUnderWayBe) {
+TEST_F(ACompleteness, DoesNotCountACallThatIsUnderWay) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
   entries.resize(3);
@@ -175,7 +175,7 @@ TEST_F(ACompleteness, LetsACallThatIsUnderWayBe) {
   EXPECT_EQ(missing(), Missing{});
 }
 
-TEST_F(ACompleteness, LetsACallBeThatItsChannelShowsAgain) {
+TEST_F(ACompleteness, DoesNotCountACallThatItsChannelShowsAgain) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
   entries.resize(3);
@@ -185,7 +185,7 @@ TEST_F(ACompleteness, LetsACallBeThatItsChannelShowsAgain) {
   EXPECT_EQ(missing(), Missing{});
 }
 
-TEST_F(ACompleteness, KnowsNothingOfCallsThatWereSeenBeforeItListened) {
+TEST_F(ACompleteness, IgnoresCallsThatBeganBeforeTheRecording) {
   add({gateway(-1000)});
   // 17 was seen before; 18 is the first complete call.
   add(without(one_call(17, 0), EventKind::seen));
@@ -194,7 +194,7 @@ TEST_F(ACompleteness, KnowsNothingOfCallsThatWereSeenBeforeItListened) {
   EXPECT_EQ(missing(), (Missing{.complete = 1}));
 }
 
-TEST_F(ACompleteness, TakesNoNoticeOfTheNumbersThatARestartedGatewayLeavesOut) {
+TEST_F(ACompleteness, IgnoresTheNumbersThatARestartedGatewaySkips) {
   add({gateway(-1000, 1)});
   add(one_call(17, 0));
   add({gateway(50, 2)});
@@ -203,7 +203,7 @@ TEST_F(ACompleteness, TakesNoNoticeOfTheNumbersThatARestartedGatewayLeavesOut) {
   EXPECT_EQ(missing(), (Missing{.complete = 3, .unseen = 1}));
 }
 
-TEST_F(ACompleteness, HearsOfARestartAfterItsFirstCallToo) {
+TEST_F(ACompleteness, DetectsARestartAlsoAfterItsFirstCall) {
   add({gateway(-1000, 1)});
   add(one_call(17, 0));
   add(one_call(1001, 100));
@@ -213,7 +213,7 @@ TEST_F(ACompleteness, HearsOfARestartAfterItsFirstCallToo) {
   EXPECT_EQ(missing(), (Missing{.complete = 2}));
 }
 
-TEST_F(ACompleteness, TakesNoNoticeOfAMachineThatAGatewayTakesUpWhileItRuns) {
+TEST_F(ACompleteness, IgnoresAMachineThatAGatewayAddsWhileItRuns) {
   add({gateway(-1000, 1)});
   add(one_call(17, 0));
   add({gateway(10, 1)});
@@ -221,7 +221,7 @@ TEST_F(ACompleteness, TakesNoNoticeOfAMachineThatAGatewayTakesUpWhileItRuns) {
   EXPECT_EQ(missing(), (Missing{.complete = 2, .unseen = 1}));
 }
 
-TEST_F(ACompleteness, FollowsTheCallThatAGatewayGoesOnWithAfterARestart) {
+TEST_F(ACompleteness, FollowsTheCallThatAGatewayContinuesAfterARestart) {
   add({gateway(-1000, 1)});
   const auto entries = one_call(17, 0);
   add({entries.begin(), entries.begin() + 3});
@@ -232,7 +232,7 @@ TEST_F(ACompleteness, FollowsTheCallThatAGatewayGoesOnWithAfterARestart) {
   EXPECT_EQ(missing(), (Missing{.complete = 1}));
 }
 
-TEST_F(ACompleteness, AsksNotForTheEndOfACallWhoseGatewayIsGone) {
+TEST_F(ACompleteness, ExpectsNoEndOfACallWhoseGatewayIsGone) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
   entries.resize(3);
@@ -241,7 +241,7 @@ TEST_F(ACompleteness, AsksNotForTheEndOfACallWhoseGatewayIsGone) {
   EXPECT_EQ(missing(), Missing{});
 }
 
-TEST_F(ACompleteness, AsksNotForTheEndOfACallWhoseChannelAnotherGatewayTook) {
+TEST_F(ACompleteness, ExpectsNoEndOfACallWhoseChannelAnotherGatewayTookOver) {
   add({gateway(-1000, 1), gateway(-900, 2, 0x60)});
   auto entries = one_call(17, 0);
   entries.resize(3);
@@ -259,7 +259,7 @@ TEST_F(ACompleteness, KeepsTwoGatewaysApart) {
   EXPECT_EQ(missing(), (Missing{.complete = 4, .unseen = 1}));
 }
 
-TEST_F(ACompleteness, LeavesOutWhatTheRecordingDoesNotWant) {
+TEST_F(ACompleteness, LeavesOutWhatTheFilterExcludes) {
   add({gateway(-1000)});
   add(one_call(17, 0));
   add(without<fabric::Request>(one_call(18, 20)), false);
@@ -281,14 +281,14 @@ TEST_F(ACompleteness, KeepsNothingOfCallsOfTools) {
   EXPECT_LT(sut.open(), 30U);
 }
 
-TEST_F(ACompleteness, HearsOfAGatewayAfterItsFirstCallsToo) {
+TEST_F(ACompleteness, DetectsAGatewayAlsoAfterItsFirstCalls) {
   add(one_call(17, 0));
   add({gateway(10)});
   add(without<fabric::Reply>(one_call(18, 20)));
   EXPECT_EQ(missing(), (Missing{.complete = 1, .incomplete = 1, .replies = 1}));
 }
 
-TEST_F(ACompleteness, DoesNotCareInWhichOrderTopicsCome) {
+TEST_F(ACompleteness, IgnoresTheOrderOfTopics) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
   std::rotate(entries.begin(), entries.begin() + 3, entries.end());
@@ -299,7 +299,7 @@ TEST_F(ACompleteness, DoesNotCareInWhichOrderTopicsCome) {
   EXPECT_EQ(missing(), (Missing{.complete = 2}));
 }
 
-TEST_F(ACompleteness, JudgesACallOfWhichItHeardAfterTheNextOneInItsChannel) {
+TEST_F(ACompleteness, ChecksACallThatArrivesAfterTheNextOneOfItsChannel) {
   add({gateway(-1000)});
   add(one_call(16, -20));
   const auto next = one_call(18, 20);
@@ -310,7 +310,7 @@ TEST_F(ACompleteness, JudgesACallOfWhichItHeardAfterTheNextOneInItsChannel) {
   EXPECT_EQ(missing(), (Missing{.complete = 2, .incomplete = 1, .events = 1}));
 }
 
-TEST_F(ACompleteness, DoesNotMissTheReplyOfAnOperatorsAnswer) {
+TEST_F(ACompleteness, ExpectsNoReplyForAnOperatorsAnswer) {
   add({gateway(-1000)});
   auto entries = without<fabric::Reply>(one_call(17, 0));
   for (Entry& entry : entries) {
@@ -323,7 +323,7 @@ TEST_F(ACompleteness, DoesNotMissTheReplyOfAnOperatorsAnswer) {
   EXPECT_EQ(missing(), (Missing{.complete = 1}));
 }
 
-TEST_F(ACompleteness, DoesNotMissTheAnswerOfAWithdrawnCall) {
+TEST_F(ACompleteness, ExpectsNoAnswerOfAWithdrawnCall) {
   add({gateway(-1000)});
   auto entries = without(without<fabric::Reply>(one_call(17, 0)), EventKind::replied);
   for (Entry& entry : entries) {
@@ -336,7 +336,7 @@ TEST_F(ACompleteness, DoesNotMissTheAnswerOfAWithdrawnCall) {
   EXPECT_EQ(missing(), (Missing{.complete = 1}));
 }
 
-TEST_F(ACompleteness, ForgetsWhatIsJudged) {
+TEST_F(ACompleteness, ForgetsWhatIsChecked) {
   add({gateway(-1000)});
   for (std::uint64_t number = 1; number <= 1000; ++number) {
     add(one_call(number, static_cast<double>(number) * 100));
@@ -349,14 +349,14 @@ TEST_F(ACompleteness, ForgetsWhatIsJudged) {
   EXPECT_EQ(sut.missing(), (Missing{.complete = 1000}));
 }
 
-TEST_F(ACompleteness, JudgesWhatEndedJustBeforeItsOwnEnd) {
+TEST_F(ACompleteness, ChecksWhatEndedJustBeforeItsOwnEnd) {
   add({gateway(-1000)});
   add(without<fabric::Reply>(one_call(17, 0)));
   sut.finish(at(10));
   EXPECT_EQ(sut.missing(), (Missing{.incomplete = 1, .replies = 1}));
 }
 
-TEST_F(ACompleteness, LetsTheEndOfACallBeOnItsWayWhenTheNextOneCameAMomentAgo) {
+TEST_F(ACompleteness, ToleratesAMissingEndWhenTheNextCallHasJustBegun) {
   add({gateway(-1000)});
   add(without(one_call(17, 0), EventKind::written));
   const auto next = one_call(18, 20);

@@ -12,7 +12,7 @@ using tests::one_call;
 const Entry request = one_call(17, 0)[1];
 const Entry of_an_instance{.uuid = tests::square_root, .sample = InstanceNews{}};
 
-TEST(RecordingFilter, TakesEverythingByDefault) {
+TEST(RecordingFilter, AcceptsEverythingByDefault) {
   EXPECT_TRUE(Filter{}.takes(request));
   EXPECT_TRUE(Filter{}.takes(of_an_instance));
 }

@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-TEST(Histogram, SaysZeroOfNothing) {
+TEST(Histogram, IsZeroWithoutValues) {
   const Histogram sut;
   EXPECT_EQ(sut.count(), 0U);
   EXPECT_EQ(sut.percentile(0.99), nanoseconds{});
@@ -52,7 +52,7 @@ TEST(Histogram, CountsATimeThatRunsBackwardsAsZero) {
   EXPECT_EQ(sut.percentile(1), nanoseconds{});
 }
 
-TEST(Histogram, TakesTheLargestValue) {
+TEST(Histogram, AcceptsTheLargestValue) {
   Histogram sut;
   sut.add(nanoseconds::max());
   EXPECT_EQ(sut.percentile(0.5), nanoseconds::max());

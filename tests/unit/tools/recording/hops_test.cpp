@@ -23,7 +23,7 @@ void add_all(HopStatistics& sut, const std::vector<Entry>& entries) {
   }
 }
 
-TEST(HopStatistics, MeasuresEachPartOfTheWay) {
+TEST(HopStatistics, MeasuresEachHop) {
   HopStatistics sut;
   add_all(sut, one_call(1, 0));
   EXPECT_DOUBLE_EQ(milliseconds(sut, Hop::dispatch), 1);
@@ -35,7 +35,7 @@ TEST(HopStatistics, MeasuresEachPartOfTheWay) {
   EXPECT_DOUBLE_EQ(milliseconds(sut, Hop::total), 7.1);
 }
 
-TEST(HopStatistics, DoesNotCareInWhichOrderTheSamplesOfACallCame) {
+TEST(HopStatistics, IgnoresTheOrderOfTheSamplesOfACall) {
   const std::vector<Entry> entries = one_call(1, 0);
   // All orders of request, reply and the three events with their own times.
   std::vector<std::size_t> order{0, 1, 3, 4, 5};

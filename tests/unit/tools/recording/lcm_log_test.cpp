@@ -68,7 +68,7 @@ TEST(LcmLog, ThatIsCutOffIsReadUpToThere) {
   }
 }
 
-TEST(LcmLog, IsReadBehindADamagedPlace) {
+TEST(LcmLog, IsReadAfterADamagedPlace) {
   const Read torn = read(mirrored(1) + "torn"s + mirrored(2));
   EXPECT_THAT(torn.numbers, ElementsAre(1, 2));
   EXPECT_THAT(torn.report.problems.at(0).text, HasSubstr("4 bytes are skipped"));
@@ -79,7 +79,7 @@ TEST(LcmLog, IsReadBehindADamagedPlace) {
   EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("after the end of the file"));
 }
 
-TEST(LcmLog, SaysWhatIsNoMirror) {
+TEST(LcmLog, ReportsInvalidMirrorMessages) {
   const Read sut = read(mirrored(1) + event("MILLRACE_MIRROR.request", "nonsense!"));
   EXPECT_THAT(sut.numbers, ElementsAre(1));
   EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("on MILLRACE_MIRROR.request: "));

@@ -41,7 +41,7 @@ TEST(ARate, ForgetsWhatIsOlderThanTheWindow) {
   EXPECT_EQ(sut.count(), 2U);
 }
 
-TEST(ARate, TakesNoAverageOfDurationsThatAreNotKnown) {
+TEST(ARate, HasNoMeanOfUnknownDurations) {
   Rate sut;
   sut.add(at(0), std::nullopt);
   EXPECT_EQ(sut.mean(at(0)), std::nullopt);

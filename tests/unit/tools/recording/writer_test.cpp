@@ -62,7 +62,7 @@ TEST(RecordingWriter, NamesChannelsByWhatHappened) {
                                                           {"machine/cnc/1/withdrawal", 10}}));
 }
 
-TEST(RecordingReader, ReadsOnlyTheChunksOfTheTimeThatIsAskedFor) {
+TEST(RecordingReader, ReadsOnlyTheChunksOfTheSelectedTime) {
   class Counting : public mcap::Memory {
    public:
     using Memory::Memory;
@@ -81,7 +81,7 @@ TEST(RecordingReader, ReadsOnlyTheChunksOfTheTimeThatIsAskedFor) {
   EXPECT_LT(some.total, all.total);
 }
 
-TEST(RecordingReader, CountsWhatIsNotOfMillrace) {
+TEST(RecordingReader, CountsForeignMessages) {
   mcap::Memory file;
   mcap::Writer writer(file, {});
   writer.define(mcap::Channel{1, 0, "other/topic", "json", {}});

@@ -17,7 +17,7 @@ std::string differ(const std::string& recorded, const std::string& got,
   return difference ? difference->what : "same";
 }
 
-TEST(Comparison, IsExactUnlessToldOtherwise) {
+TEST(Comparison, IsExactByDefault) {
   EXPECT_EQ(differ("1.414214", "1.414214"), "same");
   EXPECT_EQ(differ("1.414214", "1.414213"), "the text differs");
   EXPECT_EQ(differ("1.0", "1.00"), "the text differs");
@@ -56,7 +56,7 @@ TEST(Comparison, ComparesWhatStandsBetweenNumbersByteByByte) {
   EXPECT_EQ(compare({"D=1 mm", 1, {}}, {"D=1.5 in", 1, {}}, tolerance)->at, 6U);
 }
 
-TEST(Comparison, TakesTheSizeOfATextThatWasNotRecorded) {
+TEST(Comparison, ComparesTheSizeOfATextThatWasNotRecorded) {
   const Answer withheld{"", 1, 3};
   EXPECT_FALSE(compare(withheld, {"abc", 1, {}}, {}).has_value());
   EXPECT_THAT(compare(withheld, {"abcd", 1, {}}, {})->what, HasSubstr("had 3 bytes and has 4"));
@@ -74,7 +74,7 @@ TEST(Tolerances, AreForAllOrForOneService) {
   }
 }
 
-TEST(Judgement, SaysWhatBecameOfACall) {
+TEST(Judgement, NamesTheOutcomeOfACall) {
   const Tolerances exact;
   PlannedCall call = planned(1, std::chrono::milliseconds(0), std::chrono::milliseconds(5));
   const Outcome right{.answer = Answer{"1.414214", 1, {}}};

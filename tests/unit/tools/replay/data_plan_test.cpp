@@ -49,13 +49,13 @@ TEST(ADataPlan, CountsWhatItIsAbout) {
   EXPECT_THAT(sut.channels(), ElementsAre(press));
 }
 
-TEST(ADataPlan, KeepsTheRecordedPace) {
+TEST(ADataPlan, KeepsTheRecordedTiming) {
   const DataPlan sut = plan_of({1000, 1100, 1300});
   EXPECT_EQ(sut.due(at(1000)), milliseconds(0));
   EXPECT_EQ(sut.due(at(1300)), milliseconds(300));
 }
 
-TEST(ADataPlan, IsFasterIfAsked) {
+TEST(ADataPlan, IsFasterOnRequest) {
   EXPECT_EQ(plan_of({1000, 1300}, {.rate = 10}).due(at(1300)), milliseconds(30));
   EXPECT_EQ(plan_of({1000, 1300}, {.timing = Timing::fast}).due(at(1300)), milliseconds(0));
 }
@@ -79,7 +79,7 @@ TEST(ADataPlan, MovesAllTimesOfASampleToWhenItIsSent) {
   EXPECT_EQ(plan.replayed(never, test, at(100'000)).values.at(0).at, fabric::Time{});
 }
 
-TEST(ADataPlan, TellsTheSameStartInEachEventOfARun) {
+TEST(ADataPlan, KeepsTheSameStartInEachEventOfARun) {
   const DataPlan plan = plan_of({1000, 60'000}, {.rate = 3}, milliseconds(500));
   const auto started =
       plan.replayed(event(ProgramEventKind::started, 1000, 1000), test, at(100'000));
@@ -94,7 +94,7 @@ TEST(ADataPlan, SendsNothingFromTheFutureWhenItIsFast) {
   EXPECT_EQ(plan.replayed(sample(1000), test, at(100'000)).at, at(98'000));
 }
 
-TEST(WhatAReplayTold, IsTakenBack) {
+TEST(ValuesOfAReplay, AreRetracted) {
   PublishedValues sut;
   sut.add(sample(0));
   sut.add(sample(100));

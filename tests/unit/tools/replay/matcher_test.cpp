@@ -39,7 +39,7 @@ TEST_F(MatcherTest, GivesEachChannelItsCallsInOrder) {
   EXPECT_TRUE(sut.complete());
 }
 
-TEST_F(MatcherTest, GivesACallThatIsRepeatedTheSameAnswer) {
+TEST_F(MatcherTest, GivesARepeatedCallTheSameAnswer) {
   Matcher sut(plan, as_recorded);
   fabric::Request request = live("2");
   EXPECT_FALSE(std::get<Matched>(sut.on_request(request)).repeated);
@@ -49,7 +49,7 @@ TEST_F(MatcherTest, GivesACallThatIsRepeatedTheSameAnswer) {
   EXPECT_TRUE(again.repeated);
 }
 
-TEST_F(MatcherTest, SaysRequestAndNextExpectedAnswerForACallThatDiffers) {
+TEST_F(MatcherTest, ReportsRequestAndNextExpectedAnswerOfADifferentCall) {
   Matcher sut(plan, as_recorded);
   const Mismatch mismatch = std::get<Mismatch>(sut.on_request(live("3")));
   EXPECT_THAT(
@@ -104,7 +104,7 @@ TEST_F(MatcherTest, FitsItsErrorsIntoAnAnswer) {
   EXPECT_THAT(mismatch.reason, HasSubstr(std::string(127, 'x')));
 }
 
-TEST_F(MatcherTest, TakesTheLiveChannelThatStandsForARecordedOne) {
+TEST_F(MatcherTest, MapsALiveChannelToTheRecordedOne) {
   Matcher sut(plan, {{{"cnc", 1}, {"test", 5}}, {{"cnc", 2}, {"test", 6}}});
   fabric::Request request = live("2");
   request.key = {"test", 5};

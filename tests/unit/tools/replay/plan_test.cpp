@@ -30,7 +30,7 @@ TEST(Plan, HasEachCallWithItsAnswerAndTimes) {
   EXPECT_EQ(plan.length(), 100ms);
 }
 
-TEST(Plan, TakesTheTimeWhenTheProgramAskedNotWhenAnInstanceWasFree) {
+TEST(Plan, UsesTheTimeOfTheRequestAndNotOfItsDispatch) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   fabric::Request waited = request_entry(2, 2);
@@ -42,7 +42,7 @@ TEST(Plan, TakesTheTimeWhenTheProgramAskedNotWhenAnInstanceWasFree) {
   EXPECT_EQ(plan.calls[1].at, 70ms);
 }
 
-TEST(Plan, HasACallOnceThatWasGivenOutTwice) {
+TEST(Plan, HasACallOnceThatWasDispatchedTwice) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   sut.add(entry(50ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
@@ -58,7 +58,7 @@ TEST(Plan, HasACallOnceThatWasGivenOutTwice) {
 }
 
 // It is unanswered: it was under way when the recording ended.
-TEST(Plan, DoesNotGiveUpACallThatWasTakenBackAndGivenOutAgain) {
+TEST(Plan, KeepsACallThatWasWithdrawnAndDispatchedAgain) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   sut.add(entry(50ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
@@ -71,7 +71,7 @@ TEST(Plan, DoesNotGiveUpACallThatWasTakenBackAndGivenOutAgain) {
   EXPECT_EQ(plan.calls[0].end(), std::nullopt);
 }
 
-TEST(Plan, KnowsThatAWithdrawalAfterTheReplyIsTheGatewaysThanks) {
+TEST(Plan, IgnoresAWithdrawalAfterTheReply) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   // The recorder may receive them in either order.
@@ -80,7 +80,7 @@ TEST(Plan, KnowsThatAWithdrawalAfterTheReplyIsTheGatewaysThanks) {
   EXPECT_EQ(sut.build().calls[0].withdrawn_after, std::nullopt);
 }
 
-TEST(Plan, KnowsACallThatItsProgramGaveUpEvenIfTheServiceAnsweredLater) {
+TEST(Plan, DetectsACallThatItsProgramGaveUpEvenIfTheServiceAnsweredLater) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   sut.add(entry(
@@ -92,7 +92,7 @@ TEST(Plan, KnowsACallThatItsProgramGaveUpEvenIfTheServiceAnsweredLater) {
   EXPECT_EQ(plan.calls[0].withdrawn_after, 20ms);
 }
 
-TEST(Plan, KeepsApartWhatTheServiceAnsweredAndWhatTheProgramGot) {
+TEST(Plan, SeparatesTheAnswerOfTheServiceFromThatToTheProgram) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   sut.add(entry(20ms, fabric::Event{.key = {"cnc", 1},
@@ -116,7 +116,7 @@ TEST(Plan, KeepsApartWhatTheServiceAnsweredAndWhatTheProgramGot) {
   EXPECT_FALSE(usual.build().calls[0].settled.has_value());
 }
 
-TEST(Plan, TakesTheFirstOfRepeatedRepliesAndEachInterimOne) {
+TEST(Plan, UsesTheFirstOfRepeatedRepliesAndEachInterimOne) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   fabric::Reply half = reply_entry(1, "half");
@@ -130,7 +130,7 @@ TEST(Plan, TakesTheFirstOfRepeatedRepliesAndEachInterimOne) {
   EXPECT_EQ(call.answer->answer.text, "done");
 }
 
-TEST(Plan, TakesTheAnswerOfTheInstanceThatTookACallAnotherOneDeclined) {
+TEST(Plan, UsesTheAnswerOfTheInstanceThatRanACallAnotherOneDeclined) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));
   fabric::Reply declined = reply_entry(1, "it runs at most 1 calls at once", 1);
@@ -145,7 +145,7 @@ TEST(Plan, TakesTheAnswerOfTheInstanceThatTookACallAnotherOneDeclined) {
   EXPECT_EQ(call.answer->answer.state, 1U);
 }
 
-TEST(Plan, TakesAReplyThatWasRecordedBeforeItsRequest) {
+TEST(Plan, UsesAReplyThatWasRecordedBeforeItsRequest) {
   PlanBuilder sut;
   sut.add(entry(0ms, reply_entry(1)));
   sut.add(entry(1ms, request_entry(1)));
@@ -154,7 +154,7 @@ TEST(Plan, TakesAReplyThatWasRecordedBeforeItsRequest) {
   EXPECT_EQ(plan.calls[0].answer->after, 0ms);
 }
 
-TEST(Plan, TakesACallFromTheGatewaysEventsIfTheRecorderMissedItsRequest) {
+TEST(Plan, UsesTheGatewaysEventsForACallWhoseRequestIsMissing) {
   PlanBuilder sut;
   const auto event = [](fabric::EventKind kind, const std::string& text) {
     return fabric::Event{
@@ -212,7 +212,7 @@ TEST(Plan, NamesCallsWhoseTextWasNotRecorded) {
   EXPECT_THAT(plan.skipped[0].reason, HasSubstr("not in the recording"));
 }
 
-TEST(Plan, LeavesOutWhatNoControllerCanHaveAsked) {
+TEST(Plan, LeavesOutImpossibleRequests) {
   PlanBuilder sut;
   fabric::Request request = request_entry(1);
   request.state = 0;

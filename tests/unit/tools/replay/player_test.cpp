@@ -78,7 +78,7 @@ TEST_F(PlayerTest, EndsACallThatTakesTooLong) {
   EXPECT_THAT(stage.outcomes[1].reason, HasSubstr("no response within 0.03 s"));
 }
 
-TEST_F(PlayerTest, TakesBackWhatWasTakenBackInTheRecording) {
+TEST_F(PlayerTest, WithdrawsWhatWasWithdrawnInTheRecording) {
   plan.calls[1].answer.reset();
   plan.calls[1].withdrawn_after = 10ms;
   stage.silent = {1};
@@ -88,7 +88,7 @@ TEST_F(PlayerTest, TakesBackWhatWasTakenBackInTheRecording) {
   EXPECT_GE(stage.outcomes[1].took, 10ms);
 }
 
-TEST_F(PlayerTest, StopsWhenItIsTold) {
+TEST_F(PlayerTest, StopsOnRequest) {
   stage.silent = {0};
   play({});
   ASSERT_TRUE(run_until(io, [&] { return !stage.issued.empty(); }));
@@ -98,7 +98,7 @@ TEST_F(PlayerTest, StopsWhenItIsTold) {
   EXPECT_EQ(stage.outcomes[0].reason, "enough");
 }
 
-TEST_F(PlayerTest, AsksNothingMoreOnceItIsStopped) {
+TEST_F(PlayerTest, MakesNoMoreRequestsOnceItIsStopped) {
   stage.silent = {0};
   play({.pace = {.timing = Timing::fast}});
   ASSERT_TRUE(run_until(io, [&] { return !stage.issued.empty(); }));

@@ -11,7 +11,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-class FolderTest : public PlantTest {
+class FolderTest : public PkiFolderTest {
  protected:
   void SetUp() override {
     create();
@@ -36,7 +36,7 @@ TEST_F(FolderTest, NamesAFileThatIsMissing) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
+TEST_F(FolderTest, RefusesAKeyThatAnyUserCanRead) {
   ::chmod((folder / "root/key.pem").c_str(), 0604);
   EXPECT_THAT(why_refused(), HasSubstr("all users of this host can read it"));
   // Readable for a group: as a package or systemd gives it to a service.
@@ -44,12 +44,12 @@ TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(FolderTest, RefusesWhatIsOverOrNotBegun) {
+TEST_F(FolderTest, RefusesWhatIsExpiredOrNotYetValid) {
   EXPECT_THAT(why_refused("root", now + std::chrono::days(10)), HasSubstr("expired on"));
   EXPECT_THAT(why_refused("root", now - 1h), HasSubstr("not valid before"));
 }
 
-TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
+TEST_F(FolderTest, RefusesFilesOfAnotherPki) {
   for (const char* file :
        {"key.pem", "certificate.pem", "identity_authority.pem", "permissions_authority.pem",
         "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
@@ -62,7 +62,7 @@ TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(FolderTest, RefusesPermissionsOfAnotherMemberOrAnotherTime) {
+TEST_F(FolderTest, RefusesPermissionsOfAnotherParticipantOrAnotherTime) {
   PkiFolder pki = open();
   pki.issue(service("another"), {}, {}, now).value();
   fs::copy(folder / "root", folder / "kept", fs::copy_options::recursive);
@@ -84,7 +84,7 @@ TEST_F(FolderTest, RefusesTheGovernanceOfAnotherProtection) {
 }
 
 /// Documents that the permissions CA itself signed: by an earlier version, or by mistake.
-class SignedByTheAuthority : public FolderTest {
+class SignedByTheCa : public FolderTest {
  protected:
   void sign(std::string_view file, const std::string& document) const {
     const auto authority =
@@ -97,7 +97,7 @@ class SignedByTheAuthority : public FolderTest {
   }
 };
 
-TEST_F(SignedByTheAuthority, ARelaxedGovernanceIsRefused) {
+TEST_F(SignedByTheCa, ARelaxedGovernanceIsRefused) {
   std::string relaxed = fabric::trust::governance_document(Protection::sign);
   sign("governance_sign.p7s", relaxed);
   EXPECT_EQ(why_refused(), "not refused");
@@ -108,7 +108,7 @@ TEST_F(SignedByTheAuthority, ARelaxedGovernanceIsRefused) {
 }
 
 // From a version before identities.
-TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
+TEST_F(SignedByTheCa, AFolderOfAnEarlierVersionIsNamedAndRenewed) {
   const auto certificate =
       base::openssl::Certificate::read(content_of(folder / "root/certificate.pem")).value();
   auto grants = fabric::trust::grants_of(service(), "millrace");
@@ -124,7 +124,7 @@ TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(FolderTest, RefusesAListThatIsOlderThanItsCertificate) {
+TEST_F(FolderTest, RefusesACrlThatIsOlderThanItsCertificate) {
   fs::copy(folder / "root/revoked.pem", folder / "older");
   PkiFolder pki = open();
   pki.renew("root", 10, {}, now + 1s).value();
@@ -134,11 +134,11 @@ TEST_F(FolderTest, RefusesAListThatIsOlderThanItsCertificate) {
               AllOf(HasSubstr("revoked.pem"), HasSubstr("an older CRL was copied over it")));
 }
 
-TEST_F(FolderTest, SaysThatAWholePlantIsNotForAHost) {
+TEST_F(FolderTest, ExplainsThatAPkiFolderIsNotForAHost) {
   EXPECT_THAT(why_refused(""), HasSubstr("is a PKI folder with the private keys"));
 }
 
-TEST_F(FolderTest, RefusesAFolderThatIsNone) {
+TEST_F(FolderTest, RefusesAMissingFolder) {
   EXPECT_THAT(why_refused("missing"), HasSubstr("is not a folder"));
 }
 

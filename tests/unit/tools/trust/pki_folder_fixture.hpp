@@ -1,7 +1,7 @@
 // A PKI in a temporary folder, for tests of the commands on its admin host and of the checks on
 // other hosts.
 //
-//   TEST_F(PlantTest, …) { create(); open().issue(service(), {}, {}, now).value(); }
+//   TEST_F(PkiFolderTest, …) { create(); open().issue(service(), {}, {}, now).value(); }
 #pragma once
 
 #include <csignal>
@@ -62,7 +62,7 @@ class FullDisk {
   void (*before_)(int);
 };
 
-class PlantTest : public testing::Test {
+class PkiFolderTest : public testing::Test {
  protected:
   [[nodiscard]] PkiFolder open() const {
     auto pki = PkiFolder::open(folder);

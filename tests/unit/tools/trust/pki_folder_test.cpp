@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
 
-TEST_F(PlantTest, IssuesAFolderThatAProgramTakes) {
+TEST_F(PkiFolderTest, IssuesAFolderThatAProcessAccepts) {
   create();
   PkiFolder sut = open();
   const auto entry = sut.issue(service(), {.host = "h1"}, {}, now);
@@ -33,7 +33,7 @@ TEST_F(PlantTest, IssuesAFolderThatAProgramTakes) {
   }
 }
 
-TEST_F(PlantTest, KeepsSecretsForItsOwner) {
+TEST_F(PkiFolderTest, KeepsSecretsForItsOwner) {
   create();
   open().issue(service(), {}, {}, now).value();
   EXPECT_EQ(mode_of(folder), 0700U);
@@ -44,7 +44,7 @@ TEST_F(PlantTest, KeepsSecretsForItsOwner) {
   EXPECT_EQ(mode_of(folder / "root/key.pem"), 0600U);
 }
 
-TEST_F(PlantTest, GivesAMemberNothingOfTheAuthorities) {
+TEST_F(PkiFolderTest, GivesAParticipantNoKeysOfTheCas) {
   create();
   open().issue(service(), {}, {}, now).value();
   const std::string keys[] = {content_of(folder / "authorities/identity.key"),
@@ -56,7 +56,7 @@ TEST_F(PlantTest, GivesAMemberNothingOfTheAuthorities) {
   }
 }
 
-TEST_F(PlantTest, IsNeverOverwritten) {
+TEST_F(PkiFolderTest, IsNeverOverwritten) {
   create();
   const std::string before = content_of(folder / "authorities/identity.key");
   EXPECT_THAT(PkiFolder::create(folder, "plant", "millrace", 3650, {}, now).error(),
@@ -64,7 +64,7 @@ TEST_F(PlantTest, IsNeverOverwritten) {
   EXPECT_EQ(content_of(folder / "authorities/identity.key"), before);
 }
 
-TEST_F(PlantTest, IssuesANameOnce) {
+TEST_F(PkiFolderTest, IssuesANameOnce) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -74,7 +74,7 @@ TEST_F(PlantTest, IssuesANameOnce) {
   EXPECT_THAT(sut.entries(), SizeIs(1));
 }
 
-TEST_F(PlantTest, RemembersWhomItBelieved) {
+TEST_F(PkiFolderTest, RemembersItsParticipants) {
   create();
   open().issue(service(), {.host = "h1"}, {}, now).value();
   const auto entry = open().entry("root");
@@ -85,7 +85,7 @@ TEST_F(PlantTest, RemembersWhomItBelieved) {
   EXPECT_FALSE(entry->revoked);
 }
 
-TEST_F(PlantTest, RefusesNamesThatWouldLeadElsewhere) {
+TEST_F(PkiFolderTest, RefusesNamesThatLeadOutOfItsFolder) {
   create();
   PkiFolder sut = open();
   for (const char* name :
@@ -95,7 +95,7 @@ TEST_F(PlantTest, RefusesNamesThatWouldLeadElsewhere) {
   EXPECT_THAT(sut.entries(), SizeIs(0));
 }
 
-TEST_F(PlantTest, RenewsWithNewMaterialBesideWhichTheOldStaysValid) {
+TEST_F(PkiFolderTest, RenewsWithNewCredentialsBesideWhichTheOldStayValid) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {.days = 10}, {}, now).value();
@@ -109,7 +109,7 @@ TEST_F(PlantTest, RenewsWithNewMaterialBesideWhichTheOldStaysValid) {
 }
 
 // Another UUID and another machine for the same name.
-TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
+TEST_F(PkiFolderTest, IssuesAgainWithNewGrantsOfAParticipant) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {.host = "h1"}, {}, now).value();
@@ -133,7 +133,7 @@ TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
   EXPECT_FALSE(sut.reissue(service("unknown"), {}, {}, now));
 }
 
-TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
+TEST_F(PkiFolderTest, RevokesEveryCertificateOfAParticipant) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -152,7 +152,7 @@ TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
   EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("no process accepts that name"));
 }
 
-TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
+TEST_F(PkiFolderTest, GivesNewParticipantsTheCrl) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -164,7 +164,7 @@ TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
 }
 
 // A user who follows "take it there" with `mv` has no folder left.
-TEST_F(PlantTest, RevokesAlsoWhoseFolderIsGoneAndTellsAllThatAreThere) {
+TEST_F(PkiFolderTest, RevokesAParticipantWithoutAFolderAndUpdatesAllOthers) {
   create();
   PkiFolder sut = open();
   for (const char* name : {"a", "root", "z"}) {
@@ -180,7 +180,7 @@ TEST_F(PlantTest, RevokesAlsoWhoseFolderIsGoneAndTellsAllThatAreThere) {
   EXPECT_THAT(sut.archive_of("a").error(), HasSubstr("trust renew"));
 }
 
-TEST_F(PlantTest, HasOneListForAllWhateverWasIssuedLast) {
+TEST_F(PkiFolderTest, HasOneCrlForAllWhateverWasIssuedLast) {
   create();
   PkiFolder sut = open();
   sut.issue(service("a"), {}, {}, now).value();
@@ -192,7 +192,7 @@ TEST_F(PlantTest, HasOneListForAllWhateverWasIssuedLast) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
+TEST_F(PkiFolderTest, SignsNothingThatOutlivesItsCas) {
   ASSERT_TRUE(PkiFolder::create(folder, "plant", "millrace", 30, {}, now));
   PkiFolder sut = open();
   EXPECT_EQ(sut.issue(service(), {.days = 825}, {}, now)->until, now + std::chrono::days(30));
@@ -200,7 +200,7 @@ TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
               HasSubstr("have expired"));
 }
 
-TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
+TEST_F(PkiFolderTest, RenewsItsCasWithTheirKeys) {
   ASSERT_TRUE(PkiFolder::create(folder, "plant", "millrace", 30, {}, now));
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -223,7 +223,7 @@ TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
 
 // The others check with their own CAs and revocations the certificate and documents of a
 // participant.
-TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRenewed) {
+TEST_F(PkiFolderTest, KeepsOldAndNewCredentialsValidForEachOtherWhenItsCasAreRenewed) {
   ASSERT_TRUE(PkiFolder::create(folder, "plant", "millrace", 30, {}, now));
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -250,7 +250,7 @@ TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRene
               AllOf(HasSubstr("identity_authority.pem"), HasSubstr("renew-authorities")));
 }
 
-TEST_F(PlantTest, RenewsAuthoritiesThatAreOver) {
+TEST_F(PkiFolderTest, RenewsExpiredCas) {
   ASSERT_TRUE(PkiFolder::create(folder, "plant", "millrace", 30, {}, now));
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -260,7 +260,7 @@ TEST_F(PlantTest, RenewsAuthoritiesThatAreOver) {
   EXPECT_EQ(why_refused("root", late + 1h), "not refused");
 }
 
-TEST_F(PlantTest, RenewsNoAuthoritiesWithoutTheirPassphraseOrForNoTime) {
+TEST_F(PkiFolderTest, RenewsNoCasWithoutTheirPassphraseOrForNoTime) {
   create("open sesame");
   PkiFolder sut = open();
   const std::string before = content_of(folder / "authorities/identity.pem");
@@ -270,7 +270,7 @@ TEST_F(PlantTest, RenewsNoAuthoritiesWithoutTheirPassphraseOrForNoTime) {
   EXPECT_EQ(content_of(folder / "authorities/identity.pem"), before);
 }
 
-TEST_F(PlantTest, OpensEncryptedAuthoritiesWithTheirPassphrase) {
+TEST_F(PkiFolderTest, OpensEncryptedCasWithTheirPassphrase) {
   create("open sesame");
   PkiFolder sut = open();
   EXPECT_THAT(sut.issue(service(), {}, {}, now).error(), HasSubstr("no passphrase is given"));
@@ -278,13 +278,13 @@ TEST_F(PlantTest, OpensEncryptedAuthoritiesWithTheirPassphrase) {
   EXPECT_TRUE(sut.issue(service(), {}, "open sesame", now));
 }
 
-TEST_F(PlantTest, IsWrittenByOneCommandAtATime) {
+TEST_F(PkiFolderTest, IsWrittenByOneCommandAtATime) {
   create();
   const PkiFolder sut = open();
   EXPECT_THAT(PkiFolder::open(folder).error(), HasSubstr("another `millrace trust`"));
 }
 
-TEST_F(PlantTest, IsLookedAtWhileItIsWritten) {
+TEST_F(PkiFolderTest, CanBeReadWhileItIsWritten) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();
@@ -293,7 +293,7 @@ TEST_F(PlantTest, IsLookedAtWhileItIsWritten) {
   EXPECT_THAT(looked->entries(), SizeIs(1));
 }
 
-TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
+TEST_F(PkiFolderTest, LeavesNothingBehindIfItCannotBeMade) {
   const std::string names[] = {std::string(65, 'p'), "", "a\nb", "\xff\xfe"};
   for (const std::string& name : names) {
     EXPECT_THAT(PkiFolder::create(folder, name, "millrace", 3650, {}, now).error(),
@@ -309,7 +309,7 @@ TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(PlantTest, IsAsItWasAfterAFullDisk) {
+TEST_F(PkiFolderTest, IsAsItWasAfterAFullDisk) {
   // Room for a key, but not for a certificate; then for certificates, but not for a document.
   for (const rlim_t room : {0UL, 300UL, 620UL}) {
     const FullDisk full(room);
@@ -347,14 +347,14 @@ TEST_F(PlantTest, IsAsItWasAfterAFullDisk) {
 
 // What an interrupted command leaves: `init` without its register, `issue` with an incomplete
 // folder.
-TEST_F(PlantTest, SaysWhatToDoAboutAnInitThatDidNotComeToItsEnd) {
+TEST_F(PkiFolderTest, ExplainsAnInterruptedInit) {
   create();
   fs::remove(folder / "register.textproto");
   EXPECT_THAT(PkiFolder::create(folder, "plant", "millrace", 3650, {}, now).error(),
               AllOf(HasSubstr("did not finish here"), HasSubstr("remove")));
 }
 
-TEST_F(PlantTest, RemovesTheKeysOfAnIssueThatDidNotComeToItsEnd) {
+TEST_F(PkiFolderTest, RemovesTheKeysOfAnInterruptedIssue) {
   create();
   open().issue(service(), {}, {}, now).value();
   fs::rename(folder / "root", folder / ".root.part");
@@ -364,7 +364,7 @@ TEST_F(PlantTest, RemovesTheKeysOfAnIssueThatDidNotComeToItsEnd) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(PlantTest, SignsWithNoKeyThatOthersCanRead) {
+TEST_F(PkiFolderTest, SignsWithNoKeyThatOthersCanRead) {
   create();
   PkiFolder sut = open();
   for (const char* key : {"authorities/identity.key", "authorities/permissions.key"}) {
@@ -376,7 +376,7 @@ TEST_F(PlantTest, SignsWithNoKeyThatOthersCanRead) {
   EXPECT_TRUE(sut.issue(service(), {}, {}, now));
 }
 
-TEST_F(PlantTest, IssuesAFolderThatIsRefusedOnceOthersMayWriteIt) {
+TEST_F(PkiFolderTest, IssuesAFolderThatIsRefusedOnceOthersMayWriteIt) {
   create();
   open().issue(service(), {}, {}, now).value();
   const fs::path root = folder / "root";
@@ -400,7 +400,7 @@ TEST_F(PlantTest, IssuesAFolderThatIsRefusedOnceOthersMayWriteIt) {
   EXPECT_EQ(why_refused(), "not refused");
 }
 
-TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
+TEST_F(PkiFolderTest, IssuesAFolderInWhichAPipeIsNoFile) {
   create();
   open().issue(service(), {}, {}, now).value();
   for (const auto& entry : fs::directory_iterator(folder / "root")) {
@@ -417,7 +417,7 @@ TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
 }
 
 // A regression: `millrace trust issue` waited for a writer of the pipe.
-TEST_F(PlantTest, TakesNoAuthorityFromAPipeOrFromWhatOthersMayWrite) {
+TEST_F(PkiFolderTest, ReadsNoCaFromAPipeOrFromAFileThatOthersMayWrite) {
   create();
   const fs::path file = folder / "authorities/identity.pem";
   fs::permissions(file, fs::perms(0666));
@@ -428,7 +428,7 @@ TEST_F(PlantTest, TakesNoAuthorityFromAPipeOrFromWhatOthersMayWrite) {
   EXPECT_THAT(open().issue(service(), {}, {}, now).error(), HasSubstr("is not a regular file"));
 }
 
-TEST_F(PlantTest, SaysWhatAFolderIsNot) {
+TEST_F(PkiFolderTest, RefusesAFolderThatIsNoPki) {
   EXPECT_THAT(PkiFolder::open(temporary.path()).error(), HasSubstr("millrace trust init"));
 }
 
@@ -442,7 +442,7 @@ std::string hash_of_name(const fs::path& certificate) {
   return fmt::format("{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2]);
 }
 
-TEST_F(PlantTest, NamesAForeignMemberSoThatTheOthersBeginTheHandshake) {
+TEST_F(PkiFolderTest, NamesAForeignParticipantSoThatTheOthersBeginTheHandshake) {
   create();
   PkiFolder sut = open();
   const auto entry = sut.issue(service("fastdds"), {.foreign = true}, {}, now);
@@ -457,7 +457,7 @@ TEST_F(PlantTest, NamesAForeignMemberSoThatTheOthersBeginTheHandshake) {
   EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
 }
 
-TEST_F(PlantTest, PacksAMembersFolder) {
+TEST_F(PkiFolderTest, PacksTheFolderOfAParticipant) {
   create();
   PkiFolder sut = open();
   sut.issue(service(), {}, {}, now).value();

@@ -45,7 +45,7 @@ TEST(ACallStore, HasTheTimelineOfACallThatEndedAndOfOneThatDidNot) {
   EXPECT_THAT(sut.timeline({0x5f, 19}).steps, IsEmpty());
 }
 
-TEST(ACallStore, FindsATextInRequestOrResponseInSmallOrCapitalLetters) {
+TEST(ACallStore, FindsATextInRequestOrResponseInAnyCase) {
   CallStore sut;
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Event>(entries[0].sample).text = "M\xe4\xdf T12";
@@ -57,7 +57,7 @@ TEST(ACallStore, FindsATextInRequestOrResponseInSmallOrCapitalLetters) {
   EXPECT_EQ(small_letters("T12 mÄ"), "t12 mÄ");
 }
 
-TEST(ACallStore, ListsTheNewestFirstAndOnlyWhatIsAskedFor) {
+TEST(ACallStore, ListsTheNewestFirstAndOnlyTheSelected) {
   CallStore sut;
   add(sut, one_call(1, 0));
   add(sut, failed_call(2));
@@ -99,7 +99,7 @@ TEST(ACallStore, KeepsNoMoreCallsThatNeverEndThanItHasRoomFor) {
   EXPECT_THAT(sut.timeline({0x5f, 98}).steps, SizeIs(2));
 }
 
-TEST(ACallStore, LearnsOfAFailureThatComesAfterTheEnd) {
+TEST(ACallStore, RecordsAFailureThatComesAfterTheEnd) {
   CallStore sut;
   std::vector<Entry> entries = failed_call(1);
   const Entry reply = entries[3];
@@ -117,7 +117,7 @@ std::vector<Entry> call_with_state(std::uint64_t number, std::uint32_t state) {
   return entries;
 }
 
-TEST(ACallStore, TellsAnAnswerWithAnotherStateFromANormalOneAndAFailure) {
+TEST(ACallStore, DistinguishesAnAnswerWithAnotherStateFromANormalOneAndAFailure) {
   CallStore sut({}, {.more = {{square_root, {2}}}});
   add(sut, one_call(1, 0));
   add(sut, call_with_state(2, 2));
@@ -133,7 +133,7 @@ TEST(ACallStore, TellsAnAnswerWithAnotherStateFromANormalOneAndAFailure) {
   EXPECT_EQ(sut.ended({0x5f, 4})->result(), "failed");
 }
 
-TEST(ACallStore, TakesACallThatWasAnsweredAtTheSecondAttemptForAnswered) {
+TEST(ACallStore, CountsACallAsAnsweredAfterASecondAttempt) {
   CallStore sut;
   std::vector<Entry> entries = one_call(1, 0);
   Entry lost = entries[2];

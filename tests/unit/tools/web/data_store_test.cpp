@@ -83,7 +83,7 @@ TEST_F(ADataStore, HasAGapWhereAValueIsNotGood) {
   EXPECT_EQ(line().at("quality"), "good");
 }
 
-TEST_F(ADataStore, HasAGapFromWhenNobodyTellsOfTheGroupAnyMore) {
+TEST_F(ADataStore, HasAGapOnceItsGroupIsRetracted) {
   tell(sample({real(1, 0)}, 0), 0);
   tell(sample({}, 500), 500);
   EXPECT_THAT(values(), ElementsAre("1", "-"));
@@ -91,7 +91,7 @@ TEST_F(ADataStore, HasAGapFromWhenNobodyTellsOfTheGroupAnyMore) {
   EXPECT_EQ(sut.samples({}).at(0).at("gone"), true);
 }
 
-TEST_F(ADataStore, HasAGapFromWhenNoGatewayIsHeard) {
+TEST_F(ADataStore, HasAGapOnceItsGatewayFallsSilent) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("other", at(100));
   EXPECT_THAT(values(), ElementsAre("1"));
@@ -102,7 +102,7 @@ TEST_F(ADataStore, HasAGapFromWhenNoGatewayIsHeard) {
 }
 
 // A gateway does not send unchanged values again, even after its loop was late for a moment.
-TEST_F(ADataStore, ShowsAgainWhatAGatewayToldWhenThatGatewayIsHeardAgain) {
+TEST_F(ADataStore, ShowsTheValuesOfAGatewayAgainWhenItReturns) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("press", at(500));
   sut.end_silence("other", true, at(600));
@@ -112,7 +112,7 @@ TEST_F(ADataStore, ShowsAgainWhatAGatewayToldWhenThatGatewayIsHeardAgain) {
   EXPECT_THAT(values(), ElementsAre("1", "-", "1"));
 }
 
-TEST_F(ADataStore, KeepsGoneWhatAFormerGatewayToldUntilTheNextOneTellsOfIt) {
+TEST_F(ADataStore, KeepsValuesOfAFormerGatewayGoneUntilTheNextOnePublishesThem) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("press", at(400));
   sut.end_silence("press", false, at(500));
@@ -122,7 +122,7 @@ TEST_F(ADataStore, KeepsGoneWhatAFormerGatewayToldUntilTheNextOneTellsOfIt) {
   EXPECT_EQ(line().at("gone"), false);
 }
 
-TEST_F(ADataStore, KeepsGoneWhatWasTakenBackWhateverGatewayIsHeard) {
+TEST_F(ADataStore, KeepsRetractedGroupsGoneWhicheverGatewayReturns) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("press", at(400));
   tell(sample({}, 500), 500);
@@ -161,7 +161,7 @@ TEST_F(ADataStore, ForgetsPointsThatAreOldButNotWhatStillHolds) {
   EXPECT_THAT(values(), ElementsAre("2", "3"));
 }
 
-TEST_F(ADataStore, TellsWhoHasTheBeginningOnlyTheRest) {
+TEST_F(ADataStore, SendsAReaderThatHasTheBeginningOnlyTheRest) {
   for (const double value : {1, 2, 3}) {
     tell(sample({real(value, value * 1000)}, value * 1000), value * 1000);
   }
@@ -172,7 +172,7 @@ TEST_F(ADataStore, TellsWhoHasTheBeginningOnlyTheRest) {
   EXPECT_THAT(values("1/axes/X", at(9000)), SizeIs(3));
 }
 
-TEST_F(ADataStore, BeginsAnewWhereTheClockWentBack) {
+TEST_F(ADataStore, StartsOverWhereTheClockWentBack) {
   tell(sample({real(1, 5000)}, 5000), 5000);
   tell(sample({real(2, 6000)}, 6000), 6000);
   tell(sample({real(3, 4000)}, 4000), 6100);
@@ -209,7 +209,7 @@ TEST_F(ADataStore, HasTheFieldsOfTheCommand) {
   EXPECT_THAT(sut.samples({.group = "other"}), IsEmpty());
 }
 
-TEST_F(ADataStore, TellsTheFirstElementsOfALongArray) {
+TEST_F(ADataStore, ShortensALongArray) {
   const Value array{.name = "A",
                     .type = ValueType::sgn32,
                     .is_array = true,
@@ -242,7 +242,7 @@ TEST_F(ADataStore, KeepsNoMoreThanItHasRoomForAndCountsWhatIsLeftOut) {
   EXPECT_THAT(values("1/two/X"), SizeIs(6));
 }
 
-TEST_F(ADataStore, BelievesNoTimeThatCannotBe) {
+TEST_F(ADataStore, IgnoresImpossibleTimes) {
   for (const auto said : {fabric::Time::max(), fabric::Time::min(), fabric::Time{}}) {
     Value odd = real(1, 0);
     odd.at = said;
@@ -254,7 +254,7 @@ TEST_F(ADataStore, BelievesNoTimeThatCannotBe) {
   EXPECT_THAT(values("1/odd/X"), testing::Not(IsEmpty()));
 }
 
-TEST_F(ADataStore, KnowsNoVariableThatIsNotNamedWhole) {
+TEST_F(ADataStore, RequiresTheWholeNameOfAVariable) {
   tell(sample({real(1, 0)}, 0), 0);
   for (const char* name : {"", "/", "//", "1", "1/axes", "1/axes/", "x/axes/X", "2/axes/X", "1//X",
                            "1/axes/X/", "65536/axes/X", "-1/axes/X"}) {

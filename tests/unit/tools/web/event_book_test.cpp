@@ -90,7 +90,7 @@ TEST_F(AnEventBook, NamesAnInstanceThatEndedAndWhetherItWasTheLast) {
   EXPECT_EQ(newest().at("last"), true);
 }
 
-TEST_F(AnEventBook, TakesTheStartOfAnInstanceFromItself) {
+TEST_F(AnEventBook, UsesTheStartTimeOfTheInstance) {
   tell_instance(Change::ready, 1, 5000);
   EXPECT_THAT(kinds(), IsEmpty());
   tell(fabric::InstanceStatus{.instance = id_of(1), .started = at(1000)}, 5000);
@@ -113,7 +113,7 @@ TEST_F(AnEventBook, HasOneEventForAllMachinesOfAGateway) {
   EXPECT_THAT(kinds(), ElementsAre("gateway started", "gateway gone"));
 }
 
-TEST_F(AnEventBook, SaysWhyALinkIsDownAndWhenItIsUpAgain) {
+TEST_F(AnEventBook, ShowsWhyALinkIsDownAndWhenItIsUpAgain) {
   tell_machine("cnc", "gw", true, 0);
   tell_machine("cnc", "gw", false, 1000);
   EXPECT_EQ(newest().at("text"), "refused");
@@ -135,13 +135,13 @@ TEST_F(AnEventBook, HasNoEventOfALinkThatAGatewayMakesWhenItStarts) {
   EXPECT_THAT(kinds(), ElementsAre("link up", "link down", "gateway started", "gateway gone"));
 }
 
-TEST_F(AnEventBook, DoesNotMissALinkThatAGatewayInReserveDoesNotNeed) {
+TEST_F(AnEventBook, ReportsNoMissingLinkOfAStandbyGateway) {
   tell_machine("cnc", "gw", true, 0);
   tell_machine("cnc", "other", false, 1000, 10);
   EXPECT_THAT(kinds(), testing::Not(testing::Contains("link down")));
 }
 
-TEST_F(AnEventBook, SaysWhoAnsweredOrRetriedAHeldCall) {
+TEST_F(AnEventBook, ShowsWhichOperatorAnsweredOrRetriedABlockedCall) {
   tell_channel(ChannelState::running, "", 0);
   tell_channel(ChannelState::held, "sq1 is lost", 1000);
   tell_channel(ChannelState::held, "sq1 is lost", 1000);
@@ -175,7 +175,7 @@ TEST_F(AnEventBook, CountsAnAbortedProgramOnce) {
   EXPECT_EQ(newest().at("error"), 455);
 }
 
-TEST_F(AnEventBook, SaysWhatAProgramReportsAndWhenThatIsOver) {
+TEST_F(AnEventBook, ShowsAnAlarmAndItsEnd) {
   recording::AlarmNews news{
       .alarm = {
           .key = {.kind = "archive"}, .text = "disk full", .since = at(0), .program = "archiver"}};
@@ -187,7 +187,7 @@ TEST_F(AnEventBook, SaysWhatAProgramReportsAndWhenThatIsOver) {
   EXPECT_EQ(newest().at("text"), "disk full");
 }
 
-TEST_F(AnEventBook, TellsEachEventOnceAndAgainWhenItHasChanged) {
+TEST_F(AnEventBook, ReportsEachEventOnceAndAgainWhenItHasChanged) {
   tell_machine("cnc", "gw", true, 0);
   tell_machine("press", "gw", true, 0);
   tell_machine("cnc", "", false, 1000);

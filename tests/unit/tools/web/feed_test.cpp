@@ -13,7 +13,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-TEST(AFeed, GivesWhatWasPublishedInOrder) {
+TEST(AFeed, DeliversWhatWasPublishedInOrder) {
   Feeds feeds(2);
   const auto sut = feeds.open("a");
   feeds.publish("one");
@@ -23,7 +23,7 @@ TEST(AFeed, GivesWhatWasPublishedInOrder) {
   EXPECT_EQ(sut->take(), nullptr);
 }
 
-TEST(AFeed, IsGivenUpWhenNobodyReadsIt) {
+TEST(AFeed, IsGivenUpWhenItIsNotRead) {
   Feeds feeds(2);
   const auto sut = feeds.open("a");
   const auto reader = feeds.open("a");
@@ -48,7 +48,7 @@ TEST(Feeds, AreNoMoreThanThereIsRoomFor) {
   EXPECT_NE(sut.open("a"), nullptr);
 }
 
-TEST(Feeds, AreNotAllTakenByOneAddress) {
+TEST(Feeds, AreNotAllUsedByOneAddress) {
   Feeds sut(3);
   const auto first = sut.open("greedy");
   const auto second = sut.open("greedy");

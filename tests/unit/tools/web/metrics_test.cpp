@@ -67,7 +67,7 @@ TEST_F(TheMetrics, SpreadTheTimesOfEachHopOverBuckets) {
   EXPECT_THAT(text(), HasSubstr("hop=\"to_service\""));
 }
 
-TEST_F(TheMetrics, TellTheStateOfAChannelAndWhatWaits) {
+TEST_F(TheMetrics, ShowTheStateOfAChannelAndWhatWaits) {
   add_channel(fabric::ChannelState::held);
   EXPECT_THAT(
       text(),
@@ -81,7 +81,7 @@ TEST_F(TheMetrics, TellTheStateOfAChannelAndWhatWaits) {
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
 }
 
-TEST_F(TheMetrics, TellWhetherALinkIsUp) {
+TEST_F(TheMetrics, ShowWhetherALinkIsUp) {
   const fabric::MachineStatus up{.machine = "cnc",
                                  .gateway = id(1),
                                  .connected = true,
@@ -95,7 +95,7 @@ TEST_F(TheMetrics, TellWhetherALinkIsUp) {
   EXPECT_THAT(text(), HasSubstr("millrace_gateways{machine=\"cnc\"} 0\n"));
 }
 
-TEST_F(TheMetrics, SayWhetherAControllerTellsOfChanges) {
+TEST_F(TheMetrics, ShowWhetherAControllerSendsNotifications) {
   fabric::MachineStatus machine;
   machine.machine = "cnc";
   machine.host = "host1";
@@ -111,7 +111,7 @@ TEST_F(TheMetrics, SayWhetherAControllerTellsOfChanges) {
   EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
 }
 
-TEST_F(TheMetrics, TellOfAServiceThatItHasNoInstanceLeft) {
+TEST_F(TheMetrics, ShowAServiceWithoutInstances) {
   add_instance(Change::ready);
   const std::string line = "millrace_service_instances{service=\"" + square_root + "\"} ";
   EXPECT_THAT(text(), HasSubstr(line + "1\n"));
@@ -143,7 +143,7 @@ TEST_F(TheMetrics, HaveNoMoreSeriesThanTheyHaveRoomFor) {
   EXPECT_THAT(all, Not(HasSubstr("service 900")));
 }
 
-TEST_F(TheMetrics, TellOfAsManyChannelsAsTheyHaveRoomFor) {
+TEST_F(TheMetrics, ShowALimitedNumberOfChannels) {
   for (std::size_t channel = 1; channel <= most_channels + 1; ++channel) {
     add(Entry{.sample = fabric::ChannelStatus{.key = {"cnc", static_cast<std::uint16_t>(channel)},
                                               .since = at(0)}});
@@ -165,7 +165,7 @@ TEST_F(TheMetrics, KeepForeignNamesInTheirQuotes) {
   EXPECT_THAT(text(), HasSubstr("machine=\"a\\\"} 1\\nup{x=\\\"ä\""));
 }
 
-TEST_F(TheMetrics, TellWhatProgramsSayOfThemselves) {
+TEST_F(TheMetrics, ShowTheAlarmsOfProcesses) {
   fabric::Alarm alarm{.key = {id(0x11), "gauge", "G1"},
                       .text = "it is silent",
                       .program = "dial_gauge",
@@ -183,7 +183,7 @@ TEST_F(TheMetrics, ShowNoControlCharactersOfOthers) {
   EXPECT_THAT(text(), HasSubstr("subject=\"G1\\\\x1b[2J\\\\x7f\\n\""));
 }
 
-TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
+TEST_F(TheMetrics, ShowAFullJournalAlsoWhereNoCallWaits) {
   add(Entry{.sample = fabric::MachineStatus{
                 .machine = "cnc", .gateway = id(0x33), .connected = true, .host = "gw"}});
   add_channel(fabric::ChannelState::idle);
@@ -195,7 +195,7 @@ TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
 }
 
-TEST_F(TheMetrics, CountProgramsThatAreOverButNotThoseOfBeforeOrOfAReplay) {
+TEST_F(TheMetrics, CountEndedProgramsButNotEarlierOrReplayedOnes) {
   using fabric::ProgramEventKind;
   const auto tell = [this](ProgramEventKind kind, double ms, bool replayed = false) {
     add(Entry{.at = at(20'000),
@@ -237,7 +237,7 @@ fabric::DataSample queue_of(const std::string& machine, std::int64_t filled, std
                      number("messages", 7), number("answered", 4), number("waiting", 3)}};
 }
 
-TEST_F(TheMetrics, TellHowFarMessageQueuesAreFilledReadAndAnswered) {
+TEST_F(TheMetrics, ShowHowFarMessageQueuesAreFilledReadAndAnswered) {
   add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
   const std::string labels = "{machine=\"press\",queue=\"ALARMS\",channel=\"1\"} ";
   EXPECT_THAT(text(), HasSubstr("millrace_queue_filled_messages" + labels + "2\n"));
@@ -247,7 +247,7 @@ TEST_F(TheMetrics, TellHowFarMessageQueuesAreFilledReadAndAnswered) {
   EXPECT_THAT(text(), HasSubstr("millrace_queue_answered_messages_total" + labels + "4\n"));
 }
 
-TEST_F(TheMetrics, DoNotTellHowFarAQueueWasFilledWhenItsControllerDoesNotAnswer) {
+TEST_F(TheMetrics, HideHowFarAQueueWasFilledWhenItsControllerDoesNotAnswer) {
   auto sample = queue_of("press.ALARMS", 1, 4);
   sample.values.front().quality = fabric::Quality::stale;
   add(Entry{.at = at(0), .sample = sample});
@@ -255,7 +255,7 @@ TEST_F(TheMetrics, DoNotTellHowFarAQueueWasFilledWhenItsControllerDoesNotAnswer)
   EXPECT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
 }
 
-TEST_F(TheMetrics, TellNothingOfAQueueWhoseGatewayIsGone) {
+TEST_F(TheMetrics, HideAQueueWhoseGatewayIsGone) {
   add(Entry{.at = at(0), .sample = fabric::MachineStatus{.machine = "press", .host = "hall"}});
   add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
   ASSERT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
@@ -263,7 +263,7 @@ TEST_F(TheMetrics, TellNothingOfAQueueWhoseGatewayIsGone) {
   EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_waiting_messages")));
 }
 
-TEST_F(TheMetrics, TellNothingOfAQueueThatCannotBe) {
+TEST_F(TheMetrics, HideAnImpossibleQueue) {
   add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 9, 4)});
   add(Entry{.at = at(0), .sample = queue_of("press.NO", 1, 4)});
   add(Entry{.at = at(0), .sample = fabric::DataSample{.key = {"press.NO", 1}, .group = "queue"}});

@@ -53,7 +53,7 @@ Entry machine(std::uint8_t gateway, const std::string& host, bool connected = tr
                                           .gone = host.empty()}};
 }
 
-class APlant : public testing::Test {
+class APlantModel : public testing::Test {
  protected:
   fabric::Moment after(double milliseconds) const {
     return {start_ + std::chrono::microseconds(static_cast<std::int64_t>(milliseconds * 1000)),
@@ -75,7 +75,7 @@ class APlant : public testing::Test {
   fabric::SteadyTime start_ = std::chrono::steady_clock::now();
 };
 
-TEST_F(APlant, IsToldWholeToWhoIsNew) {
+TEST_F(APlantModel, IsSentWholeToANewReader) {
   add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
   add(one_call(17, 0));
   const boost::json::object snapshot = sut.snapshot(after(10));
@@ -88,7 +88,7 @@ TEST_F(APlant, IsToldWholeToWhoIsNew) {
   EXPECT_EQ(snapshot.at("totals").at("calls"), 1);
 }
 
-TEST_F(APlant, TellsWhatHasChangedOnce) {
+TEST_F(APlantModel, SendsEachChangeOnce) {
   add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
   const auto first_changes = sut.changes(after(250));
   ASSERT_TRUE(first_changes);
@@ -98,7 +98,7 @@ TEST_F(APlant, TellsWhatHasChangedOnce) {
   EXPECT_EQ(sut.changes(after(500)), std::nullopt);
 }
 
-TEST_F(APlant, GivesASignOfLifeWhenNothingChanges) {
+TEST_F(APlantModel, SendsASignOfLifeWhenNothingChanges) {
   ASSERT_TRUE(sut.changes(after(0)));
   EXPECT_FALSE(sut.changes(after(1999)));
   const auto beat = sut.changes(after(2000));
@@ -107,7 +107,7 @@ TEST_F(APlant, GivesASignOfLifeWhenNothingChanges) {
   EXPECT_FALSE(beat->contains("channels"));
 }
 
-TEST_F(APlant, TellsAtOnceOfAChannelThatNeedsSomebodyAndNowAndThenOfOneThatRuns) {
+TEST_F(APlantModel, SendsAProblemOfAChannelAtOnceAndARunningChannelNowAndThen) {
   add({channel(fabric::ChannelState::idle)});
   ASSERT_TRUE(sut.changes(after(0)));
   add({channel(fabric::ChannelState::running, 1)});
@@ -123,7 +123,7 @@ TEST_F(APlant, TellsAtOnceOfAChannelThatNeedsSomebodyAndNowAndThenOfOneThatRuns)
   EXPECT_EQ(first(*later, "channels").at("channel_state"), "idle");
 }
 
-TEST_F(APlant, SaysWhatTheCallUnderWayAskedAndWhoHasIt) {
+TEST_F(APlantModel, ShowsRequestAndInstanceOfTheCallUnderWay) {
   add({machine(1, "gw"), instance(Change::ready), channel(fabric::ChannelState::running, 17)});
   const auto entries = one_call(17, 0);
   add({entries[0], entries[1], entries[2]});
@@ -136,7 +136,7 @@ TEST_F(APlant, SaysWhatTheCallUnderWayAskedAndWhoHasIt) {
   EXPECT_EQ(told.at("link"), "up");
 }
 
-TEST_F(APlant, ShowsTheDataOfAGatewayAgainThatWasNotHeardForAMoment) {
+TEST_F(APlantModel, ShowsTheDataOfAGatewayAgainAfterAShortSilence) {
   fabric::DataSample data{.key = {"cnc", 1}, .group = "slow", .at = at(0)};
   data.values.push_back({.name = "V.E.LABEL"});
   const auto is_gone = [&] { return sut.data().samples({}).at(0).at("gone"); };
@@ -150,7 +150,7 @@ TEST_F(APlant, ShowsTheDataOfAGatewayAgainThatWasNotHeardForAMoment) {
   EXPECT_EQ(is_gone(), true) << "another gateway sends its groups itself";
 }
 
-TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
+TEST_F(APlantModel, ShowsWhetherAChannelsGatewayIsAlive) {
   add({channel(fabric::ChannelState::idle)});
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "gone");
   add({machine(1, "gw", false)});
@@ -161,7 +161,7 @@ TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
   EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("link"), "gone");
 }
 
-TEST_F(APlant, SaysThatTheProgramOfAChannelWasAborted) {
+TEST_F(APlantModel, ShowsThatTheProgramOfAChannelWasAborted) {
   add({channel(fabric::ChannelState::idle)});
   ASSERT_TRUE(sut.changes(after(0)));
   EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("program"));
@@ -185,7 +185,7 @@ TEST_F(APlant, SaysThatTheProgramOfAChannelWasAborted) {
   EXPECT_FALSE(first(sut.snapshot(after(2000)), "channels").contains("program"));
 }
 
-TEST_F(APlant, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
+TEST_F(APlantModel, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
   add({machine(1, "gw")});
   ASSERT_TRUE(sut.changes(after(0)));
   add({machine(1, "", false)});
@@ -198,7 +198,7 @@ TEST_F(APlant, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
   EXPECT_THAT(sut.machines(), SizeIs(1));
 }
 
-TEST_F(APlant, TellsThatAnInstanceIsGone) {
+TEST_F(APlantModel, ReportsThatAnInstanceIsGone) {
   add({instance(Change::ready)});
   ASSERT_TRUE(sut.changes(after(0)));
   add({instance(Change::gone)});
@@ -207,7 +207,7 @@ TEST_F(APlant, TellsThatAnInstanceIsGone) {
   EXPECT_EQ(changes->at("gone").at("services").at(0).as_string(), id(0x11).to_string());
 }
 
-TEST_F(APlant, TellsWhoIsNewOfInstancesThatWereGoneBeforeForAQuarterOfAnHour) {
+TEST_F(APlantModel, SendsANewReaderTheInstancesOfTheLastQuarterOfAnHour) {
   add({instance(Change::ready), instance(Change::gone)});
   ASSERT_TRUE(sut.changes(after(0)));
   const boost::json::object gone = first(sut.snapshot(after(250)), "services");
@@ -225,7 +225,7 @@ TEST_F(APlant, TellsWhoIsNewOfInstancesThatWereGoneBeforeForAQuarterOfAnHour) {
   EXPECT_EQ(first(sut.snapshot(after(quarter + 3000)), "channels").at("service"), "sq1");
 }
 
-TEST_F(APlant, CountsRatesThatGoDownWhenNobodyCalls) {
+TEST_F(APlantModel, CountsRatesDownWithoutCalls) {
   add({instance(Change::ready), channel(fabric::ChannelState::idle)});
   for (int i = 1; i <= 20; ++i) {
     add(one_call(static_cast<std::uint64_t>(i), i * 100.0), i * 100.0);
@@ -240,7 +240,7 @@ TEST_F(APlant, CountsRatesThatGoDownWhenNobodyCalls) {
   EXPECT_EQ(first(*idle, "channels").at("calls_per_second"), 0.0);
 }
 
-TEST_F(APlant, TellsOfManyCallsTheFailedOnesAndTheNewestAndHowManyItLeavesOut) {
+TEST_F(APlantModel, SendsTheFailedAndTheNewestOfManyCallsAndCountsTheRest) {
   for (std::uint64_t i = 1; i <= 120; ++i) {
     std::vector<Entry> entries = one_call(i, static_cast<double>(i));
     if (i == 3) {
@@ -258,7 +258,7 @@ TEST_F(APlant, TellsOfManyCallsTheFailedOnesAndTheNewestAndHowManyItLeavesOut) {
   EXPECT_EQ(calls.back().at("call"), "5f-120");
 }
 
-TEST_F(APlant, CountsAnswersWithAnotherStateApartFromFailures) {
+TEST_F(APlantModel, CountsAnswersWithAnotherStateApartFromFailures) {
   add({instance(Change::ready)});
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Reply>(entries[3].sample).state = 99;
@@ -272,7 +272,7 @@ TEST_F(APlant, CountsAnswersWithAnotherStateApartFromFailures) {
   EXPECT_EQ(snapshot.at("totals").at("other_states"), 1);
 }
 
-TEST_F(APlant, SaysHowManyInstancesThereAreForACallThatWaits) {
+TEST_F(APlantModel, ShowsTheNumberOfInstancesForAWaitingCall) {
   Entry waits = channel(fabric::ChannelState::waiting, 1);
   std::get<fabric::ChannelStatus>(waits.sample).instance = {};
   add({machine(1, "gw"), waits});
@@ -283,7 +283,7 @@ TEST_F(APlant, SaysHowManyInstancesThereAreForACallThatWaits) {
   EXPECT_EQ(first(*sut.changes(after(2000)), "channels").at("instances"), 0);
 }
 
-TEST_F(APlant, SaysThatAGatewayTakesNoCallsWithItsChannels) {
+TEST_F(APlantModel, ShowsOnItsChannelsThatAGatewayAcceptsNoCalls) {
   add({machine(1, "gw"), channel(fabric::ChannelState::unserved)});
   ASSERT_TRUE(sut.changes(after(0)));
   const fabric::Alarm full{.key = {id(1), "journal", ""}, .text = "disk full"};
@@ -293,7 +293,7 @@ TEST_F(APlant, SaysThatAGatewayTakesNoCallsWithItsChannels) {
   EXPECT_FALSE(first(*sut.changes(after(2000)), "channels").contains("journal"));
 }
 
-TEST_F(APlant, ShowsWhatARequestAsksThatNobodyServes) {
+TEST_F(APlantModel, ShowsWhatAnUnservedRequestContains) {
   Entry unserved = channel(fabric::ChannelState::unserved);
   std::get<fabric::ChannelStatus>(unserved.sample).uuid = square_root;
   add({machine(1, "gw"), unserved});
@@ -311,19 +311,19 @@ TEST_F(APlant, ShowsWhatARequestAsksThatNobodyServes) {
   EXPECT_FALSE(first(sut.snapshot(after(20)), "channels").contains("request"));
 }
 
-TEST_F(APlant, SaysWhereAGatewayWasThatIsGone) {
+TEST_F(APlantModel, ShowsTheLastHostOfAGatewayThatIsGone) {
   add({machine(1, "gw"), machine(1, "", false)});
   EXPECT_EQ(first(sut.snapshot(after(0)), "machines").at("last_gateway_host"), "gw");
 }
 
-TEST_F(APlant, ShowsWhateverIsInATextAsText) {
+TEST_F(APlantModel, ShowsWhateverIsInATextAsText) {
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";
   add(entries);
   EXPECT_EQ(first(sut.snapshot(after(0)), "calls").at("request"), "<script>\x01ä\n");
 }
 
-TEST_F(APlant, KeepsALineOfEachService) {
+TEST_F(APlantModel, KeepsALineOfEachService) {
   add({instance(Change::ready)});
   ASSERT_TRUE(sut.changes(after(0)));
   for (std::uint64_t i = 1; i <= 10; ++i) {
@@ -338,7 +338,7 @@ TEST_F(APlant, KeepsALineOfEachService) {
   EXPECT_EQ(history.at("step_ms"), 5000);
 }
 
-TEST_F(APlant, TellsWhichInstanceHasServedWhichChannelInTheLastMinute) {
+TEST_F(APlantModel, ShowsWhichInstanceHasServedWhichChannelInTheLastMinute) {
   add({instance(Change::ready)});
   ASSERT_TRUE(sut.changes(after(0)));
   add(one_call(1, 1));
@@ -353,7 +353,7 @@ TEST_F(APlant, TellsWhichInstanceHasServedWhichChannelInTheLastMinute) {
   EXPECT_TRUE(sut.history().at("served").as_array().empty()) << "it was more than a minute ago";
 }
 
-TEST_F(APlant, TellsWhoHasTakenACauseLast) {
+TEST_F(APlantModel, ShowsWhoAcknowledgedACauseLast) {
   const fabric::Moment now = after(1000);
   sut.acknowledge({.cause = "held cnc/1", .name = "cnc/1", .by = "anna"}, now.wall);
   sut.acknowledge({.cause = "held cnc/1", .name = "cnc/1", .by = "bert", .note = "mine"}, now.wall);
@@ -373,7 +373,7 @@ TEST_F(APlant, TellsWhoHasTakenACauseLast) {
   EXPECT_EQ(sut.acknowledged().at(0).at("cause"), "0") << "the oldest is forgotten";
 }
 
-TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
+TEST_F(APlantModel, ShowsTheNameOfAnInstanceAtTheTimeOfTheCall) {
   add({instance(Change::ready)});
   add(one_call(17, 0));
   Entry renamed = instance(Change::ready, 0x22);
@@ -382,7 +382,7 @@ TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
   EXPECT_EQ(first(sut.snapshot(after(10)), "calls").at("service"), "sq1");
 }
 
-TEST_F(APlant, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
+TEST_F(APlantModel, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
   Entry other = instance(Change::ready, 0x22);
   std::get<InstanceNews>(other.sample).identity.name = "sq2";
   Entry waits = channel(fabric::ChannelState::waiting, 1);
@@ -396,7 +396,7 @@ TEST_F(APlant, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
 }
 
-TEST_F(APlant, TellsAllAlarmsWhenOneIsNewOrTakenBackAndOnlyThen) {
+TEST_F(APlantModel, SendsAllAlarmsWhenOneIsNewOrRetractedAndOnlyThen) {
   const fabric::Alarm full{
       .key = {id(0x11), "archive", ""}, .text = "disk full", .program = "archiver"};
   ASSERT_TRUE(sut.changes(after(0)));

@@ -66,20 +66,20 @@ TEST_F(AProgramStore, HasTheNewestRunFirst) {
   EXPECT_EQ(sut.runs({}, 1).at("runs").at(0).at("error"), 21462);
 }
 
-TEST_F(AProgramStore, KnowsARunWhoseStartNobodySaw) {
+TEST_F(AProgramStore, HasARunWithoutItsStart) {
   sut.add({.key = {"press", 1}, .kind = ProgramEventKind::ended, .at = at(100)}, at(100));
   EXPECT_THAT(states(), ElementsAre("ended"));
   EXPECT_FALSE(sut.runs({}, 1).at("runs").at(0).as_object().contains("duration_s"));
 }
 
-TEST_F(AProgramStore, CountsAnEventThatIsToldAgainOnce) {
+TEST_F(AProgramStore, CountsARepeatedEventOnce) {
   tell(ProgramEventKind::started, 0, 0);
   tell(ProgramEventKind::ended, 100, 0);
   tell(ProgramEventKind::ended, 100, 0);
   EXPECT_THAT(states(), ElementsAre("ended"));
 }
 
-TEST_F(AProgramStore, DoesNotKnowWhatBecameOfARunThatNobodyTellsOf) {
+TEST_F(AProgramStore, ShowsARunWithoutAnEndAsUnknown) {
   tell(ProgramEventKind::started, 0, 0);
   sut.silence("press");
   EXPECT_THAT(states(), ElementsAre("unknown"));
@@ -89,7 +89,7 @@ TEST_F(AProgramStore, DoesNotKnowWhatBecameOfARunThatNobodyTellsOf) {
   EXPECT_THAT(states(), ElementsAre("running", "unknown", "unknown"));
 }
 
-TEST_F(AProgramStore, KnowsARunAgainWhenTheGatewayThatToldOfItIsHeardAgain) {
+TEST_F(AProgramStore, ShowsARunAgainWhenItsGatewayReturns) {
   tell(ProgramEventKind::started, 0, 0);
   tell(ProgramEventKind::started, 100, 100);
   sut.silence("press");
@@ -99,7 +99,7 @@ TEST_F(AProgramStore, KnowsARunAgainWhenTheGatewayThatToldOfItIsHeardAgain) {
   EXPECT_THAT(states(), ElementsAre("running", "unknown"));
 }
 
-TEST_F(AProgramStore, KnowsThatAProgramWasAbortedUntilTheNextStartOrReset) {
+TEST_F(AProgramStore, ShowsAnAbortedProgramUntilTheNextStartOrReset) {
   using Kind = ProgramStore::Condition::Kind;
   const auto condition = [this] { return sut.condition({"press", 1}); };
   EXPECT_FALSE(condition());
@@ -123,7 +123,7 @@ TEST_F(AProgramStore, KnowsThatAProgramWasAbortedUntilTheNextStartOrReset) {
   EXPECT_FALSE(condition());
 }
 
-TEST_F(AProgramStore, LeavesAnAbortedProgramToTheNextGatewayToTellOf) {
+TEST_F(AProgramStore, LeavesAnAbortedProgramToTheNextGateway) {
   tell(ProgramEventKind::started, 0, 0);
   tell(ProgramEventKind::aborted, 100, 0);
   sut.begin_anew("press");

@@ -64,7 +64,7 @@ class AServer : public testing::Test {
   std::uint16_t port = 0;
 };
 
-TEST_F(AServer, DropsABrowserThatDoesNotReadAndTheOthersNoticeNothing) {
+TEST_F(AServer, DropsABrowserThatDoesNotReadWithoutDisturbingOthers) {
   start({.time_to_read = 300ms});
   HttpClient deaf(port);
   deaf.send("GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n");
@@ -83,7 +83,7 @@ TEST_F(AServer, DropsABrowserThatDoesNotReadAndTheOthersNoticeNothing) {
   EXPECT_EQ(counts().connections, 1U);
 }
 
-TEST_F(AServer, EndsAConnectionThatAsksTooSlowly) {
+TEST_F(AServer, EndsAConnectionWhoseRequestIsTooSlow) {
   start({.time_to_ask = 200ms});
   HttpClient slow(port);
   slow.send("GET / HTT");
@@ -93,7 +93,7 @@ TEST_F(AServer, EndsAConnectionThatAsksTooSlowly) {
   EXPECT_EQ(HttpClient(port).get("/healthz").status, 200);
 }
 
-TEST_F(AServer, HasRoomForWhoIsNewIfSomebodyIsIdle) {
+TEST_F(AServer, DropsAnIdleConnectionForANewOne) {
   start({.most_connections = 2});
   HttpClient first(port);
   EXPECT_EQ(first.get("/healthz").status, 200);
@@ -134,7 +134,7 @@ TEST_F(AServer, RefusesARequestWithTwoHosts) {
   EXPECT_EQ(client.receive().status, 403);
 }
 
-TEST_F(AServer, SaysWhyItCannotListen) {
+TEST_F(AServer, ReportsWhyItCannotListen) {
   start({});
   try {
     const Server second(io.get_executor(), {.port = port}, site, base::program::no_log());

@@ -72,7 +72,7 @@ TEST_F(ASite, HasAPageOfAtMost376KilobytesWithAllViewsAndLanguages) {
   EXPECT_LE(pages.size(), 376'000U);
 }
 
-TEST_F(ASite, KnowsNothingElse) {
+TEST_F(ASite, HasNoOtherPages) {
   EXPECT_EQ(answer(get("/etc/passwd")).status, 404U);
   EXPECT_EQ(answer(get("/../etc/passwd")).status, 400U);
   EXPECT_EQ(answer(get("/api")).status, 404U);
@@ -80,7 +80,7 @@ TEST_F(ASite, KnowsNothingElse) {
   EXPECT_EQ(answer(get("/api/about/more")).status, 404U);
 }
 
-TEST_F(ASite, TellsOfThePlant) {
+TEST_F(ASite, ShowsThePlant) {
   for (const recording::Entry& entry : one_call(17, 0)) {
     plant.add(entry, {});
   }
@@ -102,7 +102,7 @@ TEST_F(ASite, TellsOfThePlant) {
   EXPECT_EQ(answer(get("/healthz")).status, 200U);
 }
 
-TEST_F(ASite, TellsOfMachineDataToWhoAsksForIt) {
+TEST_F(ASite, ShowsMachineDataOnRequest) {
   const fabric::Time now = recording::tests::at(0);
   plant.add({.at = now,
              .sample = fabric::DataSample{.key = {"press", 1},
@@ -137,7 +137,7 @@ TEST_F(ASite, TellsOfMachineDataToWhoAsksForIt) {
   EXPECT_EQ(answer(get("/api/data/history/more")).status, 404U);
 }
 
-TEST_F(ASite, TellsOfPrograms) {
+TEST_F(ASite, ShowsPrograms) {
   const fabric::Time now = recording::tests::at(0);
   plant.add(
       {.at = now, .sample = fabric::ProgramEvent{.key = {"press", 2}, .at = now, .started = now}},
@@ -154,7 +154,7 @@ TEST_F(ASite, TellsOfPrograms) {
   EXPECT_EQ(answer(get("/api/programs/more")).status, 404U);
 }
 
-TEST_F(ASite, IsNotReachedByANameThatSomebodyElseMadeUp) {
+TEST_F(ASite, RefusesAForeignHostName) {
   Request request = get("/api/about");
   for (const char* host : {"127.0.0.1", "[::1]:8080", "localhost:8080", "LOCALHOST", "Hall-PC:1"}) {
     request.host = host;
@@ -168,7 +168,7 @@ TEST_F(ASite, IsNotReachedByANameThatSomebodyElseMadeUp) {
   }
 }
 
-TEST_F(ASite, TakesNothingFromAPageOfAnotherServer) {
+TEST_F(ASite, RefusesActionsFromThePageOfAnotherServer) {
   Request request = get("/api/actions/retry");
   request.method = "POST";
   for (const char* origin : {"http://evil.example", "http://evil://127.0.0.1:8080", "null"}) {
@@ -179,7 +179,7 @@ TEST_F(ASite, TakesNothingFromAPageOfAnotherServer) {
   EXPECT_THAT(*answer(request).body, Not(HasSubstr("another server")));
 }
 
-TEST_F(ASite, UnderstandsNoOtherMethods) {
+TEST_F(ASite, RefusesOtherMethods) {
   Request request = get("/api/about");
   request.method = "DELETE";
   EXPECT_EQ(answer(request).status, 405U);
@@ -187,7 +187,7 @@ TEST_F(ASite, UnderstandsNoOtherMethods) {
   EXPECT_EQ(answer(request).status, 405U);
 }
 
-TEST_F(ASite, LetsNobodyActUnlessSomebodyMay) {
+TEST_F(ASite, AllowsNoActionsUnlessConfigured) {
   Request request = get("/api/actions/retry");
   request.method = "POST";
   EXPECT_EQ(answer(request).status, 403U);

@@ -9,7 +9,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-TEST(ATarget, IsTakenApart) {
+TEST(ATarget, IsParsed) {
   const auto sut = parse_target("/api/calls/5f-17?limit=20&machine=lathe+2&x=%C3%A4");
   ASSERT_TRUE(sut);
   EXPECT_THAT(sut->path, ElementsAre("api", "calls", "5f-17"));
@@ -22,7 +22,7 @@ TEST(ATarget, IsTakenApart) {
   EXPECT_THAT(parse_target("/a%20b")->path, ElementsAre("a b"));
 }
 
-TEST(ATarget, MayNameOneThingSeveralTimes) {
+TEST(ATarget, MayHaveOneParameterSeveralTimes) {
   const auto sut = parse_target("/api/data/history?variable=1/a/X&since=&variable=1/a/Y");
   ASSERT_TRUE(sut);
   EXPECT_THAT(sut->values("variable"), ElementsAre("1/a/X", "1/a/Y"));
@@ -31,7 +31,7 @@ TEST(ATarget, MayNameOneThingSeveralTimes) {
   EXPECT_THAT(sut->values("x"), IsEmpty());
 }
 
-TEST(ATarget, NamesNothingThatItDoesNotSayPlainly) {
+TEST(ATarget, IsRefusedUnlessItIsPlain) {
   for (const char* text :
        {"", "*", "api", "http://elsewhere/", "//", "//etc/passwd", "/..", "/a/../b", "/a/%2e%2e/b",
         "/a/./b", "/a//b", "/a%2Fb", "/a%00b", "/%", "/%4", "/%zz", "/a?x=%", "/a?%q=1"}) {

@@ -30,7 +30,7 @@ const std::string& quick_hash() {
   return hash;
 }
 
-class AGate : public testing::Test {
+class UserActionsTest : public testing::Test {
  protected:
   static http::Request post(const std::string& path, const std::string& body) {
     return {.method = "POST",
@@ -96,7 +96,7 @@ class AGate : public testing::Test {
   static constexpr const char* retry = R"({"machine": "cnc", "channel": 1, "call": "5f-17"})";
 };
 
-TEST_F(AGate, LetsSomebodyInWhoKnowsThePassword) {
+TEST_F(UserActionsTest, AcceptsAUserWithThePassword) {
   EXPECT_EQ(log_in("anna", "wrong").status, 401U);
   EXPECT_EQ(log_in("bert", "secret").status, 401U);
   const http::Response response = log_in("anna", "secret");
@@ -107,7 +107,7 @@ TEST_F(AGate, LetsSomebodyInWhoKnowsThePassword) {
               testing::AllOf(HasSubstr("HttpOnly"), HasSubstr("SameSite=Strict")));
 }
 
-TEST_F(AGate, KeepsWhoHasTakenACause) {
+TEST_F(UserActionsTest, RecordsWhoAcknowledgedACause) {
   const auto body = [](const std::string& cause) {
     return R"({"cause": ")" + cause + R"(", "name": "cnc/1", "since": "1", "note": "new part"})";
   };
@@ -122,7 +122,7 @@ TEST_F(AGate, KeepsWhoHasTakenACause) {
   EXPECT_THAT(acknowledged, SizeIs(1));
 }
 
-TEST_F(AGate, ActsInTheNameOfItsUser) {
+TEST_F(UserActionsTest, ActsInTheNameOfItsUser) {
   const http::Response response = run(by_anna("actions/retry", retry));
   EXPECT_EQ(response.status, 200U);
   EXPECT_EQ(json(response).at("done"), true);
@@ -135,7 +135,7 @@ TEST_F(AGate, ActsInTheNameOfItsUser) {
   EXPECT_NE(issued[0].id, fabric::InstanceId{});
 }
 
-TEST_F(AGate, SendsAnAnswerInTheControllersCodePage) {
+TEST_F(UserActionsTest, SendsAnAnswerInTheControllersCodePage) {
   run(by_anna(
       "actions/answer",
       R"({"machine": "cnc", "channel": 1, "call": "5f-17", "response": "ä", "state": 99})"));
@@ -144,12 +144,12 @@ TEST_F(AGate, SendsAnAnswerInTheControllersCodePage) {
   EXPECT_EQ(issued[0].state, 99U);
 }
 
-TEST_F(AGate, TellsThatNobodyAnswers) {
+TEST_F(UserActionsTest, ReportsThatNoGatewayAnswers) {
   word.reset();
   EXPECT_EQ(run(by_anna("actions/retry", retry)).status, 504U);
 }
 
-TEST_F(AGate, LetsNobodyActWithoutSessionTokenOrPermission) {
+TEST_F(UserActionsTest, AllowsNoActionWithoutSessionTokenOrPermission) {
   EXPECT_EQ(run(post("actions/retry", retry)).status, 401U);
   http::Request request = by_anna("actions/retry", retry);
   request.token = "guessed";
@@ -167,7 +167,7 @@ TEST_F(AGate, LetsNobodyActWithoutSessionTokenOrPermission) {
   EXPECT_THAT(issued, IsEmpty());
 }
 
-TEST_F(AGate, EndsASessionAtLogoutAndWhenNobodyUsesIt) {
+TEST_F(UserActionsTest, EndsASessionAtLogoutAndWhenItIsNotUsed) {
   http::Request request = by_anna("actions/retry", retry);
   now += std::chrono::minutes(31);
   EXPECT_EQ(run(request).status, 401U);
@@ -181,7 +181,7 @@ TEST_F(AGate, EndsASessionAtLogoutAndWhenNobodyUsesIt) {
   EXPECT_EQ(json(run(request)).at("user"), "anna");
 }
 
-TEST_F(AGate, MakesWhoGuessesPasswordsWait) {
+TEST_F(UserActionsTest, DelaysRepeatedWrongPasswords) {
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(log_in("anna", "wrong").status, 401U);
   }
@@ -192,7 +192,7 @@ TEST_F(AGate, MakesWhoGuessesPasswordsWait) {
   EXPECT_EQ(log_in("anna", "secret").status, 200U);
 }
 
-TEST_F(AGate, HashesNoMorePasswordsAtOnceThanOneAfterTheOther) {
+TEST_F(UserActionsTest, HashesNoMorePasswordsAtOnceThanOneAfterTheOther) {
   std::vector<http::Outcome> outcomes;
   for (int i = 0; i < 60; ++i) {
     const auto wrong = R"({"user": "anna", "password": "wrong"})";
@@ -204,7 +204,7 @@ TEST_F(AGate, HashesNoMorePasswordsAtOnceThanOneAfterTheOther) {
             3);
 }
 
-TEST_F(AGate, LetsNobodyKeepAUserOutWhoComesFromElsewhere) {
+TEST_F(UserActionsTest, DoesNotLockOutAUserAtAnotherAddress) {
   http::Request guess = post("login", R"({"user": "anna", "password": "wrong"})");
   guess.peer = "10.6.6.6";
   for (int i = 0; i < 10; ++i) {
@@ -214,12 +214,12 @@ TEST_F(AGate, LetsNobodyKeepAUserOutWhoComesFromElsewhere) {
   EXPECT_EQ(log_in("anna", "secret").status, 200U);
 }
 
-TEST_F(AGate, TakesNoPasswordWithMoreBehindANul) {
+TEST_F(UserActionsTest, RefusesAPasswordWithANul) {
   EXPECT_EQ(log_in("anna", R"(secret\u0000)").status, 401U);
   EXPECT_EQ(log_in("anna", R"(secret\u0000more)").status, 401U);
 }
 
-TEST_F(AGate, SaysWhatIsWrongWithAnAction) {
+TEST_F(UserActionsTest, ReportsWhatIsWrongWithAnAction) {
   const std::string call = R"("machine": "cnc", "channel": 1, "call": "5f-17")";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"answer", ""},
@@ -243,7 +243,7 @@ TEST_F(AGate, SaysWhatIsWrongWithAnAction) {
   }
 }
 
-TEST(AFileOfUsers, NamesThemAndWhatTheyMay) {
+TEST(AFileOfUsers, NamesUsersAndTheirPermissions) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "web.textproto";
   std::ofstream(file) << "user { name: \"anna\" password_hash: \"" << quick_hash()
@@ -258,7 +258,7 @@ TEST(AFileOfUsers, NamesThemAndWhatTheyMay) {
   EXPECT_FALSE(matches("Secret", users->at("anna").password_hash));
 }
 
-TEST(AFileOfUsers, IsRefusedIfEverybodyMayReadIt) {
+TEST(AFileOfUsers, IsRefusedIfAnyUserCanReadIt) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "web.textproto";
   std::ofstream(file) << "user { name: \"anna\" password_hash: \"" << quick_hash() << "\" }\n";
@@ -268,7 +268,7 @@ TEST(AFileOfUsers, IsRefusedIfEverybodyMayReadIt) {
   EXPECT_THAT(users.error(), HasSubstr("chmod"));
 }
 
-TEST(AFileOfUsers, SaysWhereItIsWrong) {
+TEST(AFileOfUsers, ReportsWhereItIsWrong) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "web.textproto";
   std::ofstream(file) << "user {\n  name: \"an na\"\n  password_hash: \"secret\"\n}\n";
@@ -279,7 +279,7 @@ TEST(AFileOfUsers, SaysWhereItIsWrong) {
   EXPECT_THAT(users.error(), HasSubstr("web.textproto:3:3: user.password_hash"));
 }
 
-TEST(AHashOfAPassword, IsItsOwnEachTime) {
+TEST(AHashOfAPassword, DiffersEachTime) {
   const std::string one = hash_of("secret");
   EXPECT_NE(one, hash_of("secret"));
   EXPECT_TRUE(matches("secret", one));

@@ -1,4 +1,4 @@
-#include "tests/simulation/fabric/gateway_talk.hpp"
+#include "tests/simulation/fabric/gateway_topics.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace millrace::tests::simulation {
 
-void GatewayTalk::join(EndNumber number, Process& process, GatewayMonitorListener& listener) {
+void GatewayTopics::join(EndNumber number, Process& process, GatewayMonitorListener& listener) {
   End& end = ends_[number];
   end.process = &process;
   end.life = process.life();
@@ -22,7 +22,7 @@ void GatewayTalk::join(EndNumber number, Process& process, GatewayMonitorListene
   }
 }
 
-void GatewayTalk::leave(EndNumber end, bool told) {
+void GatewayTopics::leave(EndNumber end, bool told) {
   ends_.at(end).there = false;
   for (const WayPointer& way : ways_) {
     if (way->from == end && told && way->heard && ends_.at(way->to).awake) {
@@ -37,7 +37,7 @@ void GatewayTalk::leave(EndNumber end, bool told) {
   }
 }
 
-void GatewayTalk::frozen(EndNumber end) {
+void GatewayTopics::frozen(EndNumber end) {
   ends_.at(end).awake = false;
   for (const WayPointer& way : ways_) {
     if (way->from == end) {
@@ -46,10 +46,10 @@ void GatewayTalk::frozen(EndNumber end) {
   }
 }
 
-void GatewayTalk::thawed(EndNumber end, Time after) {
+void GatewayTopics::thawed(EndNumber end, Time after) {
   ends_.at(end).awake = true;
   for (const WayPointer& way : ways_) {
-    if (way->to == end && after > weather_.lease) {
+    if (way->to == end && after > conditions_.lease) {
       // It has received nothing from the others for longer than their leases.
       lose(way);
       way->heard = false;
@@ -61,7 +61,7 @@ void GatewayTalk::thawed(EndNumber end, Time after) {
   }
 }
 
-void GatewayTalk::set_path(EndNumber from, EndNumber to, bool open) {
+void GatewayTopics::set_path(EndNumber from, EndNumber to, bool open) {
   for (const WayPointer& way : ways_) {
     if (way->from == from && way->to == to) {
       way->path = open;
@@ -70,31 +70,33 @@ void GatewayTalk::set_path(EndNumber from, EndNumber to, bool open) {
   }
 }
 
-void GatewayTalk::open_all_paths() {
+void GatewayTopics::open_all_paths() {
   for (const WayPointer& way : ways_) {
     way->path = true;
     refresh(way);
   }
 }
 
-Time GatewayTalk::delay() {
-  return random_.chance(weather_.lost) ? random_.between(10ms, 100ms)
-                                       : random_.between(weather_.delay_least, weather_.delay_most);
+Time GatewayTopics::delay() {
+  return random_.chance(conditions_.lost)
+             ? random_.between(10ms, 100ms)
+             : random_.between(conditions_.delay_least, conditions_.delay_most);
 }
 
-void GatewayTalk::after(const Way& way, Time delay, std::function<void()> act) {
+void GatewayTopics::after(const Way& way, Time delay, std::function<void()> act) {
   const std::uint64_t parties =
       ends_.at(way.from).process->parties() | ends_.at(way.to).process->parties();
   agenda_.after(delay, {.parties = parties}, std::move(act));
 }
 
-void GatewayTalk::refresh(const WayPointer& way) {
+void GatewayTopics::refresh(const WayPointer& way) {
   const End& from = ends_.at(way->from);
   const bool heard = way->path && from.there && from.awake && ends_.at(way->to).there;
   if (heard != way->heard) {
     way->heard = heard;
-    const Time wait = heard ? random_.between(weather_.discovery_least, weather_.discovery_most)
-                            : random_.between(weather_.lease / 2, weather_.lease);
+    const Time wait = heard
+                          ? random_.between(conditions_.discovery_least, conditions_.discovery_most)
+                          : random_.between(conditions_.lease / 2, conditions_.lease);
     after(*way, wait, [this, way, epoch = ++way->epoch, heard] {
       if (way->epoch == epoch) {
         heard ? find(way) : lose(way);
@@ -104,7 +106,7 @@ void GatewayTalk::refresh(const WayPointer& way) {
   send(way);
 }
 
-void GatewayTalk::find(const WayPointer& way) {
+void GatewayTopics::find(const WayPointer& way) {
   if (!std::exchange(way->found, true)) {
     way->machines = 0;
     way->channels = 0;
@@ -112,7 +114,7 @@ void GatewayTalk::find(const WayPointer& way) {
   send(way);
 }
 
-void GatewayTalk::lose(const WayPointer& way) {
+void GatewayTopics::lose(const WayPointer& way) {
   way->found = false;
   way->machines = 0;
   way->channels = 0;
@@ -128,31 +130,31 @@ void GatewayTalk::lose(const WayPointer& way) {
   wake(way->to);
 }
 
-void GatewayTalk::publish(EndNumber number, const fabric::MachineStatus& status) {
+void GatewayTopics::publish(EndNumber number, const fabric::MachineStatus& status) {
   End& end = ends_.at(number);
   end.machines[status.machine] = {++end.last, status};
   send(number);
 }
 
-void GatewayTalk::publish(EndNumber number, const fabric::ChannelStatus& status) {
+void GatewayTopics::publish(EndNumber number, const fabric::ChannelStatus& status) {
   End& end = ends_.at(number);
   end.channels[status.key] = {++end.last, status};
   send(number);
 }
 
-void GatewayTalk::let_go(EndNumber number, const std::string& machine) {
+void GatewayTopics::let_go(EndNumber number, const std::string& machine) {
   End& end = ends_.at(number);
   end.machines[machine] = {++end.last, std::nullopt};
   send(number);
 }
 
-void GatewayTalk::let_go(EndNumber number, const Key& key) {
+void GatewayTopics::let_go(EndNumber number, const Key& key) {
   End& end = ends_.at(number);
   end.channels[key] = {++end.last, std::nullopt};
   send(number);
 }
 
-void GatewayTalk::subscribe_channels(EndNumber end) {
+void GatewayTopics::subscribe_channels(EndNumber end) {
   if (!std::exchange(ends_.at(end).watches_channels, true)) {
     for (const WayPointer& way : ways_) {
       if (way->to == end) {
@@ -162,7 +164,7 @@ void GatewayTalk::subscribe_channels(EndNumber end) {
   }
 }
 
-bool GatewayTalk::hears(EndNumber to, EndNumber from) const {
+bool GatewayTopics::hears(EndNumber to, EndNumber from) const {
   return std::ranges::any_of(ways_, [&](const WayPointer& way) {
     const End& sender = ends_.at(way->from);
     return way->from == from && way->to == to && way->found && way->heard && !way->due &&
@@ -170,7 +172,7 @@ bool GatewayTalk::hears(EndNumber to, EndNumber from) const {
   });
 }
 
-void GatewayTalk::send(EndNumber from) {
+void GatewayTopics::send(EndNumber from) {
   for (const WayPointer& way : ways_) {
     if (way->from == from) {
       send(way);
@@ -178,7 +180,7 @@ void GatewayTalk::send(EndNumber from) {
   }
 }
 
-void GatewayTalk::send(const WayPointer& way) {
+void GatewayTopics::send(const WayPointer& way) {
   if (!std::exchange(way->due, true)) {
     after(*way, delay(), [this, way] {
       way->due = false;
@@ -187,7 +189,7 @@ void GatewayTalk::send(const WayPointer& way) {
   }
 }
 
-void GatewayTalk::arrive(const WayPointer& way) {
+void GatewayTopics::arrive(const WayPointer& way) {
   End& from = ends_.at(way->from);
   End& to = ends_.at(way->to);
   if (!from.there || !to.there || !way->heard || !way->found) {
@@ -217,7 +219,7 @@ void GatewayTalk::arrive(const WayPointer& way) {
   wake(way->to);
 }
 
-void GatewayTalk::wake(EndNumber number) {
+void GatewayTopics::wake(EndNumber number) {
   End& end = ends_.at(number);
   if (!end.there || (end.machines_in.empty() && end.channels_in.empty()) ||
       std::exchange(end.due, true)) {
@@ -227,7 +229,7 @@ void GatewayTalk::wake(EndNumber number) {
                 [this, &end] { end.process->run(end.life, [this, &end] { take(end); }); });
 }
 
-void GatewayTalk::take(End& end) {
+void GatewayTopics::take(End& end) {
   end.due = false;
   // Samples are delivered before the loss of their writer: a gateway's loss is judged by its last
   // ones.

@@ -1,41 +1,41 @@
 // Faults of gateways and services.
-#include "tests/simulation/faults/storm.hpp"
+#include "tests/simulation/faults/fault_injector.hpp"
 
 namespace millrace::tests::simulation {
 
-void Storm::kill_gateway() {
+void FaultInjector::kill_gateway() {
   some_gateway().kill(false);
 }
 
-void Storm::cut_gateway_power() {
+void FaultInjector::cut_gateway_power() {
   some_gateway().kill(true);
 }
 
-void Storm::stop_gateway() {
+void FaultInjector::stop_gateway() {
   some_gateway().stop();
 }
 
-void Storm::freeze_gateway() {
+void FaultInjector::freeze_gateway() {
   GatewayProcess& gateway = some_gateway();
   gateway.freeze();
   for_a_while([&gateway] { gateway.thaw(); });
 }
 
-void Storm::kill_service() {
+void FaultInjector::kill_service() {
   some_service().kill();
 }
 
-void Storm::drain_service() {
+void FaultInjector::drain_service() {
   some_service().drain();
 }
 
-void Storm::freeze_service() {
+void FaultInjector::freeze_service() {
   ServiceProcess& service = some_service();
   service.freeze();
   for_a_while([&service] { service.thaw(); });
 }
 
-void Storm::fill_disk() {
+void FaultInjector::fill_disk() {
   GatewayProcess& gateway = some_gateway();
   plant_.history().note("disk", "is full");
   gateway.disk().full = true;
@@ -45,7 +45,7 @@ void Storm::fill_disk() {
   });
 }
 
-void Storm::reload_gateway() {
+void FaultInjector::reload_gateway() {
   GatewayProcess& gateway = some_gateway();
   GatewayFile file = plant_.first_file(gateway);
   std::erase_if(file.machines, [this](const auto&) { return random_.chance(20); });
@@ -80,7 +80,7 @@ void Storm::reload_gateway() {
   for_a_while([this, &gateway] { gateway.reload(plant_.first_file(gateway)); });
 }
 
-void Storm::step_clock() {
+void FaultInjector::step_clock() {
   const Time by = random_.between(-7200s, 7200s);
   if (random_.chance(60)) {
     some_gateway().step_clock(by);

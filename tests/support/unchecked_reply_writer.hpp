@@ -1,6 +1,6 @@
 // Writes replies that are not checked, as no program of millrace does.
 //
-//   LawlessWriter service(participant, "millrace/560aacbf-…", registry::format_instance(id));
+//   UncheckedReplyWriter service(participant, "millrace/560aacbf-…", registry::format_instance(id));
 //   service.write(reply, 77);
 #pragma once
 
@@ -14,10 +14,10 @@
 namespace millrace::tests {
 
 /// A writer of unchecked replies, whose enumerations have any value.
-class LawlessWriter {
+class UncheckedReplyWriter {
  public:
-  LawlessWriter(const fabric::dds::Participant& participant, const std::string& partition,
-                const std::string& user_data);
+  UncheckedReplyWriter(const fabric::dds::Participant& participant, const std::string& partition,
+                       const std::string& user_data);
 
   /// `kind` and `code` as on the wire; the text of any length.
   void write(fabric::Reply reply, std::uint32_t kind, std::uint32_t code = 0);

@@ -17,7 +17,7 @@
 
 namespace millrace::tests::simulation {
 
-struct FabricWeather;
+struct FabricConditions;
 /// Numbers of the ends in the fabric; each run of a process has its own.
 using EndNumber = std::size_t;
 
@@ -30,10 +30,10 @@ class GatewayMonitorListener {
   virtual void on_channel(const fabric::ChannelStatus& status) = 0;
 };
 
-class GatewayTalk {
+class GatewayTopics {
  public:
-  GatewayTalk(Agenda& agenda, const FabricWeather& weather, Random random)
-      : agenda_(agenda), weather_(weather), random_(random) {}
+  GatewayTopics(Agenda& agenda, const FabricConditions& conditions, Random random)
+      : agenda_(agenda), conditions_(conditions), random_(random) {}
 
   void join(EndNumber end, Process& process, GatewayMonitorListener& listener);
   void leave(EndNumber end, bool told);
@@ -103,7 +103,7 @@ class GatewayTalk {
   [[nodiscard]] Time delay();
 
   Agenda& agenda_;
-  const FabricWeather& weather_;
+  const FabricConditions& conditions_;
   Random random_;
   std::map<EndNumber, End> ends_;
   std::vector<WayPointer> ways_;

@@ -1,4 +1,4 @@
-#include "tests/support/lawless_writer.hpp"
+#include "tests/support/unchecked_reply_writer.hpp"
 
 #include <cstring>
 #include <utility>
@@ -47,8 +47,9 @@ dds_topic_descriptor_t unchecked_type(const std::vector<std::uint32_t>& ops) {
 
 }  // namespace
 
-LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::string& partition,
-                             const std::string& user_data)
+UncheckedReplyWriter::UncheckedReplyWriter(const dds::Participant& participant,
+                                           const std::string& partition,
+                                           const std::string& user_data)
     : ops_(without_limits(millrace_Reply_desc)),
       type_(unchecked_type(ops_)),
       topic_(dds::check(
@@ -60,7 +61,7 @@ LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::str
                             wire::writer_qos(wire::reply_topic, user_data).get(), nullptr),
           "create an unchecked writer")) {}
 
-void LawlessWriter::write(Reply reply, std::uint32_t kind, std::uint32_t code) {
+void UncheckedReplyWriter::write(Reply reply, std::uint32_t kind, std::uint32_t code) {
   const std::string text = std::exchange(reply.text, "");
   auto sample = wire::Codec<Reply>::encode(reply).value();
   // Cyclone only reads it.

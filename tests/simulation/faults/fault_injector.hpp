@@ -16,9 +16,9 @@
 
 namespace millrace::tests::simulation {
 
-class Storm {
+class FaultInjector {
  public:
-  Storm(Plant& plant, Random random);
+  FaultInjector(Plant& plant, Random random);
 
   /// Faults happen from now on, for this duration.
   void begin(Time duration);
@@ -29,7 +29,7 @@ class Storm {
   static std::vector<std::string> names();
   /// How often each kind hit a channel in each state, as its gateways report it: "cut-link",
   /// "running".
-  using Reach = std::map<std::pair<std::string_view, std::string_view>, std::uint64_t>;
+  using Coverage = std::map<std::pair<std::string_view, std::string_view>, std::uint64_t>;
   /// The states of a channel. Answering is divided by the write that is under way or done: the
   /// first variable, REQUEST_STATE = 0, the completion signal. In addition: an at-most-once call,
   /// and a call of a message queue.
@@ -39,19 +39,19 @@ class Storm {
       std::string_view("answering"), std::string_view("begun"),   std::string_view("cleared"),
       std::string_view("released"),  std::string_view("held"),    std::string_view("once"),
       std::string_view("queue")};
-  [[nodiscard]] const Reach& reach() const { return reach_; }
+  [[nodiscard]] const Coverage& coverage() const { return coverage_; }
 
  private:
   struct Fault {
     std::string_view name;
-    void (Storm::*begin)();
+    void (FaultInjector::*begin)();
   };
   static const std::vector<Fault>& all();
-  void strike();
+  void inject();
   /// Counts the fault that has just happened for these channels.
-  using Befallen = std::function<bool(const GatewayProcess&, const fabric::ChannelStatus&)>;
-  void befalls(const Befallen& befallen);
-  void befalls_all();
+  using ChannelFilter = std::function<bool(const GatewayProcess&, const fabric::ChannelStatus&)>;
+  void count_hits(const ChannelFilter& filter);
+  void count_all_hits();
   GatewayProcess& some_gateway();
   Controller& some_controller();
   ServiceProcess& some_service();
@@ -60,7 +60,7 @@ class Storm {
   /// Calls `undo` after a while, at the latest at the end of all faults.
   void for_a_while(std::function<void()> undo);
 
-  // faults/storm_machines.cpp
+  // faults/fault_injector_machines.cpp
   void cut_link();
   void silence_link();
   void slow_link();
@@ -68,7 +68,7 @@ class Storm {
   void lose_requests();
   void reset_channel();
   void switch_controller_off();
-  // faults/storm_processes.cpp
+  // faults/fault_injector_processes.cpp
   void kill_gateway();
   void cut_gateway_power();
   void stop_gateway();
@@ -80,11 +80,11 @@ class Storm {
   void step_clock();
   void reload_gateway();
   void part_gateways();
-  // faults/storm_fabric.cpp
+  // faults/fault_injector_fabric.cpp
   void cut_path();
   void cut_off();
   void lose_samples();
-  // faults/storm_strangers.cpp
+  // faults/fault_injector_strangers.cpp
   void stranger_speaks();
   void speak_for_another();
   void speak_again();
@@ -97,7 +97,7 @@ class Storm {
   Time end_{};
   bool over_ = false;
   std::string_view fault_;
-  Reach reach_;
+  Coverage coverage_;
 };
 
 }  // namespace millrace::tests::simulation

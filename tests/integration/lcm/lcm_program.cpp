@@ -1,4 +1,4 @@
-#include "tests/integration/lcm/speaker.hpp"
+#include "tests/integration/lcm/lcm_program.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -38,7 +38,7 @@ Message await_one(const char* what, std::mutex& lock, std::vector<Message>& from
 
 }  // namespace
 
-Speaker::Speaker(std::string uuid, const std::string& name)
+LcmProgram::LcmProgram(std::string uuid, const std::string& name)
     : uuid_(std::move(uuid)),
       number_(drawn()),
       lcm_(lcm_create("udpm://239.255.76.67:7667?ttl=0")) {
@@ -50,31 +50,31 @@ Speaker::Speaker(std::string uuid, const std::string& name)
   presence_.name = name;
   presence_.concurrency = 1;
   const auto handler = [](const lcm_recv_buf_t* buffer, const char* channel, void* self) {
-    static_cast<Speaker*>(self)->take(
+    static_cast<LcmProgram*>(self)->take(
         channel, std::string(static_cast<const char*>(buffer->data), buffer->data_size));
   };
   lcm_subscribe(lcm_, ("MILLRACE_.*" + uuid_).c_str(), handler, this);
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
-Speaker::~Speaker() {
+LcmProgram::~LcmProgram() {
   thread_.request_stop();
   thread_.join();
   lcm_destroy(lcm_);
 }
 
-void Speaker::run(const std::stop_token& stop) {
+void LcmProgram::run(const std::stop_token& stop) {
   auto next = std::chrono::steady_clock::now();
   while (!stop.stop_requested()) {
     if (std::chrono::steady_clock::now() >= next) {
       next += std::chrono::milliseconds(200);
-      say_that_it_is_there();
+      announce();
     }
     lcm_handle_timeout(lcm_, 10);
   }
 }
 
-void Speaker::say_that_it_is_there() {
+void LcmProgram::announce() {
   const std::lock_guard held(lock_);
   presence_.running = static_cast<std::int32_t>(presence_.calls.size());
   presence_.utime = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -83,14 +83,14 @@ void Speaker::say_that_it_is_there() {
   publish("MILLRACE_PRESENCE", encode(presence_));
 }
 
-void Speaker::take(const std::string& channel, const std::string& bytes) {
+void LcmProgram::take(const std::string& channel, const std::string& bytes) {
   const std::lock_guard held(lock_);
   if (const auto request = decode<request_t>(bytes); request && request->program == number_) {
     if (request->call.id == answered_.call.id) {
       // Its answer was lost, as in a flood.
       answered_.call = request->call;
       publish(reply_channel(), encode(answered_));
-    } else if (!deaf_) {
+    } else if (!ignores_) {
       forget(request->call.id);
       presence_.calls.push_back(request->call);
       requests_.push_back(*request);
@@ -105,25 +105,25 @@ void Speaker::take(const std::string& channel, const std::string& bytes) {
 }
 
 /// The caller holds the lock.
-void Speaker::forget(const std::string& call) {
+void LcmProgram::forget(const std::string& call) {
   std::erase_if(presence_.calls, [&](const call_t& one) { return one.id == call; });
 }
 
-void Speaker::change(const std::function<void(presence_t&)>& change) {
+void LcmProgram::change(const std::function<void(presence_t&)>& change) {
   const std::lock_guard held(lock_);
   change(presence_);
 }
 
-request_t Speaker::await_request() {
+request_t LcmProgram::await_request() {
   return await_one("a request", lock_, requests_);
 }
 
-withdrawal_t Speaker::await_withdrawal() {
+withdrawal_t LcmProgram::await_withdrawal() {
   return await_one("a withdrawal", lock_, withdrawals_);
 }
 
-reply_t Speaker::reply_to(const request_t& request, const std::string& text,
-                          std::int64_t state) const {
+reply_t LcmProgram::reply_to(const request_t& request, const std::string& text,
+                             std::int64_t state) const {
   reply_t reply{};
   reply.program = number_;
   reply.call = request.call;
@@ -132,7 +132,7 @@ reply_t Speaker::reply_to(const request_t& request, const std::string& text,
   return reply;
 }
 
-void Speaker::send(const reply_t& reply) {
+void LcmProgram::send(const reply_t& reply) {
   const std::lock_guard held(lock_);
   publish(reply_channel(), encode(reply));
   if (reply.kind != reply_t::INTERIM) {
@@ -141,7 +141,7 @@ void Speaker::send(const reply_t& reply) {
   }
 }
 
-void Speaker::publish(const std::string& channel, const std::string& bytes) {
+void LcmProgram::publish(const std::string& channel, const std::string& bytes) {
   lcm_publish(lcm_, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size()));
 }
 

@@ -1,6 +1,6 @@
 // A test's own LCM program, written with liblcm: it does only what the test asks for.
 //
-//   Speaker program(uuid);                       // announces itself five times a second
+//   LcmProgram program(uuid);                    // announces itself five times a second
 //   const request_t call = program.await_request();
 //   program.answer(call, "2");
 #pragma once
@@ -22,16 +22,16 @@
 
 namespace millrace::tests::integration {
 
-class Speaker {
+class LcmProgram {
  public:
-  explicit Speaker(std::string uuid, const std::string& name = "speaker");
-  ~Speaker();
-  Speaker(const Speaker&) = delete;
-  Speaker& operator=(const Speaker&) = delete;
+  explicit LcmProgram(std::string uuid, const std::string& name = "speaker");
+  ~LcmProgram();
+  LcmProgram(const LcmProgram&) = delete;
+  LcmProgram& operator=(const LcmProgram&) = delete;
 
   [[nodiscard]] std::int64_t number() const { return number_; }
   /// Ignores all requests, as if they were lost.
-  void be_deaf(bool deaf) { deaf_ = deaf; }
+  void ignore_requests(bool ignores) { ignores_ = ignores; }
   /// Changes its presence. A request that it receives is in there until it is answered.
   void change(const std::function<void(presence_t&)>& change);
 
@@ -51,7 +51,7 @@ class Speaker {
 
  private:
   void run(const std::stop_token& stop);
-  void say_that_it_is_there();
+  void announce();
   void take(const std::string& channel, const std::string& bytes);
   void forget(const std::string& call);
 
@@ -64,7 +64,7 @@ class Speaker {
   std::vector<withdrawal_t> withdrawals_;
   /// The last answer; sent again on a repeated request.
   reply_t answered_{};
-  std::atomic<bool> deaf_ = false;
+  std::atomic<bool> ignores_ = false;
   std::atomic<std::size_t> drains_ = 0;
   std::jthread thread_;
 };

@@ -51,12 +51,12 @@ struct RingModel {
   bool unseen = false;
 };
 
-class QueuePlant : public core::RecordedPorts {
+class QueueFixture : public core::RecordedPorts {
  public:
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-  explicit QueuePlant(std::uint32_t elements,
-                      queues::Acknowledge acknowledge = queues::Acknowledge::when_journalled)
+  explicit QueueFixture(std::uint32_t elements,
+                        queues::Acknowledge acknowledge = queues::Acknowledge::when_journalled)
       : ring(elements) {
     settings.name = "alarms";
     settings.array = "SD.ALARMS";
@@ -181,7 +181,7 @@ class QueuePlant : public core::RecordedPorts {
  private:
   class RingLink final : public SilentLink {
    public:
-    explicit RingLink(QueuePlant& plant) : plant_(plant) {}
+    explicit RingLink(QueueFixture& plant) : plant_(plant) {}
     using SilentLink::ask;
     void ask(const fabric::ChannelKey&, const queues::Step& step) override {
       plant_.todo.emplace_back([&plant = plant_, step] {
@@ -190,7 +190,7 @@ class QueuePlant : public core::RecordedPorts {
     }
 
    private:
-    QueuePlant& plant_;
+    QueueFixture& plant_;
   };
 
   std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
@@ -257,7 +257,7 @@ class QueuePlant : public core::RecordedPorts {
 };
 
 /// The texts of the executed messages, in their order.
-inline std::vector<std::string> texts_of(const QueuePlant& plant) {
+inline std::vector<std::string> texts_of(const QueueFixture& plant) {
   std::vector<std::string> texts;
   for (const auto& [call, text] : plant.executed) {
     texts.push_back(text);
@@ -277,7 +277,7 @@ inline std::vector<std::string> numbers(int first, int last) {
 /// Runs `happen` once, after `at` steps of a run in which messages are written as far as there is
 /// room.
 template <typename Happen>
-void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
+void run_with(QueueFixture& plant, int at, int messages, Happen happen) {
   plant.serve();
   int written = 0;
   int looked = -1;

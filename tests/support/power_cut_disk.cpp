@@ -1,4 +1,4 @@
-#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/power_cut_disk.hpp"
 
 #include <cstdarg>
 #include <cstddef>
@@ -28,7 +28,7 @@ Function* next(const char* name) {
 }
 
 std::mutex lock;
-ForgetfulDisk::Impl* watching = nullptr;
+PowerCutDisk::Impl* watching = nullptr;
 /// The folder that a power cut was last restored to.
 fs::path restored;
 /// What the disk itself does is not recorded as a change.
@@ -61,7 +61,7 @@ void PowerCut::restore(const fs::path& folder) const {
   }
 }
 
-struct ForgetfulDisk::Impl {
+struct PowerCutDisk::Impl {
   /// Identifies a file whatever its name; the file system may reuse its own number.
   using Id = unsigned;
   using Names = std::map<std::string, Id>;
@@ -155,7 +155,7 @@ void with_disk(Use use) {
 }
 
 void before(const char* what, const fs::path& file) {
-  with_disk([&](ForgetfulDisk::Impl& disk) {
+  with_disk([&](PowerCutDisk::Impl& disk) {
     if (disk.has(file) || file == disk.folder) {
       disk.note(std::string(what) + " " + file.filename().string());
     }
@@ -166,7 +166,7 @@ int open_watched(const char* function, const char* path, int flags, mode_t mode)
   auto* const real = next<int(const char*, int, ...)>(function);
   bool creates = false;
   if ((flags & (O_CREAT | O_TRUNC)) != 0) {
-    with_disk([&](ForgetfulDisk::Impl& disk) {
+    with_disk([&](PowerCutDisk::Impl& disk) {
       if (disk.has(path)) {
         creates = !fs::exists(path);
         disk.note("open " + fs::path(path).filename().string());
@@ -175,7 +175,7 @@ int open_watched(const char* function, const char* path, int flags, mode_t mode)
   }
   const int fd = real(path, flags, mode);
   if (creates && fd >= 0) {
-    with_disk([&](ForgetfulDisk::Impl& disk) { disk.created(fd); });
+    with_disk([&](PowerCutDisk::Impl& disk) { disk.created(fd); });
   }
   return fd;
 }
@@ -184,7 +184,7 @@ int force_watched(const char* function, int fd) {
   const fs::path path = path_of(fd);
   before(function, path);
   bool ours = false;
-  with_disk([&](ForgetfulDisk::Impl& disk) {
+  with_disk([&](PowerCutDisk::Impl& disk) {
     ours = disk.has(path) || path == disk.folder;
     disk.forced(fd, path);
   });
@@ -202,22 +202,22 @@ mode_t mode_in(int flags, std::va_list arguments) {
 
 }  // namespace
 
-ForgetfulDisk::ForgetfulDisk(const fs::path& folder) : impl_(std::make_unique<Impl>(folder)) {
+PowerCutDisk::PowerCutDisk(const fs::path& folder) : impl_(std::make_unique<Impl>(folder)) {
   const std::lock_guard guard(lock);
   watching = impl_.get();
 }
 
-ForgetfulDisk::~ForgetfulDisk() {
+PowerCutDisk::~PowerCutDisk() {
   const std::lock_guard guard(lock);
   watching = nullptr;
 }
 
-void ForgetfulDisk::promise(unsigned number) {
+void PowerCutDisk::promise(unsigned number) {
   const std::lock_guard guard(lock);
   impl_->promised = number;
 }
 
-std::vector<PowerCut> ForgetfulDisk::power_cuts() {
+std::vector<PowerCut> PowerCutDisk::power_cuts() {
   with_disk([](Impl& disk) { disk.note("anything else"); });
   return impl_->cuts;
 }

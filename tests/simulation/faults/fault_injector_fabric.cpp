@@ -1,9 +1,9 @@
 // Faults of the network between gateways and services.
-#include "tests/simulation/faults/storm.hpp"
+#include "tests/simulation/faults/fault_injector.hpp"
 
 namespace millrace::tests::simulation {
 
-void Storm::cut_path() {
+void FaultInjector::cut_path() {
   // In one direction, or in both.
   const auto ends = plant_.fabric().ends();
   if (ends.size() < 2) {
@@ -18,7 +18,7 @@ void Storm::cut_path() {
       plant_.fabric().set_path(to, from, open);
     }
   };
-  befalls_all();
+  count_all_hits();
   plant_.history().note("network", "a path is cut");
   set(false);
   for_a_while([this, set] {
@@ -27,7 +27,7 @@ void Storm::cut_path() {
   });
 }
 
-void Storm::cut_off() {
+void FaultInjector::cut_off() {
   // One end is cut off from all others.
   const auto ends = plant_.fabric().ends();
   if (ends.empty()) {
@@ -40,7 +40,7 @@ void Storm::cut_off() {
       plant_.fabric().set_path(other, one, open);
     }
   };
-  befalls_all();
+  count_all_hits();
   plant_.history().note("network", "an end is cut off");
   set(false);
   for_a_while([this, set] {
@@ -49,7 +49,7 @@ void Storm::cut_off() {
   });
 }
 
-void Storm::part_gateways() {
+void FaultInjector::part_gateways() {
   // Each continues with its controllers and services and regards the other as gone.
   const auto& gateways = plant_.gateways();
   if (gateways.size() < 2) {
@@ -60,7 +60,7 @@ void Storm::part_gateways() {
   if (!one || !other || one == other) {
     return;
   }
-  befalls([&](const GatewayProcess& gateway, const auto&) {
+  count_hits([&](const GatewayProcess& gateway, const auto&) {
     return gateway.end() == one || gateway.end() == other;
   });
   const auto set = [this, from = *one, to = *other](bool open) {
@@ -75,14 +75,14 @@ void Storm::part_gateways() {
   });
 }
 
-void Storm::lose_samples() {
-  befalls_all();
-  FabricWeather& weather = plant_.fabric().weather;
-  weather.lost = static_cast<unsigned>(1 + random_.below(60));
-  weather.delay_most = random_.mostly(1ms, 20ms, 300ms, 30);
-  for_a_while([&weather] {
-    weather.lost = 0;
-    weather.delay_most = FabricWeather{}.delay_most;
+void FaultInjector::lose_samples() {
+  count_all_hits();
+  FabricConditions& conditions = plant_.fabric().conditions;
+  conditions.lost = static_cast<unsigned>(1 + random_.below(60));
+  conditions.delay_most = random_.mostly(1ms, 20ms, 300ms, 30);
+  for_a_while([&conditions] {
+    conditions.lost = 0;
+    conditions.delay_most = FabricConditions{}.delay_most;
   });
 }
 

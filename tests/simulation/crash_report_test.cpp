@@ -35,7 +35,7 @@ TEST(ASimulationDeathTest, NamesTheMistakeThatIsMadeOnPurposeToo) {
                "--seed 17 --trace --bug numbers-not-journalled\n");
 }
 
-TEST(ASimulationDeathTest, ThatIsOverIsNotBlamedForWhatComesAfterIt) {
+TEST(ASimulationDeathTest, ThatHasEndedIsNotNamedForALaterCrash) {
   World(17, {}).run();
   EXPECT_DEATH(std::abort(), testing::Not(testing::HasSubstr("seed 17")));
 }

@@ -1,7 +1,7 @@
 // A disk that distinguishes forced from merely written data: it gives what a power cut leaves of a
 // folder, at each point of a test.
 //
-//   ForgetfulDisk disk(folder);
+//   PowerCutDisk disk(folder);
 //   spool.put(entry);
 //   disk.promise(1);                     // from here on a power cut must not lose it
 //   for (const auto& left : disk.power_cuts()) {
@@ -35,13 +35,13 @@ struct PowerCut {
   void restore(const std::filesystem::path& folder) const;
 };
 
-class ForgetfulDisk {
+class PowerCutDisk {
  public:
   /// Watches the files of `folder`, which exists, until it is destroyed. Only one at a time.
-  explicit ForgetfulDisk(const std::filesystem::path& folder);
-  ~ForgetfulDisk();
-  ForgetfulDisk(const ForgetfulDisk&) = delete;
-  ForgetfulDisk& operator=(const ForgetfulDisk&) = delete;
+  explicit PowerCutDisk(const std::filesystem::path& folder);
+  ~PowerCutDisk();
+  PowerCutDisk(const PowerCutDisk&) = delete;
+  PowerCutDisk& operator=(const PowerCutDisk&) = delete;
 
   /// Records that everything up to `number`, which the test counts itself, is acknowledged.
   void promise(unsigned number);

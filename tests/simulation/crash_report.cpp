@@ -1,4 +1,4 @@
-#include "tests/simulation/last_words.hpp"
+#include "tests/simulation/crash_report.hpp"
 
 #include <algorithm>
 #include <array>
@@ -73,14 +73,14 @@ void keep(std::array<char, 256>& where, const std::string& text) {
 
 }  // namespace
 
-LastWords::LastWords(const std::string& of_what, const std::string& by_command) {
+CrashReport::CrashReport(const std::string& of_what, const std::string& by_command) {
   [[maybe_unused]] static const bool listening = listen();
   keep(what, of_what);
   keep(command, by_command);
   named = true;
 }
 
-LastWords::~LastWords() {
+CrashReport::~CrashReport() {
   named = false;
 }
 
