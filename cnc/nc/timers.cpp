@@ -8,7 +8,6 @@ namespace millrace::cnc::nc {
 void Timers::start(std::size_t id, Time now) {
   Timer& timer = timers_.at(id);
   if (!timer.running_since) {
-    timer.elapsed = resume_ ? timer.elapsed : Time{};
     timer.running_since = now;
   }
 }

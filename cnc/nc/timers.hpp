@@ -21,10 +21,8 @@ class Timers {
   using Time = std::chrono::nanoseconds;
   static constexpr std::size_t count = 128;
 
-  /// With `resume` a restarted timer continues from its time, otherwise it begins at zero (the
-  /// documentation only states that it runs).
-  explicit Timers(bool resume = true) : resume_(resume) {}
-
+  /// A restarted timer continues from its time (our choice: the documentation only states that it
+  /// runs).
   void start(std::size_t id, Time now);
   void stop(std::size_t id, Time now);
   /// Stops and zeroes the timer; the latched value stays until the next read.
@@ -41,7 +39,6 @@ class Timers {
     std::optional<Time> running_since;
     std::uint32_t latched = 0;
   };
-  bool resume_;
   std::array<Timer, count> timers_;
 };
 

@@ -232,7 +232,6 @@ nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes)
   constexpr std::uint32_t highest_level = 10;
   const ConfigPath path{{"programs"}};
   mistakes.expect_range(from.look_ahead(), 1U, 10'000U, path / "look_ahead");
-  mistakes.expect_range(from.decoder_budget(), 10U, 100'000U, path / "decoder_budget");
   mistakes.expect_range(from.operations_per_cycle(), 100U, 1'000'000U,
                         path / "operations_per_cycle");
   nc::ChannelOptions options;
@@ -241,7 +240,6 @@ nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes)
   options.flush_continue_waits = from.flush_continue_waits();
   options.messages_read_at_once = from.messages_read();
   options.optional_stop = from.optional_stop();
-  options.decoder_budget = from.decoder_budget();
   options.stream_program = from.stream_program();
   for (int i = 0; i < from.skipped_level_size(); ++i) {
     const std::uint32_t level = from.skipped_level(i);
@@ -267,16 +265,18 @@ std::vector<ads::NetId> routes(const config::CncConnections& from, const ConfigP
   return all;
 }
 
-ConnectionSettings connections(const config::CncConnections& from, Mistakes& mistakes) {
+ConnectionSettings connections(const config::CncConnections& from, const config::CncFaults& faults,
+                               Mistakes& mistakes) {
   const ConfigPath path{{"connections"}};
   constexpr std::uint32_t most_connections = 10'000;
   constexpr std::uint32_t week_s = 7 * 24 * 3'600;
-  mistakes.expect_range(from.delay_ms(), 0U, 60'000U, path / "delay_ms");
   mistakes.expect_range(from.max_connections(), 1U, most_connections, path / "max_connections");
   mistakes.expect_range(from.idle_s(), 0U, week_s, path / "idle_s");
   constexpr std::uint32_t most_notifications = 10'000;
   const auto& told = from.notifications();
-  mistakes.expect_range(told.delay_ms(), 0U, 60'000U, path / "notifications" / "delay_ms");
+  const ConfigPath of_faults{{"faults"}};
+  mistakes.expect_range(faults.delay_ms(), 0U, 60'000U, of_faults / "delay_ms");
+  mistakes.expect_range(faults.sample_delay_ms(), 0U, 60'000U, of_faults / "sample_delay_ms");
   mistakes.expect_range(told.most(), 1U, most_notifications, path / "notifications" / "most");
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
           routes(from, path, mistakes),
@@ -285,14 +285,14 @@ ConnectionSettings connections(const config::CncConnections& from, Mistakes& mis
           from.symbols(),
           from.variable_symbols(),
           from.notifications_survive(),
-          {std::chrono::milliseconds(from.delay_ms()), from.drop_every(), from.out_of_order(),
-           from.segment(), from.refuse()},
+          {std::chrono::milliseconds(faults.delay_ms()), faults.drop_every(), faults.out_of_order(),
+           faults.segment(), faults.refuse()},
           from.max_connections(),
           std::chrono::seconds(from.idle_s()),
           told.most(),
           {static_cast<ads::ErrorCode>(told.by_handle()),
            static_cast<ads::SubscriptionBehaviour::Notifies>(told.tells()),
-           std::chrono::milliseconds(told.delay_ms()), told.lose_every()}};
+           std::chrono::milliseconds(faults.sample_delay_ms()), faults.lose_sample_every()}};
 }
 
 /// A relative folder starts at `base`.
@@ -329,15 +329,12 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   constexpr double fastest = 1e6;
   settings.program = programs(config.programs(), mistakes);
   settings.decoder_operations = config.programs().operations_per_cycle();
-  settings.timers_resume = config.programs().timers_resume();
-  settings.quoted_reports = config.programs().quoted_reports();
-  settings.report_time = config.programs().report_time();
   settings.ready_after_end = config.programs().ready_after_end();
   mistakes.expect_range(config.rapid_feed(), slowest, fastest, {{"rapid_feed"}});
   settings.program.rapid_feed = config.rapid_feed();
   mistakes.expect_range(config.cycle_us(), 250U, 100'000U, {{"cycle_us"}});
   settings.cycle = std::chrono::microseconds(config.cycle_us());
-  settings.connections = connections(config.connections(), mistakes);
+  settings.connections = connections(config.connections(), config.faults(), mistakes);
   settings.externals = externals(config, mistakes);
   settings.variables = system_variables(config, settings, mistakes);
   settings.aep_parameters = aep_parameters(config, mistakes);

@@ -130,7 +130,7 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
     to.routes_file = base / from.routes_file();
   }
   to.only = from.only();
-  to.faults = faults(from.faults(), path / "faults", mistakes);
+  to.faults = faults(config.faults().secure_ads(), {{"faults"}, {"secure_ads"}}, mistakes);
   return to;
 }
 

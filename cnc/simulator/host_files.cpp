@@ -106,25 +106,15 @@ tl::expected<Program, std::string> ProgramFolders::load(std::string_view name) {
 
 namespace {
 
-std::string stamp(std::string form, std::chrono::system_clock::time_point now) {
-  constexpr std::string_view fraction = "%f";
+/// "2026-03-01 07:00:00.123 "
+std::string stamp(std::chrono::system_clock::time_point now) {
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
-  if (const std::size_t at = form.find(fraction); at != std::string::npos) {
-    form.replace(at, fraction.size(), fmt::format("{:03}", milliseconds));
-  }
   const std::tm time = fmt::localtime(std::chrono::system_clock::to_time_t(now));
-  std::ostringstream out;
-  out << std::put_time(&time, form.c_str());
-  return out.str();
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} ", time, milliseconds);
 }
 
 }  // namespace
-
-ReportFiles::ReportFiles(std::filesystem::path folder) : ReportFiles(std::move(folder), Form()) {}
-
-ReportFiles::ReportFiles(std::filesystem::path folder, Form form)
-    : folder_(std::move(folder)), form_(std::move(form)) {}
 
 tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                                     std::chrono::system_clock::time_point now) {
@@ -136,9 +126,8 @@ tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
   if (!file) {
     return refused(file.error());
   }
-  const char* const quote = form_.quoted ? "\"" : "";
-  const std::string line = fmt::format("{}{}{}{}{}", saved.time_stamp ? stamp(form_.time, now) : "",
-                                       quote, saved.text, quote, saved.line_end ? "\n" : "");
+  const std::string line = fmt::format("{}{}{}", saved.time_stamp ? stamp(now) : "", saved.text,
+                                       saved.line_end ? "\n" : "");
   std::string_view rest = line;
   while (!rest.empty()) {
     const ssize_t written = ::write(file->get(), rest.data(), rest.size());

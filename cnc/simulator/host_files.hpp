@@ -51,25 +51,17 @@ class ProgramFolders : public ProgramSource {
 
 class ReportFiles {
  public:
-  /// The format of the texts; the default is that of the example above.
-  struct Form {
-    /// A strftime format, with %f for milliseconds.
-    std::string time = "%Y-%m-%d %H:%M:%S.%f ";
-    /// Writes the text in quotation marks.
-    bool quoted = false;
-  };
-  explicit ReportFiles(std::filesystem::path folder);
-  ReportFiles(std::filesystem::path folder, Form form);
+  explicit ReportFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   /// Appends the text of the NC program unchanged, in CP1252, or returns why that failed. Refuses a
   /// file outside the folder, also through a link, and a name that begins with a dot (our choice).
-  /// The time stamp is local time (our choice).
+  /// The time stamp is local time; it and the text stand without quotation marks (our choice: the
+  /// manual does not document the form of the stamp, and prints its example with them).
   tl::expected<void, std::string> append(const nc::SaveEvent& saved,
                                          std::chrono::system_clock::time_point now);
 
  private:
   std::filesystem::path folder_;
-  Form form_;
 };
 
 // The routes that clients have added to a virtual CNC, in a file:

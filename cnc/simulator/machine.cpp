@@ -17,9 +17,8 @@ Machine::Machine(Settings settings, const Surroundings& surroundings)
     : settings_(std::move(settings)),
       clock_(surroundings.clock),
       born_(clock_()),
-      common_{{},
-              std::make_shared<nc::Timers>(settings_.timers_resume),
-              std::make_shared<SystemData>(settings_.system_data)} {
+      common_{
+          {}, std::make_shared<nc::Timers>(), std::make_shared<SystemData>(settings_.system_data)} {
   for (const Declaration& declaration : settings_.externals) {
     if (declaration.external->global) {
       common_.externals.push_back(std::make_shared<Variable>(declaration));

@@ -71,10 +71,7 @@ int serve(const Options& options) {
   const auto log = make_log("cnc", options.log_level);
 
   boost::asio::io_context io(1);
-  Panel panel(log,
-              ReportFiles(options.folder, ReportFiles::Form{setup.settings.report_time,
-                                                            setup.settings.quoted_reports}),
-              options.timings);
+  Panel panel(log, ReportFiles(options.folder), options.timings);
   Station station(io.get_executor(), setup, panel, log);
   if (options.exit_when_idle) {
     station.on_idle([&] {

@@ -132,12 +132,6 @@ struct Settings {
   std::size_t decoder_operations = 3'200;
   /// A channel is ready after the end of an NC program, and may start it again; otherwise selected.
   bool ready_after_end = false;
-  /// #TIMER START continues a stopped timer from its time.
-  bool timers_resume = true;
-  /// #MSG SAVE writes the text in quotation marks.
-  bool quoted_reports = false;
-  /// The time stamp of #MSG SAVE: a strftime format, with %f for milliseconds.
-  std::string report_time = "%Y-%m-%d %H:%M:%S.%f ";
   /// Folders of NC programs and subprograms, searched in this order.
   std::vector<std::filesystem::path> folders;
   /// The axes of every channel that is not in channel_axes.

@@ -17,7 +17,7 @@ std::string address_of(const settings::MachineSettings& settings) {
 bool same_way(const settings::MachineSettings& a, const settings::MachineSettings& b) {
   return a.host == b.host && a.tcp_port == b.tcp_port && a.net_id == b.net_id &&
          a.source == b.source && a.security == b.security && a.channels == b.channels &&
-         a.symbol == b.symbol && a.groups == b.groups;
+         a.symbol == b.symbol;
 }
 
 /// Of others' channels: far more than a fabric has.

@@ -60,14 +60,10 @@ QueueSettings read_queue(const config::Machine& machine, const config::Queue& fr
   to.channel = static_cast<std::uint16_t>(from.channel());
   to.array = from.array().empty() ? "SD." + from.name() : from.array();
   to.control = from.control();
-  to.last_filled = from.last_filled();
-  to.last_get = from.last_get();
   if (from.has_array()) {
     check_symbol(from.array(), path / "array", "SD.ALARMS", mistakes);
   }
   check_symbol(to.control, path / "control", "SD.CONTROL", mistakes);
-  check_symbol(to.last_filled, path / "last_filled", "LastFilled", mistakes);
-  check_symbol(to.last_get, path / "last_get", "LastGet", mistakes);
   to.uuid = from.uuid();
   constexpr std::size_t longest_uuid = 127;
   mistakes.expect(

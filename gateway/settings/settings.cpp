@@ -52,11 +52,9 @@ class Reader {
     const config::Poll& poll = from.poll();
     to.intervals.after_answer = poll_time(poll.active_ms(), path / "poll" / "active_ms");
     to.intervals.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
-    to.intervals.subscribed = poll_time(poll.safety_ms(), path / "poll" / "safety_ms");
     to.intervals.kernel_clears_request_state = from.kernel_clears_request_state();
     to.watch = subscription_mode_of(from.watch());
     to.symbol = symbol(from.symbol(), path / "symbol");
-    to.groups = groups_of(from.groups());
     to.data = DataReader(mistakes_).read(from, path);
     to.programs = DataReader(mistakes_).read_programs(from, path);
     to.variables = DataReader(mistakes_).read_variables(from, path);
@@ -94,18 +92,6 @@ class Reader {
         return SubscriptionMode::poll;
     }
     return SubscriptionMode::automatic;
-  }
-
-  static Groups groups_of(config::Machine::Groups groups) {
-    switch (groups) {
-      case config::Machine::PROBE:
-        return Groups::probe;
-      case config::Machine::CURRENT:
-        return Groups::current;
-      case config::Machine::OLD:
-        return Groups::old;
-    }
-    return Groups::probe;
   }
 
   std::string symbol(const std::string& text, const ConfigPath& path) {

@@ -24,10 +24,6 @@
 
 namespace millrace::gateway::settings {
 
-/// Which index groups a controller has: 0x122300 and the channel, as today's documentation says, or
-/// 0x22300 and the channel, as that of older ones does. Unless said it is tried.
-enum class Groups : std::uint8_t { probe, current, old };
-
 /// {channel} is the channel's number, {variable} the name: V.G.SERVICE.REQUEST_STATE. How a
 /// controller calls its variables among its symbols, if it does, is not documented: our choice.
 inline constexpr const char* default_symbol = "CH[{channel}].{variable}";
@@ -47,7 +43,6 @@ struct MachineSettings {
   SubscriptionMode watch = SubscriptionMode::automatic;
   /// The controller's symbol of a channel's variable.
   std::string symbol = default_symbol;
-  Groups groups = Groups::probe;
   data::DataSettings data{};
   std::vector<programs::ProgramSettings> programs{};
   variables::VariableSettings variables{};

@@ -108,14 +108,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   /// The index groups of the variables; nullopt, and logged, if the request fails.
   asio::awaitable<std::optional<cnc::variables::Location>> find_groups() {
     const std::uint16_t channel = settings.channels.empty() ? 1 : settings.channels.front();
-    cnc::variables::Location configured;
-    if (settings.groups == settings::Groups::old) {
-      configured.group -= cnc::variables::new_group_bit;
-    }
-    if (settings.groups != settings::Groups::probe) {
-      co_return configured;
-    }
-    const auto found = co_await cnc::variables::locate(client, channel, configured);
+    const auto found = co_await cnc::variables::locate(client, channel, cnc::variables::Location{});
     if (!found) {
       warn_limited(
           fmt::format("its index groups cannot be found: {}", cnc::ads::describe(found.error())));

@@ -131,10 +131,7 @@ tl::expected<Command, Response> command_for(const Script& script, const CallInfo
 }
 
 Limits limits_for(const Script& script) {
-  return {.time_limit = script.time_limit,
-          .kill_after = script.kill_after,
-          .max_output = max_kept,
-          .max_errors = max_kept};
+  return {.time_limit = script.time_limit, .max_output = max_kept, .max_errors = max_kept};
 }
 
 Verdict verdict(const Script& script, const Ended& ended) {

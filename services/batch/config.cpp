@@ -42,7 +42,6 @@ Script script_from(const config::Batch::Script& from, const fs::path& folder) {
   script.arguments = {from.argument().begin(), from.argument().end()};
   script.folder = (folder / from.working_folder()).lexically_normal();
   script.time_limit = std::chrono::milliseconds(from.time_limit_ms());
-  script.kill_after = std::chrono::milliseconds(from.kill_after_ms());
   script.too_long = from.too_long() == config::Batch::CUT ? TooLong::cut : TooLong::refuse;
   script.encoding = from.encoding() == config::Batch::CP1252 ? Encoding::cp1252 : Encoding::utf8;
   script.accept_empty = from.accept_empty();
@@ -88,7 +87,7 @@ tl::expected<Config, std::string> load(const fs::path& file) {
     return tl::unexpected(mistakes.text());
   }
   const fs::path folder = fs::absolute(file).parent_path() / batch.folder();
-  Config config{.settle = std::chrono::milliseconds(batch.settle_ms()), .scripts = {}};
+  Config config;
   for (const auto& script : batch.script()) {
     config.scripts.push_back(script_from(script, folder));
   }

@@ -40,7 +40,6 @@ struct Script {
   /// Absolute.
   std::filesystem::path folder;
   std::chrono::milliseconds time_limit{30000};
-  std::chrono::milliseconds kill_after{1000};
   TooLong too_long = TooLong::refuse;
   Encoding encoding = Encoding::utf8;
   bool accept_empty = false;
@@ -48,6 +47,7 @@ struct Script {
 };
 
 struct Config {
+  /// A change of file or program applies after this time without another.
   std::chrono::milliseconds settle{500};
   std::vector<Script> scripts;
 };

@@ -140,12 +140,10 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
         return (rules_.find(one.first.first) != nullptr) == is_named;
       }));
   if (there >= rules_.most_programs) {
-    warn_limited(
-        "full", is_named ? "named" : "",
-        fmt::format(
-            "{} programs are served, the limit (most_programs); {} of {} at {} is not served",
-            there, program_name(number), uuid, sender.to_string()),
-        now.steady, actions);
+    warn_limited("full", is_named ? "named" : "",
+                 fmt::format("{} programs are served, the limit; {} of {} at {} is not served",
+                             there, program_name(number), uuid, sender.to_string()),
+                 now.steady, actions);
     return nullptr;
   }
   return &programs_.emplace(key, Program{.sender = sender}).first->second;

@@ -21,7 +21,6 @@ using base::configuration::Mistakes;
 /// LCM processes announce themselves five times a second; one message may be lost.
 constexpr std::uint32_t shortest_silence = 400;
 constexpr std::uint32_t longest_silence = 60'000;
-constexpr std::uint32_t most_programs = 1024;
 
 /// Returns the part of `text` before `mark`, and leaves the part after it in `text`.
 std::string_view cut(std::string_view& text, char mark) {
@@ -145,10 +144,8 @@ tl::expected<Config, std::string> load(const std::filesystem::path& file) {
   Config config;
   check_network(from, config.network, mistakes);
   mistakes.expect_range(from.silence_ms(), shortest_silence, longest_silence, {{"silence_ms"}});
-  mistakes.expect_range(from.most_programs(), 1U, most_programs, {{"most_programs"}});
   config.rules.silence = std::chrono::milliseconds(from.silence_ms());
   config.rules.any_uuid = from.any_uuid();
-  config.rules.most_programs = from.most_programs();
   for (int i = 0; i < from.service_size(); ++i) {
     check_service(from.service(i), {{"service", i}}, config.rules, mistakes);
   }

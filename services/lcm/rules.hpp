@@ -31,7 +31,8 @@ struct Rules {
   std::chrono::milliseconds silence{1000};
   /// UUIDs that are not in `services` are served, too.
   bool any_uuid = true;
-  std::size_t most_programs = 64;
+  /// At the same time: LCM has no access control.
+  std::size_t most_programs = 256;
   /// By canonical UUID.
   std::map<std::string, ServiceRule> services{};
 

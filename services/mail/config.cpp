@@ -207,8 +207,6 @@ class Reader {
     config_.rules = read_rules(from_, config_, mistakes_);
     read_retry();
     config_.spool = beside(from_.spool());
-    config_.remember = std::chrono::hours(24) * from_.remember_days();
-    config_.send_replayed = from_.send_replayed();
     return std::move(config_);
   }
 
@@ -236,8 +234,6 @@ class Reader {
                      "is missing or not a name");
     mistakes_.expect_range<std::uint32_t>(from.port(), 1, std::numeric_limits<std::uint16_t>::max(),
                                           path / "port");
-    mistakes_.expect(is_word(from.hello()) && from.hello().find('/') == std::string::npos,
-                     path / "hello", "is not a name");
     mistakes_.expect(from.connect_timeout_ms() > 0, path / "connect_timeout_ms",
                      "0; expected 1 or more");
     mistakes_.expect(from.timeout_ms() > 0, path / "timeout_ms", "0; expected 1 or more");
@@ -261,7 +257,6 @@ class Reader {
                       .user = from.user(),
                       .password_file = file ? beside(from.password_file()) : fs::path(),
                       .password_env = from.password_env(),
-                      .hello = from.hello(),
                       .connect_timeout = std::chrono::milliseconds(from.connect_timeout_ms()),
                       .timeout = std::chrono::milliseconds(from.timeout_ms())};
   }

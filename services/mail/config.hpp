@@ -35,8 +35,6 @@ struct ServerConfig {
   std::string user{};
   std::filesystem::path password_file{};
   std::string password_env{};
-  /// Empty = the name of the host.
-  std::string hello{};
   std::chrono::milliseconds connect_timeout{10000};
   std::chrono::milliseconds timeout{60000};
 };
@@ -63,8 +61,8 @@ struct Config {
   /// Absolute.
   std::filesystem::path spool;
   RetryPolicy retry;
+  /// Time in which a repeated call sends no second mail.
   std::chrono::hours remember{30 * 24};
-  bool send_replayed = false;
 };
 
 /// The error has one line per mistake, with file, line and column.

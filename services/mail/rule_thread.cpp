@@ -29,7 +29,7 @@ struct RuleThread::Impl final : fabric::observer::ObserverListener {
       : config(the_config),
         mail_sender(the_postman),
         log(std::move(the_log)),
-        watch(config.rules, moment_now(), config.send_replayed),
+        watch(config.rules, moment_now()),
         participant(join),
         timer(context) {
     using fabric::observer::Interest;

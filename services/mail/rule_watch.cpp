@@ -58,8 +58,7 @@ const std::set<std::string>& rule_keys() {
   return keys;
 }
 
-RuleWatch::RuleWatch(std::vector<Rule> rules, Moment now, bool replayed)
-    : rules_(std::move(rules)), replayed_(replayed) {
+RuleWatch::RuleWatch(std::vector<Rule> rules, Moment now) : rules_(std::move(rules)) {
   for (std::size_t i = 0; i < rules_.size(); ++i) {
     if (rules_[i].kind == Rule::Kind::no_instance) {
       begin({i, rules_[i].uuid}, now.wall, {{"uuid", rules_[i].uuid}}, now);
@@ -85,7 +84,7 @@ bool RuleWatch::is_for(const Rule& rule, const std::string& machine) const {
 }
 
 void RuleWatch::on_event(const fabric::ProgramEvent& event, Moment now) {
-  if ((event.replayed && !replayed_) || now.wall - event.at > history) {
+  if (event.replayed || now.wall - event.at > history) {
     return;
   }
   for (std::size_t i = 0; i < rules_.size(); ++i) {

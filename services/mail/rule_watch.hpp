@@ -40,8 +40,8 @@ class RuleWatch {
   /// An event that is older than this when it is first seen is ignored.
   static constexpr std::chrono::minutes history{10};
 
-  /// `replayed`: also reports data from a recording.
-  RuleWatch(std::vector<Rule> rules, fabric::Moment now, bool replayed = false);
+  /// Ignores data from a recording.
+  RuleWatch(std::vector<Rule> rules, fabric::Moment now);
 
   void on_entry(const fabric::observer::Entry& entry, fabric::Moment now);
   void on_time(fabric::Moment now);
@@ -80,7 +80,6 @@ class RuleWatch {
   bool has_room(std::size_t remembered);
 
   std::vector<Rule> rules_;
-  bool replayed_;
   std::map<Place, LastingCondition> lasting_;
   std::map<Place, Quiet> quiet_;
   /// Connections by machine and gateway.

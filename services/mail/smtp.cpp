@@ -157,9 +157,8 @@ List recipients(const Mail& mail) {
 
 std::string url(const ServerConfig& server) {
   const bool is_v6 = server.host.find(':') != std::string::npos;
-  return fmt::format("{5}://{0}{1}{2}:{3}/{4}", is_v6 ? "[" : "", server.host, is_v6 ? "]" : "",
-                     server.port, server.hello,
-                     server.security == Security::tls ? "smtps" : "smtp");
+  return fmt::format("{4}://{0}{1}{2}:{3}", is_v6 ? "[" : "", server.host, is_v6 ? "]" : "",
+                     server.port, server.security == Security::tls ? "smtps" : "smtp");
 }
 
 long milliseconds(std::chrono::milliseconds time) {

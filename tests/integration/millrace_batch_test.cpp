@@ -33,7 +33,7 @@ class BatchFolder : public testing::Test {
   void install(const std::string& name) { fs::copy_file(program(name), programs / name); }
   void configure(const std::string& scripts) {
     const fs::path part = folder.path() / "part";
-    std::ofstream(part) << "folder: 'programs'\nsettle_ms: 100\n" << scripts;
+    std::ofstream(part) << "folder: 'programs'\n" << scripts;
     fs::rename(part, config);
   }
   static std::string script(const std::string& uuid, const std::string& program,
@@ -127,7 +127,7 @@ TEST_F(BatchFolder, StaysAsItIsWhenTheConfigurationIsBroken) {
 
 TEST_F(BatchFolder, EndsAProgramWhoseCallIsWithdrawn) {
   install("outlive.sh");
-  configure(script(echo_uuid, "outlive.sh", "kill_after_ms: 20"));
+  configure(script(echo_uuid, "outlive.sh"));
   start();
   ASSERT_TRUE(caller.await_instance(echo_uuid));
   const fs::path pids = folder.path() / "pids";

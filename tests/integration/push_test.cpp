@@ -134,19 +134,10 @@ TEST_F(Notifications, ProbeTheIndexGroupsOfOlderControllers) {
   EXPECT_THAT(cnc.output(), HasSubstr("[ch2] response = 1.732051\n"));
 }
 
-TEST_F(Notifications, UseTheConfiguredIndexGroups) {
-  Process cnc = this->cnc("answers { current_groups: false }");
-  Process gateway = sut.configured_gateway(machine("groups: CURRENT"));
-  gateway.await_error("no channel found: .*0x122301.* is refused");
-  sut.configure(machine("groups: OLD"));
-  gateway.signal(SIGHUP);
-  gateway.await_error("link up, channels 1, 2");
-}
-
 /// Calls of one channel with pauses, in which the controller can show whether it notifies.
 class NotificationsOfAProgramThatPauses : public Notifications {
  protected:
-  Process cnc_that(const std::string& notifications) {
+  Process cnc_that(const std::string& faults) {
     const auto program = sut.folder() / "pauses.nc";
     std::ofstream(program)
         << "%pauses\nN10 V.G.SERVICE.UUID = \"560aacbf-6335-44a9-895a-8b27f3ed5e47\"\n"
@@ -155,14 +146,13 @@ class NotificationsOfAProgramThatPauses : public Notifications {
            "N70 #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0\nN80 #TIME 0.05\n"
            "N90 #FLUSH WAIT\nN100 P1 = P1 + 1\nN110 $ENDWHILE\n"
            "N120 #MSG [\"%d calls\", P1 - 1]\nN130 M30\n";
-    return cnc("connections { notifications { " + notifications + " } }",
-               {"--run", "1=" + program.string()});
+    return cnc("faults { " + faults + " }", {"--run", "1=" + program.string()});
   }
 };
 
 TEST_F(NotificationsOfAProgramThatPauses, AreGivenUpWhereTheyComeLate) {
   Process service = sut.square_root();
-  Process cnc = cnc_that("delay_ms: 300");
+  Process cnc = cnc_that("sample_delay_ms: 300");
   Process gateway = sut.gateway();
   gateway.await_error("pushed: ");
   cnc.await("\\[ch1\\] 20 calls");
@@ -171,7 +161,7 @@ TEST_F(NotificationsOfAProgramThatPauses, AreGivenUpWhereTheyComeLate) {
 
 TEST_F(NotificationsOfAProgramThatPauses, AreGivenUpWhereSomeAreLost) {
   Process service = sut.square_root();
-  Process cnc = cnc_that("lose_every: 3");
+  Process cnc = cnc_that("lose_sample_every: 3");
   Process gateway = sut.gateway();
   gateway.await_error(
       "polled: it (sent no notification of|does not send a notification for each|accepts "
@@ -232,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
              "notifications { by_handle: SERVICE_NOT_SUPPORTED } } answers { current_groups: false",
              "polled: the controller gives no handle .*0x702"},
         // The effect depends on which ones are lost; see the test above.
-        Kind{"that_lose_every_third", "notifications { lose_every: 3 }", "pushed: "}),
+        Kind{"that_lose_every_third", "} faults { lose_sample_every: 3", "pushed: "}),
     [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace

@@ -290,8 +290,8 @@ TEST_F(ManyPanels, AreRefusedExcessRequestsAndServedAfterwards) {
 TEST_F(ManyPanels, CostTheControllerOneRequest) {
   Process cnc = start_cnc();
   // Equal requests within a second are read once; the channels are polled as rarely as possible.
-  Process gateway = start_gateway(
-      "poll { active_ms: 1000 idle_ms: 1000 safety_ms: 1000 } variable_requests_per_second: 1000");
+  Process gateway =
+      start_gateway("poll { active_ms: 1000 idle_ms: 1000 } variable_requests_per_second: 1000");
   fabric::wire::Reader<fabric::MachineStatus> machines(participant, "millrace",
                                                        fabric::wire::Keep::all);
   std::vector<std::unique_ptr<Panel>> panels;

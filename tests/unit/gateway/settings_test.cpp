@@ -71,7 +71,6 @@ TEST(GatewaySettings, HaveTheMessageQueuesThatAreRead) {
   EXPECT_EQ(press[0].key("press").to_string(), "press.ALARMS/1");
   EXPECT_EQ(press[0].acknowledge, queues::Acknowledge::when_journalled);
   EXPECT_EQ(press[1].array, "SD.LINE.PARTS");
-  EXPECT_EQ(press[1].last_get, "Out");
   EXPECT_EQ(press[1].acknowledge, queues::Acknowledge::when_answered);
   EXPECT_EQ(press[1].period, std::chrono::milliseconds(100));
   EXPECT_EQ(press[1].backlog, 50U);
@@ -104,15 +103,12 @@ TEST(GatewaySettings, HaveEveryFieldOfAFile) {
   EXPECT_THAT(press.channels, ElementsAre(1, 2));
   EXPECT_EQ(press.intervals.after_answer, std::chrono::milliseconds(1));
   EXPECT_EQ(press.intervals.idle, std::chrono::milliseconds(20));
-  EXPECT_EQ(press.intervals.subscribed, std::chrono::milliseconds(250));
   EXPECT_TRUE(press.intervals.kernel_clears_request_state);
   EXPECT_EQ(press.watch, SubscriptionMode::notify);
   EXPECT_EQ(press.symbol, "Channel{channel}.{variable}");
-  EXPECT_EQ(press.groups, settings::Groups::old);
   EXPECT_THAT(sut.machines.back().channels, IsEmpty());
   EXPECT_EQ(sut.machines.back().intervals, ReadIntervals{});
   EXPECT_EQ(sut.machines.back().watch, SubscriptionMode::automatic);
-  EXPECT_EQ(sut.machines.back().groups, settings::Groups::probe);
 }
 
 TEST(GatewaySettings, HoldThePolicyOfEachMachineAndService) {

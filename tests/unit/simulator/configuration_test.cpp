@@ -133,18 +133,12 @@ TEST(Configuration, ReadsHowProgramsAreExecuted) {
   EXPECT_FALSE(sut.messages_read_at_once);
   EXPECT_TRUE(sut.optional_stop);
   EXPECT_EQ(sut.skipped_levels, 0b10'0000'0001);
-  EXPECT_EQ(sut.decoder_budget, 50);
   EXPECT_EQ(sut.stream_program, "stream.nc");
 }
 
-TEST(Configuration, ReadsWhatConcernsTimersReportsAndTheCycle) {
+TEST(Configuration, ReadsTheOperationsOfACycle) {
   const Settings sut = read_settings(good / "every_switch.cnc.textproto");
-  EXPECT_FALSE(sut.timers_resume);
-  EXPECT_TRUE(sut.quoted_reports);
   EXPECT_EQ(sut.decoder_operations, 500);
-  EXPECT_EQ(sut.report_time, "%H:%M ");
-  EXPECT_TRUE(parse_settings("", "empty").timers_resume);
-  EXPECT_FALSE(parse_settings("", "empty").quoted_reports);
 }
 
 TEST(Configuration, ReadsHowConnectionsBehave) {
@@ -193,13 +187,12 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"rapid_feed: nan", "x:1:1: rapid_feed: nan; expected 1 to 1000000"},
         Mistake{"programs { look_ahead: 0 }",
                 "x:1:12: programs.look_ahead: 0; expected 1 to 10000"},
-        Mistake{"programs { decoder_budget: 9 }", "decoder_budget: 9; expected 10 to 100000"},
         Mistake{"programs { operations_per_cycle: 99 }",
                 "operations_per_cycle: 99; expected 100 to 1000000"},
         Mistake{"programs { skipped_level: 11 }", "skipped_level: 11; expected 1 to 10"},
         Mistake{"connections { route: \"1.2.3\" }",
                 "x:1:15: connections.route: \"1.2.3\"; expected six"},
-        Mistake{"connections { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
+        Mistake{"faults { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
         Mistake{"connections { max_connections: 0 }", "max_connections: 0; expected 1 to 10000"},
         Mistake{"connections { idle_s: 604801 }", "idle_s: 604801; expected 0 to 604800"},
         Mistake{"answers { old_value_offset: 93 }", "old_value_offset: 93; expected 92 or 96"},

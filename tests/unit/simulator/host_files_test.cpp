@@ -142,16 +142,11 @@ TEST_F(ReportFile, IsNeitherALinkNorAPipeNorHidden) {
   EXPECT_EQ(text_of(other.path() / "keys"), "");
 }
 
-TEST_F(ReportFile, IsQuotedOnRequest) {
-  ReportFiles quoted(folder_.path(), {"", true});
-  ASSERT_TRUE(quoted.append({"message.txt", "one", false, true}, now_));
-  EXPECT_EQ(text_of(folder_.path() / "message.txt"), "\"one\"\n");
-}
-
-TEST_F(ReportFile, HasTheConfiguredTimeStamp) {
-  ReportFiles stamped(folder_.path(), {"[%Y %f] ", false});
-  ASSERT_TRUE(stamped.append({"message.txt", "one", true, true}, now_));
-  EXPECT_THAT(text_of(folder_.path() / "message.txt"), MatchesRegex("\\[20[0-9]+ [0-9]+\\] one\n"));
+TEST_F(ReportFile, HasATimeStampWithMilliseconds) {
+  ASSERT_TRUE(sut_.append({"message.txt", "one", true, true}, now_));
+  EXPECT_THAT(
+      text_of(folder_.path() / "message.txt"),
+      MatchesRegex("20[0-9]{2}-[0-9]{2}-[0-9]{2} [0-9]{2}:[0-9]{2}:[0-9]{2}[.][0-9]{3} one\n"));
 }
 
 TEST_F(ReportFile, ThatCannotBeWrittenIsReported) {

@@ -33,7 +33,6 @@ TEST(BatchConfig, FillsDefaults) {
 TEST(BatchConfig, ReadsEveryField) {
   const auto sut = load(data("good/full.batch.textproto"));
   ASSERT_TRUE(sut) << sut.error();
-  EXPECT_EQ(sut->settle, 2s);
   const Script& script = sut->scripts.at(0);
   EXPECT_EQ(script.registration, (Registration{.uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341",
                                                .name = "measure",
@@ -45,7 +44,6 @@ TEST(BatchConfig, ReadsEveryField) {
   EXPECT_THAT(script.arguments, ElementsAre("--fast", "--"));
   EXPECT_EQ(script.folder, "/srv/cell/work");
   EXPECT_EQ(script.time_limit, 5s);
-  EXPECT_EQ(script.kill_after, 200ms);
   EXPECT_EQ(script.too_long, TooLong::cut);
   EXPECT_EQ(script.encoding, Encoding::cp1252);
   EXPECT_TRUE(script.accept_empty);

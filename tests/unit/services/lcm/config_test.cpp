@@ -24,7 +24,6 @@ TEST(LcmConfig, StaysOnThisHostByDefault) {
   EXPECT_EQ(sut->network.interface, "127.0.0.1");
   EXPECT_EQ(sut->rules.silence, 1s);
   EXPECT_TRUE(sut->rules.any_uuid);
-  EXPECT_EQ(sut->rules.most_programs, 64U);
   EXPECT_FALSE(sut->mirror);
 }
 
@@ -37,7 +36,6 @@ TEST(LcmConfig, ReadsEveryField) {
   EXPECT_EQ(sut->network.interface, "192.168.7.1");
   EXPECT_EQ(sut->rules.silence, 2s);
   EXPECT_FALSE(sut->rules.any_uuid);
-  EXPECT_EQ(sut->rules.most_programs, 3U);
   const ServiceRule* const rule = sut->rules.find("560aacbf-6335-44a9-895a-8b27f3ed5e47");
   ASSERT_NE(rule, nullptr);
   EXPECT_THAT(rule->channels, ElementsAre(fabric::ChannelScope{"cnc", 1}));

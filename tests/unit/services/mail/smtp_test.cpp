@@ -63,8 +63,7 @@ class SilentServer {
 // stayed open.
 TEST(Smtp, ThrowsWhatItsWatchThrowsThroughLibcurl) {
   const SilentServer server;
-  Smtp sut(
-      {.host = "127.0.0.1", .port = server.port(), .security = Security::none, .hello = "test"});
+  Smtp sut({.host = "127.0.0.1", .port = server.port(), .security = Security::none});
   const Transport::Watch watch{.handing_over = [] { return true; },
                                .cancelled = [&]() -> bool {
                                  if (server.is_connected()) {
@@ -87,7 +86,6 @@ TEST(Smtp, CountsASilentServerAsUnreachable) {
   Smtp sut({.host = "127.0.0.1",
             .port = server.port(),
             .security = Security::none,
-            .hello = "test",
             .timeout = std::chrono::milliseconds(200)});
   const Transport::Watch watch{.handing_over = [] { return true; },
                                .cancelled = [] { return false; }};
@@ -102,7 +100,6 @@ TEST(Smtp, ReportsThatAServerStalls) {
   Smtp sut({.host = "127.0.0.1",
             .port = server.port(),
             .security = Security::none,
-            .hello = "test",
             .timeout = std::chrono::milliseconds(500)});
   const Transport::Watch watch{.handing_over = [] { return true; },
                                .cancelled = [] { return false; }};
