@@ -189,7 +189,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   const Reload reload(io, options, settings.join, gateway, log);
   const millrace::base::loop::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {
-    program::tell_supervisor("STOPPING=1");
+    program::notify_supervisor("STOPPING=1");
     gateway.finish([&] { io.stop(); });
     signals.async_wait([&](const boost::system::error_code&, int) { io.stop(); });
   });

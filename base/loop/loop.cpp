@@ -37,7 +37,7 @@ Watchdog::Watchdog(const boost::asio::any_io_executor& executor)
 }
 
 void Watchdog::tell() {
-  program::tell_supervisor("WATCHDOG=1");
+  program::notify_supervisor("WATCHDOG=1");
   timer_.expires_after(*period_);
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) {

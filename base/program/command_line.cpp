@@ -250,7 +250,7 @@ void add_check(CLI::App& app) {
 void ready(std::string_view what) {
   fmt::print("ready: {}\n", what);
   std::fflush(stdout);
-  tell_supervisor(fmt::format("READY=1\nSTATUS={}", what));
+  notify_supervisor(fmt::format("READY=1\nSTATUS={}", what));
 }
 
 namespace {

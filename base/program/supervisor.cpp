@@ -30,7 +30,7 @@ bool is_journal(int fd) {
          stream == std::to_string(file.st_dev) + ':' + std::to_string(file.st_ino);
 }
 
-void tell_supervisor(std::string_view lines) {
+void notify_supervisor(std::string_view lines) {
   const std::string_view path = environment("NOTIFY_SOCKET");
   sockaddr_un address{};
   if (path.empty() || path.size() >= sizeof(address.sun_path)) {

@@ -1,7 +1,7 @@
 // Notifies the supervisor that started the process: systemd's notification protocol (sd_notify(3)).
 // Does nothing without a supervisor.
 //
-//   tell_supervisor("READY=1");
+//   notify_supervisor("READY=1");
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@ namespace millrace::base::program {
 
 /// Sends lines "NAME=VALUE" to the socket in NOTIFY_SOCKET. A supervisor that does not listen is
 /// not a failure, so errors are ignored.
-void tell_supervisor(std::string_view lines);
+void notify_supervisor(std::string_view lines);
 
 /// How often the supervisor expects WATCHDOG=1: half of WATCHDOG_USEC, as systemd advises. Nullopt
 /// if it does not watch this process.

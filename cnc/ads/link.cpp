@@ -92,7 +92,7 @@ tl::expected<void, ProtocolError> Link::hand_out_frames() {
   return {};
 }
 
-void Link::say_farewell(BytesView frames) {
+void Link::close_politely(BytesView frames) {
   if (outbox_.stopped() || outbox_.size() > 0) {
     return;
   }

@@ -201,7 +201,7 @@ ConnectInfo request_of(const SecureHello& hello) {
 }
 
 /// The steps of a client after the TCP connection; returns an empty text on success.
-asio::awaitable<std::string> say_hello(TlsStream& stream, const SecureHello& hello) {
+asio::awaitable<std::string> send_hello(TlsStream& stream, const SecureHello& hello) {
   const Deadline deadline(stream, hello.timeout);
   auto error = co_await stream.handshake();
   if (deadline.passed()) {
@@ -329,7 +329,7 @@ asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
   }
   const std::shared_ptr<TlsStream> stream = context->stream(std::move(socket));
   opened(stream);
-  const auto refused = co_await say_hello(*stream, hello);
+  const auto refused = co_await send_hello(*stream, hello);
   if (!refused.empty()) {
     co_return tl::make_unexpected(refused);
   }

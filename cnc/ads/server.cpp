@@ -68,7 +68,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   [[nodiscard]] SessionOptions plain_session() const;
   [[nodiscard]] bool comes_too_soon();
   [[nodiscard]] bool full() const;
-  void say_refused(const Connection& connection);
+  void report_refused(const Connection& connection);
   void stop();
 
   Device& device;
@@ -156,7 +156,7 @@ void Server::Impl::admit(Transport transport, const SessionOptions& session) {
     }
   }
   if (full()) {
-    say_refused(*connection);
+    report_refused(*connection);
     return;
   }
   const auto place = connections.insert(connections.end(), std::move(connection));
@@ -177,7 +177,7 @@ bool Server::Impl::full() const {
   return static_cast<std::size_t>(open) >= options.max_connections;
 }
 
-void Server::Impl::say_refused(const Connection& connection) {
+void Server::Impl::report_refused(const Connection& connection) {
   ++refused;
   const auto now = std::chrono::steady_clock::now();
   if (now < next_refusal_line) {

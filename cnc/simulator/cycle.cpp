@@ -18,7 +18,7 @@ Cycle::Cycle(const boost::asio::any_io_executor& executor, std::chrono::nanoseco
 void Cycle::wake() {
   if (!awake_) {
     awake_ = true;
-    timer_.expires_at(next_beat(std::chrono::steady_clock::now()));
+    timer_.expires_at(next_cycle(std::chrono::steady_clock::now()));
     wait();
   }
 }
@@ -42,12 +42,12 @@ void Cycle::run() {
   awake_ = work_(now.time_since_epoch()) && awake_;
   if (awake_) {
     // After a delay the next cycle begins at its regular time; missed cycles are skipped.
-    timer_.expires_at(std::max(timer_.expiry() + period_, next_beat(now)));
+    timer_.expires_at(std::max(timer_.expiry() + period_, next_cycle(now)));
     wait();
   }
 }
 
-TimePoint Cycle::next_beat(TimePoint now) const {
+TimePoint Cycle::next_cycle(TimePoint now) const {
   return TimePoint((now.time_since_epoch() / period_ + 1) * period_);
 }
 

@@ -39,7 +39,7 @@ class Cycle {
   [[nodiscard]] const CycleCounts& counts() const { return counts_; }
 
  private:
-  [[nodiscard]] std::chrono::steady_clock::time_point next_beat(
+  [[nodiscard]] std::chrono::steady_clock::time_point next_cycle(
       std::chrono::steady_clock::time_point now) const;
   void wait();
   void run();

@@ -25,7 +25,7 @@ constexpr auto tell_again = 15s;
 
 TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, Reported told)
     : trust_(std::move(trust)), told_(std::move(told)) {
-  look_whom_to_believe();
+  update_trust();
   thread_ = std::thread([this] { run(); });
   ::pthread_setname_np(thread_.native_handle(), "trust");
 }
@@ -44,14 +44,14 @@ void TrustWatch::run() {
   while (!end_news_.wait_for(guard, look_every, [this] { return ending_; })) {
     guard.unlock();
     base::program::contain("checking certificates and the CRL", [this] {
-      look_whom_to_believe();
-      look_at_our_own(Clock::now());
+      update_trust();
+      check_own_certificate(Clock::now());
     });
     guard.lock();
   }
 }
 
-void TrustWatch::look_whom_to_believe() {
+void TrustWatch::update_trust() {
   if (!trust_->revoked) {
     return;
   }
@@ -75,7 +75,7 @@ void TrustWatch::look_whom_to_believe() {
   }
 }
 
-void TrustWatch::look_at_our_own(Clock::time_point now) {
+void TrustWatch::check_own_certificate(Clock::time_point now) {
   if (ended_at_ && (!trust_->ended || now - *ended_at_ < tell_again)) {
     return;
   }

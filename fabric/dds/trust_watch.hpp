@@ -56,8 +56,8 @@ class TrustWatch {
 
  private:
   void run();
-  void look_whom_to_believe();
-  void look_at_our_own(std::chrono::steady_clock::time_point now);
+  void update_trust();
+  void check_own_certificate(std::chrono::steady_clock::time_point now);
 
   const std::shared_ptr<const Trust> trust_;
   const Reported told_;

@@ -32,7 +32,7 @@ struct AlarmEndpoint::Impl : std::enable_shared_from_this<Impl> {
   tl::expected<void, std::string> tell();
   void repeat();
   void schedule();
-  void look_at_certificate();
+  void check_certificate();
 
   const dds::Participant& participant;
   AlarmTable table;
@@ -96,7 +96,7 @@ void AlarmEndpoint::Impl::repeat() {
 }
 
 /// The result is ignored: the next alarm publishes again.
-void AlarmEndpoint::Impl::look_at_certificate() {
+void AlarmEndpoint::Impl::check_certificate() {
   const dds::Trust& trust = *participant.options().trust;
   const auto now = std::chrono::system_clock::now();
   if (trust.until - now < certificate_expires_soon) {
@@ -115,7 +115,7 @@ void AlarmEndpoint::Impl::look_at_certificate() {
   certificate_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (!error && self) {
-      self->look_at_certificate();
+      self->check_certificate();
     }
   });
 }
@@ -124,7 +124,7 @@ AlarmEndpoint::AlarmEndpoint(const dds::Participant& participant,
                              const boost::asio::any_io_executor& executor, Alarm who)
     : impl_(std::make_shared<Impl>(participant, executor, std::move(who))) {
   if (participant.options().trust) {
-    impl_->look_at_certificate();
+    impl_->check_certificate();
   }
 }
 

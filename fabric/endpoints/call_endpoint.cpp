@@ -40,7 +40,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
 
   void open();
   void close();
-  void look_who_reads();
+  void check_readers();
   /// Publishes events and states for observers at the end of a turn of the loop, so that they share
   /// datagrams: one datagram for each of them, to each observer, costs more than the call.
   void flush();
@@ -83,7 +83,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   LogLimiter log_limiter;
   std::optional<wire::ForeignReplies> replies;
   /// The number of replies with too many keys, as reported.
-  std::uint64_t told_dropped = 0;
+  std::uint64_t reported_dropped = 0;
   std::optional<RequestWriters> request_writers;
   std::optional<ChannelStatusWriter> channels;
   std::optional<wire::Writer<MachineStatus>> machines;
@@ -91,7 +91,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
 };
 
 void CallEndpoint::Impl::open() {
-  readers_post.emplace(executor, weak_from_this(), [this] { look_who_reads(); });
+  readers_post.emplace(executor, weak_from_this(), [this] { check_readers(); });
   if (kind == Of::gateway) {
     machines.emplace(participant, fabric(),
                      wire::EndpointOptions{.lease = participant.options().lease});
@@ -136,7 +136,7 @@ void CallEndpoint::Impl::close() {
   liveness.close();
 }
 
-void CallEndpoint::Impl::look_who_reads() {
+void CallEndpoint::Impl::check_readers() {
   if (channels) {
     channels->update_readers();
   }
@@ -204,7 +204,7 @@ void CallEndpoint::Impl::announce() {
 
 void CallEndpoint::Impl::note_dropped() {
   const std::uint64_t dropped = replies->dropped();
-  if (std::exchange(told_dropped, dropped) == dropped) {
+  if (std::exchange(reported_dropped, dropped) == dropped) {
     return;
   }
   if (auto line = log_limiter.admit(

@@ -68,7 +68,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
         interest(own_interest),
         listener(&own_listener),
         liveness(executor, {.drain_heartbeats = [this] { drain_heartbeats(); },
-                            .announce = [this] { tell_changes(); }}) {
+                            .announce = [this] { report_changes(); }}) {
     liveness.registry().match_all();
   }
 
@@ -77,8 +77,8 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   bool drain();
   void drain_discovery();
   bool drain_heartbeats();
-  void tell_changes();
-  void tell_ignored();
+  void report_changes();
+  void report_ignored();
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
   void hand_out(Sample sample);
 
@@ -249,7 +249,7 @@ bool Observer::Impl::drain() {
   bool more = drain_heartbeats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
   drop_gone_alarms();
-  tell_ignored();
+  report_ignored();
   if (more) {
     // Others on the executor have their turn in between.
     post->post();
@@ -265,7 +265,7 @@ void Observer::Impl::drain_discovery() {
         participant.authenticator()->warn_limited(one.kind + one.about, one.reason);
       }
     }
-    tell_changes();
+    report_changes();
   }
 }
 
@@ -281,11 +281,11 @@ bool Observer::Impl::drain_heartbeats() {
   for (int i = 0; i < batches_per_turn && more; ++i) {
     more = listener != nullptr && liveness.take_heartbeats(use);
   }
-  tell_changes();
+  report_changes();
   return more;
 }
 
-void Observer::Impl::tell_changes() {
+void Observer::Impl::report_changes() {
   if (listener == nullptr) {
     return;
   }
@@ -401,7 +401,7 @@ void Observer::Impl::warn_limited(const std::string& kind, const std::string& ab
   }
 }
 
-void Observer::Impl::tell_ignored() {
+void Observer::Impl::report_ignored() {
   if (participant.authenticator() == nullptr || listener == nullptr) {
     return;
   }

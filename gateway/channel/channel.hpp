@@ -245,7 +245,7 @@ class Channel {
   std::optional<ReleasedCall> released_call_;
   std::optional<EndedCall> past_;
   /// The instances that the last call was dispatched to.
-  std::vector<fabric::InstanceId> past_asked_;
+  std::vector<fabric::InstanceId> past_instances_;
   /// The late replies to the last answered call that were logged.
   LateReplies late_replies_;
   /// When the last reply from an instance without the call was logged.

@@ -128,7 +128,7 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
   const bool in_hand = call_ && reply.call == call_->id();
   if (!in_hand && (!past_ || past_->call != reply.call ||
                    (past_->answered && past_->answered_by == reply.instance) ||
-                   std::ranges::count(past_asked_, reply.instance) == 0)) {
+                   std::ranges::count(past_instances_, reply.instance) == 0)) {
     // Old samples of a service, a reply that was delivered twice, or one from an instance without a
     // request.
     return;
@@ -313,9 +313,9 @@ void Channel::writer_finished(Moment now) {
 }
 
 void Channel::end(bool written, const std::string& detail, Moment now) {
-  past_asked_.clear();
+  past_instances_.clear();
   for (const Attempt& attempt : call_->call().attempts) {
-    past_asked_.push_back(attempt.instance);
+    past_instances_.push_back(attempt.instance);
   }
   const AnswerWriter* const writer = call_->writer();
   const bool open = written && writer != nullptr && !writer->zero_seen();

@@ -261,10 +261,10 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.publish(std::move(request));
-  publish_event(fabric::EventKind::dispatched, to.to_whom(), out, now);
+  publish_event(fabric::EventKind::dispatched, to.target_of(), out, now);
   if (out.wanted(Level::debug)) {
     out.log(Level::debug,
-            fmt::format("{} given to {}, attempt {}", name(), to.to_whom(), to.attempt.number));
+            fmt::format("{} given to {}, attempt {}", name(), to.target_of(), to.attempt.number));
   }
 }
 

@@ -159,7 +159,7 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   fresh_ = true;
   before_ = control;
   room_ = room;
-  const bool more = room > 0 && !elements_behind(control, queue_log.read_up_to()).empty();
+  const bool more = room > 0 && !elements_after(control, queue_log.read_up_to()).empty();
   if (more || compare_) {
     phase_ = Phase::wants_array;
   } else {
@@ -222,7 +222,7 @@ QueueReader::ReadResult QueueReader::check(const Control& control, const QueueLo
       return result;
     }
   }
-  for (const std::uint32_t element : elements_behind(before_, queue_log.read_up_to())) {
+  for (const std::uint32_t element : elements_after(before_, queue_log.read_up_to())) {
     if (result.messages.size() == std::min(room, room_)) {
       break;
     }

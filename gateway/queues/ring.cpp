@@ -28,7 +28,7 @@ std::uint32_t filled(const Control& control) {
                static_cast<std::uint32_t>(control.last_filled), control.elements);
 }
 
-std::vector<std::uint32_t> elements_behind(const Control& control, std::uint32_t from) {
+std::vector<std::uint32_t> elements_after(const Control& control, std::uint32_t from) {
   std::vector<std::uint32_t> found;
   const auto count = steps(from, static_cast<std::uint32_t>(control.last_filled), control.elements);
   std::uint32_t element = from;

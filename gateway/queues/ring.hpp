@@ -3,7 +3,7 @@
 // count from 1 is inferred).
 //
 //   control = {.last_filled = 1, .last_get = 2, .elements = 3}
-//   elements_behind(control, control.last_get)               // 3, 1
+//   elements_after(control, control.last_get)               // 3, 1
 #pragma once
 
 #include <cstdint>
@@ -35,8 +35,7 @@ inline constexpr std::uint32_t most_elements = 10'000;
 [[nodiscard]] std::uint32_t filled(const Control& control);
 
 /// The elements behind `from` up to LastFilled, in the order of their messages.
-[[nodiscard]] std::vector<std::uint32_t> elements_behind(const Control& control,
-                                                         std::uint32_t from);
+[[nodiscard]] std::vector<std::uint32_t> elements_after(const Control& control, std::uint32_t from);
 
 /// `element` is LastGet or one behind it that holds a message.
 [[nodiscard]] bool holds(const Control& control, std::uint32_t element);

@@ -314,7 +314,7 @@ void Archive::close_files(Time now) {
     } catch (const std::exception& why) {
       // Retried later.
       open.push_back(file);
-      if (told_unclosed_.insert(file).second) {
+      if (reported_unclosed_.insert(file).second) {
         report_(fmt::format("{} cannot be closed yet: {}", file.string(), why.what()));
       }
     }

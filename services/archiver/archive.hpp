@@ -116,7 +116,7 @@ class Archive {
   std::vector<std::filesystem::path> unclosed_;
   std::set<std::filesystem::path> foreign_;
   /// The unclosed files that were reported.
-  std::set<std::filesystem::path> told_unclosed_;
+  std::set<std::filesystem::path> reported_unclosed_;
   bool begun_a_file_ = true;
   bool rotation_failed_ = false;
   /// Rows were written to the current file, or it was checked when it was opened.

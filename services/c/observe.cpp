@@ -147,7 +147,7 @@ millrace_code millrace_list(millrace_participant* participant, millrace_instance
   return c::guarded([&] {
     c::checked(instances, "instances") = nullptr;
     const auto state = c::state_of(participant);
-    state->check_hears("millrace_list");
+    state->check_discovers("millrace_list");
     const auto live = millrace::tools::bus::take_snapshot(state->join());
     auto list = std::make_unique<millrace_instances>();
     for (const auto& [id, instance] : live.instances()) {
@@ -215,7 +215,7 @@ millrace_code millrace_observer_open(millrace_participant* participant,
     const millrace_observer_options given =
         options == nullptr ? millrace_observer_options{}
                            : c::read_options(*options, "millrace_observer_options");
-    state->check_hears("millrace_observer_open");
+    state->check_discovers("millrace_observer_open");
     if ((given.what & ~all) != 0) {
       throw c::Error(MILLRACE_INVALID,
                      fmt::format("what is {}; expected 0 to {}", given.what, all));

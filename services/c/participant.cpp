@@ -161,7 +161,7 @@ Participant::~Participant() {
   }
 }
 
-void Participant::check_hears(const char* what) const {
+void Participant::check_discovers(const char* what) const {
   if (!discovers_) {
     throw Error(
         MILLRACE_INVALID,
@@ -230,6 +230,6 @@ int32_t millrace_is_expired(const millrace_participant* participant) {
 
 void millrace_notify_supervisor(const char* lines) {
   if (lines != nullptr) {
-    millrace::base::program::tell_supervisor(lines);
+    millrace::base::program::notify_supervisor(lines);
   }
 }

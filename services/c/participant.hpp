@@ -49,7 +49,7 @@ class Participant {
   [[nodiscard]] pid_t process() const { return process_; }
   [[nodiscard]] bool expired() const { return *expired_; }
   /// Throws Error unless the process discovers the others.
-  void check_hears(const char* what) const;
+  void check_discovers(const char* what) const;
 
   /// Drains the instance when the certificate of the process has expired.
   void add(const fabric::InstanceId& instance);

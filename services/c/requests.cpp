@@ -179,7 +179,7 @@ millrace_code millrace_request_send(millrace_participant* participant,
     auto state = c::state_of(participant);
     const millrace_request_options given = c::read_options(
         c::checked(options, "millrace_request_options"), "millrace_request_options");
-    state->check_hears("millrace_request_send");
+    state->check_discovers("millrace_request_send");
     if (given.uuid == nullptr) {
       throw c::Error(MILLRACE_INVALID, "millrace_request_options: uuid is NULL");
     }

@@ -109,14 +109,14 @@ struct RunningGauges::Impl {
       if (!error) {
         const std::lock_guard guard(lock);
         answering.look();
-        tell_failing();
+        report_failing();
         look_around();
       }
     });
   }
 
   /// Needs the lock.
-  void tell_failing() {
+  void report_failing() {
     for (const auto& [gauge, why] : answering.failing()) {
       alarms.raise({.key = {.kind = "gauge", .subject = gauge},
                     .level = fabric::AlarmLevel::problem,
@@ -166,7 +166,7 @@ RunningGauges::~RunningGauges() = default;
 sdk::Response RunningGauges::answer(std::string_view request) {
   const std::lock_guard guard(impl_->lock);
   sdk::Response response = impl_->answering.answer(request, Time::clock::now());
-  impl_->tell_failing();
+  impl_->report_failing();
   return response;
 }
 

@@ -56,7 +56,7 @@ class SerialLine::Session : public std::enable_shared_from_this<Session> {
       fail(error);
       return;
     }
-    told_closed_ = false;
+    reported_closed_ = false;
     listener_->on_opened();
     read();
   }
@@ -91,7 +91,7 @@ class SerialLine::Session : public std::enable_shared_from_this<Session> {
   void fail(const error_code& error) {
     error_code ignored;
     port_.close(ignored);
-    if (!std::exchange(told_closed_, true)) {
+    if (!std::exchange(reported_closed_, true)) {
       listener_->on_closed(config_.device + ": " + error.message());
     }
     timer_.expires_after(config_.reopen);
@@ -107,7 +107,7 @@ class SerialLine::Session : public std::enable_shared_from_this<Session> {
   asio::serial_port port_;
   asio::steady_timer timer_;
   std::array<char, 256> bytes_{};
-  bool told_closed_ = false;
+  bool reported_closed_ = false;
 };
 
 SerialLine::SerialLine(const asio::any_io_executor& executor, LineConfig config,

@@ -162,15 +162,15 @@ void Bridge::keep_registered(Program& program, const Presence& presence, SteadyT
                program.calls.empty() && !too_soon) {
       registered_.erase(*program.registration);
       actions.emplace_back(Unregister{*program.registration});
-      register_anew(program, key, wanted, now, actions);
+      register_again(program, key, wanted, now, actions);
     }
   } else if (!presence.draining && !program.dismissed && !too_soon &&
              !(program.refused && program.announced == wanted)) {
     program.draining = false;
-    register_anew(program, key, wanted, now, actions);
+    register_again(program, key, wanted, now, actions);
   }
-  if (program.dismissed && !presence.draining && now - program.told_to_leave >= settle) {
-    program.told_to_leave = now;
+  if (program.dismissed && !presence.draining && now - program.asked_to_leave >= settle) {
+    program.asked_to_leave = now;
     actions.emplace_back(drain_of(key.first, key.second));
   }
 }
@@ -181,7 +181,7 @@ Actions Bridge::on_dismissed(Registration number, SteadyTime now) {
     return {};
   }
   program->dismissed = true;
-  program->told_to_leave = now;
+  program->asked_to_leave = now;
   return {drain_of(key->first, key->second)};
 }
 
@@ -262,8 +262,8 @@ void Bridge::lose(const Key& key, Program& program, Actions& actions) {
   }
 }
 
-void Bridge::register_anew(Program& program, const Key& key, const Announcement& as, SteadyTime now,
-                           Actions& actions) {
+void Bridge::register_again(Program& program, const Key& key, const Announcement& as,
+                            SteadyTime now, Actions& actions) {
   const Registration number = ++last_registration_;
   program.registration = number;
   program.registered_at = now;

@@ -143,7 +143,7 @@ class Bridge {
     bool draining = false;
     /// An operator has asked it to leave.
     bool dismissed = false;
-    fabric::SteadyTime told_to_leave{};
+    fabric::SteadyTime asked_to_leave{};
     /// By call_name(), like all state of calls.
     std::map<std::string, Given> calls{};
     /// The newest attempt of each finished call, to ignore its repeated replies.
@@ -168,8 +168,8 @@ class Bridge {
   void flush_interim(const Program& program, Given& given, fabric::SteadyTime now,
                      Actions& actions);
   static void end(Program& program, const std::string& name, sdk::Result result, Actions& actions);
-  void register_anew(Program& program, const Key& key, const Announcement& as,
-                     fabric::SteadyTime now, Actions& actions);
+  void register_again(Program& program, const Key& key, const Announcement& as,
+                      fabric::SteadyTime now, Actions& actions);
   void forgive_standstill(fabric::SteadyTime now);
   void lose(const Key& key, Program& program, Actions& actions);
   void warn_limited(const char* kind, std::string_view about, const std::string& text,

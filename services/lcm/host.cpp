@@ -294,7 +294,7 @@ void Host::Impl::stop() {
 void Host::Impl::tell() {
   if (hosted.size() != told) {
     told = hosted.size();
-    base::program::tell_supervisor(fmt::format("STATUS=serves {} LCM programs", told));
+    base::program::notify_supervisor(fmt::format("STATUS=serves {} LCM programs", told));
   }
 }
 

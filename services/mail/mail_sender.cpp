@@ -30,7 +30,7 @@ MailSender::MailSender(Config config, Spool spool, Transport& transport, base::p
       alarms_(alarms),
       condition_(fmt::format("{}:{}", config_.server.host, config_.server.port)) {
   read_spool();
-  tell_condition();
+  report_condition();
   thread_ = std::thread([this] { run(Lane::ordinary); });
   stalled_thread_ = std::thread([this] { run(Lane::stalled); });
 }
@@ -62,7 +62,7 @@ void MailSender::read_spool() {
              content->calls);
 }
 
-void MailSender::tell_condition() {
+void MailSender::report_condition() {
   condition_.waiting(waiting_.size(), std::chrono::steady_clock::now());
   condition_.tell(alarms_);
 }
@@ -70,7 +70,7 @@ void MailSender::tell_condition() {
 template <typename Value>
 void MailSender::note_spool(const Spool::Result<Value>& result) {
   condition_.spool(result ? std::nullopt : std::optional(result.error()));
-  tell_condition();
+  report_condition();
 }
 
 Spool::Result<std::optional<Entry>> MailSender::known(fabric::CallId call) const {
@@ -189,7 +189,7 @@ Outcome MailSender::attempt(Lock& lock, const Entry& entry, bool program_waits) 
     stalled_.erase(entry.call);
   }
   condition_.tried(outcome, result ? std::optional(result->stage) : std::nullopt, program_waits);
-  tell_condition();
+  report_condition();
   if (!outcome.contact) {
     pause_until_ = std::chrono::system_clock::now() + config_.retry.first;
   }

@@ -65,7 +65,7 @@ class MailSender {
   void tell(const Entry& entry, const Outcome& outcome) const;
 
   /// Needs the lock: reports the current alarms.
-  void tell_condition();
+  void report_condition();
   /// The same, after a use of the spool with this result.
   template <typename Value>
   void note_spool(const Spool::Result<Value>& result);

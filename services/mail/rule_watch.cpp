@@ -176,7 +176,7 @@ bool RuleWatch::has_room(std::size_t remembered) {
   if (remembered < most_remembered) {
     return true;
   }
-  if (!std::exchange(said_full_, true)) {
+  if (!std::exchange(reported_full_, true)) {
     lines_.push_back(fmt::format(
         "more than {} channels and machines are on the fabric: the rules ignore further ones",
         most_remembered));

@@ -88,7 +88,7 @@ class RuleWatch {
   std::map<std::string, std::set<fabric::InstanceId>> instances_;
   std::vector<RuleEvent> occasions_;
   std::vector<std::string> lines_;
-  bool said_full_ = false;
+  bool reported_full_ = false;
 };
 
 }  // namespace millrace::services::mail

@@ -83,12 +83,12 @@ class Summaries : public std::enable_shared_from_this<Summaries> {
   void tell() {
     const auto now = std::chrono::steady_clock::now();
     const fabric::InstanceStatus status = runner_->load().status;
-    const auto span = std::chrono::ceil<std::chrono::seconds>(now - told_at_);
+    const auto span = std::chrono::ceil<std::chrono::seconds>(now - reported_at_);
     if (const auto line = call_summary(told_, status, span)) {
       log_->info("{}: {}", uuid_, *line);
     }
     told_ = status;
-    told_at_ = now;
+    reported_at_ = now;
   }
 
  private:
@@ -99,7 +99,7 @@ class Summaries : public std::enable_shared_from_this<Summaries> {
   Service::Log log_;
   std::string uuid_;
   fabric::InstanceStatus told_;
-  std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point reported_at_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -115,13 +115,13 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
 
 struct Instance::Impl final : HostedInstance {
   Impl(const ServiceOptions& options, const Service::Log& own_log, InlineHandler inline_handler,
-       std::function<void(const std::string& issuer)> tell_draining = nullptr)
+       std::function<void(const std::string& issuer)> report_draining = nullptr)
       : log(own_log),
         shared(options.participant
                    ? options.participant
                    : std::make_shared<SharedParticipant>(join_options(options), own_log)),
         identity(make_identity(options, shared->participant().options().lease)),
-        draining(std::move(tell_draining)),
+        draining(std::move(report_draining)),
         runner(std::make_shared<Runner>(
             scheduler_options(options, identity, shared->participant().authenticator() != nullptr),
             log, std::move(inline_handler))),

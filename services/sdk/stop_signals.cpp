@@ -34,7 +34,7 @@ struct StopSignals::Impl {
 
   void first(int signal) {
     log->info("signal {}: leaving when the running calls are answered", signal);
-    base::program::tell_supervisor("STOPPING=1");
+    base::program::notify_supervisor("STOPPING=1");
     asked = true;
     base::program::contain("leaving on a signal", [&] {
       if (stop) {

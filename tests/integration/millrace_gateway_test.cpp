@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/domain.hpp"
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -65,7 +66,8 @@ TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {
   Process good = gateway({"--check", "--config", config("good/everything")});
   EXPECT_EQ(good.wait(), 0) << good.error_output();
   EXPECT_THAT(good.output(), HasSubstr("press_1 (press1.hall3:48899, 10.0.0.5.1.1)"));
-  Process bad = gateway({"--check", "--config", config("bad/bad_net_id")});
+  write_bad_configurations("gateway", folder_.path());
+  Process bad = gateway({"--check", "--config", folder_.path() / "bad_net_id.gateway.textproto"});
   EXPECT_EQ(bad.wait(), 2);
   EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: machine.net_id"));
 }

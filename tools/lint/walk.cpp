@@ -71,7 +71,7 @@ void Walk::follow(const Program& program) {
       run({&program, &program.main},
           only({.stage = is_part ? Stage::unknown : Stage::idle, .named = is_part}), 0);
   if (!is_part) {
-    look_at_last({&program, &program.main}, behind);
+    check_last({&program, &program.main}, behind);
   }
   for (const TimerUse& limit : limits_) {
     const auto own = std::ranges::find(started_, limit.timer, &TimerUse::timer);
@@ -139,7 +139,7 @@ States Walk::run_from(const Where& where, State before, int depth) {
       }
       State state = state_of(index);
       if (asks && state.stage != Stage::unknown && state.stage != Stage::idle) {
-        for (const Way& way : ways_behind(where, at, state)) {
+        for (const Way& way : paths_after(where, at, state)) {
           come_to(way.to, only(way.state));
         }
         continue;
@@ -169,13 +169,13 @@ States Walk::run_from(const Where& where, State before, int depth) {
   }
   for (std::size_t at = 0; at < routine.operations.size(); ++at) {
     if (seen[at].any() && !is_skipped(routine.operations[at])) {
-      look_at_all_paths(where, at, seen[at]);
+      check_all_paths(where, at, seen[at]);
     }
   }
   return known_[{where, index_of(before)}] = behind;
 }
 
-std::vector<Walk::Way> Walk::ways_behind(const Where& where, std::size_t at, State state) {
+std::vector<Walk::Way> Walk::paths_after(const Where& where, std::size_t at, State state) {
   const auto& branch = std::get<syntax::Branch>(where.routine->operations[at].statement);
   const std::size_t next = at + 1;
   const auto with = [&](Stage stage) { return State{stage, state.moves, state.named}; };
@@ -183,7 +183,7 @@ std::vector<Walk::Way> Walk::ways_behind(const Where& where, std::size_t at, Sta
     return {{next, with(Stage::matched)}, {branch.target, with(Stage::unmatched)}};
   }
   if (const Loop* const loop = polling_loop(where, at)) {
-    return ways_behind_poll(where, at, *loop, state);
+    return paths_after_poll(where, at, *loop, state);
   }
   // A single check: only one of its branches is taken before the response.
   const auto truth = truth_at(branch.condition, branch.rule, 0);
@@ -195,7 +195,7 @@ std::vector<Walk::Way> Walk::ways_behind(const Where& where, std::size_t at, Sta
           {branch.target, with(jumps ? Stage::polled : Stage::checked)}};
 }
 
-std::vector<Walk::Way> Walk::ways_behind_poll(const Where& where, std::size_t at, const Loop& loop,
+std::vector<Walk::Way> Walk::paths_after_poll(const Where& where, std::size_t at, const Loop& loop,
                                               State state) {
   const Operation& operation = where.routine->operations[at];
   const auto& branch = std::get<syntax::Branch>(operation.statement);

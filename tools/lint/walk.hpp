@@ -99,8 +99,8 @@ class Walk {
   State wait_cycle(const Where& where, const cnc::nc::syntax::Operation& operation,
                    const cnc::nc::syntax::CycleCall& cycle, State state);
   /// After a condition that checks RESPONSE_STATE.
-  std::vector<Way> ways_behind(const Where& where, std::size_t at, State state);
-  std::vector<Way> ways_behind_poll(const Where& where, std::size_t at, const Loop& loop,
+  std::vector<Way> paths_after(const Where& where, std::size_t at, State state);
+  std::vector<Way> paths_after_poll(const Where& where, std::size_t at, const Loop& loop,
                                     State state);
   /// The loop around an operation, if it may be a wait: it makes no request itself.
   const Loop* polling_loop(const Where& where, std::size_t at);
@@ -116,15 +116,15 @@ class Walk {
               const Effect& effect, State state);
   State wait(const Where& where, const cnc::nc::syntax::Operation& operation, const Effect& effect,
              State state);
-  void look_at_repeats(const Where& where, std::size_t at, const Effect& effect);
-  void look_at_limit(const Where& where, const cnc::nc::syntax::Operation& operation,
-                     const cnc::nc::syntax::CycleCall& cycle);
+  void check_repeats(const Where& where, std::size_t at, const Effect& effect);
+  void check_limit(const Where& where, const cnc::nc::syntax::Operation& operation,
+                   const cnc::nc::syntax::CycleCall& cycle);
   /// Mistakes that exist only if every path comes to the place in a like state.
-  void look_at_all_paths(const Where& where, std::size_t at, States states);
-  void look_at_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
-                         States states);
+  void check_all_paths(const Where& where, std::size_t at, States states);
+  void check_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
+                       States states);
   /// At the end of a main program that has no M30.
-  void look_at_last(const Where& where, States states);
+  void check_last(const Where& where, States states);
   void note(const Where& where, const cnc::nc::syntax::Operation& operation, Rule rule,
             std::string text);
   void note_timer(const Where& where, const cnc::nc::syntax::Operation& operation,

@@ -83,7 +83,7 @@ State Walk::wait_cycle(const Where& where, const Operation& operation,
     note(where, operation, Rule::timer_missing,
          "@P2 limits the wait, and @P3 must name the timer (0 to 127) for it");
   }
-  look_at_limit(where, operation, cycle);
+  check_limit(where, operation, cycle);
   // The cycle has the flush in it.
   state.moves = false;
   return wait(where, operation, {.kind = Kind::wait, .limited = limited}, state);
@@ -113,7 +113,7 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
              "the next request is made before the program has checked RESPONSE_STATE of the last "
              "response; it may have been an error");
       }
-      look_at_repeats(where, at, effect);
+      check_repeats(where, at, effect);
       state.stage = Stage::out;
       state.named = true;  // One finding says it for the whole program.
       break;
@@ -192,7 +192,7 @@ State Walk::wait(const Where& where, const Operation& operation, const Effect& e
   return state;
 }
 
-void Walk::look_at_repeats(const Where& where, std::size_t at, const Effect& effect) {
+void Walk::check_repeats(const Where& where, std::size_t at, const Effect& effect) {
   if (!effect.number) {
     return;
   }
@@ -215,8 +215,8 @@ void Walk::look_at_repeats(const Where& where, std::size_t at, const Effect& eff
                    *effect.number));
 }
 
-void Walk::look_at_limit(const Where& where, const Operation& operation,
-                         const syntax::CycleCall& cycle) {
+void Walk::check_limit(const Where& where, const Operation& operation,
+                       const syntax::CycleCall& cycle) {
   const auto* const limit = argument(cycle, 2);
   const auto time = limit == nullptr ? std::nullopt : constant_number(*limit);
   if (!time) {
@@ -235,11 +235,11 @@ void Walk::look_at_limit(const Where& where, const Operation& operation,
   }
 }
 
-void Walk::look_at_all_paths(const Where& where, std::size_t at, States states) {
+void Walk::check_all_paths(const Where& where, std::size_t at, States states) {
   const Operation& operation = where.routine->operations[at];
   const std::vector<Effect> effects = effects_of(operation.statement);
   if (is_unawaited(states)) {
-    look_at_unawaited(where, at, effects, states);
+    check_unawaited(where, at, effects, states);
   }
   bool named = is_named(states);
   for (const Effect& effect : effects) {
@@ -263,8 +263,8 @@ void Walk::look_at_all_paths(const Where& where, std::size_t at, States states) 
   }
 }
 
-void Walk::look_at_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
-                             States states) {
+void Walk::check_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
+                           States states) {
   const Operation& operation = where.routine->operations[at];
   if (const auto* const cycle = std::get_if<syntax::CycleCall>(&operation.statement)) {
     const auto* const at_state = argument(*cycle, 1);
@@ -310,7 +310,7 @@ void Walk::look_at_unawaited(const Where& where, std::size_t at, const std::vect
   }
 }
 
-void Walk::look_at_last(const Where& where, States states) {
+void Walk::check_last(const Where& where, States states) {
   if (is_unawaited(states) && !where.routine->operations.empty()) {
     note(where, where.routine->operations.back(), Rule::answer_not_awaited,
          "the program ends after this without a wait for the response to its request; wait first "

@@ -149,13 +149,13 @@ std::string line_of(const fabric::DataSample& sample) {
   return sample.replayed ? line + "  (replayed)" : line;
 }
 
-std::string said_by(const fabric::Alarm& alarm) {
+std::string reported_by(const fabric::Alarm& alarm) {
   return fmt::format("{} on {}, pid {}", alarm.program.empty() ? "a program" : safe(alarm.program),
                      safe(alarm.host), alarm.pid);
 }
 
-std::string what_is_said(const fabric::Alarm& alarm) {
-  return fmt::format("{}: {}", said_by(alarm), safe(alarm.text));
+std::string reported_problems(const fabric::Alarm& alarm) {
+  return fmt::format("{}: {}", reported_by(alarm), safe(alarm.text));
 }
 
 boost::json::object json_of(const fabric::Alarm& alarm) {

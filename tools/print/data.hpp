@@ -31,12 +31,12 @@ std::string line_of(const fabric::DataSample& sample);
 
 // Alarms as text and as JSON.
 //
-//   said_by(alarm) == "archiver on vm, pid 17"
-//   what_is_said(alarm) == "archiver on vm, pid 17: /srv/archive cannot be written: disk full"
+//   reported_by(alarm) == "archiver on vm, pid 17"
+//   reported_problems(alarm) == "archiver on vm, pid 17: /srv/archive cannot be written: disk full"
 
 /// Safe to show.
-std::string said_by(const fabric::Alarm& alarm);
-std::string what_is_said(const fabric::Alarm& alarm);
+std::string reported_by(const fabric::Alarm& alarm);
+std::string reported_problems(const fabric::Alarm& alarm);
 
 /// The JSON of every `--json`: "level", "kind", "subject", "text", "advice", "since", "program",
 /// "host", "pid", "responder".

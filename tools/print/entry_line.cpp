@@ -84,7 +84,7 @@ class Tail {
     return fmt::format("{}  {}{}{}", news.over ? "over" : name_of(alarm.level),
                        safe(alarm.key.kind),
                        alarm.key.subject.empty() ? "" : " " + safe(alarm.key.subject),
-                       alarm.program.empty() ? "" : "  " + what_is_said(alarm));
+                       alarm.program.empty() ? "" : "  " + reported_problems(alarm));
   }
   std::string operator()(const fabric::Outcome& outcome) const {
     return fmt::format("{}{}  by {}  command {}", outcome.done ? "done" : "refused",

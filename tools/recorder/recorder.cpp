@@ -64,7 +64,7 @@ Recorder::Recorder(Options options, FreeSpace free_space)
 
 Recorder::Result Recorder::start(Moment now) {
   if (has_many_files()) {
-    look_at_disk();
+    check_disk();
     waits_for_room_ = disk_is_full_;
   }
   return ring_ || waits_for_room_ ? Result{} : unless_full(begin_file(now), now);
@@ -82,7 +82,7 @@ Recorder::Result Recorder::unless_full(Result result, Moment now) {
   if (result) {
     return result;
   }
-  look_at_disk();
+  check_disk();
   if (disk_is_full_ && (file_ || has_many_files())) {
     waits_for_room_ = has_many_files();
     return {};
@@ -162,7 +162,7 @@ Recorder::Result Recorder::do_what_is_due(Moment now) {
       return closed;
     }
   }
-  look_at_disk();
+  check_disk();
   if (disk_is_full_ && has_many_files()) {
     return wait_for_room(now);
   }
@@ -170,7 +170,7 @@ Recorder::Result Recorder::do_what_is_due(Moment now) {
 }
 
 Recorder::Result Recorder::wait_for_room(Moment now) {
-  look_at_disk();
+  check_disk();
   if (disk_is_full_ == waits_for_room_) {
     return {};
   }
@@ -272,7 +272,7 @@ void Recorder::keep_to_size() {
   make_room(too_large);
 }
 
-void Recorder::look_at_disk() {
+void Recorder::check_disk() {
   const auto too_full = [&] {
     free_ = free_space_(file_ ? file_->path() : options_.file);
     return *free_ < options_.minimum_free;

@@ -123,7 +123,7 @@ class Recorder {
   /// Removes closed files, the oldest first but never the newest, as long as `too_much`.
   void make_room(const std::function<bool()>& too_much);
   void keep_to_size();
-  void look_at_disk();
+  void check_disk();
   [[nodiscard]] bool has_many_files() const {
     return options_.rotate_size > 0 || options_.rotate_time.count() > 0;
   }

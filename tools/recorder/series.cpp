@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// ".repaired" or ".repaired-2".
-bool says_repaired(std::string_view extension) {
+bool is_repaired(std::string_view extension) {
   constexpr std::string_view repaired = ".repaired";
   if (!extension.starts_with(repaired)) {
     return false;
@@ -50,7 +50,7 @@ std::optional<Series::Member> Series::member(const fs::path& file) const {
     return std::nullopt;
   }
   name.replace_extension();
-  if (says_repaired(name.extension().string())) {
+  if (is_repaired(name.extension().string())) {
     name.replace_extension();
   }
   const std::string stem = name.string();

@@ -272,10 +272,10 @@ std::uint64_t Completeness::unseen_in(std::uint64_t epoch, const Gap& gap) {
     }));
   }
   // Another process of the gateway continues after the numbers that the previous one may have used.
-  const bool began_anew = std::ranges::any_of(gateway.processes, [&](const auto& process) {
+  const bool began_again = std::ranges::any_of(gateway.processes, [&](const auto& process) {
     return gap.before < process.second && process.second <= gap.after;
   });
-  return began_anew ? 0 : gap.to - gap.from + 1 - known;
+  return began_again ? 0 : gap.to - gap.from + 1 - known;
 }
 
 void Completeness::judge(Traces::iterator found, bool at_once) {

@@ -143,7 +143,7 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
     pending.script.emplace_back(delay_of(*call.answer), reply_to(request, call.answer->answer));
   }
   listener_.on_match(request, matched.call);
-  say_next(key_of(request));
+  reply_next(key_of(request));
 }
 
 void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch) {
@@ -155,7 +155,7 @@ void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch)
   reply.code = fabric::ServiceCode::failed;
   pending.script.emplace_back(nanoseconds{}, std::move(reply));
   listener_.on_mismatch(request, mismatch.reason);
-  say_next(key_of(request));
+  reply_next(key_of(request));
 }
 
 void AsService::repeat(const fabric::Request& request) {
@@ -173,18 +173,18 @@ void AsService::repeat(const fabric::Request& request) {
   }
 }
 
-void AsService::say_next(const fabric::RequestKey& key) {
+void AsService::reply_next(const fabric::RequestKey& key) {
   Pending& pending = pending_.at(key);
   if (pending.said == pending.script.size()) {
     const fabric::InstanceId instance = pending.request.assigned;
-    look_for_the_end();
+    find_end();
     leave_if_done(instance);
     return;
   }
   const auto at = pending.since + pending.script[pending.said].first;
   if (at <= std::chrono::steady_clock::now()) {
     publish(pending);
-    say_next(key);
+    reply_next(key);
     return;
   }
   pending.timer = std::make_unique<asio::steady_timer>(executor_, at);
@@ -194,7 +194,7 @@ void AsService::say_next(const fabric::RequestKey& key) {
         const auto found = pending_.find(key);
         if (!error && found != pending_.end() && found->second.timer.get() == timer) {
           publish(found->second);
-          say_next(key);
+          reply_next(key);
         }
       });
 }
@@ -223,11 +223,11 @@ void AsService::on_withdrawn(const fabric::RequestKey& key) {
   const fabric::InstanceId instance = found->second.request.assigned;
   statuses_[instance].cancelled += found->second.answered ? 0U : 1U;
   pending_.erase(found);
-  look_for_the_end();
+  find_end();
   leave_if_done(instance);
 }
 
-void AsService::look_for_the_end() {
+void AsService::find_end() {
   if (!matcher_.complete()) {
     return;
   }

@@ -119,11 +119,11 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
   void begin(const fabric::Request& request, const Matched& matched);
   void refuse(const fabric::Request& request, const Mismatch& mismatch);
   void repeat(const fabric::Request& request);
-  void say_next(const fabric::RequestKey& key);
+  void reply_next(const fabric::RequestKey& key);
   void publish(Pending& pending);
   /// What heartbeats report about the instances.
   [[nodiscard]] std::vector<fabric::InstanceLoad> loads() const;
-  void look_for_the_end();
+  void find_end();
   /// Ends a draining instance that has no reply left to send.
   void leave_if_done(const fabric::InstanceId& instance);
   [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;

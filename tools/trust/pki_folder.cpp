@@ -228,7 +228,7 @@ Result<Entry> PkiFolder::issue(const Participant& participant, const IssueOption
   // Registered before its folder exists: no signature of the CAs is ever forgotten.
   config::TrustParticipant& added = *register_->add_participant();
   describe(added, participant, options);
-  auto made = make_and_tell(added, options.days, passphrase, now);
+  auto made = make_and_report(added, options.days, passphrase, now);
   if (!made && added.issue_size() == 0) {
     register_->mutable_participant()->RemoveLast();
     static_cast<void>(save());
@@ -245,7 +245,7 @@ Result<Entry> PkiFolder::renew(std::string_view name, int days, std::string_view
   if (is_revoked(*found)) {
     return refuse_revoked(name);
   }
-  return make_and_tell(*found, days, passphrase, now);
+  return make_and_report(*found, days, passphrase, now);
 }
 
 Result<Entry> PkiFolder::reissue(const Participant& participant, const IssueOptions& options,
@@ -262,7 +262,7 @@ Result<Entry> PkiFolder::reissue(const Participant& participant, const IssueOpti
   }
   const config::TrustParticipant before = *found;
   describe(*found, participant, options);
-  auto made = make_and_tell(*found, options.days, passphrase, now);
+  auto made = make_and_report(*found, options.days, passphrase, now);
   if (!made && found->issue_size() == before.issue_size()) {
     *found = before;
     static_cast<void>(save());
@@ -270,8 +270,8 @@ Result<Entry> PkiFolder::reissue(const Participant& participant, const IssueOpti
   return made;
 }
 
-Result<Entry> PkiFolder::make_and_tell(config::TrustParticipant& record, int days,
-                                       std::string_view passphrase, Time now) {
+Result<Entry> PkiFolder::make_and_report(config::TrustParticipant& record, int days,
+                                         std::string_view passphrase, Time now) {
   return authorities(passphrase).and_then([&](const CertificateAuthorities& authorities) {
     return make(record, days, authorities, now).and_then([&](const Entry& entry) {
       return spread_list(authorities, now).map([&] { return entry; });

@@ -116,8 +116,8 @@ class PkiFolder {
       const CertificateAuthorities& authorities, Time now) const;
   [[nodiscard]] tl::expected<CertificateAuthorities, std::string> authorities(
       std::string_view passphrase) const;
-  tl::expected<Entry, std::string> make_and_tell(config::TrustParticipant& record, int days,
-                                                 std::string_view passphrase, Time now);
+  tl::expected<Entry, std::string> make_and_report(config::TrustParticipant& record, int days,
+                                                   std::string_view passphrase, Time now);
 
   std::filesystem::path folder_;
   base::posix::Fd lock_;

@@ -31,7 +31,7 @@ std::vector<std::uint64_t> MessageRing::standing() const {
   std::vector<std::uint64_t> numbers;
   if (valid()) {
     for (const std::uint32_t element :
-         queues::elements_behind(control(), static_cast<std::uint32_t>(last_get_))) {
+         queues::elements_after(control(), static_cast<std::uint32_t>(last_get_))) {
       numbers.push_back(numbers_[element - 1]);
     }
   }
@@ -206,7 +206,7 @@ void MessageRing::fill() {
 void MessageRing::let_others_read() {
   if (valid() && last_get_ != last_filled_) {
     const std::size_t count = 1 + random_.below(filled(control()));
-    const auto elements = queues::elements_behind(control(), static_cast<std::uint32_t>(last_get_));
+    const auto elements = queues::elements_after(control(), static_cast<std::uint32_t>(last_get_));
     lose("another reader uses it", count);
     last_get_ = elements[count - 1];
     moved({});

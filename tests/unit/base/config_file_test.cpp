@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "idl/gateway.pb.h"
+#include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::base::configuration {
 namespace {
@@ -17,6 +18,12 @@ std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
+auto read_bad(const std::string& name) {
+  const tests::TemporaryFolder folder;
+  tests::write_bad_configurations("gateway", folder.path());
+  return read_config<config::Gateway>(folder.path() / (name + ".gateway.textproto"));
+}
+
 TEST(ConfigFile, FillsTheMessageFromAGoodFile) {
   const auto sut = read_config<config::Gateway>(data("good/one_machine.gateway.textproto"));
   ASSERT_TRUE(sut) << sut.error();
@@ -25,14 +32,14 @@ TEST(ConfigFile, FillsTheMessageFromAGoodFile) {
 }
 
 TEST(ConfigFile, NamesFileLineAndColumnOfAnUnknownField) {
-  const auto sut = read_config<config::Gateway>(data("bad/misspelt_field.gateway.textproto"));
+  const auto sut = read_bad("misspelt_field");
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(), HasSubstr("misspelt_field.gateway.textproto:3:7: "));
   EXPECT_THAT(sut.error(), HasSubstr("\"hots\""));
 }
 
 TEST(ConfigFile, NamesTheExpectedTypeOfAWrongValue) {
-  const auto sut = read_config<config::Gateway>(data("bad/wrong_type.gateway.textproto"));
+  const auto sut = read_bad("wrong_type");
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(), HasSubstr("wrong_type.gateway.textproto:1:29: Expected integer"));
 }

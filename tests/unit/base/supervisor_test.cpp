@@ -67,14 +67,14 @@ TEST_F(TheSupervisor, IsNotifiedOfReadinessAndStatus) {
 
 TEST_F(TheSupervisor, MayHaveASocketWithoutAFile) {
   const Supervisor sut("@millrace-test-" + std::to_string(::getpid()));
-  tell_supervisor("STOPPING=1");
+  notify_supervisor("STOPPING=1");
   EXPECT_EQ(sut.heard(), "STOPPING=1");
 }
 
 TEST_F(TheSupervisor, NeedNotExist) {
-  tell_supervisor("READY=1");
+  notify_supervisor("READY=1");
   ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
-  tell_supervisor("READY=1");
+  notify_supervisor("READY=1");
   ::unsetenv("NOTIFY_SOCKET");
   EXPECT_FALSE(watchdog_period());
 }

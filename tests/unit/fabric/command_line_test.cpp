@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
+
 namespace millrace::fabric {
 namespace {
 
@@ -69,7 +71,9 @@ TEST(FabricFlags, UseTheFileOfTheHostWhereNoneIsNamed) {
   const Variable unset("MILLRACE_FABRIC_CONFIG", nullptr);
   EXPECT_EQ(parse({}, data("good/two_networks.fabric.textproto")).domain, 7);
   EXPECT_EQ(parse({"--domain", "9"}, data("good/two_networks.fabric.textproto")).domain, 9);
-  EXPECT_THROW(parse({}, data("bad/wrong_values.fabric.textproto")), base::program::UsageError);
+  const tests::TemporaryFolder bad;
+  tests::write_bad_configurations("fabric", bad.path());
+  EXPECT_THROW(parse({}, bad.path() / "wrong_values.fabric.textproto"), base::program::UsageError);
 }
 
 TEST(FabricFlags, UseNoFileWhereTheEnvironmentNamesAnEmptyOne) {
@@ -89,7 +93,9 @@ TEST(FabricFlags, ReadTheEnvironment) {
 }
 
 TEST(FabricFlags, RefuseABrokenFileAndAFabricThatWouldBeAPattern) {
-  EXPECT_THROW(parse({"--fabric-config", data("bad/wrong_values.fabric.textproto")}),
+  const tests::TemporaryFolder bad;
+  tests::write_bad_configurations("fabric", bad.path());
+  EXPECT_THROW(parse({"--fabric-config", bad.path() / "wrong_values.fabric.textproto"}),
                base::program::UsageError);
   EXPECT_THROW(parse({"--fabric", "*"}), base::program::UsageError);
 }

@@ -47,7 +47,7 @@ TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
     std::vector<std::string> others;
     run_with(sut, at, 9, [&](int) {
       const auto control = sut.ring.control();
-      for (const auto element : queues::elements_behind(control, sut.ring.last_get)) {
+      for (const auto element : queues::elements_after(control, sut.ring.last_get)) {
         others.push_back(sut.ring.texts[element - 1]);
       }
       sut.ring.last_get = sut.ring.last_filled;
@@ -396,10 +396,10 @@ TEST(QueueLog, EndsTheCallOfAMessageWithTheMessage) {
 }
 
 TEST(Ring, NamesTheElementsBehindLastGetOverTheEnd) {
-  using queues::elements_behind;
-  EXPECT_THAT(elements_behind({3, 1, 3}, 1), ElementsAre(2, 3));
-  EXPECT_THAT(elements_behind({1, 2, 3}, 2), ElementsAre(3, 1));
-  EXPECT_THAT(elements_behind({2, 2, 3}, 2), IsEmpty());
+  using queues::elements_after;
+  EXPECT_THAT(elements_after({3, 1, 3}, 1), ElementsAre(2, 3));
+  EXPECT_THAT(elements_after({1, 2, 3}, 2), ElementsAre(3, 1));
+  EXPECT_THAT(elements_after({2, 2, 3}, 2), IsEmpty());
   EXPECT_TRUE(queues::holds({1, 2, 3}, 1));
   EXPECT_FALSE(queues::holds({3, 2, 3}, 1));
   EXPECT_THAT(queues::wrong_with({1, 1, 2}), HasSubstr("2 elements"));

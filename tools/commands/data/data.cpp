@@ -94,7 +94,7 @@ int show_once(const Options& options) {
     return true;
   });
   if (samples.empty() && !options.machine.empty()) {
-    return say_unknown_machine(options);
+    return report_unknown_machine(options);
   }
   if (options.json) {
     boost::json::array out;
@@ -202,7 +202,7 @@ void listen(const DataOptions& options, const OnEntry& on_entry) {
          options.watch ? std::nullopt : std::optional(options.wait), on_entry);
 }
 
-int say_unknown_machine(const DataOptions& options) {
+int report_unknown_machine(const DataOptions& options) {
   Names known;
   const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
   for (const auto& [key, status] : live.machines()) {

@@ -55,7 +55,7 @@ int follow(const DataOptions& options, const std::function<bool(const recording:
 
 /// Says that the gateways tell of no such data of the machine, and which machines there are. The
 /// exit code.
-int say_unknown_machine(const DataOptions& options);
+int report_unknown_machine(const DataOptions& options);
 
 /// "1m57s"; "-" for a time that is not known.
 std::string ago(fabric::Time time);

@@ -63,7 +63,7 @@ int show_once(const DataOptions& options) {
     return true;
   });
   if (last.empty() && !options.machine.empty()) {
-    return say_unknown_machine(options);
+    return report_unknown_machine(options);
   }
   if (options.json) {
     boost::json::array out;

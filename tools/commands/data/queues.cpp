@@ -96,7 +96,7 @@ int show_queues_once(const DataOptions& options) {
     return true;
   });
   if (queues.empty() && !options.machine.empty()) {
-    return say_unknown_machine(options);
+    return report_unknown_machine(options);
   }
   if (options.json) {
     boost::json::array out;

@@ -83,7 +83,7 @@ void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) 
   }
 }
 
-int examine_and_tell(const Options& options) {
+int examine_and_report(const Options& options) {
   const fabric::dds::ParticipantOptions join = options.fabric.options();
   const Findings found =
       examine({.join = join,
@@ -106,7 +106,7 @@ void add_doctor(CLI::App& app, Chosen& chosen) {
                      "millrace doctor --fabric-config /etc/millrace/fabric.textproto");
   auto options = std::make_shared<Options>(command);
   command.callback(
-      [options, &chosen] { chosen.run = [options] { return examine_and_tell(*options); }; });
+      [options, &chosen] { chosen.run = [options] { return examine_and_report(*options); }; });
 }
 
 tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,

@@ -34,8 +34,8 @@ fabric::Command new_command(fabric::CommandKind kind) {
           .at = std::chrono::system_clock::now()};
 }
 
-Answers tell_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
-                  fabric::CommandKind kind, const Instances& instances) {
+Answers print_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
+                   fabric::CommandKind kind, const Instances& instances) {
   std::vector<fabric::Command> commands;
   for (const fabric::InstanceIdentity& instance : instances) {
     commands.push_back(new_command(kind));

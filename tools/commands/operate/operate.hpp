@@ -37,8 +37,8 @@ using Instances = std::vector<fabric::InstanceIdentity>;
 using Answers = std::vector<std::optional<bus::CommandResult>>;
 
 /// Sends a command to each of these and waits for `patience`.
-Answers tell_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
-                  fabric::CommandKind kind, const Instances& instances);
+Answers print_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
+                   fabric::CommandKind kind, const Instances& instances);
 /// It has answered and done it.
 bool is_done(const std::optional<bus::CommandResult>& answer);
 /// A line for each.

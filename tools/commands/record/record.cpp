@@ -258,7 +258,7 @@ recorder::Recorder::Result RecordRun::run() {
   if (result_) {
     io_.run();
   }
-  take_the_rest();
+  take_rest();
   const fabric::observer::Counts counts = this->counts();
   if (result_) {
     keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
@@ -288,7 +288,7 @@ fabric::observer::Counts RecordRun::counts() const {
   return counts;
 }
 
-void RecordRun::take_the_rest() {
+void RecordRun::take_rest() {
   constexpr auto patience = std::chrono::seconds(5);
   const auto until = Clock::now() + patience;
   while (observer_.drain() && Clock::now() < until) {
@@ -305,8 +305,8 @@ void RecordRun::schedule_tick() {
                    file.string());
       }
       warn_if_silent();
-      say_if_it_waits();
-      tell_condition();
+      report_waiting();
+      report_condition();
       if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
         fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
         io_.stop();
@@ -317,17 +317,17 @@ void RecordRun::schedule_tick() {
 }
 
 void RecordRun::warn_if_silent() {
-  if (!warned_of_silence_ && Clock::now() - begun_ > time_to_be_heard) {
+  if (!warned_of_silence_ && Clock::now() - begun_ > discovery_time) {
     warned_of_silence_ = true;
     if (counts().delivered == 0) {
       fmt::print(stderr,
                  "millrace: nothing was received for {} s; 'millrace doctor' checks this fabric\n",
-                 time_to_be_heard.count());
+                 discovery_time.count());
     }
   }
 }
 
-void RecordRun::say_if_it_waits() {
+void RecordRun::report_waiting() {
   if (std::exchange(waited_, recorder_.waits_for_room()) != recorder_.waits_for_room()) {
     fmt::print(stderr, "millrace: {}\n",
                recorder_.waits_for_room()
@@ -336,7 +336,7 @@ void RecordRun::say_if_it_waits() {
   }
 }
 
-void RecordRun::tell_condition() {
+void RecordRun::report_condition() {
   if (Clock::now() < next_word_) {
     return;
   }

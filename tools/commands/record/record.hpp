@@ -50,18 +50,18 @@ class RecordRun : public fabric::observer::ObserverListener {
 
   /// Entries before the signal belong to the recording; but a flood of entries must not keep it
   /// from ending.
-  void take_the_rest();
+  void take_rest();
 
   void schedule_tick();
   void warn_if_silent();
-  void say_if_it_waits();
+  void report_waiting();
 
   /// Publishes its condition once a second.
-  void tell_condition();
+  void report_condition();
   void note(const tl::expected<void, std::string>& told);
   void keep(const recorder::Recorder::Result& result);
 
-  static constexpr std::chrono::seconds time_to_be_heard{10};
+  static constexpr std::chrono::seconds discovery_time{10};
 
   const fabric::InstanceId responder_ = fabric::InstanceId::random();
   std::uint64_t own_ = 0;

@@ -151,7 +151,7 @@ namespace {
 namespace program = base::program;
 using tools::replay::Plan;
 
-void tell_skipped(const Plan& plan) {
+void report_skipped(const Plan& plan) {
   constexpr std::size_t most = 5;
   for (std::size_t i = 0; i < plan.skipped.size() && i < most; ++i) {
     const tools::replay::Skipped& skipped = plan.skipped[i];
@@ -173,7 +173,7 @@ int replay(const Options& options) {
   const auto read = recording::read_entries(
       source, {}, [&](const recording::Entry& entry) { builder.add(entry); });
   const Plan plan = builder.build({.max_gap = options.max_gap});
-  tell_skipped(plan);
+  report_skipped(plan);
   if (plan.calls.empty()) {
     recordings::report(options.file, read.problems);
     throw program::UsageError(fmt::format(

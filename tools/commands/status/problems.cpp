@@ -95,7 +95,7 @@ void add_alarms(Problems& problems, const bus::FabricModel& live) {
     } else if (alarm.level != fabric::AlarmLevel::fine) {
       const bool is_warning = alarm.level == fabric::AlarmLevel::warning;
       problems.push_back({is_warning ? exit_done : exit_alarm, is_warning ? "WARNING" : "ALARM",
-                          print::said_by(alarm), alarm.since, alarm.text, alarm.advice});
+                          print::reported_by(alarm), alarm.since, alarm.text, alarm.advice});
     }
   }
 }

@@ -129,8 +129,8 @@ Processes ask_processes(const StatusOptions& options, const bus::FabricModel& li
   operate::Instances all = found.gateways;
   all.insert(all.end(), found.instances.begin(), found.instances.end());
   if (!all.empty()) {
-    operate::Answers answers = operate::tell_each(options.fabric.options(), options.timeout,
-                                                  fabric::CommandKind::ping, all);
+    operate::Answers answers = operate::print_each(options.fabric.options(), options.timeout,
+                                                   fabric::CommandKind::ping, all);
     const auto middle = answers.begin() + static_cast<std::ptrdiff_t>(found.gateways.size());
     found.of_gateways.assign(answers.begin(), middle);
     found.of_instances.assign(middle, answers.end());
@@ -331,7 +331,7 @@ void print_as_text(const StatusOptions& options, const bus::FabricModel& live,
   const char* separator = "\n";
   for (const fabric::Alarm& alarm : alarms_on(options, live)) {
     if (alarm.level == fabric::AlarmLevel::fine) {
-      fmt::print("{}{}\n", separator, print::what_is_said(alarm));
+      fmt::print("{}{}\n", separator, print::reported_problems(alarm));
       separator = "";
     }
   }

@@ -33,7 +33,8 @@ struct NamedOptions : PkiOptions {
   int days = tools::trust::IssueOptions{}.days;
 };
 
-void say_where(const tools::trust::PkiFolder& pki, const tools::trust::Entry& entry, int days) {
+void print_location(const tools::trust::PkiFolder& pki, const tools::trust::Entry& entry,
+                    int days) {
   fmt::print("{}: valid until {:%F}; copy this folder to its host, and nothing else of {}\n",
              pki.folder_of(entry.participant.name).string(), entry.until,
              pki.folder_of("").parent_path().string());
@@ -85,7 +86,7 @@ int issue(IssueOptions options) {
   const bool again = options.renew && before;
   const auto entry = must(again ? pki.reissue(options.participant, options.how, passphrase, now())
                                 : pki.issue(options.participant, options.how, passphrase, now()));
-  say_where(pki, entry, options.how.days);
+  print_location(pki, entry, options.how.days);
   if (again && before->until > now() && is_another(before->participant, entry.participant)) {
     fmt::print(
         "its certificate allows other things now; the earlier one allows what it states until "
@@ -97,8 +98,8 @@ int issue(IssueOptions options) {
 
 int renew(const NamedOptions& options) {
   tools::trust::PkiFolder pki = open(options);
-  say_where(pki, must(pki.renew(options.name, options.days, passphrase_of(options), now())),
-            options.days);
+  print_location(pki, must(pki.renew(options.name, options.days, passphrase_of(options), now())),
+                 options.days);
   return base::program::exit_done;
 }
 

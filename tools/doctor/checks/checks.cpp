@@ -103,7 +103,7 @@ void at_clocks(const Findings& found, Report& report) {
 
 void at_alarms(const Findings& found, Report& report) {
   for (const auto& [key, alarm] : found.live.alarms()) {
-    const std::string what = print::what_is_said(alarm);
+    const std::string what = print::reported_problems(alarm);
     const std::string advice = base::text::safe(alarm.advice);
     switch (alarm.level) {
       case fabric::AlarmLevel::fine:

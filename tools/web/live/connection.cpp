@@ -77,7 +77,7 @@ class BrowserConnection : public Connection,
     while (go_on) {
       go_on = co_await answer_one();
     }
-    co_await say_goodbye();
+    co_await send_close();
     close();
   }
 
@@ -240,7 +240,7 @@ class BrowserConnection : public Connection,
 
   /// Reads on until the browser closes: with unread bytes the kernel would reset the connection,
   /// and the browser would lose the response.
-  asio::awaitable<void> say_goodbye() {
+  asio::awaitable<void> send_close() {
     if (closed_) {
       co_return;
     }

@@ -137,7 +137,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   void run();
   void await_hangup();
   void schedule_tick();
-  void say_goodbye();
+  void send_close();
   [[nodiscard]] std::string metrics_text() const;
   std::optional<fabric::Outcome> issue(const fabric::Command& command);
 
@@ -250,7 +250,7 @@ Web::Impl::~Impl() {
 }
 
 void Web::Impl::run() {
-  signals.async_wait([this](const boost::system::error_code&, int) { say_goodbye(); });
+  signals.async_wait([this](const boost::system::error_code&, int) { send_close(); });
   await_hangup();
   schedule_tick();
   io.run();
@@ -284,7 +284,7 @@ void Web::Impl::schedule_tick() {
   });
 }
 
-void Web::Impl::say_goodbye() {
+void Web::Impl::send_close() {
   server.publish("bye", R"({"reason":"millrace web ends"})");
   timer.expires_after(goodbye);
   timer.async_wait([this](const boost::system::error_code&) { io.stop(); });

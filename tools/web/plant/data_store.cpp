@@ -155,7 +155,7 @@ DataStore::Group* DataStore::group_for(const Key& key, const DataSample& sample)
   }
   if (group.variables.size() != had_names) {
     variables_ += group.variables.size() - had_names;
-    share_anew();
+    share_again();
   }
   return &group;
 }
@@ -232,10 +232,10 @@ void DataStore::drop(std::map<Key, Group>::iterator group) {
   bytes_ -= group->second.bytes;
   variables_ -= group->second.variables.size();
   groups_.erase(group);
-  share_anew();
+  share_again();
 }
 
-void DataStore::share_anew() {
+void DataStore::share_again() {
   const std::size_t sharers = std::max<std::size_t>(variables_, 1);
   const std::size_t before = most_points_;
   most_points_ = std::min(most_points_of_one, limits_.points / sharers);

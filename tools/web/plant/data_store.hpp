@@ -114,7 +114,7 @@ class DataStore {
   void add(Variable& variable, const fabric::Value& value, fabric::Time at);
   void forget(Group& group, fabric::Time now);
   void drop(std::map<Key, Group>::iterator group);
-  void share_anew();
+  void share_again();
   [[nodiscard]] static boost::json::object line_of(const Key& key, const Group& group,
                                                    const fabric::Value& value,
                                                    const Variable& variable, fabric::Time since);

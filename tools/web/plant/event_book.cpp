@@ -134,7 +134,7 @@ void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel&
   });
   // A gateway that has just started is about to connect: only a lost connection is news.
   if (!was_heard || status.connected == known->second.connected || has_another ||
-      (status.connected && !was_told_down(status))) {
+      (status.connected && !was_reported_down(status))) {
     return;
   }
   put({.at = status.since,
@@ -144,7 +144,7 @@ void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel&
        .text = status.connected ? std::string() : status.reason});
 }
 
-bool EventBook::was_told_down(const fabric::MachineStatus& status) const {
+bool EventBook::was_reported_down(const fabric::MachineStatus& status) const {
   const auto last = std::find_if(events_.rbegin(), events_.rend(), [&](const PlantEvent& each) {
     return each.who == status.gateway && each.kind.starts_with("link ") &&
            each.machines.front() == status.machine;

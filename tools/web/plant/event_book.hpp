@@ -66,7 +66,7 @@ class EventBook {
   void add(const fabric::InstanceStatus& status, const bus::FabricModel& live);
   void add(const fabric::MachineStatus& status, const bus::FabricModel& live);
   /// The last event of this link is that the connection was lost.
-  [[nodiscard]] bool was_told_down(const fabric::MachineStatus& status) const;
+  [[nodiscard]] bool was_reported_down(const fabric::MachineStatus& status) const;
   void add(const fabric::ChannelStatus& status, const bus::FabricModel& live);
   void add(const fabric::Event& event);
   void add(const fabric::ProgramEvent& event);

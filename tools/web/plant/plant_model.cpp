@@ -42,9 +42,9 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
     return nullptr;
   }
   const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);
-  const bool begins_anew = machine != nullptr && has_another_gateway(*machine);
-  if (begins_anew) {
-    programs_.begin_anew(machine->machine);
+  const bool begins_again = machine != nullptr && has_another_gateway(*machine);
+  if (begins_again) {
+    programs_.begin_again(machine->machine);
   }
   live_.add(entry);
   const EndedCall* ended = calls_.add(entry);
@@ -60,7 +60,7 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
       channels_changed_.insert(event->key);
     }
   } else if (machine != nullptr) {
-    add_link(*machine, begins_anew, entry.at);
+    add_link(*machine, begins_again, entry.at);
   } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
     if (live_.instances().contains(status->instance)) {
       services_changed_.insert(status->instance);
@@ -115,15 +115,15 @@ void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
   }
 }
 
-void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_anew,
+void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_again,
                           fabric::Time received) {
   mark_all_of(status.machine);
   if (link_of(status.machine) == "gone") {
     data_.silence(status.machine, received);
     programs_.silence(status.machine);
   } else {
-    data_.end_silence(status.machine, !begins_anew, received);
-    if (!begins_anew) {
+    data_.end_silence(status.machine, !begins_again, received);
+    if (!begins_again) {
       programs_.end_silence(status.machine);
     }
   }

@@ -107,7 +107,7 @@ class PlantModel {
   using MachineKey = bus::FabricModel::Machines::key_type;
 
   void add_news(const recording::InstanceNews& news);
-  void add_link(const fabric::MachineStatus& status, bool begins_anew, fabric::Time received);
+  void add_link(const fabric::MachineStatus& status, bool begins_again, fabric::Time received);
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
   /// The machine had another gateway before this first sample.
   [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;

@@ -117,7 +117,7 @@ void ProgramStore::end_silence(const std::string& machine) {
   for_last_run(machine, [](Run& run) { run.is_unknown = false; });
 }
 
-void ProgramStore::begin_anew(const std::string& machine) {
+void ProgramStore::begin_again(const std::string& machine) {
   for_last_run(machine, [](Run& run) { run.is_stale = true; });
 }
 

@@ -47,7 +47,7 @@ class ProgramStore {
   /// The former gateway is back. It publishes changes only, so its last event still holds.
   void end_silence(const std::string& machine);
   /// Another gateway has the machine: it repeats an error that still stands.
-  void begin_anew(const std::string& machine);
+  void begin_again(const std::string& machine);
 
   /// The state of the channel's program, as far as it is of interest.
   struct Condition {

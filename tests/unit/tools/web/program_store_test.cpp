@@ -126,7 +126,7 @@ TEST_F(AProgramStore, ShowsAnAbortedProgramUntilTheNextStartOrReset) {
 TEST_F(AProgramStore, LeavesAnAbortedProgramToTheNextGateway) {
   tell(ProgramEventKind::started, 0, 0);
   tell(ProgramEventKind::aborted, 100, 0);
-  sut.begin_anew("press");
+  sut.begin_again("press");
   EXPECT_FALSE(sut.condition({"press", 1}));
   // It found the error when it began to watch.
   sut.add({.key = {"press", 1}, .kind = ProgramEventKind::aborted, .at = at(900)}, at(900));
