@@ -339,7 +339,10 @@ const noReasons = new Set([
   'publishes a call of a gateway', 'cancels a call', 'sends a request in the epoch of a gateway', 'replies to a call of instance {}',
   'publishes the outcome of a command', 'participant {} {}, which belongs to another participant; ignored',
   'would release the NC program, which waits for RESPONSE and does not check RESPONSE_STATE', 'already connected', 'channels 1 to {} have a Service Interface',
-  '{} of channel 1 (AMS port {}, index group {})',
+  '{} of channel 1 (AMS port {}, index group {})', 'our address',
+  // Lines of `millrace controller probe`.
+  'no machine data of this task', 'no Service Interface: does the CNC run?', 'ADS state {}', 'AMS port {} ({})', 'sum commands',
+  'five variables in one request', '{}: each variable needs its own request', 'of REQUEST_STATE and RESPONSE_STATE are granted', '{}: the gateway polls',
   '{} ms until the service had it, {} ms in its queue, {} ms of work, {} ms back',
   'half a TlsConnectInfo: {}', 'no TLS and TlsConnectInfo in {} ms', 'closed after the handshake (fault)',
   'answered with something other than a TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',

@@ -121,7 +121,7 @@ TEST_F(BatchFolder, StaysAsItIsWhenTheConfigurationIsBroken) {
   start();
   ASSERT_TRUE(caller.await_instance(echo_uuid));
   configure("script { uuid: }");
-  sut->await_error("batch.textproto:3:16: ");
+  sut->await_error("batch.textproto:2:16: ");
   EXPECT_EQ(caller.call(echo_uuid, "still").state, 1U);
 }
 

@@ -82,7 +82,14 @@ class Fitted {
  public:
   Fitted(const std::vector<Heading>& headings, std::vector<std::vector<std::string>> rows,
          std::vector<std::size_t> kept)
-      : headings_(headings), rows_(std::move(rows)), kept_(std::move(kept)) {}
+      : headings_(headings), rows_(std::move(rows)), kept_(std::move(kept)) {
+    for (const Heading& heading : headings) {
+      std::size_t& most = widths_.emplace_back(heading.title.size());
+      for (const auto& row : rows_) {
+        most = std::max(most, print::width(row[widths_.size() - 1]));
+      }
+    }
+  }
 
   /// The first one names the row.
   void leave_out_empty() {
@@ -97,7 +104,7 @@ class Fitted {
     std::erase_if(kept_, [&](std::size_t column) { return headings_[column].rank == only_wide; });
   }
 
-  /// Columns leave by rank; then the widest text is cut.
+  /// Columns leave by rank; then the widest texts are cut.
   void fit(std::size_t width) {
     while (total(roomy) > width) {
       // Of equals the one farther right.
@@ -109,11 +116,14 @@ class Fitted {
       }
       kept_.erase(worst);
     }
-    if (total() > width && !kept_.empty()) {
-      const std::size_t widest = *std::ranges::max_element(
-          kept_, {}, [&](std::size_t column) { return width_of(column); });
-      cut(widest,
-          std::max(width_of(widest) - std::min(width_of(widest), total() - width), least_cut));
+    std::size_t most = widths_.empty() ? 0 : std::ranges::max(widths_);
+    while (most > least_cut && total(most) > width) {
+      --most;
+    }
+    for (const std::size_t column : kept_) {
+      if (headings_[column].rank == always) {
+        cut(column, most);
+      }
     }
   }
 
@@ -135,17 +145,11 @@ class Fitted {
   }
 
  private:
-  [[nodiscard]] std::size_t width_of(std::size_t column) const {
-    return std::accumulate(rows_.begin(), rows_.end(), headings_[column].title.size(),
-                           [&](std::size_t most, const auto& row) {
-                             return std::max(most, print::width(row[column]));
-                           });
-  }
   /// With texts that always stay cut to `most`.
-  [[nodiscard]] std::size_t total(std::size_t most = std::string::npos) const {
+  [[nodiscard]] std::size_t total(std::size_t most) const {
     return std::accumulate(kept_.begin(), kept_.end(), kept_.empty() ? 0 : (kept_.size() - 1) * gap,
                            [&](std::size_t sum, std::size_t column) {
-                             const std::size_t all = width_of(column);
+                             const std::size_t all = widths_[column];
                              return sum +
                                     (headings_[column].rank == always ? std::min(all, most) : all);
                            });
@@ -161,6 +165,8 @@ class Fitted {
   const std::vector<Heading>& headings_;
   std::vector<std::vector<std::string>> rows_;
   std::vector<std::size_t> kept_;
+  /// Of each column of `headings_`.
+  std::vector<std::size_t> widths_;
 };
 
 std::string terminal_text(const std::vector<Heading>& headings, const std::vector<Cells>& rows,

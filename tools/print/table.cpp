@@ -64,4 +64,23 @@ std::string first_of(std::string_view utf8, std::size_t characters) {
   return std::string(utf8);
 }
 
+std::string wrapped(std::string_view utf8, std::size_t most, std::size_t indent) {
+  std::string text(utf8);
+  std::string out;
+  while (most > 0 && width(text) > most) {
+    const std::size_t word = text.find_first_not_of(' ');
+    std::size_t end = first_of(text, most + 1).rfind(' ');
+    if (end == std::string::npos || end < word) {
+      end = text.find(' ', word);
+    }
+    const std::size_t next = text.find_first_not_of(' ', end);
+    if (next == std::string::npos) {
+      break;
+    }
+    out += text.substr(0, text.find_last_not_of(' ', end) + 1) + '\n';
+    text = std::string(indent, ' ') + text.substr(next);
+  }
+  return out + text + '\n';
+}
+
 }  // namespace millrace::tools::print

@@ -38,5 +38,8 @@ class Table {
 std::size_t width(std::string_view utf8);
 /// The first `characters` of UTF-8.
 std::string first_of(std::string_view utf8, std::size_t characters);
+/// Lines of at most `most` characters, broken at blanks; 0 = one line. The second and further ones
+/// begin with `indent` blanks. A longer word keeps its line.
+std::string wrapped(std::string_view utf8, std::size_t most, std::size_t indent);
 
 }  // namespace millrace::tools::print

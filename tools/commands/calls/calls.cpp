@@ -8,7 +8,7 @@
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
-#include "tools/commands/data/data.hpp"
+#include "tools/commands/data/listen.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/recording/timeline.hpp"

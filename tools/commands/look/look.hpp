@@ -1,4 +1,4 @@
-// Subcommands that show a fabric once: `services`, `channels`, `machines`.
+// Subcommands that show a fabric once: `services`, `channels`, `machines`. One source file each.
 #pragma once
 
 #include <chrono>

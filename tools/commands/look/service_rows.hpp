@@ -1,10 +1,13 @@
-// The rows of `millrace services`: one for each service, problems first, then the busiest. Pure.
+// The rows and columns of `millrace services`: of services, and of their instances. Pure.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/bus/fabric_model.hpp"
+#include "tools/bus/operator.hpp"
+#include "tools/print/listing.hpp"
 
 namespace millrace::tools::commands::look {
 
@@ -28,6 +31,23 @@ struct ServiceRow {
 };
 
 /// Also services without an instance that a channel waits for, or that have lost their last one.
+/// Problems first, then the busiest.
 std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time now);
+const print::Listing<ServiceRow>& services_listing();
+
+struct InstanceRow {
+  const bus::KnownInstance* instance = nullptr;
+  bool is_gone = false;
+  std::vector<const fabric::Alarm*> alarms{};
+  bool was_asked = false;
+  std::optional<bus::CommandResult> answer{};
+};
+
+/// Also those without heartbeat. Problems first, then by name.
+std::vector<InstanceRow> instance_rows(const bus::FabricModel& live);
+const print::Listing<InstanceRow>& instances_listing();
+
+/// "cnc/1 mill/*", or "all".
+std::string channels_text(const fabric::InstanceIdentity& identity);
 
 }  // namespace millrace::tools::commands::look

@@ -1,27 +1,19 @@
 // millrace services: the services of a fabric and their instances.
 #include <algorithm>
 
-#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/look/service_rows.hpp"
 #include "tools/commands/operate/operate.hpp"
-#include "tools/print/data.hpp"
-#include "tools/print/json.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::look {
 
 namespace {
-
-using print::Align;
-using print::Cell;
-using print::only_wide;
 
 constexpr const char* no_service =
     "no service is on fabric '{}', domain {}; check --fabric, --domain and --fabric-config";
@@ -42,193 +34,14 @@ struct ServicesOptions : LookOptions {
   std::chrono::nanoseconds timeout = std::chrono::seconds(2);
 };
 
-template <typename Number>
-Cell number(Number value) {
-  return static_cast<std::int64_t>(value);
-}
-
-const print::Listing<ServiceRow>& services_listing() {
-  static const print::Listing<ServiceRow> services{
-      {"SERVICE", "",
-       [](const auto& row) -> Cell { return row.name.empty() ? row.uuid : row.name; }},
-      {"", "name", [](const auto& row) -> Cell { return row.name; }},
-      {"UUID", "uuid", [](const auto& row) -> Cell { return row.uuid; }, Align::left, 5},
-      {"INSTANCES", "instances", [](const auto& row) { return number(row.instances.size()); },
-       Align::right, 1},
-      {"BUSY", "",
-       [](const auto& row) -> Cell {
-         return row.instances.empty() ? Cell() : fmt::format("{}/{}", row.running, row.capacity);
-       },
-       Align::right, 2},
-      {"", "running", [](const auto& row) { return number(row.running); }},
-      {"", "capacity", [](const auto& row) { return number(row.capacity); }},
-      {"WAITING", "waiting", [](const auto& row) { return number(row.waiting); }, Align::right, 3},
-      {"CALLS", "answered_calls", [](const auto& row) { return number(row.answered); },
-       Align::right, 4},
-      {"ERRORS", "failed", [](const auto& row) { return number(row.failed); }, Align::right, 4},
-      {"MEAN", "mean_ms",
-       [](const auto& row) -> Cell { return row.mean ? Cell(*row.mean) : Cell(); }, Align::right,
-       4},
-      {"PROBLEM", "problem", [](const auto& row) -> Cell { return row.problem; }}};
-  return services;
-}
-
-struct InstanceRow {
-  const bus::KnownInstance* instance = nullptr;
-  bool is_gone = false;
-  std::vector<const fabric::Alarm*> alarms{};
-  bool was_asked = false;
-  std::optional<bus::CommandResult> answer{};
-};
-
-const fabric::InstanceIdentity& identity_of(const InstanceRow& row) {
-  return row.instance->identity;
-}
-const fabric::InstanceStatus* status_of(const InstanceRow& row) {
-  return row.instance->status ? &*row.instance->status : nullptr;
-}
-
-template <auto member>
-Cell count(const InstanceRow& row) {
-  const fabric::InstanceStatus* status = status_of(row);
-  return status == nullptr ? Cell() : number(status->*member);
-}
-template <auto member>
-Cell moment(const InstanceRow& row) {
-  const fabric::InstanceStatus* status = status_of(row);
-  return status == nullptr ? Cell() : Cell(status->*member);
-}
-Cell mean_of(const InstanceRow& row) {
-  const fabric::InstanceStatus* status = status_of(row);
-  return status == nullptr || status->answered == 0 ? Cell() : Cell(status->mean);
-}
-Cell busy_of(const InstanceRow& row) {
-  const fabric::InstanceStatus* status = status_of(row);
-  return status == nullptr ? Cell()
-                           : fmt::format("{}/{}", status->running, identity_of(row).concurrency);
-}
-
-std::string channels_text(const fabric::InstanceIdentity& identity) {
-  std::vector<std::string> scopes;
-  for (const fabric::ChannelScope& scope : identity.channels) {
-    scopes.push_back(fabric::format_channel_scope(scope));
-  }
-  return scopes.empty() ? "all" : fmt::format("{}", fmt::join(scopes, " "));
-}
-
-Cell problem_of(const InstanceRow& row) {
-  std::vector<std::string> problems;
-  if (row.is_gone) {
-    problems.emplace_back("no heartbeat; its process is frozen or has ended");
-  }
-  if (identity_of(row).draining) {
-    problems.emplace_back("draining");
-  }
-  for (const fabric::Alarm* alarm : row.alarms) {
-    if (alarm->level != fabric::AlarmLevel::fine) {
-      problems.push_back(alarm->text);
-    }
-  }
-  return fmt::format("{}", fmt::join(problems, "; "));
-}
-
-Cell alarms_of(const InstanceRow& row) {
-  boost::json::array all;
-  for (const fabric::Alarm* alarm : row.alarms) {
-    all.push_back(print::json_of(*alarm));
-  }
-  return all.empty() ? Cell() : Cell(boost::json::value(std::move(all)));
-}
-
-Cell answer_of(const InstanceRow& row) {
-  return !row.was_asked ? Cell() : row.answer ? row.answer->outcome.detail : "no answer";
-}
-
-const print::Listing<InstanceRow>& instances_listing() {
-  using Status = fabric::InstanceStatus;
-  using Row = InstanceRow;
-  static const auto instances =
-      print::Listing<Row>{
-          {"NAME", "", [](const Row& row) -> Cell { return identity_of(row).name; }},
-          {"HOST", "", [](const Row& row) -> Cell { return identity_of(row).host; }, Align::left,
-           1},
-          {"PID", "", [](const Row& row) { return number(identity_of(row).pid); }, Align::right, 1},
-          {"ANSWER", "", &answer_of, Align::left, 1},
-          {"AFTER", "after_ms",
-           [](const Row& row) -> Cell { return row.answer ? Cell(row.answer->after) : Cell(); },
-           Align::right, 1},
-          {"BUSY", "", &busy_of, Align::right, 2},
-          {"CALLS", "", &count<&Status::answered>, Align::right, 3},
-          {"ERRORS", "", &count<&Status::failed>, Align::right, 4},
-          {"MEAN", "", &mean_of, Align::right, 4},
-          {"LAST CALL", "", &moment<&Status::last_call>, Align::right, 6},
-          {"CHANNELS", "", [](const Row& row) -> Cell { return channels_text(identity_of(row)); },
-           Align::left, 5},
-          {"UP", "", &moment<&Status::started>, Align::right, 6},
-          {"UUID", "", [](const Row& row) -> Cell { return identity_of(row).uuid; }, Align::left,
-           7},
-          {"INSTANCE", "", [](const Row& row) -> Cell { return identity_of(row).id.to_string(); },
-           Align::left, 9},
-          {"DELIVERY", "",
-           [](const Row& row) -> Cell { return std::string(name_of(identity_of(row).delivery)); },
-           Align::left, 8},
-          {"CERTIFICATE", "", [](const Row& row) -> Cell { return identity_of(row).certificate; },
-           Align::left, 6},
-          {"WAITING", "", &count<&Status::waiting>, Align::right, only_wide},
-          {"REPEATED", "", &count<&Status::repeated>, Align::right, only_wide},
-          {"CANCELLED", "", &count<&Status::cancelled>, Align::right, only_wide},
-          {"DECLINED", "", &count<&Status::declined>, Align::right, only_wide},
-          {"PROBLEM", "", &problem_of},
-          {"", "answered",
-           [](const Row& row) -> Cell {
-             return row.was_asked ? Cell(row.answer.has_value()) : Cell();
-           }},
-          {"", "detail",
-           [](const Row& row) -> Cell {
-             return row.answer ? Cell(row.answer->outcome.detail) : Cell();
-           }},
-          {"", "alarms", &alarms_of}}
-          .with_fields<fabric::InstanceIdentity>([](const Row& row) { return &identity_of(row); })
-          .with_fields<Status>(&status_of);
-  return instances;
-}
-
-std::vector<InstanceRow> instance_rows(const bus::FabricModel& live,
-                                       const ServicesOptions& options) {
-  std::vector<InstanceRow> rows;
-  for (const auto& [id, gone] : live.gone()) {
-    if (options.output.is_text()) {
-      rows.push_back({.instance = &gone.last, .is_gone = true});
-    }
-  }
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
-    rows.push_back({.instance = instance});
-  }
-  rows = chosen(std::move(rows), options.what,
-                [](const InstanceRow& row) { return names_of(*row.instance); });
-  for (InstanceRow& row : rows) {
-    for (const auto& [key, alarm] : live.alarms()) {
-      if (key.responder == identity_of(row).id) {
-        row.alarms.push_back(&alarm);
-      }
-    }
-  }
-  std::ranges::stable_sort(rows, {}, [](const InstanceRow& row) {
-    const fabric::InstanceIdentity& identity = identity_of(row);
-    return std::tuple(std::get<std::string>(problem_of(row)).empty(), identity.name, identity.host,
-                      identity.pid);
-  });
-  return rows;
-}
-
 /// False if one does not answer.
 bool ask(const ServicesOptions& options, std::vector<InstanceRow>& rows) {
   std::vector<fabric::InstanceIdentity> instances;
   for (const InstanceRow& row : rows) {
-    instances.push_back(identity_of(row));
+    instances.push_back(row.instance->identity);
   }
-  const auto answers = operate::print_each(options.fabric.options(), options.timeout,
-                                           fabric::CommandKind::ping, instances);
+  const auto answers = operate::send_to_each(options.fabric.options(), options.timeout,
+                                             fabric::CommandKind::ping, instances);
   bool all = true;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].was_asked = true;
@@ -239,7 +52,7 @@ bool ask(const ServicesOptions& options, std::vector<InstanceRow>& rows) {
 }
 
 void print_in_full(const InstanceRow& row) {
-  const fabric::InstanceIdentity& identity = identity_of(row);
+  const fabric::InstanceIdentity& identity = row.instance->identity;
   fmt::print("{} {}\n", base::text::safe(identity.name), identity.id.to_string());
   const auto line = [](std::string_view name, const std::string& value) {
     fmt::print("  {:<17} {}\n", name, base::text::safe(value));
@@ -256,13 +69,18 @@ void print_in_full(const InstanceRow& row) {
   if (!identity.certificate.empty()) {
     line("certificate", identity.certificate);
   }
-  if (const fabric::InstanceStatus* status = status_of(row)) {
-    line("started", print::time_text(status->started));
+  if (row.instance->status) {
+    line("started", print::time_text(row.instance->status->started));
   }
 }
 
 int list_instances(const ServicesOptions& options, const bus::FabricModel& live) {
-  std::vector<InstanceRow> rows = instance_rows(live, options);
+  std::vector<InstanceRow> rows = instance_rows(live);
+  if (!options.output.is_text()) {
+    std::erase_if(rows, [](const InstanceRow& row) { return row.is_gone; });
+  }
+  rows = chosen(std::move(rows), options.what,
+                [](const InstanceRow& row) { return names_of(*row.instance); });
   if (rows.empty() && !options.what.empty()) {
     return print_unknown_service(options.what, live, options.fabric.options());
   }

@@ -62,11 +62,11 @@ int drain(const DrainOptions& options) {
     return print_unknown_service(options.what, live, options.fabric.options());
   }
   const Answers answers =
-      print_each(options.fabric.options(), options.timeout, fabric::CommandKind::drain, leaving);
+      send_to_each(options.fabric.options(), options.timeout, fabric::CommandKind::drain, leaving);
   if (options.json) {
     print::print_json(json_of(leaving, answers));
   } else {
-    print_answers(leaving, answers);
+    fmt::print("{}", answers_text(leaving, answers));
   }
   for (const auto& [uuid, name] : services_that_end(live, leaving)) {
     fmt::print(stderr,

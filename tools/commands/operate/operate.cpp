@@ -34,8 +34,9 @@ fabric::Command new_command(fabric::CommandKind kind) {
           .at = std::chrono::system_clock::now()};
 }
 
-Answers print_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
-                   fabric::CommandKind kind, const Instances& instances) {
+Answers send_to_each(const fabric::dds::ParticipantOptions& fabric,
+                     std::chrono::nanoseconds patience, fabric::CommandKind kind,
+                     const Instances& instances) {
   std::vector<fabric::Command> commands;
   for (const fabric::InstanceIdentity& instance : instances) {
     commands.push_back(new_command(kind));
@@ -56,15 +57,17 @@ bool is_done(const std::optional<bus::CommandResult>& answer) {
   return answer && answer->outcome.done;
 }
 
-void print_answers(const Instances& instances, const Answers& answers) {
+std::string answers_text(const Instances& instances, const Answers& answers) {
+  std::string text;
   for (std::size_t i = 0; i < instances.size(); ++i) {
-    fmt::print("{} {} on {}: {}\n", base::text::safe(instances[i].name),
-               instances[i].id.to_string(), base::text::safe(instances[i].host),
-               answers[i]
-                   ? fmt::format("{}, after {}", base::text::safe(answers[i]->outcome.detail),
+    text += fmt::format(
+        "{} {} on {}: {}\n", base::text::safe(instances[i].name), instances[i].id.to_string(),
+        base::text::safe(instances[i].host),
+        answers[i] ? fmt::format("{}, after {}", base::text::safe(answers[i]->outcome.detail),
                                  print::duration_text(answers[i]->after))
                    : "no answer");
   }
+  return text;
 }
 
 boost::json::array json_of(const Instances& instances, const Answers& answers) {

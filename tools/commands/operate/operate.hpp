@@ -37,12 +37,13 @@ using Instances = std::vector<fabric::InstanceIdentity>;
 using Answers = std::vector<std::optional<bus::CommandResult>>;
 
 /// Sends a command to each of these and waits for `patience`.
-Answers print_each(const fabric::dds::ParticipantOptions& fabric, std::chrono::nanoseconds patience,
-                   fabric::CommandKind kind, const Instances& instances);
+Answers send_to_each(const fabric::dds::ParticipantOptions& fabric,
+                     std::chrono::nanoseconds patience, fabric::CommandKind kind,
+                     const Instances& instances);
 /// It has answered and done it.
 bool is_done(const std::optional<bus::CommandResult>& answer);
 /// A line for each.
-void print_answers(const Instances& instances, const Answers& answers);
+std::string answers_text(const Instances& instances, const Answers& answers);
 boost::json::array json_of(const Instances& instances, const Answers& answers);
 
 /// Adds the argument CHANNEL, as in "cnc/1".

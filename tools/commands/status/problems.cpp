@@ -1,3 +1,5 @@
+#include "tools/commands/status/problems.hpp"
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -5,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "tools/commands/status/status.hpp"
 #include "tools/print/data.hpp"
 
 namespace millrace::tools::commands::status {

@@ -2,7 +2,6 @@
 #include "tools/commands/status/status.hpp"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
 #include <boost/json/array.hpp>
@@ -11,22 +10,16 @@
 
 #include "base/posix/system.hpp"
 #include "base/text/ascii.hpp"
-#include "base/text/quoted.hpp"
-#include "fabric/channel_scope.hpp"
-#include "fabric/words.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
+#include "tools/commands/status/overview.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::status {
 
 namespace {
-
-using print::Align;
-using print::Cell;
 
 constexpr const char* exit_codes =
     "Exit codes, the first that applies:\n"
@@ -46,7 +39,7 @@ struct StatusOptions : look::SnapshotOptions {
   explicit StatusOptions(CLI::App& command);
 
   /// Only the processes of this host.
-  std::optional<std::string> host;
+  Host host;
   std::vector<std::string> gateways{};
   Expected services{};
   std::chrono::nanoseconds timeout = std::chrono::seconds(2);
@@ -107,14 +100,10 @@ struct Processes {
   operate::Answers of_instances;
 };
 
-bool is_on(const StatusOptions& options, const std::string& host) {
-  return !options.host || *options.host == host;
-}
-
 Processes ask_processes(const StatusOptions& options, const bus::FabricModel& live) {
   Processes found;
   for (const auto& [id, status] : live.gateways()) {
-    if (is_on(options, status.host)) {
+    if (is_on(options.host, status.host)) {
       found.gateways.push_back(
           {.id = id,
            .name = fmt::format("gateway {:012x} (pid {})", status.epoch, status.pid),
@@ -122,15 +111,15 @@ Processes ask_processes(const StatusOptions& options, const bus::FabricModel& li
     }
   }
   for (const bus::KnownInstance* instance : live.instances_of("")) {
-    if (is_on(options, instance->identity.host)) {
+    if (is_on(options.host, instance->identity.host)) {
       found.instances.push_back(instance->identity);
     }
   }
   operate::Instances all = found.gateways;
   all.insert(all.end(), found.instances.begin(), found.instances.end());
   if (!all.empty()) {
-    operate::Answers answers = operate::print_each(options.fabric.options(), options.timeout,
-                                                   fabric::CommandKind::ping, all);
+    operate::Answers answers = operate::send_to_each(options.fabric.options(), options.timeout,
+                                                     fabric::CommandKind::ping, all);
     const auto middle = answers.begin() + static_cast<std::ptrdiff_t>(found.gateways.size());
     found.of_gateways.assign(answers.begin(), middle);
     found.of_instances.assign(middle, answers.end());
@@ -152,23 +141,13 @@ void add_silent(std::vector<Problem>& problems, const operate::Instances& instan
   }
 }
 
-std::vector<fabric::Alarm> alarms_on(const StatusOptions& options, const bus::FabricModel& live) {
-  std::vector<fabric::Alarm> alarms;
-  for (const auto& [key, alarm] : live.alarms()) {
-    if (is_on(options, alarm.host)) {
-      alarms.push_back(alarm);
-    }
-  }
-  return alarms;
-}
-
 std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::FabricModel& live,
                                       const Processes& processes) {
   std::vector<Problem> problems;
   add_silent(problems, processes.gateways, processes.of_gateways);
   add_silent(problems, processes.instances, processes.of_instances);
   if (processes.gateways.empty() && processes.instances.empty() &&
-      alarms_on(options, live).empty()) {
+      alarms_on(live, options.host).empty()) {
     problems.push_back({base::program::exit_failed,
                         "NO PROCESS",
                         *options.host,
@@ -180,86 +159,6 @@ std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::F
                         "'millrace services -i' and 'millrace machines' list those there are"});
   }
   return problems;
-}
-
-void print_problems(const std::vector<Problem>& problems, fabric::Time now) {
-  std::size_t kind = 0;
-  std::size_t subject = 0;
-  for (const Problem& problem : problems) {
-    kind = std::max(kind, problem.kind.size());
-    subject = std::max(subject, print::width(base::text::safe(problem.subject)));
-  }
-  for (const Problem& problem : problems) {
-    const std::string age =
-        problem.since == fabric::Time{}
-            ? "-"
-            : print::age_text(std::max(now - problem.since, fabric::Time::duration{}));
-    fmt::print("{:<{}}  {:<{}}  {:>6}  {}\n", problem.kind, kind, base::text::safe(problem.subject),
-               subject, age, base::text::safe(problem.text));
-    if (!problem.advice.empty()) {
-      fmt::print("{:<{}}  -> {}\n", "", kind, base::text::safe(problem.advice));
-    }
-  }
-}
-
-/// A machine, as the gateway tells of it that has the link, or reports at all.
-struct MachineRow {
-  const fabric::MachineStatus* status = nullptr;
-  std::map<fabric::ChannelState, int> channels{};
-};
-
-Cell channels_of(const MachineRow& row) {
-  std::vector<std::string> states;
-  for (const auto& [state, count] : row.channels) {
-    states.push_back(fmt::format("{} {}", count, name_of(state)));
-  }
-  return fmt::format("{}", fmt::join(states, ", "));
-}
-
-const print::Listing<MachineRow>& machines_listing() {
-  static const print::Listing<MachineRow> machines{
-      {"MACHINE", "", [](const auto& row) -> Cell { return row.status->machine; }},
-      {"LINK", "",
-       [](const auto& row) -> Cell {
-         return std::string(row.status->gone        ? "no gateway"
-                            : row.status->connected ? "up"
-                                                    : "down");
-       }},
-      {"SINCE", "", [](const auto& row) -> Cell { return row.status->since; }, Align::right, 1},
-      {"CHANNELS", "", &channels_of},
-      {"GATEWAY", "",
-       [](const auto& row) -> Cell {
-         return row.status->gone ? Cell()
-                                 : fmt::format("{} ({})", row.status->host, row.status->pid);
-       },
-       Align::left, 2}};
-  return machines;
-}
-
-std::vector<MachineRow> machine_rows(const StatusOptions& options, const bus::FabricModel& live) {
-  std::map<std::string, MachineRow> machines;
-  for (const auto& [key, status] : live.machines()) {
-    const auto gateway = live.gateways().find(key.second);
-    if (gateway != live.gateways().end() && !is_on(options, gateway->second.host)) {
-      continue;
-    }
-    MachineRow& row = machines[status.machine];
-    if (row.status == nullptr || status.connected || (!row.status->connected && !status.gone)) {
-      row.status = &status;
-    }
-  }
-  for (const auto& [key, status] : live.channels()) {
-    const auto row = machines.find(std::string(fabric::machine_of(key.machine)));
-    if (row != machines.end()) {
-      ++row->second.channels[status.state];
-    }
-  }
-  std::vector<MachineRow> rows;
-  for (const auto& [name, row] : machines) {
-    rows.push_back(row);
-  }
-  std::ranges::stable_partition(rows, [](const MachineRow& row) { return !row.status->connected; });
-  return rows;
 }
 
 boost::json::object json_of(const Problem& problem) {
@@ -279,13 +178,13 @@ void print_as_json(const StatusOptions& options, const bus::FabricModel& live,
     all.push_back(json_of(problem));
   }
   boost::json::array machines;
-  for (const MachineRow& row : machine_rows(options, live)) {
+  for (const MachineRow& row : machine_rows(live, options.host)) {
     boost::json::object machine;
     print::put_fields(machine, *row.status);
     machines.push_back(std::move(machine));
   }
   boost::json::array alarms;
-  for (const fabric::Alarm& alarm : alarms_on(options, live)) {
+  for (const fabric::Alarm& alarm : alarms_on(live, options.host)) {
     alarms.push_back(print::json_of(alarm));
   }
   boost::json::object out{{"healthy", exit_code_of(problems) == base::program::exit_done},
@@ -297,44 +196,6 @@ void print_as_json(const StatusOptions& options, const bus::FabricModel& live,
     out["instances"] = operate::json_of(asked->instances, asked->of_instances);
   }
   print::print_json(out);
-}
-
-std::string plural(std::size_t count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
-void print_as_text(const StatusOptions& options, const bus::FabricModel& live,
-                   const std::vector<Problem>& problems, const std::optional<Processes>& asked) {
-  const auto now = std::chrono::system_clock::now();
-  std::set<std::string> services;
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
-    services.insert(instance->identity.uuid);
-  }
-  fmt::print("fabric '{}', domain {}: {}; {}, {}, {}\n", options.fabric.options().fabric,
-             options.fabric.options().domain,
-             problems.empty() ? "no problem" : plural(problems.size(), "problem"),
-             plural(live.channels().size(), "channel"), plural(services.size(), "service"),
-             plural(live.instances().size(), "instance"));
-  if (!problems.empty()) {
-    fmt::print("\n");
-    print_problems(problems, now);
-  }
-  const std::vector<MachineRow> machines = machine_rows(options, live);
-  if (!machines.empty()) {
-    fmt::print("\n{}", machines_listing().text(machines, {.width = width_of_output()}, now));
-  }
-  if (asked && !(asked->gateways.empty() && asked->instances.empty())) {
-    fmt::print("\n");
-    operate::print_answers(asked->gateways, asked->of_gateways);
-    operate::print_answers(asked->instances, asked->of_instances);
-  }
-  const char* separator = "\n";
-  for (const fabric::Alarm& alarm : alarms_on(options, live)) {
-    if (alarm.level == fabric::AlarmLevel::fine) {
-      fmt::print("{}{}\n", separator, print::reported_problems(alarm));
-      separator = "";
-    }
-  }
 }
 
 int check(const StatusOptions& options) {
@@ -350,7 +211,18 @@ int check(const StatusOptions& options) {
     problems.insert(problems.end(), more.begin(), more.end());
   }
   sort(problems);
-  (options.json ? print_as_json : print_as_text)(options, live, problems, asked);
+  if (options.json) {
+    print_as_json(options, live, problems, asked);
+  } else {
+    std::string answers;
+    if (asked) {
+      answers = operate::answers_text(asked->gateways, asked->of_gateways) +
+                operate::answers_text(asked->instances, asked->of_instances);
+    }
+    fmt::print("{}", text_of({live, options.fabric.options().fabric,
+                              options.fabric.options().domain, options.host, problems, answers},
+                             width_of_output(), std::chrono::system_clock::now()));
+  }
   return exit_code_of(problems);
 }
 

@@ -1,9 +1,10 @@
+#include "tools/commands/status/problems.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/program/command_line.hpp"
 #include "tests/unit/tools/commands/small_fabric.hpp"
-#include "tools/commands/status/status.hpp"
 
 namespace millrace::tools::commands::status {
 namespace {

@@ -60,6 +60,13 @@ TEST(AListing, CutsTheWidestTextWhereNoMoreColumnsMayGo) {
             "lathe/2  -\n");
 }
 
+TEST(AListing, CutsAllTextsThatAreTooWide) {
+  const Channel row{"the_press_of_hall_3/1", {}, {}, "the only instance is busy"};
+  EXPECT_EQ(sut().text({row}, {.width = 30}, now),
+            "CHANNEL         WHY\n"
+            "the_press_of_…  the only inst…\n");
+}
+
 TEST(AListing, LeavesOutAColumnThatIsUnknownInEachRow) {
   EXPECT_THAT(sut().text({rows[1]}, {}, now), Not(HasSubstr("MEAN")));
   EXPECT_THAT(sut().text({rows[1]}, {.wide = true}, now), HasSubstr("MEAN"));

@@ -1,0 +1,75 @@
+// Listening to machine data and program events: once, or until a signal.
+//
+//   DataOptions options(command, "sample");
+//   const auto wanted = [&](const recording::Entry& entry) { … };
+//   return options.watch ? follow(options, wanted)
+//                        : options.show(listing, last_entries(options, wanted), "no gateway …");
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/program/command_line.hpp"
+#include "fabric/observer/observer.hpp"
+#include "fabric/profile/command_line.hpp"
+#include "tools/commands/listing_flags.hpp"
+#include "tools/commands/subcommand.hpp"
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::commands::data {
+
+struct DataOptions {
+  /// Adds MACHINE, --channel, --watch, --count, --wait, and the flags of listings and the fabric.
+  DataOptions(CLI::App& command, const std::string& what);
+
+  /// Whether the sample is of a wanted machine and channel.
+  [[nodiscard]] bool takes(const fabric::ChannelKey& key) const;
+
+  /// Prints the rows. Without rows: that the machine is unknown, or `nothing`, a format of fabric
+  /// and domain. The exit code.
+  template <typename Row>
+  int show(const print::Listing<Row>& listing, const std::vector<Row>& rows,
+           const char* nothing) const {
+    if (rows.empty() && !machine.empty()) {
+      return report_unknown_machine();
+    }
+    if (rows.empty() && output.is_text()) {
+      fmt::print("{}\n", fmt::format(fmt::runtime(nothing), fabric.options().fabric,
+                                     fabric.options().domain));
+    } else {
+      print_listing(listing, rows, output);
+    }
+    return base::program::exit_done;
+  }
+
+  fabric::profile::FabricFlags fabric;
+  ListingFlags output;
+  std::string machine;
+  std::uint16_t channel = 0;
+  bool watch = false;
+  std::uint64_t count = 0;
+  std::chrono::nanoseconds wait;
+
+ private:
+  /// Says that the gateways tell of no such data of the machine, and which machines there are. The
+  /// exit code.
+  [[nodiscard]] int report_unknown_machine() const;
+};
+
+using Wanted = std::function<bool(const recording::Entry&)>;
+
+/// Joins, hands out each entry, and leaves: after a signal, after `wait` unless that is nothing, or
+/// when `on_entry` returns false.
+void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
+            std::optional<std::chrono::nanoseconds> wait,
+            const std::function<bool(const recording::Entry&)>& on_entry);
+
+/// --watch: a line for each entry that is `wanted`, until a signal, --count, or the output is
+/// closed. Returns the exit code.
+int follow(const DataOptions& options, const Wanted& wanted);
+/// The last one of each channel and group that comes within --wait.
+std::vector<recording::Entry> last_entries(const DataOptions& options, const Wanted& wanted);
+
+}  // namespace millrace::tools::commands::data

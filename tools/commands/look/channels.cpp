@@ -1,0 +1,109 @@
+// millrace channels: what each channel does, and why it waits.
+#include "tools/commands/look/channels.hpp"
+
+#include <fmt/format.h>
+
+#include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
+#include "tools/commands/look/look.hpp"
+
+namespace millrace::tools::commands::look {
+
+namespace {
+
+using print::Align;
+using print::Cell;
+
+/// Its state, or what is the cause of it.
+Cell state_of(const ChannelRow& row) {
+  switch (row.obstacle) {
+    case bus::Obstacle::journal:
+      return std::string("no new calls");
+    case bus::Obstacle::unserved:
+      return std::string(name_of(fabric::ChannelState::unserved));
+    default:
+      return std::string(name_of(row.status.state));
+  }
+}
+
+Cell call_of(const ChannelRow& row) {
+  const fabric::ChannelStatus& status = row.status;
+  if (status.call == fabric::CallId{}) {
+    return {};
+  }
+  return status.attempt > 1 ? fmt::format("{} #{}", status.call.to_string(), status.attempt)
+                            : status.call.to_string();
+}
+
+/// A channel's call does not go on, or its controller is not heard.
+bool is_problem(const ChannelRow& row) {
+  return row.status.state == fabric::ChannelState::link_down ||
+         (row.obstacle != bus::Obstacle::none && row.obstacle != bus::Obstacle::busy);
+}
+
+Names names_of_channel(const ChannelRow& row) {
+  const fabric::ChannelKey& key = row.status.key;
+  return {key.to_string(), key.machine, std::string(fabric::machine_of(key.machine))};
+}
+
+int list_channels(const LookOptions& options) {
+  const std::vector<ChannelRow> rows =
+      channel_rows(options.look(), std::chrono::system_clock::now());
+  Names known;
+  for (const ChannelRow& row : rows) {
+    known.push_back(row.status.key.to_string());
+  }
+  return options.show(
+      channels_listing(), chosen(rows, options.what, &names_of_channel), "channel", known,
+      "no gateway is on fabric '{}', domain {}, or none has a connection to its machine yet");
+}
+
+}  // namespace
+
+std::vector<ChannelRow> channel_rows(const bus::FabricModel& live, fabric::Time now) {
+  std::vector<ChannelRow> rows;
+  for (const auto& [key, status] : live.channels()) {
+    const auto instances = live.instances_of(status.uuid);
+    rows.push_back(
+        {status, live.obstacle_of(status, now),
+         status.uuid.empty() || instances.empty() ? "" : instances.front()->identity.name});
+  }
+  std::ranges::stable_partition(rows, &is_problem);
+  return rows;
+}
+
+const print::Listing<ChannelRow>& channels_listing() {
+  static const auto channels = print::Listing<ChannelRow>{
+      {"CHANNEL", "", [](const ChannelRow& row) -> Cell { return row.status.key.to_string(); }},
+      {"STATE", "", &state_of},
+      {"SINCE", "", [](const ChannelRow& row) -> Cell { return row.status.since; }, Align::right,
+       1},
+      {"SERVICE", "", [](const ChannelRow& row) -> Cell { return row.service; }, Align::left, 2},
+      {"CALL", "", &call_of, Align::left, 3},
+      {"UUID", "", [](const ChannelRow& row) -> Cell { return row.status.uuid; }, Align::left, 7},
+      {"CALLS", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.calls); },
+       Align::right, 4},
+      {"ANSWERED", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.answered); },
+       Align::right, 6},
+      {"FAILED", "",
+       [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.failed); },
+       Align::right, 5},
+      {"WHY", "", [](const ChannelRow& row) -> Cell {
+         return row.status.reason;
+       }}}.with_fields<fabric::ChannelStatus>([](const ChannelRow& row) { return &row.status; });
+  return channels;
+}
+
+void add_channels(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "channels", "State of each channel, its current call, and why it waits",
+                     "millrace channels\n  millrace channels press/2");
+  auto options = std::make_shared<LookOptions>(command, "M[/N]",
+                                               "Only this machine or channel; all by default");
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return list_channels(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::look

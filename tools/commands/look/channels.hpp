@@ -1,0 +1,23 @@
+// The rows and columns of `millrace channels`. Pure.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/bus/fabric_model.hpp"
+#include "tools/print/listing.hpp"
+
+namespace millrace::tools::commands::look {
+
+struct ChannelRow {
+  fabric::ChannelStatus status{};
+  bus::Obstacle obstacle{};
+  /// Of the service, while an instance is known.
+  std::string service{};
+};
+
+/// Problems first.
+std::vector<ChannelRow> channel_rows(const bus::FabricModel& live, fabric::Time now);
+const print::Listing<ChannelRow>& channels_listing();
+
+}  // namespace millrace::tools::commands::look

@@ -1,0 +1,42 @@
+// The text of `millrace status`: problems, machines, and what processes report. Pure.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bus/fabric_model.hpp"
+#include "tools/commands/status/problems.hpp"
+
+namespace millrace::tools::commands::status {
+
+/// Which processes; none = those of all hosts.
+using Host = std::optional<std::string>;
+inline bool is_on(const Host& wanted, const std::string& host) {
+  return !wanted || *wanted == host;
+}
+
+/// A machine, with the status of the gateway that has its link, or that reports at all.
+struct MachineRow {
+  const fabric::MachineStatus* status = nullptr;
+  std::map<fabric::ChannelState, int> channels{};
+};
+
+/// Those without a connection first.
+std::vector<MachineRow> machine_rows(const bus::FabricModel& live, const Host& host);
+std::vector<fabric::Alarm> alarms_on(const bus::FabricModel& live, const Host& host);
+
+struct Overview {
+  const bus::FabricModel& live;
+  std::string fabric{};
+  std::uint32_t domain = 0;
+  Host host{};
+  std::vector<Problem> problems{};
+  /// A line for each process that was asked.
+  std::string answers{};
+};
+/// For a terminal of `width` characters; 0 = unlimited.
+std::string text_of(const Overview& overview, std::size_t width, fabric::Time now);
+
+}  // namespace millrace::tools::commands::status
