@@ -32,7 +32,7 @@ struct Rules {
   /// UUIDs that are not in `services` are served, too.
   bool any_uuid = true;
   /// At the same time: LCM has no access control.
-  std::size_t most_programs = 256;
+  std::size_t most_programs = 64;
   /// By canonical UUID.
   std::map<std::string, ServiceRule> services{};
 

@@ -69,7 +69,7 @@ TEST(ConfigPlaces, FindsFieldsInsideOthers) {
   ConfigPlaces sut;
   ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"host"}}),
-              EndsWith("everything.gateway.textproto:15:27"));
+              EndsWith("everything.gateway.textproto:14:27"));
   // For a list in brackets only its beginning is known.
   EXPECT_THAT(sut.at(message, {{"machine", 0}, {"channel", 1}}),
               EndsWith("everything.gateway.textproto:9:3"));
@@ -80,7 +80,7 @@ TEST(ConfigPlaces, NamesTheNextOuterFieldOfOneThatWasNotWritten) {
   ConfigPlaces sut;
   ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"port"}}),
-              EndsWith("everything.gateway.textproto:15:1"));
+              EndsWith("everything.gateway.textproto:14:1"));
 }
 
 }  // namespace

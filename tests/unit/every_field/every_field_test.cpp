@@ -58,6 +58,7 @@ const std::multimap<std::string, Member> members{
 const std::multimap<std::string, std::string> enumerators{
 #define MEMBER(type, name, bound)
 #define ENUMERATOR(type, name) {#type, #name},
+#include "tests/unit/every_field/idl_members.inc"
 #undef MEMBER
 #undef ENUMERATOR
 };
