@@ -158,13 +158,28 @@ void Containers::connect(const Port& port) {
 }
 
 void Containers::remove_all() noexcept {
-  try {
-    compose({"down", "--timeout", "0"});
-    for (const auto& [host, bridge] : bridges_) {
-      run({"ip", "-n", network_namespace_, "link", "delete", bridge});
+  const auto done = [](const auto& step) {
+    try {
+      step();
+      return true;
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "{}\n", error.what());
+      return false;
     }
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
+  };
+  const auto down = [&] { compose({"down", "--timeout", "0"}); };
+  if (!done(down)) {
+    // On a busy host the engine may keep the network's endpoint of a container that it has removed.
+    // The next test needs the network's addresses.
+    for (const auto& [host, bridge] : bridges_) {
+      done([&] {
+        run({"docker", "network", "disconnect", "--force", project_ + "_default", container(host)});
+      });
+    }
+    done(down);
+  }
+  for (const auto& [host, bridge] : bridges_) {
+    done([&] { run({"ip", "-n", network_namespace_, "link", "delete", bridge}); });
   }
 }
 
