@@ -32,7 +32,7 @@ struct Assignment {
   bool waits = false;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
 
-  [[nodiscard]] std::string_view target_of() const { return name ? *name : std::string_view(); }
+  [[nodiscard]] std::string_view instance_name() const { return name ? *name : std::string_view(); }
 };
 
 struct CallRecord {

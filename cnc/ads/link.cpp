@@ -92,7 +92,7 @@ tl::expected<void, ProtocolError> Link::hand_out_frames() {
   return {};
 }
 
-void Link::close_politely(BytesView frames) {
+void Link::send_last(BytesView frames) {
   if (outbox_.stopped() || outbox_.size() > 0) {
     return;
   }

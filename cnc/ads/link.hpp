@@ -39,7 +39,7 @@ class Link : public std::enable_shared_from_this<Link> {
   /// Call it before close(): passes the frames to the stream at once, as far as it accepts them.
   /// Waits until the other side has read them and closes, a few milliseconds, at most 50. Sends
   /// nothing if other output is still pending.
-  void close_politely(BytesView frames);
+  void send_last(BytesView frames);
   /// Ends the connection without a call of `ended`.
   void close() { end({LinkEnd::Cause::closed_by_us, {}}); }
   /// Our local address of the connection.

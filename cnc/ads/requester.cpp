@@ -104,7 +104,7 @@ void Requester::leave(const std::vector<LastRequest>& farewells) {
     for (const LastRequest& farewell : farewells) {
       exchange_.send(farewell.port, farewell.command, farewell.payload);
     }
-    link_->close_politely(exchange_.take_output());
+    link_->send_last(exchange_.take_output());
   }
   close();
 }

@@ -261,10 +261,10 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.publish(std::move(request));
-  publish_event(fabric::EventKind::dispatched, to.target_of(), out, now);
+  publish_event(fabric::EventKind::dispatched, to.instance_name(), out, now);
   if (out.wanted(Level::debug)) {
-    out.log(Level::debug,
-            fmt::format("{} given to {}, attempt {}", name(), to.target_of(), to.attempt.number));
+    out.log(Level::debug, fmt::format("{} given to {}, attempt {}", name(), to.instance_name(),
+                                      to.attempt.number));
   }
 }
 

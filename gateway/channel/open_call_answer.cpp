@@ -80,7 +80,7 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
     return;
   }
   const std::string why =
-      fmt::format("{} declines it: {}", running->to.target_of(), printable(reply.text));
+      fmt::format("{} declines it: {}", running->to.instance_name(), printable(reply.text));
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, {fabric::Cause::instance_lost, why});
   out.news().declined = call_.id;

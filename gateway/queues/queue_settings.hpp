@@ -25,9 +25,9 @@ struct QueueSettings {
   /// Symbols of the array and of its control structure: "SD.ALARMS", "SD.CONTROL".
   std::string array{};
   std::string control{};
-  /// Members of the control structure.
-  std::string last_filled = "LastFilled";
-  std::string last_get = "LastGet";
+  /// Members of the control structure (DOK-MTX***-NC*F*EX*V13, p. 655, documented).
+  static constexpr const char* last_filled = "LastFilled";
+  static constexpr const char* last_get = "LastGet";
   /// The UUID of the service for the messages.
   std::string uuid{};
   Acknowledge acknowledge = Acknowledge::when_journalled;

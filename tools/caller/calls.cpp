@@ -179,7 +179,7 @@ void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
                              .may_wait = give.assignment.waits,
                              .replayed = open.order.replayed}});
   tell(give.call, open, fabric::EventKind::dispatched, now, nullptr,
-       std::string(give.assignment.target_of()));
+       std::string(give.assignment.instance_name()));
 }
 
 void Calls::take_back(const gateway::dispatch::Unassign& back, Moment now) {

@@ -44,7 +44,7 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
                    "correct the configuration (--fabric-config, CYCLONEDDS_URI)");
     return std::move(report).take();
   }
-  checks::participants_there(findings, report);
+  checks::gateways_and_services(findings, report);
   checks::at_trust(findings, report);
   checks::at_peers(findings, report);
   checks::at_endpoints(findings, report);

@@ -54,11 +54,7 @@ std::string what_of(const Step& step) {
 
 std::string_view end_of(const Call& call) {
   const Step* const end = call.end();
-  if (end == nullptr) {
-    return {};
-  }
-  return fabric::name_of(end->stage == Stage::written ? fabric::EventKind::written
-                                                      : fabric::EventKind::withdrawn);
+  return end == nullptr ? std::string_view() : event_name_of(end->stage);
 }
 
 std::string line_of(const Call& call, const Name& name) {

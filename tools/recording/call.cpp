@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "fabric/words.hpp"
+
 namespace millrace::tools::recording {
 
 namespace {
@@ -67,6 +69,16 @@ std::string_view name_of(Stage stage) {
                                                    "withdrawn by the program",
                                                    "written back"};
   return names.at(static_cast<std::size_t>(stage));
+}
+
+std::string_view event_name_of(Stage stage) {
+  for (int kind = 0; kind <= static_cast<int>(fabric::EventKind::held); ++kind) {
+    const auto event = static_cast<fabric::EventKind>(kind);
+    if (stage_of(event) == stage) {
+      return fabric::name_of(event);
+    }
+  }
+  return {};
 }
 
 bool Call::add(const Entry& entry) {

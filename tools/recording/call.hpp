@@ -44,6 +44,8 @@ enum class Stage : std::uint8_t {
 
 /// "seen by the gateway", …
 std::string_view name_of(Stage stage);
+/// Of the gateway's event: "seen", "dispatched", …; empty for a step of the instance.
+std::string_view event_name_of(Stage stage);
 
 struct Step {
   Stage stage = Stage::seen;

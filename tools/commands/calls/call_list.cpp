@@ -25,30 +25,6 @@ Cell service_of(const CallRow& row) {
   return row.instance.name.empty() ? row.uuid : row.instance.name;
 }
 
-/// What the gateway has done last, in the words of its events.
-std::string_view word_of(Stage stage) {
-  switch (stage) {
-    case Stage::dispatched:
-      return name_of(fabric::EventKind::dispatched);
-    case Stage::interim:
-      return name_of(fabric::EventKind::interim);
-    case Stage::refused:
-      return name_of(fabric::EventKind::refused);
-    case Stage::lost:
-      return name_of(fabric::EventKind::lost);
-    case Stage::held:
-      return name_of(fabric::EventKind::held);
-    case Stage::replied:
-      return name_of(fabric::EventKind::replied);
-    case Stage::withdrawn:
-      return name_of(fabric::EventKind::withdrawn);
-    case Stage::written:
-      return name_of(fabric::EventKind::written);
-    default:
-      return name_of(fabric::EventKind::seen);
-  }
-}
-
 }  // namespace
 
 void CallList::add(const recording::Entry& entry) {
@@ -84,7 +60,7 @@ CallRow CallList::row_of(const Known& known) const {
   fabric::InstanceId instance = row.call.instance();
   const Step* const answered = row.call.last(Stage::answered);
   if (const Step* const end = row.call.end()) {
-    row.state = word_of(end->stage);
+    row.state = event_name_of(end->stage);
     row.at = end->at;
     row.took = row.call.duration();
     if (end->stage == Stage::written) {
@@ -101,7 +77,7 @@ CallRow CallList::row_of(const Known& known) const {
       row.took = answered->at - received->at;
     }
   } else if (const Step* const newest = row.call.newest()) {
-    row.state = word_of(newest->stage);
+    row.state = event_name_of(newest->stage);
     row.at = newest->at;
   } else if (known.status) {
     row.state = name_of(known.status->state);
@@ -109,7 +85,7 @@ CallRow CallList::row_of(const Known& known) const {
     row.attempt = known.status->attempt;
     instance = known.status->instance;
   } else if (const Step* const seen = row.call.first(Stage::seen)) {
-    row.state = word_of(Stage::seen);
+    row.state = event_name_of(Stage::seen);
     row.at = seen->at;
   }
   if (row.uuid.empty() && known.status) {

@@ -53,7 +53,7 @@ struct DataOptions {
   std::chrono::nanoseconds wait;
 
  private:
-  /// Says that the gateways tell of no such data of the machine, and which machines there are. The
+  /// Prints that no gateway publishes such data of the machine, and which machines are known. The
   /// exit code.
   [[nodiscard]] int report_unknown_machine() const;
 };

@@ -34,7 +34,7 @@ class Report {
 /// Does the interface exist, is it up, and does it support what the fabric needs?
 void at_the_interface(const Findings& found, Report& report);
 /// Are gateways and services on this fabric, and if not: why?
-void participants_there(const Findings& found, Report& report);
+void gateways_and_services(const Findings& found, Report& report);
 /// Is each configured peer there, and if not: why?
 void at_peers(const Findings& found, Report& report);
 /// The certificate of this process, its validity, and which other participants it accepts.

@@ -105,7 +105,7 @@ std::string elsewhere(const Company& company) {
 
 }  // namespace
 
-void participants_there(const Findings& found, Report& report) {
+void gateways_and_services(const Findings& found, Report& report) {
   const Company company = company_of(found);
   if (company.ours.empty()) {
     for_the_others(found, company.other_fabrics, report);

@@ -185,6 +185,12 @@ TEST(ACall, KeepsOneStepOfARepeatedReply) {
   EXPECT_EQ(call_of_all(entries).steps.size(), call_of_all(one_call(17, 0)).steps.size());
 }
 
+TEST(ACall, NamesAStepByTheEventOfTheGateway) {
+  EXPECT_EQ(event_name_of(Stage::seen), "seen");
+  EXPECT_EQ(event_name_of(Stage::held), "held");
+  EXPECT_EQ(event_name_of(Stage::answered), "");
+}
+
 TEST(ACall, LeavesTextsOutIfAsked) {
   Call sut({0x5f, 17}, Call::Texts::left_out);
   for (const Entry& entry : one_call(17, 0)) {
