@@ -8,6 +8,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <string>
 
@@ -35,10 +36,12 @@ struct RequestKey {
   auto operator<=>(const RequestKey&) const = default;
 };
 
-/// Without the instance: two instances are hardly ever requested for one channel.
 struct RequestKeyHash {
+  /// Instance ids are random, and in time a channel's calls go to every instance.
   std::size_t operator()(const RequestKey& key) const {
-    return ChannelKeyHash()(key.key) ^ key.epoch;
+    std::size_t instance = 0;
+    std::memcpy(&instance, key.instance.bytes.data(), sizeof instance);
+    return ChannelKeyHash()(key.key) ^ key.epoch ^ instance;
   }
 };
 

@@ -1,11 +1,14 @@
 #include "fabric/endpoints/reply_endpoint.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,11 +28,32 @@ namespace {
 /// later. Far more than ever wait; about 1 kB each.
 constexpr std::size_t most_answered = 4096;
 
+/// Two samples that arrive closer to each other than this belong to one burst: the receiving thread
+/// did not sleep in between, so a further one probably follows. A reply to a single call takes more
+/// than twice as long to lead to the next request.
+constexpr std::chrono::microseconds burst_pause{15};
+/// The first samples of a burst are handled at once: two calls at a time are no burst.
+constexpr unsigned handled_at_once = 2;
+
 /// Any requester.
 RequestKey any_of(RequestKey key) {
   key.requester = 0;
   return key;
 }
+
+/// Marks its thread as the one that is reading requests.
+class Reading {
+ public:
+  explicit Reading(std::atomic<std::thread::id>& mark) : mark_(mark) {
+    mark_ = std::this_thread::get_id();
+  }
+  ~Reading() { mark_ = std::thread::id(); }
+  Reading(const Reading&) = delete;
+  Reading& operator=(const Reading&) = delete;
+
+ private:
+  std::atomic<std::thread::id>& mark_;
+};
 
 /// Only a sample withdraws a request: DDS names the writer of each sample, but not the writer that
 /// disposed a key whose samples are still untaken.
@@ -47,13 +71,15 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
         listener(&own_listener),
         replies(participant,
                 wire::service_partition(own_participant.options().fabric, identity.uuid),
-                {.user_data = registry::format_instance(identity.id)}) {}
+                {.user_data = registry::format_instance(identity.id), .batched = true}) {}
 
   void open(const boost::asio::any_io_executor& executor);
-  void open_directly();
+  void open_directly(const boost::asio::any_io_executor& executor);
   void read(const dds::Listener& on_request);
   void close();
   void drain();
+  void on_data() noexcept;
+  void flush();
   void tell(const wire::Taken<Request>& taken, bool is_over);
   void decline(const wire::Taken<Request>& taken);
   void add_requester(const wire::Taken<Request>& taken);
@@ -71,23 +97,39 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
   RecentKeys asked{most_answered};
   std::unordered_map<RequestKey, std::uint64_t, RequestKeyHash> requesters;
   LogLimiter log_limiter;
-  // One of them, before the reader that wakes it.
+  /// The thread that is reading requests: its replies are sent together.
+  std::atomic<std::thread::id> reading{};
+  /// Written, but not sent. Guarded by `answering`.
+  bool unsent = false;
+  /// When a sample last came, and how many of its burst did before; direct receiving only.
+  std::atomic<SteadyTime> data_at{};
+  std::atomic<unsigned> in_burst = 0;
+  // Before the reader that wakes them; without direct receiving only the first.
   std::optional<dds::PostOnce> post;
   std::optional<dds::SerialListener> serial;
   std::optional<wire::Reader<Request>> requests;
 };
 
 void ReplyEndpoint::Impl::open(const boost::asio::any_io_executor& executor) {
-  post.emplace(executor, weak_from_this(), [this] { drain(); });
+  post.emplace(executor, weak_from_this(), [this] {
+    drain();
+    flush();
+  });
   const dds::Listener on_request(dds_create_listener(nullptr));
   post->listen_for_data(on_request.get());
   read(on_request);
 }
 
-void ReplyEndpoint::Impl::open_directly() {
-  serial.emplace([this] { drain(); });
+void ReplyEndpoint::Impl::open_directly(const boost::asio::any_io_executor& executor) {
+  serial.emplace([this] {
+    drain();
+    flush();
+  });
+  post.emplace(executor, weak_from_this(), [this] { serial->run(); });
   const dds::Listener on_request(dds_create_listener(nullptr));
-  serial->listen_for_data(on_request.get());
+  dds_lset_data_available_arg(
+      on_request.get(),
+      [](dds_entity_t, void* self) noexcept { static_cast<Impl*>(self)->on_data(); }, this, true);
   read(on_request);
   serial->open();
 }
@@ -107,9 +149,33 @@ void ReplyEndpoint::Impl::close() {
   requests->silence();
   listener = nullptr;
   requests.reset();
+  flush();
+}
+
+/// Cyclone calls this for each sample, also if the datagram has more. A datagram of its own for
+/// each reply costs as much as the rest of a short call: the executor takes what a burst has
+/// brought, and sends its replies together.
+void ReplyEndpoint::Impl::on_data() noexcept {
+  const SteadyTime now = std::chrono::steady_clock::now();
+  const bool is_burst = now - data_at.exchange(now) < burst_pause;
+  in_burst = is_burst ? in_burst + 1 : 0;
+  if (in_burst < handled_at_once) {
+    serial->run();
+    data_at = std::chrono::steady_clock::now();
+  } else {
+    post->post();
+  }
+}
+
+void ReplyEndpoint::Impl::flush() {
+  const std::lock_guard lock(answering);
+  if (std::exchange(unsent, false)) {
+    replies.flush();
+  }
 }
 
 void ReplyEndpoint::Impl::drain() {
+  const Reading now(reading);
   // Each callback may close this end.
   while (listener != nullptr) {
     auto batch = requests->take();
@@ -228,7 +294,12 @@ tl::expected<void, std::string> ReplyEndpoint::Impl::answer(const Reply& reply) 
   if (const auto old = answered.use(key_of(reply))) {
     replies.unregister({.key = old->key, .instance = identity.id, .call = {.epoch = old->epoch}});
   }
-  return replies.write(reply);
+  auto written = replies.write(reply);
+  unsent = reading == std::this_thread::get_id();
+  if (!unsent) {
+    replies.flush();
+  }
+  return written;
 }
 
 namespace {
@@ -245,15 +316,14 @@ InstanceIdentity checked(InstanceIdentity identity) {
 
 ReplyEndpoint::ReplyEndpoint(dds::Participant& participant,
                              const boost::asio::any_io_executor& executor,
-                             InstanceIdentity identity, ReplyEndpointListener& listener)
+                             InstanceIdentity identity, ReplyEndpointListener& listener,
+                             Receiving receiving)
     : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
-  impl_->open(executor);
-}
-
-ReplyEndpoint::ReplyEndpoint(dds::Participant& participant, InstanceIdentity identity,
-                             ReplyEndpointListener& listener)
-    : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
-  impl_->open_directly();
+  if (receiving == Receiving::directly) {
+    impl_->open_directly(executor);
+  } else {
+    impl_->open(executor);
+  }
 }
 
 ReplyEndpoint::~ReplyEndpoint() {

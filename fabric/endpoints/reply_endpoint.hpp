@@ -38,19 +38,25 @@ class ReplyEndpointListener {
 // With trust, a request for a machine that the requester's certificate does not name is declined
 // here, and does not reach the listener; dds::Authenticator::take_warnings() has the message.
 
-/// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
-/// executor in one thread. Only `publish` and `identity` may be called from any thread while it
-/// lives.
+/// Where requests are received.
+enum class Receiving {
+  /// On the executor.
+  on_executor,
+  /// In the receiving thread, which saves a hand-over: the listener must not block there, nor end
+  /// the endpoint. The executor sends the last replies of a burst.
+  directly
+};
+
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it; in one
+/// thread if requests are received directly. Only `publish` and `identity` may be called from any
+/// thread while it lives.
 class ReplyEndpoint {
  public:
   /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
   /// std::runtime_error with Cyclone's reason.
   ReplyEndpoint(dds::Participant& participant, const boost::asio::any_io_executor& executor,
-                InstanceIdentity identity, ReplyEndpointListener& listener);
-  /// The same without an executor: requests come in the receiving thread, which saves a hand-over.
-  /// The listener must not block there, nor end this object.
-  ReplyEndpoint(dds::Participant& participant, InstanceIdentity identity,
-                ReplyEndpointListener& listener);
+                InstanceIdentity identity, ReplyEndpointListener& listener,
+                Receiving receiving = Receiving::on_executor);
   ~ReplyEndpoint();
   ReplyEndpoint(const ReplyEndpoint&) = delete;
   ReplyEndpoint& operator=(const ReplyEndpoint&) = delete;

@@ -337,8 +337,8 @@ void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& dec
   calls_.assign(pending, instance);
   Instances::change_load(instance, [&] {
     pending.waits = waits;
-    instance.last_used = ++assigned_;
-    PendingCalls::note_waiters(instance);
+    instances_.use(instance);
+    instance.has_waiter = instance.has_waiter || waits;
   });
   decisions.emplace_back(assignment(pending, instance));
 }

@@ -126,7 +126,6 @@ class Dispatcher {
   DispatcherOptions options_;
   Instances instances_;
   PendingCalls calls_;
-  std::uint64_t assigned_ = 0;
   /// By canonical UUID: the last instance of services without an instance.
   std::map<std::string, std::string> last_of_;
 };

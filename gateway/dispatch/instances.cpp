@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "fabric/channel_scope.hpp"
 
@@ -27,7 +28,7 @@ bool takes_calls(const Instance& instance) {
 }
 
 ScopeGroup::Rank rank_of(const Instance& instance) {
-  return {instance.running + instance.others, instance.last_used, instance.identity.id};
+  return {instance.running + instance.others, ~instance.last_used, instance.identity.id};
 }
 
 }  // namespace
@@ -151,29 +152,31 @@ const Instances::Group* Instances::group(const std::string& uuid) const {
   return found == groups_.end() ? nullptr : &found->second;
 }
 
-/// The first that `pick` has in a bucket, most closely named first.
-template <typename Pick>
-Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& key,
-                           Pick pick) const {
+/// The first in the ranking of the most closely named channels that has any.
+Instance* Instances::choose_from(Ranking ScopeGroup::*ranking, const std::string& uuid,
+                                 const fabric::ChannelKey& key) const {
   Instance* best = nullptr;
   if (const Group* const of = group(uuid)) {
+    const bool change = (of->calls + 1) % calls_in_a_row == 0;
     visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
-      const auto& ranked = pick(scope_group);
-      best = ranked.empty() ? nullptr : ranked.begin()->second;
+      const Ranking& ranked = scope_group.*ranking;
+      if (!ranked.empty()) {
+        const auto first = ranked.begin();
+        const std::uint32_t load = std::get<0>(first->first);
+        best = change ? std::prev(ranked.lower_bound({load + 1, 0, {}}))->second : first->second;
+      }
       return best == nullptr;
     });
   }
   return best;
 }
 
-Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(
-      uuid, key, [](const ScopeGroup& scope_group) -> auto& { return scope_group.with_room; });
+Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) const {
+  return choose_from(&ScopeGroup::with_room, uuid, key);
 }
 
-Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(
-      uuid, key, [](const ScopeGroup& scope_group) -> auto& { return scope_group.shared; });
+Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) const {
+  return choose_from(&ScopeGroup::shared, uuid, key);
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {

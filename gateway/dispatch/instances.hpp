@@ -39,7 +39,7 @@ struct Instance {
   std::uint32_t others = 0;
   /// One of ours waits there for its turn.
   bool has_waiter = false;
-  /// When it was last used, counted in calls; for the round robin.
+  /// When it was last used, counted in calls of its UUID.
   std::uint64_t last_used = 0;
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
@@ -68,11 +68,12 @@ struct Instance {
 
 /// The instances of a UUID that name the same channels.
 struct ScopeGroup {
-  /// Least load first, then the one that has waited longest; the id makes the order certain.
+  /// Least load first, then the one that was used last; the id makes the order certain.
   using Rank = std::tuple<std::uint32_t, std::uint64_t, fabric::InstanceId>;
-  std::map<Rank, Instance*> with_room;
+  using Ranking = std::map<Rank, Instance*>;
+  Ranking with_room;
   /// Without room because of other gateways, and without a waiting call of ours.
-  std::map<Rank, Instance*> shared;
+  Ranking shared;
   /// They take calls.
   std::size_t ready = 0;
   /// They serve, gone for a moment or not; they drain.
@@ -83,6 +84,8 @@ struct ScopeGroup {
 
 class Instances {
  public:
+  static constexpr std::uint64_t calls_in_a_row = 64;
+
   Instances() = default;
   Instances(const Instances&) = delete;
   Instances& operator=(const Instances&) = delete;
@@ -108,10 +111,15 @@ class Instances {
   }
 
   /// The instance for a call: of those with room the one that names the channel most closely, then
-  /// the least busy, then the longest unused. Null if none has room.
-  [[nodiscard]] Instance* choose(const std::string& uuid, const fabric::ChannelKey& key);
+  /// the least busy, then the one that was used last: its process may still be awake, and its
+  /// memory in the caches. After `calls_in_a_row` calls the longest unused one takes over. Null if
+  /// none has room.
+  [[nodiscard]] Instance* choose(const std::string& uuid, const fabric::ChannelKey& key) const;
   /// The instance whose queue the call joins if none has room: one that is busy for other gateways.
-  [[nodiscard]] Instance* choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key);
+  [[nodiscard]] Instance* choose_to_wait(const std::string& uuid,
+                                         const fabric::ChannelKey& key) const;
+  /// It gets a call; its load changes with it.
+  void use(Instance& instance) { instance.last_used = ++groups_.at(instance.identity.uuid).calls; }
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
                                    const fabric::ChannelKey& key);
@@ -143,6 +151,8 @@ class Instances {
     std::size_t at_most_once = 0;
     /// Instances that are in more than one bucket.
     std::size_t repeated = 0;
+    /// The number of calls that were assigned.
+    std::uint64_t calls = 0;
   };
 
   void list(Instance& instance);
@@ -150,9 +160,9 @@ class Instances {
   static void rank(Instance& instance);
   static void unrank(const Instance& instance);
   [[nodiscard]] const Group* group(const std::string& uuid) const;
-  template <typename Pick>
-  [[nodiscard]] Instance* first(const std::string& uuid, const fabric::ChannelKey& key,
-                                Pick pick) const;
+  using Ranking = ScopeGroup::Ranking;
+  [[nodiscard]] Instance* choose_from(Ranking ScopeGroup::*ranking, const std::string& uuid,
+                                      const fabric::ChannelKey& key) const;
   template <typename Visit>
   static void visit_scope_groups(const Group& group, const fabric::ChannelKey& key, Visit visit);
 

@@ -60,7 +60,9 @@ void PendingCalls::detach(PendingCall& pending) {
     Instances::change_load(*from, [&] {
       std::erase(from->calls, &pending);
       --from->running;
-      note_waiters(*from);
+      if (pending.waits) {
+        note_waiters(*from);
+      }
     });
   }
   pending.published_at.reset();

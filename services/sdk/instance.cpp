@@ -125,7 +125,8 @@ struct Instance::Impl final : HostedInstance {
         runner(std::make_shared<Runner>(
             scheduler_options(options, identity, shared->participant().authenticator() != nullptr),
             log, std::move(inline_handler))),
-        end(std::in_place, shared->participant(), identity, *runner),
+        end(std::in_place, shared->participant(), shared->loop().get_executor(), identity, *runner,
+            fabric::endpoints::Receiving::directly),
         summaries(std::make_shared<Summaries>(shared->loop(), runner, log, identity.uuid)),
         grace(shared->loop()) {}
   ~Impl() override { leave(); }

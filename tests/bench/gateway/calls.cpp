@@ -47,6 +47,7 @@ bool measure_call() {
   Series threaded;
   Series dozing;
   Series raw;
+  Series nats;
   Series grpc;
   Series lcm;
   for (std::size_t round = 0; round < rounds; ++round) {
@@ -60,6 +61,9 @@ bool measure_call() {
       dozing.add(gateway.run(calls).replied);
     });
     measure_ours("service", calls, threaded);
+    if (auto result = measure_nats({.calls = calls, .size = message_size})) {
+      nats.add(result->requester.round_trips);
+    }
     if (const auto series = measure_grpc(calls, message_size)) {
       grpc.add(*series);
     }
@@ -75,7 +79,8 @@ bool measure_call() {
   print("the same, sleeping without spinning", dozing, floor);
   print("the same, a thread for the handler", threaded, floor);
   for (auto& [name, series] :
-       {std::pair{"gRPC unary", &grpc}, std::pair{"LCM request/response", &lcm}}) {
+       {std::pair{"NATS request, queue group", &nats}, std::pair{"gRPC unary", &grpc},
+        std::pair{"LCM request/response", &lcm}}) {
     if (series->empty()) {
       fmt::print("  {:<34}{:>10}\n", name, "not measured (not built in, or no multicast on lo)");
     } else {
@@ -86,6 +91,10 @@ bool measure_call() {
   const double tail = ours.p99() / raw.p99();
   fmt::print("  median ratio {:.2f}   {}\n  p99 ratio {:.2f}   {}\n", ratio,
              verdict(ratio, 1.25, true), tail, verdict(tail, 2, true));
+  if (!nats.empty()) {
+    fmt::print("  to NATS {:.2f}   {}\n", ours.median() / nats.median(),
+               verdict(ours.median() / nats.median(), 0.25, true));
+  }
   const bool beats_grpc = grpc.empty() || ours.median() < grpc.median();
   if (!grpc.empty()) {
     fmt::print("  faster than gRPC: {}\n", beats_grpc ? "yes" : "NO");

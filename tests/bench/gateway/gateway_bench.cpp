@@ -1,6 +1,6 @@
 // The cost of the gateway, compared with its peers in the same run.
 //
-//   gateway_bench call         accept -> reply, against raw Cyclone, gRPC and LCM
+//   gateway_bench call         accept -> reply, against raw Cyclone, NATS, gRPC and LCM
 //   gateway_bench throughput   256 channels, 4 instances, against raw Cyclone
 //   gateway_bench cost         processor time of a call with 1,000 channels, against one
 //   gateway_bench program      a call from an NC program, against a polling service
@@ -44,6 +44,12 @@ std::optional<Series> measure_lcm(std::size_t, std::size_t) {
 }
 void serve_lcm(const PeerOptions&) {}
 #endif
+#ifndef MILLRACE_BENCH_NATS
+std::optional<NatsResult> measure_nats(const NatsLoad&) {
+  return std::nullopt;
+}
+void serve_nats(const PeerOptions&) {}
+#endif
 
 namespace {
 
@@ -58,6 +64,8 @@ void serve_peer(const PeerOptions& options) {
     serve_gateway(options);
   } else if (options.kind == "lcm") {
     serve_lcm(options);
+  } else if (options.kind == "nats") {
+    serve_nats(options);
   } else {
     serve_sdk(options);
   }

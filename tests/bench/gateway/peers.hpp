@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/gateway/series.hpp"
 #include "tests/support/process.hpp"
 
@@ -48,6 +49,9 @@ void serve_raw(const PeerOptions& options);
 void serve_polling(const PeerOptions& options);
 void serve_grpc(const PeerOptions& options);
 void serve_lcm(const PeerOptions& options);
+/// Echoes in a NATS queue group, with a subscription for each of `count`, through the server at
+/// `port`.
+void serve_nats(const PeerOptions& options);
 
 /// A gateway with its controllers in memory (kind "gateway"): measurements.hpp.
 void serve_gateway(const PeerOptions& options);
@@ -71,5 +75,21 @@ void wait_for_ever();
 
 std::optional<Series> measure_grpc(std::size_t calls, std::size_t size);
 std::optional<Series> measure_lcm(std::size_t calls, std::size_t size);
+
+struct NatsLoad {
+  std::size_t calls = 0;
+  std::size_t in_flight = 1;
+  std::size_t size = 200;
+  std::uint32_t instances = 1;
+  std::uint32_t processes = 1;
+};
+struct NatsResult {
+  RawResult requester;
+  // Processor time of each call, in microseconds.
+  double server = 0;
+  double peers = 0;
+};
+/// Requests through a server to a queue group.
+std::optional<NatsResult> measure_nats(const NatsLoad& load);
 
 }  // namespace millrace::bench

@@ -97,11 +97,27 @@ void add_round_of_raw(Rounds& rounds, std::uint32_t peers, std::uint32_t process
             [&](std::size_t calls) { return requester.run(calls, in_flight, patience); });
 }
 
+/// A round of NATS; the cost of a call is that of its requester and server together.
+void add_round_of_nats(Rounds& rounds, std::uint32_t instances, std::uint32_t processes) {
+  NatsLoad load{
+      .calls = warm_up, .in_flight = in_flight, .instances = instances, .processes = processes};
+  const auto warm = measure_nats(load);
+  if (!warm) {
+    return;
+  }
+  load.calls = calls_of_round(warm->requester.calls_per_second);
+  if (const auto result = measure_nats(load)) {
+    rounds.add(result->requester.calls_per_second,
+               result->requester.microseconds_per_call + result->server, result->peers);
+  }
+}
+
 std::string line(std::uint32_t instances, const Row& row) {
-  return fmt::format("{:>3} instances{:>10}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}\n", instances,
-                     row.text("calls_per_second"), row.text("raw_calls_per_second"),
-                     row.text("ratio", 2), row.text("gateway", 1), row.text("services", 1),
-                     row.text("raw_requester", 1), row.text("raw_peers", 1));
+  return fmt::format("{:>3} instances{:>10}{:>12}{:>8}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}{:>14}\n",
+                     instances, row.text("calls_per_second"), row.text("raw_calls_per_second"),
+                     row.text("ratio", 2), row.text("nats_calls_per_second"),
+                     row.text("nats_ratio", 2), row.text("gateway", 1), row.text("services", 1),
+                     row.text("raw_requester", 1), row.text("raw_peers", 1), row.text("nats", 1));
 }
 
 /// Prints the result for one goal and returns whether it is met.
@@ -135,11 +151,12 @@ bool judge(const std::map<std::uint32_t, Row>& rows) {
 bool measure_scaling(const ScalingOptions& options) {
   fmt::print(
       "{} calls in flight, controllers in memory, inline handlers; instances of one UUID in at\n"
-      "most {} processes, and as many peers of raw Cyclone; best of {} rounds. Processor time for\n"
-      "each call in us: mean of the rounds, with the kernel's.\n"
-      "{:>13}{:>10}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}\n",
-      in_flight, options.processes, options.rounds, "", "calls/s", "raw calls/s", "ratio",
-      "us: gateway", "services", "raw: requester", "raw: peers");
+      "most {} processes, and as many peers of raw Cyclone and of NATS; best of {} rounds. "
+      "Processor\n"
+      "time for each call in us: mean of the rounds, with the kernel's; NATS: all its processes.\n"
+      "{:>13}{:>10}{:>12}{:>8}{:>12}{:>8}{:>12}{:>12}{:>14}{:>14}{:>14}\n",
+      in_flight, options.processes, options.rounds, "", "calls/s", "raw calls/s", "ratio", "NATS",
+      "ratio", "us: gateway", "services", "raw: requester", "raw: peers", "NATS");
   std::map<std::uint32_t, Row> rows;
   bool complete = true;
   for (const std::uint32_t instances : options.instances) {
@@ -161,6 +178,7 @@ void measure_scaling_row(const ScalingOptions& options) {
   const std::uint32_t processes = std::min(instances, options.processes);
   Rounds ours;
   Rounds raw;
+  Rounds nats;
   for (std::uint32_t round = 0; round < options.rounds; ++round) {
     add_round_of_raw(raw, instances, processes);
     tell_row({{"raw_calls_per_second", raw.calls_per_second},
@@ -171,6 +189,12 @@ void measure_scaling_row(const ScalingOptions& options) {
               {"gateway", ours.asking},
               {"services", ours.answering},
               {"ratio", ours.calls_per_second / raw.calls_per_second}});
+    add_round_of_nats(nats, instances, processes);
+    if (nats.count > 0) {
+      tell_row({{"nats_calls_per_second", nats.calls_per_second},
+                {"nats_ratio", ours.calls_per_second / nats.calls_per_second},
+                {"nats", nats.asking + nats.answering}});
+    }
   }
 }
 

@@ -16,6 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 using tests::run_until;
+constexpr endpoints::Receiving directly = endpoints::Receiving::directly;
 
 TEST_F(Endpoints, CarryACallAndItsAnswer) {
   const auto sut = open_gateway();
@@ -262,7 +263,7 @@ TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
   RepliesAtOnce heard;
-  endpoints::ReplyEndpoint end(there, who, heard);
+  endpoints::ReplyEndpoint end(there, context.get_executor(), who, heard, directly);
   heard.end = &end;
   ASSERT_TRUE(until_ready(who));
   for (std::uint64_t number = 1; number <= 100; ++number) {
@@ -273,13 +274,33 @@ TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
   EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
 }
 
+// The executor sends the last replies of such a burst.
+TEST_F(Endpoints, CarryTheRepliesToRequestsThatComeTogether) {
+  const auto sut = open_gateway();
+  const InstanceIdentity who = identity();
+  RepliesAtOnce heard;
+  endpoints::ReplyEndpoint end(there, context.get_executor(), who, heard, directly);
+  heard.end = &end;
+  ASSERT_TRUE(until_ready(who));
+  constexpr std::size_t most = 100;
+  for (std::size_t burst = 1; burst <= most; ++burst) {
+    for (std::size_t channel = 1; channel <= burst; ++channel) {
+      ASSERT_TRUE(sut->publish(
+          request(burst, who, {.machine = "cnc", .channel = static_cast<std::uint16_t>(channel)})));
+    }
+    ASSERT_TRUE(until([&] { return gateway.replies.size() == burst; })) << burst;
+    gateway.replies.clear();
+  }
+}
+
 // The receiving thread may be in the listener at that moment.
 TEST_F(Endpoints, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
   const auto sut = open_gateway();
   for (std::uint64_t round = 0; round < 20; ++round) {
     const InstanceIdentity who = identity();
     RepliesAtOnce heard;
-    auto end = std::make_unique<endpoints::ReplyEndpoint>(there, who, heard);
+    auto end = std::make_unique<endpoints::ReplyEndpoint>(there, context.get_executor(), who, heard,
+                                                          directly);
     heard.end = end.get();
     ASSERT_TRUE(until_ready(who));
     for (std::uint64_t number = 1; number <= 50; ++number) {

@@ -157,20 +157,34 @@ TEST_F(DispatcherTest, PrefersTheLeastBusy) {
   }
   EXPECT_THAT(add(1), ElementsAre("1→1#1"));
   EXPECT_THAT(add(2), ElementsAre("2→2#1"));
-  EXPECT_THAT(add(3), ElementsAre("3→1#1"));
+  EXPECT_THAT(add(3), ElementsAre("3→2#1"));
   remove(1);
   remove(3);
   EXPECT_THAT(add(4), ElementsAre("4→1#1"));
 }
 
-TEST_F(DispatcherTest, AlternatesBetweenEquals) {
+TEST_F(DispatcherTest, PrefersTheInstanceThatWasUsedLast) {
   ready({1, 2, 3});
-  std::vector<std::string> given;
-  for (std::uint16_t channel = 1; channel <= 6; ++channel) {
-    given.push_back(add(channel).front());
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(add(2), ElementsAre("2→2#1"));
+  remove(1);
+  remove(2);
+  EXPECT_THAT(add(3), ElementsAre("3→2#1"));
+}
+
+TEST_F(DispatcherTest, GoesOnToTheInstanceThatIsUnusedLongestWithEvery64thCall) {
+  ready({1, 2, 3});
+  std::vector<std::string> changes;
+  std::string before;
+  for (std::uint16_t channel = 1; channel <= 200; ++channel) {
+    const std::string given = add(channel).front();
+    if (const std::string instance = given.substr(given.find("→")); instance != before) {
+      changes.push_back(given);
+      before = instance;
+    }
     remove(channel);
   }
-  EXPECT_THAT(given, ElementsAre("1→1#1", "2→2#1", "3→3#1", "4→1#1", "5→2#1", "6→3#1"));
+  EXPECT_THAT(changes, ElementsAre("1→1#1", "64→3#1", "128→2#1", "192→1#1"));
 }
 
 TEST_F(DispatcherTest, DispatchesNoMoreToAnInstanceThanItsConcurrency) {

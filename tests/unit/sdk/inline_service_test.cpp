@@ -146,7 +146,8 @@ TEST_F(InlineServiceTest, ReceivesTheNextCallAfterAListenerThatThrows) {
   FailingOnce listener;
   fabric::InstanceIdentity identity{
       .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
-  const fabric::endpoints::ReplyEndpoint sut(participant, identity, listener);
+  const fabric::endpoints::ReplyEndpoint sut(participant, context.get_executor(), identity,
+                                             listener, fabric::endpoints::Receiving::directly);
   ASSERT_TRUE(until([&] { return gateway.ready.contains(identity.id); }));
   for (const std::uint64_t number : {1U, 2U}) {
     call({.key = {.machine = "cnc", .channel = 1},
@@ -191,7 +192,9 @@ class InlineRunnerTest : public testing::Test {
  private:
   const tests::Domain domain;
   fabric::dds::Participant participant{{.domain = domain.number()}};
-  fabric::endpoints::ReplyEndpoint end{participant, identity, *sut};
+  boost::asio::io_context context;
+  fabric::endpoints::ReplyEndpoint end{participant, context.get_executor(), identity, *sut,
+                                       fabric::endpoints::Receiving::directly};
 };
 
 TEST_F(InlineRunnerTest, RunsEachCallAsItComes) {

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <thread>
 
+#include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -144,10 +145,13 @@ class PassingRunner : public RunnerTest {
                     .cancelled = [this](fabric::CallId call) { cancelled.push_back(call); }});
   tests::Domain domain;
   fabric::dds::Participant participant{{.domain = domain.number()}};
+  boost::asio::io_context context;
   fabric::endpoints::ReplyEndpoint end{
       participant,
+      context.get_executor(),
       {.id = self, .uuid = "weather", .name = "weather", .lease = std::chrono::milliseconds(500)},
-      *sut};
+      *sut,
+      fabric::endpoints::Receiving::directly};
 };
 
 TEST_F(PassingRunner, PassesOnWhatCameBeforeItsEndWasKnown) {
