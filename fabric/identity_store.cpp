@@ -21,13 +21,11 @@ std::optional<IdentityStore::Handle> IdentityStore::remove(Handle writer) {
   }
   const Handle participant = known.mapped();
   entries_.at(participant).there = false;
-  left_.push_back(participant);
-  if (left_.size() > most_departed) {
-    const auto oldest = entries_.find(left_.front());
-    if (oldest != entries_.end() && !oldest->second.there) {
-      entries_.erase(oldest);
+  if (const auto oldest = left_.put(participant)) {
+    const auto entry = entries_.find(oldest->key);
+    if (entry != entries_.end() && !entry->second.there) {
+      entries_.erase(entry);
     }
-    left_.pop_front();
   }
   return participant;
 }
@@ -44,13 +42,11 @@ void IdentityStore::unmatched(Handle writer) {
   if (known == writers_.end() || known->second.matched == 0 || --known->second.matched > 0) {
     return;
   }
-  left_writers_.push_back(writer);
-  if (left_writers_.size() > most_departed) {
-    const auto oldest = writers_.find(left_writers_.front());
-    if (oldest != writers_.end() && oldest->second.matched == 0) {
-      writers_.erase(oldest);
+  if (const auto oldest = left_writers_.put(writer)) {
+    const auto seen = writers_.find(oldest->key);
+    if (seen != writers_.end() && seen->second.matched == 0) {
+      writers_.erase(seen);
     }
-    left_writers_.pop_front();
   }
 }
 

@@ -8,13 +8,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "fabric/participant_identity.hpp"
 
 namespace millrace::fabric {
@@ -71,9 +71,8 @@ class IdentityStore {
   std::unordered_map<Handle, Handle> writers_of_identities_;
   std::unordered_map<Handle, Entry> entries_;
   std::unordered_map<Handle, Seen> writers_;
-  /// The first to be forgotten in front.
-  std::deque<Handle> left_;
-  std::deque<Handle> left_writers_;
+  base::Recent<Handle> left_{most_departed};
+  base::Recent<Handle> left_writers_{most_departed};
   std::set<std::string> revoked_;
 };
 

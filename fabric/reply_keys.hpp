@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <unordered_set>
 
-#include "fabric/recent_keys.hpp"
 #include "fabric/request_key.hpp"
 
 namespace millrace::fabric {
@@ -22,10 +21,10 @@ class ReplyKeys {
   /// others.
   static constexpr std::size_t most_others = 16'384;
 
-  void ask(const RequestKey& key) { asked_.use(key); }
+  void ask(const RequestKey& key) { asked_.put(key); }
 
   bool admits(const RequestKey& key) {
-    if (asked_.knows(key) || others_.contains(key)) {
+    if (asked_.contains(key) || others_.contains(key)) {
       return true;
     }
     if (others_.size() < most_others) {
@@ -40,7 +39,7 @@ class ReplyKeys {
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:
-  RecentKeys asked_{most_asked};
+  RecentRequests<> asked_{most_asked};
   std::unordered_set<RequestKey, RequestKeyHash> others_;
   std::uint64_t dropped_ = 0;
 };

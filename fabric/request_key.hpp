@@ -11,7 +11,9 @@
 #include <cstring>
 #include <functional>
 #include <string>
+#include <variant>
 
+#include "base/recent.hpp"
 #include "fabric/messages.hpp"
 
 namespace millrace::fabric {
@@ -44,6 +46,9 @@ struct RequestKeyHash {
     return ChannelKeyHash()(key.key) ^ key.epoch ^ instance;
   }
 };
+
+template <typename Value = std::monostate>
+using RecentRequests = base::Recent<RequestKey, Value, RequestKeyHash>;
 
 inline RequestKey key_of(const Request& request) {
   return {request.key, request.call.epoch, request.assigned, request.requester};

@@ -9,13 +9,12 @@
 
 #include <fmt/format.h>
 
-#include "fabric/dds/listeners.hpp"
 #include "fabric/endpoints/channel_status_writer.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/request_writers.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/wire/foreign_replies.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::endpoints {
@@ -34,7 +33,8 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
       : participant(own_participant),
         executor(std::move(own_executor)),
         listener(&own_listener),
-        liveness(executor, {.drain_heartbeats = [this] { drain_heartbeats(); },
+        liveness(executor, {.on_load = [this](auto writer, const InstanceLoad& load, bool is_theirs,
+                                              SteadyTime) { take(writer, load, is_theirs); },
                             .announce = [this] { announce(); }}),
         kind(own_kind) {}
 
@@ -47,7 +47,6 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   void drain_discovery();
   void update();
   void note_dropped();
-  void drain_replies();
   void take(const wire::Taken<Reply>& taken);
   void drain_heartbeats();
   void take(registry::EndpointHandle writer, const InstanceLoad& load, bool is_theirs);
@@ -70,7 +69,6 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   // Before the entities whose listeners wake them.
   std::optional<dds::PostOnce> discovery_post;
   std::optional<dds::MatchQueue> matches;
-  std::optional<dds::PostOnce> reply_post;
   std::optional<dds::PostOnce> heartbeat_post;
   std::optional<dds::PostOnce> readers_post;
   std::optional<dds::PostOnce> flush_post;
@@ -81,7 +79,7 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   std::vector<std::string> ignored;
   /// A warning that a stranger can cause ten thousand times a second is logged once.
   LogLimiter log_limiter;
-  std::optional<wire::ForeignReplies> replies;
+  wire::Subscription<Reply, wire::ForeignReplies> replies;
   /// The number of replies with too many keys, as reported.
   std::uint64_t reported_dropped = 0;
   std::optional<RequestWriters> request_writers;
@@ -109,15 +107,19 @@ void CallEndpoint::Impl::open() {
 
   discovery_post.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
   matches.emplace([this] { discovery_post->post(); });
-  reply_post.emplace(executor, weak_from_this(), [this] { drain_replies(); });
   heartbeat_post.emplace(executor, weak_from_this(), [this] { drain_heartbeats(); });
   request_writers.emplace(participant, executor, weak_from_this(), *matches);
 
-  const dds::Listener on_reply(dds_create_listener(nullptr));
-  reply_post->listen_for_data(on_reply.get());
-  matches->listen(on_reply.get());
-  replies.emplace(participant, wire::all_services(fabric()),
-                  wire::EndpointOptions{.listener = on_reply.get()});
+  const dds::Listener on_match(dds_create_listener(nullptr));
+  matches->listen(on_match.get());
+  replies = wire::Subscription<Reply, wire::ForeignReplies>(
+      participant, executor, wire::all_services(fabric()),
+      [this](const wire::Taken<Reply>& taken) {
+        if (taken.valid) {
+          take(taken);
+        }
+      },
+      {.endpoint = {.listener = on_match.get()}});
   liveness.open(participant, weak_from_this(), *discovery_post, *heartbeat_post);
 }
 
@@ -150,7 +152,7 @@ void CallEndpoint::Impl::drain_discovery() {
   }
   update();
   // An instance that leaves may have answered just before.
-  drain_replies();
+  replies.drain();
   announce();
 }
 
@@ -217,20 +219,6 @@ void CallEndpoint::Impl::note_dropped() {
   }
 }
 
-void CallEndpoint::Impl::drain_replies() {
-  while (listener != nullptr) {
-    const auto batch = replies->take();
-    if (batch.empty()) {
-      return;
-    }
-    for (const wire::Taken<Reply>& taken : batch) {
-      if (taken.valid && listener != nullptr) {
-        take(taken);
-      }
-    }
-  }
-}
-
 /// The writer decides which instance a reply is from, not the reply's contents.
 void CallEndpoint::Impl::take(const wire::Taken<Reply>& taken) {
   const Reply& reply = taken.value;
@@ -257,10 +245,7 @@ void CallEndpoint::Impl::ignore(registry::EndpointHandle stranger, const std::st
 }
 
 void CallEndpoint::Impl::drain_heartbeats() {
-  const auto use = [this](registry::EndpointHandle writer, const InstanceLoad& load, bool is_theirs,
-                          SteadyTime) { take(writer, load, is_theirs); };
-  while (listener != nullptr && liveness.take_heartbeats(use)) {
-  }
+  liveness.drain_heartbeats();
   // An instance that was silent may be heard again.
   announce();
 }

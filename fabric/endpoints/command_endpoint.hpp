@@ -44,7 +44,7 @@ class CommandEndpoint {
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// This participant, as in samples of built-in topics, was a receiver of the command: its instance,

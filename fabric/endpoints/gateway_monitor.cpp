@@ -12,10 +12,9 @@
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/authenticator.hpp"
-#include "fabric/dds/listeners.hpp"
 #include "fabric/key_owners.hpp"
 #include "fabric/log_limiter.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 
 namespace millrace::fabric::endpoints {
 
@@ -59,9 +58,9 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   void open();
   void subscribe_channels();
   void close();
-  void drain_machines();
-  void drain_channels();
-  void listen_for_losses(dds_listener_t* on_machine);
+  void drain();
+  [[nodiscard]] wire::SubscriptionOptions options(wire::Keep keep, const dds_listener_t* on_loss);
+  void listen_for_losses(dds_listener_t* on_loss);
   void take(const wire::Taken<MachineStatus>& taken);
   void take(const wire::Taken<ChannelStatus>& taken);
   void take_lost_writers();
@@ -69,6 +68,10 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   /// Removes the samples of revoked participants.
   void drop_revoked();
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
+  /// Reports the claims of lost writers, and removes the samples of those that have left.
+  template <typename IsLost, typename HasLeft, typename ChannelHasLeft>
+  void forget(const IsLost& is_lost, const HasLeft& has_left,
+              const ChannelHasLeft& channel_has_left);
   template <typename IsGone>
   void forget_channels(const IsGone& is_gone);
   /// Updates the owners of channels after claims have changed.
@@ -106,7 +109,7 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   /// Null once the watch is closed.
   GatewayMonitorListener* listener;
   const Of of;
-  // Before the readers that wake them.
+  // Before the subscriptions that wake them.
   std::optional<dds::PostOnce> machine_post;
   std::optional<dds::PostOnce> channel_post;
   std::optional<dds::Authenticator::ChangeQueue> identity_changes;
@@ -119,18 +122,18 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   /// Writers that are gone or taken for gone; locked, since Cyclone's threads add to it. DDS
   /// reports that for each writer, while the instance state covers all writers of a key.
   std::vector<Handle> lost_writers;
-  std::optional<wire::Reader<MachineStatus>> machines;
-  std::optional<wire::Reader<ChannelStatus>> channels;
+  wire::Subscription<MachineStatus> machines;
+  wire::Subscription<ChannelStatus> channels;
 };
 
 void GatewayMonitor::Impl::open() {
-  machine_post.emplace(executor, weak_from_this(), [this] { drain_machines(); });
-  const dds::Listener on_machine(dds_create_listener(nullptr));
-  machine_post->listen_for_data(on_machine.get());
-  listen_for_losses(on_machine.get());
-  machines.emplace(
-      participant, participant.options().fabric, of == Of::all ? wire::Keep::all : wire::Keep::last,
-      wire::EndpointOptions{.listener = on_machine.get(), .others_only = of == Of::others});
+  machine_post.emplace(executor, weak_from_this(), [this] { drain(); });
+  const dds::Listener on_loss(dds_create_listener(nullptr));
+  listen_for_losses(on_loss.get());
+  machines = wire::Subscription<MachineStatus>(
+      participant, *machine_post, participant.options().fabric,
+      [this](const wire::Taken<MachineStatus>& taken) { take(taken); },
+      options(of == Of::all ? wire::Keep::all : wire::Keep::last, on_loss.get()));
   if (participant.authenticator() != nullptr) {
     identity_changes.emplace(*participant.authenticator(), [this] { machine_post->post(); });
   }
@@ -140,17 +143,24 @@ void GatewayMonitor::Impl::subscribe_channels() {
   if (channels) {
     return;
   }
-  channel_post.emplace(executor, weak_from_this(), [this] { drain_channels(); });
-  const dds::Listener on_channel(dds_create_listener(nullptr));
-  channel_post->listen_for_data(on_channel.get());
+  channel_post.emplace(executor, weak_from_this(), [this] { channels.drain(); });
+  const dds::Listener on_loss(dds_create_listener(nullptr));
   if (of == Of::all) {
-    listen_for_losses(on_channel.get());
+    listen_for_losses(on_loss.get());
   }
   // Several gateways may have published one channel, and the newest sample need not be the
   // effective one.
-  channels.emplace(
-      participant, participant.options().fabric, wire::Keep::all,
-      wire::EndpointOptions{.listener = on_channel.get(), .others_only = of == Of::others});
+  channels = wire::Subscription<ChannelStatus>(
+      participant, *channel_post, participant.options().fabric,
+      [this](const wire::Taken<ChannelStatus>& taken) { take(taken); },
+      options(wire::Keep::all, on_loss.get()));
+}
+
+wire::SubscriptionOptions GatewayMonitor::Impl::options(wire::Keep keep,
+                                                        const dds_listener_t* on_loss) {
+  return {.keep = keep,
+          .endpoint = {.listener = on_loss, .others_only = of == Of::others},
+          .on_flooding = [this](const std::string& line) { warn_limited("keys", line, line); }};
 }
 
 void GatewayMonitor::Impl::close() {
@@ -160,25 +170,13 @@ void GatewayMonitor::Impl::close() {
   channels.reset();
 }
 
-void GatewayMonitor::Impl::drain_machines() {
+void GatewayMonitor::Impl::drain() {
   // The last samples come first: the end of a gateway is judged by them.
-  drain_channels();
-  // Each callback may close this watch.
-  while (listener != nullptr && machines) {
-    const auto batch = machines->take();
-    if (const auto flood = machines->take_flooding()) {
-      warn_limited("keys", *flood, *flood);
-    }
-    if (batch.empty()) {
-      take_lost_writers();
-      drop_revoked();
-      settle_channels();
-      return;
-    }
-    for (const wire::Taken<MachineStatus>& taken : batch) {
-      tell([&] { take(taken); });
-    }
-  }
+  channels.drain();
+  machines.drain();
+  take_lost_writers();
+  drop_revoked();
+  settle_channels();
 }
 
 /// No other gateway can publish that a gateway is gone. None ever disposes its key, so a disposed
@@ -234,7 +232,7 @@ void GatewayMonitor::Impl::warn_limited(const std::string& kind, const std::stri
   }
 }
 
-void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* listener_of_reader) {
+void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* on_loss) {
   const auto add = [](dds_entity_t, const dds_liveliness_changed_status_t status,
                       void* self) noexcept {
     auto& impl = *static_cast<Impl*>(self);
@@ -246,7 +244,7 @@ void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* listener_of_reader)
       impl.machine_post->post();
     }
   };
-  dds_lset_liveliness_changed_arg(listener_of_reader, add, this, true);
+  dds_lset_liveliness_changed_arg(on_loss, add, this, true);
 }
 
 void GatewayMonitor::Impl::take_lost_writers() {
@@ -263,14 +261,8 @@ void GatewayMonitor::Impl::take_lost_writers() {
   const auto is_gone_from = [](const std::vector<Handle>& matched) {
     return [&matched](Handle writer) { return std::ranges::count(matched, writer) == 0; };
   };
-  claims.each_from({}, [&](const ClaimKey& key, Claims::Sample& sample) {
-    if (std::ranges::count(lost, sample.writer) > 0) {
-      lose(key, sample.value);
-    }
-    return listener != nullptr;
-  });
-  claims.forget(is_gone_from(there));
-  forget_channels(is_gone_from(channels_there));
+  forget([&](Handle writer) { return std::ranges::count(lost, writer) > 0; }, is_gone_from(there),
+         is_gone_from(channels_there));
 }
 
 void GatewayMonitor::Impl::drop_revoked() {
@@ -280,29 +272,20 @@ void GatewayMonitor::Impl::drop_revoked() {
   const auto revoked = [this](Handle writer) {
     return participant.authenticator()->of_writer(writer).revoked;
   };
+  forget(revoked, revoked, revoked);
+}
+
+template <typename IsLost, typename HasLeft, typename ChannelHasLeft>
+void GatewayMonitor::Impl::forget(const IsLost& is_lost, const HasLeft& has_left,
+                                  const ChannelHasLeft& channel_has_left) {
   claims.each_from({}, [&](const ClaimKey& key, Claims::Sample& sample) {
-    if (revoked(sample.writer)) {
+    if (is_lost(sample.writer)) {
       lose(key, sample.value);
     }
     return listener != nullptr;
   });
-  claims.forget(revoked);
-  forget_channels(revoked);
-}
-
-void GatewayMonitor::Impl::drain_channels() {
-  while (listener != nullptr && channels) {
-    const auto batch = channels->take();
-    if (const auto flood = channels->take_flooding()) {
-      warn_limited("keys", *flood, *flood);
-    }
-    if (batch.empty()) {
-      return;
-    }
-    for (const wire::Taken<ChannelStatus>& taken : batch) {
-      tell([&] { take(taken); });
-    }
-  }
+  claims.forget(has_left);
+  forget_channels(channel_has_left);
 }
 
 void GatewayMonitor::Impl::take(const wire::Taken<ChannelStatus>& taken) {
@@ -381,7 +364,7 @@ void GatewayMonitor::subscribe_channels() {
 
 void GatewayMonitor::drain() {
   const auto alive = impl_;
-  alive->drain_machines();
+  alive->drain();
 }
 
 bool GatewayMonitor::is_gateway(registry::EndpointHandle participant,

@@ -21,7 +21,8 @@ SteadyTime now() {
 }  // namespace
 
 void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<void> alive,
-                           dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat) {
+                           dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat,
+                           int batches_per_turn) {
   alive_ = std::move(alive);
   on_endpoint_ = &on_endpoint;
   authenticator_ = participant.authenticator();
@@ -29,10 +30,15 @@ void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<vo
     registry_.require_authentication();
     identity_changes_.emplace(*authenticator_, [&on_endpoint] { on_endpoint.post(); });
   }
-  const dds::Listener heartbeat_listener(dds_create_listener(nullptr));
-  on_heartbeat.listen_for_data(heartbeat_listener.get());
-  heartbeats_.emplace(participant, participant.options().fabric, wire::Keep::last,
-                      wire::EndpointOptions{.listener = heartbeat_listener.get()});
+  heartbeats_ =
+      wire::Subscription<Heartbeat>(participant, on_heartbeat, participant.options().fabric,
+                                    [this](const wire::Taken<Heartbeat>& taken) { take(taken); },
+                                    {.keep = wire::Keep::last,
+                                     .batches_per_turn = batches_per_turn,
+                                     .on_flooding = [this](const std::string& line) {
+                                       flooding_ = line;
+                                       on_endpoint_->post();
+                                     }});
 
   const dds::Listener endpoint_listener(dds_create_listener(nullptr));
   on_endpoint.listen_for_data(endpoint_listener.get());
@@ -44,6 +50,18 @@ void LivenessMonitor::close() {
   identity_changes_.reset();
   heartbeats_.reset();
   discovery_.reset();
+}
+
+void LivenessMonitor::take(const wire::Taken<Heartbeat>& taken) {
+  const SteadyTime at = now();
+  // It may be the first heartbeat of an unknown process; the next one follows.
+  if (!taken.valid || !registry_.heartbeat(taken.writer, at)) {
+    return;
+  }
+  for (const InstanceLoad& load : taken.value.loads) {
+    owner_.on_load(taken.writer, load, registry_.heartbeats_for(taken.writer, load.status.instance),
+                   at);
+  }
 }
 
 Discovery::News LivenessMonitor::update() {
@@ -117,7 +135,8 @@ void LivenessMonitor::on_silence(SteadyTime due) {
   silence_at_.reset();
   const SteadyTime at = now();
   at - due > stall ? registry_.start_over(at) : registry_.stood_still(at - due);
-  owner_.drain_heartbeats();
+  // After a pause of this process, an instance whose heartbeats waited in that time is not silent.
+  drain_heartbeats();
   registry_.on_time(now());
   if (identity_changes_) {
     // A process without a proved identity is reported in its turn.

@@ -1,11 +1,11 @@
 // Which instances run: discovery and heartbeats feed a registry, and a timer fires when a process
 // has been silent for too long. For endpoints that use instances.
 //
-//   LivenessMonitor liveness(executor, {.drain_heartbeats = …, .announce = …});
-//   liveness.open(participant, weak_from_this(), on_endpoint, on_heartbeat);   // who posts for them
-//   liveness.update();                                   // in the turn that on_endpoint posts
-//   while (liveness.take_heartbeats([&](writer, load, is_theirs, at) { … })) {}      // in that of on_heartbeat
-//   for (const InstanceId& instance : liveness.changes().gone) …               // after either
+//   LivenessMonitor liveness(executor, {.on_load = …, .announce = …});
+//   liveness.open(participant, weak_from_this(), on_endpoint, on_heartbeat);
+//   liveness.update();                                             // in the turn of on_endpoint
+//   liveness.drain_heartbeats();                                   // in the turn of on_heartbeat
+//   for (const InstanceId& instance : liveness.changes().gone) …   // after both
 #pragma once
 
 #include <functional>
@@ -19,11 +19,10 @@
 #include <tl/expected.hpp>
 
 #include "fabric/dds/authenticator.hpp"
-#include "fabric/dds/listeners.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/endpoints/discovery.hpp"
 #include "fabric/registry/instance_registry.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::endpoints {
@@ -31,12 +30,14 @@ namespace millrace::fabric::endpoints {
 /// To be used on one executor, which runs one thing at a time.
 class LivenessMonitor {
  public:
-  /// Functions of the owner, called when silent instances must be found.
+  /// Functions of the owner.
   struct Owner {
-    /// Takes the heartbeats that have arrived: after a pause of this process, an instance whose
-    /// heartbeats waited in that time is not silent.
-    std::function<void()> drain_heartbeats;
-    /// Passes on changes().
+    /// A heartbeat names the load of an instance; `is_theirs` if the instance belongs to the
+    /// process that sent the heartbeat.
+    std::function<void(registry::EndpointHandle writer, const InstanceLoad& load, bool is_theirs,
+                       SteadyTime at)>
+        on_load;
+    /// Passes on changes(), when silent instances were searched.
     std::function<void()> announce;
   };
 
@@ -46,19 +47,17 @@ class LivenessMonitor {
   LivenessMonitor& operator=(const LivenessMonitor&) = delete;
 
   /// Throws std::runtime_error with Cyclone's reason. `alive` sees the owner gone; `on_endpoint`
-  /// and `on_heartbeat` outlive what is opened here, which close() ends.
+  /// and `on_heartbeat` outlive what is opened here, which close() ends. `batches_per_turn`
+  /// limits drain_heartbeats as SubscriptionOptions does.
   void open(const dds::Participant& participant, std::weak_ptr<void> alive,
-            dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat);
+            dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat, int batches_per_turn = 0);
   void close();
 
   /// Applies the news of discovery and of identities.
   Discovery::News update();
 
-  /// Takes a batch of heartbeats and calls use(writer, load, is_theirs, at) for what each says of
-  /// an instance: `is_theirs` if that instance is of the process that sends heartbeats. False if
-  /// there was none.
-  template <typename Use>
-  bool take_heartbeats(Use use);
+  /// Passes on the heartbeats that have arrived; true if there may be more.
+  bool drain_heartbeats() { return heartbeats_.drain(); }
 
   /// The changes since the last call; sets the timer.
   registry::InstanceRegistry::Changes changes();
@@ -66,6 +65,7 @@ class LivenessMonitor {
   [[nodiscard]] registry::InstanceRegistry& registry() { return registry_; }
 
  private:
+  void take(const wire::Taken<Heartbeat>& taken);
   void check_identities(Discovery::News& news);
   void await_silence();
   void on_silence(SteadyTime due);
@@ -74,7 +74,7 @@ class LivenessMonitor {
   std::weak_ptr<void> alive_;
   registry::InstanceRegistry registry_;
   std::optional<Discovery> discovery_;
-  std::optional<wire::Reader<Heartbeat>> heartbeats_;
+  wire::Subscription<Heartbeat> heartbeats_;
   /// The writer that sends heartbeats of ever new processes, until it was reported.
   std::optional<std::string> flooding_;
   /// Null without trust.
@@ -84,29 +84,6 @@ class LivenessMonitor {
   boost::asio::steady_timer silence_;
   std::optional<SteadyTime> silence_at_;
 };
-
-template <typename Use>
-bool LivenessMonitor::take_heartbeats(Use use) {
-  if (!heartbeats_) {
-    return false;
-  }
-  const auto batch = heartbeats_->take();
-  if (auto flood = heartbeats_->take_flooding()) {
-    flooding_ = *std::move(flood);
-    on_endpoint_->post();
-  }
-  const SteadyTime at = std::chrono::steady_clock::now();
-  for (const wire::Taken<Heartbeat>& taken : batch) {
-    // It may be the first heartbeat of an unknown process; the next one follows.
-    if (!taken.valid || !registry_.heartbeat(taken.writer, at)) {
-      continue;
-    }
-    for (const InstanceLoad& load : taken.value.loads) {
-      use(taken.writer, load, registry_.heartbeats_for(taken.writer, load.status.instance), at);
-    }
-  }
-  return !batch.empty();
-}
 
 // The endpoint of a process with instances: publishes that it runs, and the load of its instances.
 //

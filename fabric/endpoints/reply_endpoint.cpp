@@ -7,7 +7,6 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
-#include <unordered_map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,7 +14,6 @@
 #include "base/text/quoted.hpp"
 #include "fabric/dds/listeners.hpp"
 #include "fabric/log_limiter.hpp"
-#include "fabric/recent_keys.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
@@ -73,9 +71,7 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
                 wire::service_partition(own_participant.options().fabric, identity.uuid),
                 {.user_data = registry::format_instance(identity.id), .batched = true}) {}
 
-  void open(const boost::asio::any_io_executor& executor);
-  void open_directly(const boost::asio::any_io_executor& executor);
-  void read(const dds::Listener& on_request);
+  void open(const boost::asio::any_io_executor& executor, Receiving receiving);
   void close();
   void drain();
   void on_data() noexcept;
@@ -91,11 +87,10 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
   ReplyEndpointListener* listener;
   wire::Writer<Reply> replies;
   std::mutex answering;
-  RecentKeys answered{most_answered};
+  RecentRequests<> answered{most_answered};
   /// Which authorized requester sent which request: an unauthorized one is not recorded, and only
   /// the requester itself can withdraw. Guarded by `answering`.
-  RecentKeys asked{most_answered};
-  std::unordered_map<RequestKey, std::uint64_t, RequestKeyHash> requesters;
+  RecentRequests<std::uint64_t> requesters{most_answered};
   LogLimiter log_limiter;
   /// The thread that is reading requests: its replies are sent together.
   std::atomic<std::thread::id> reading{};
@@ -110,31 +105,24 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<Request>> requests;
 };
 
-void ReplyEndpoint::Impl::open(const boost::asio::any_io_executor& executor) {
-  post.emplace(executor, weak_from_this(), [this] {
-    drain();
-    flush();
-  });
+void ReplyEndpoint::Impl::open(const boost::asio::any_io_executor& executor, Receiving receiving) {
   const dds::Listener on_request(dds_create_listener(nullptr));
-  post->listen_for_data(on_request.get());
-  read(on_request);
-}
-
-void ReplyEndpoint::Impl::open_directly(const boost::asio::any_io_executor& executor) {
-  serial.emplace([this] {
-    drain();
-    flush();
-  });
-  post.emplace(executor, weak_from_this(), [this] { serial->run(); });
-  const dds::Listener on_request(dds_create_listener(nullptr));
-  dds_lset_data_available_arg(
-      on_request.get(),
-      [](dds_entity_t, void* self) noexcept { static_cast<Impl*>(self)->on_data(); }, this, true);
-  read(on_request);
-  serial->open();
-}
-
-void ReplyEndpoint::Impl::read(const dds::Listener& on_request) {
+  if (receiving == Receiving::directly) {
+    serial.emplace([this] {
+      drain();
+      flush();
+    });
+    post.emplace(executor, weak_from_this(), [this] { serial->run(); });
+    dds_lset_data_available_arg(
+        on_request.get(),
+        [](dds_entity_t, void* self) noexcept { static_cast<Impl*>(self)->on_data(); }, this, true);
+  } else {
+    post.emplace(executor, weak_from_this(), [this] {
+      drain();
+      flush();
+    });
+    post->listen_for_data(on_request.get());
+  }
   requests.emplace(
       participant,
       wire::request_partition(participant.options().fabric, identity.uuid, identity.id),
@@ -143,6 +131,9 @@ void ReplyEndpoint::Impl::read(const dds::Listener& on_request) {
       wire::EndpointOptions{.user_data = registry::format_identity(identity),
                             .listener = on_request.get(),
                             .deliver_unauthorized = true});
+  if (serial) {
+    serial->open();
+  }
 }
 
 void ReplyEndpoint::Impl::close() {
@@ -232,23 +223,18 @@ void ReplyEndpoint::Impl::add_requester(const wire::Taken<Request>& taken) {
   {
     const std::lock_guard lock(answering);
     const bool asks = taken.valid && !is_withdrawal(taken.value);
-    if (asks) {
-      if (const auto old = asked.use(any_of(key))) {
-        requesters.erase(*old);
-      }
-    }
-    const auto known = requesters.find(any_of(key));
-    if (known == requesters.end()) {
+    std::uint64_t* const known = asks ? requesters.use(any_of(key)) : requesters.find(any_of(key));
+    if (known == nullptr) {
       if (asks) {
-        requesters.emplace(any_of(key), key.requester);
+        requesters.put(any_of(key), key.requester);
       }
       return;
     }
-    if (known->second == key.requester || taken.instance_state == wire::InstanceState::no_writers) {
+    if (*known == key.requester || taken.instance_state == wire::InstanceState::no_writers) {
       return;
     }
     if (asks) {
-      known->second = key.requester;
+      *known = key.requester;
     }
     if (auto line = log_limiter.admit(
             "requester", std::to_string(taken.writer),
@@ -291,8 +277,9 @@ void ReplyEndpoint::Impl::decline(const wire::Taken<Request>& taken) {
 
 tl::expected<void, std::string> ReplyEndpoint::Impl::answer(const Reply& reply) {
   const std::lock_guard lock(answering);
-  if (const auto old = answered.use(key_of(reply))) {
-    replies.unregister({.key = old->key, .instance = identity.id, .call = {.epoch = old->epoch}});
+  if (const auto old = answered.put(key_of(reply))) {
+    replies.unregister(
+        {.key = old->key.key, .instance = identity.id, .call = {.epoch = old->key.epoch}});
   }
   auto written = replies.write(reply);
   unsent = reading == std::this_thread::get_id();
@@ -319,11 +306,7 @@ ReplyEndpoint::ReplyEndpoint(dds::Participant& participant,
                              InstanceIdentity identity, ReplyEndpointListener& listener,
                              Receiving receiving)
     : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
-  if (receiving == Receiving::directly) {
-    impl_->open_directly(executor);
-  } else {
-    impl_->open(executor);
-  }
+  impl_->open(executor, receiving);
 }
 
 ReplyEndpoint::~ReplyEndpoint() {

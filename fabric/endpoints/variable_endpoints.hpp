@@ -46,7 +46,7 @@ class VariableReplyEndpoint {
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// Likewise.
@@ -69,7 +69,7 @@ class VariableRequestEndpoint {
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace millrace::fabric::endpoints

@@ -78,32 +78,26 @@ bool Context::was_given(const Reply& reply) const {
 }
 
 const Command* Context::find_command(const InstanceId& id) const {
-  return find(commands_, id);
+  return commands_.find(id);
 }
 
 void Context::remember(const Entry& entry) {
   if (const auto* command = std::get_if<Command>(&entry.sample)) {
-    if (commands_.try_emplace(command->id, *command).second) {
-      commands_in_turn_.push_back(command->id);
-      if (commands_in_turn_.size() > most_commands) {
-        commands_.erase(commands_in_turn_.front());
-        commands_in_turn_.pop_front();
-      }
+    if (!commands_.contains(command->id)) {
+      commands_.put(command->id, *command);
     }
   } else if (const auto* request = std::get_if<Request>(&entry.sample)) {
     pending_.insert_or_assign(key_of(*request), Pending{request->call, entry.uuid});
-    if (const auto old = recent_.use(key_of(*request))) {
-      pending_.erase(*old);
+    if (const auto old = recent_.put(key_of(*request))) {
+      pending_.erase(old->key);
     }
   } else if (const auto* news = std::get_if<InstanceNews>(&entry.sample)) {
     // An instance that is gone may still be heard of: its last replies come on another way.
     if (news->change == Change::ready) {
       uuid_of_instance_.insert_or_assign(news->identity.id, news->identity.uuid);
     } else if (news->change == Change::gone && uuid_of_instance_.contains(news->identity.id)) {
-      gone_.push_back(news->identity.id);
-      if (gone_.size() > most_gone) {
-        uuid_of_instance_.erase(gone_.front());
-        gone_.pop_front();
+      if (const auto old = gone_.put(news->identity.id)) {
+        uuid_of_instance_.erase(old->key);
       }
     }
   }

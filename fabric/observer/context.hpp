@@ -1,12 +1,11 @@
 // Completes samples with members that they leave out, from the samples before them.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <string>
 
 #include "fabric/observer/entry.hpp"
-#include "fabric/recent_keys.hpp"
+#include "fabric/request_key.hpp"
 
 namespace millrace::fabric::observer {
 
@@ -44,13 +43,10 @@ class Context {
   void for_each_requester(const RequestKey& from, const Use& use) const;
 
   std::map<InstanceId, std::string> uuid_of_instance_;
-  /// Of those that are gone, the one that went first in front.
-  std::deque<InstanceId> gone_;
+  base::Recent<InstanceId> gone_{most_gone};
   std::map<RequestKey, Pending> pending_;
-  RecentKeys recent_{most_pending};
-  std::map<InstanceId, Command> commands_;
-  /// The first one in front.
-  std::deque<InstanceId> commands_in_turn_;
+  RecentRequests<> recent_{most_pending};
+  base::Recent<InstanceId, Command> commands_{most_commands};
 };
 
 }  // namespace millrace::fabric::observer

@@ -14,7 +14,7 @@
 #include "fabric/observer/alarms.hpp"
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 
 namespace millrace::fabric::observer {
 
@@ -67,7 +67,8 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
       : participant(own_participant),
         interest(own_interest),
         listener(&own_listener),
-        liveness(executor, {.drain_heartbeats = [this] { drain_heartbeats(); },
+        liveness(executor, {.on_load = [this](auto, const InstanceLoad& load, bool is_theirs,
+                                              SteadyTime at) { take(load, is_theirs, at); },
                             .announce = [this] { report_changes(); }}) {
     liveness.registry().match_all();
   }
@@ -76,18 +77,27 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   void close();
   bool drain();
   void drain_discovery();
-  bool drain_heartbeats();
+  void take(const InstanceLoad& load, bool is_theirs, SteadyTime at);
   void report_changes();
   void report_ignored();
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
   void hand_out(Sample sample);
 
   template <typename Value>
-  void open(std::optional<wire::Reader<Value>>& reader, const std::string& partition) {
-    const dds::Listener on_data(dds_create_listener(nullptr));
-    post->listen_for_data(on_data.get());
-    reader.emplace(participant, partition, wire::Keep::all,
-                   wire::EndpointOptions{.listener = on_data.get()});
+  void open(wire::Subscription<Value>& samples, const std::string& partition) {
+    samples = wire::Subscription<Value>(
+        participant, *post, partition,
+        [this](wire::Taken<Value>& taken) {
+          if (taken.valid && !counts(taken)) {
+            return;
+          }
+          if (auto sample = news_of(std::move(taken))) {
+            hand_out(std::move(*sample));
+          }
+        },
+        wire::SubscriptionOptions{
+            .batches_per_turn = batches_per_turn,
+            .on_flooding = [this](const std::string& line) { warn_limited("keys", line, line); }});
   }
 
   /// Whether the writer is allowed to publish this sample; if not, it is reported.
@@ -103,7 +113,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   void ignore(dds_instance_handle_t writer, const std::string& program, const std::string& what);
 
   template <typename Use>
-  void for_each_reader(Use use) {
+  void for_each_topic(Use use) {
     use(requests);
     use(replies);
     use(events);
@@ -154,29 +164,6 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
 
   void drop_gone_alarms();
 
-  /// One turn of a reader; true if there may be more.
-  template <typename Value>
-  bool drain(std::optional<wire::Reader<Value>>& reader) {
-    for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
-      auto batch = reader->take();
-      if (const auto flood = reader->take_flooding()) {
-        warn_limited("keys", *flood, *flood);
-      }
-      if (batch.empty() || listener == nullptr) {
-        return false;
-      }
-      for (wire::Taken<Value>& taken : batch) {
-        if (listener == nullptr || (taken.valid && !counts(taken))) {
-          continue;
-        }
-        if (auto sample = news_of(std::move(taken))) {
-          hand_out(std::move(*sample));
-        }
-      }
-    }
-    return listener != nullptr && reader;
-  }
-
   dds::Participant& participant;
   const Interest interest;
   /// Null once the observer is closed.
@@ -190,16 +177,16 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   std::optional<dds::Authenticator::ChangeQueue> identity_changes;
   std::optional<endpoints::GatewayMonitor> gateways;
   Loads loads;
-  std::optional<wire::Reader<Request>> requests;
-  std::optional<wire::Reader<Reply>> replies;
-  std::optional<wire::Reader<Event>> events;
-  std::optional<wire::Reader<Command>> commands;
-  std::optional<wire::Reader<Outcome>> outcomes;
-  std::optional<wire::Reader<DataSample>> data;
-  std::optional<wire::Reader<ProgramEvent>> programs;
+  wire::Subscription<Request> requests;
+  wire::Subscription<Reply> replies;
+  wire::Subscription<Event> events;
+  wire::Subscription<Command> commands;
+  wire::Subscription<Outcome> outcomes;
+  wire::Subscription<DataSample> data;
+  wire::Subscription<ProgramEvent> programs;
   Alarms known_alarms;
   AlarmOwners alarm_owners;
-  std::optional<wire::Reader<Alarm>> alarms;
+  wire::Subscription<Alarm> alarms;
 };
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
@@ -219,7 +206,7 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   gateways.emplace(participant, executor, *this, endpoints::GatewayMonitor::Of::all);
   gateways->subscribe_channels();
   if (interest != Interest::calls) {
-    liveness.open(participant, weak_from_this(), *post, *post);
+    liveness.open(participant, weak_from_this(), *post, *post, batches_per_turn);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -237,7 +224,7 @@ void Observer::Impl::close() {
   listener = nullptr;
   identity_changes.reset();
   gateways.reset();
-  for_each_reader([](auto& reader) { reader.reset(); });
+  for_each_topic([](auto& samples) { samples.reset(); });
   liveness.close();
 }
 
@@ -246,8 +233,9 @@ bool Observer::Impl::drain() {
   if (gateways) {
     gateways->drain();
   }
-  bool more = drain_heartbeats();
-  for_each_reader([&](auto& reader) { more = drain(reader) || more; });
+  bool more = liveness.drain_heartbeats();
+  report_changes();
+  for_each_topic([&](auto& samples) { more = samples.drain() || more; });
   drop_gone_alarms();
   report_ignored();
   if (more) {
@@ -270,19 +258,10 @@ void Observer::Impl::drain_discovery() {
 }
 
 /// Only heartbeats whose load is news are handed out.
-bool Observer::Impl::drain_heartbeats() {
-  const auto use = [this](registry::EndpointHandle, const InstanceLoad& load, bool is_theirs,
-                          SteadyTime at) {
-    if (is_theirs && loads.is_news(load.status, at)) {
-      hand_out(load.status);
-    }
-  };
-  bool more = true;
-  for (int i = 0; i < batches_per_turn && more; ++i) {
-    more = listener != nullptr && liveness.take_heartbeats(use);
+void Observer::Impl::take(const InstanceLoad& load, bool is_theirs, SteadyTime at) {
+  if (is_theirs && loads.is_news(load.status, at)) {
+    hand_out(load.status);
   }
-  report_changes();
-  return more;
 }
 
 void Observer::Impl::report_changes() {
@@ -349,7 +328,7 @@ bool Observer::Impl::counts(wire::Taken<Reply>& taken) {
   }
   const bool is_its = speaks();
   if (is_its && !context.was_given(reply)) {
-    drain(requests);
+    requests.drain();
   }
   if (is_its && context.was_given(reply)) {
     return true;
@@ -365,7 +344,7 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
   const Outcome& outcome = taken.value;
   const dds_instance_handle_t who = outcomes->participant_of(taken.writer);
   if (context.find_command(outcome.command) == nullptr) {
-    drain(commands);
+    commands.drain();
   }
   const auto is_its = [&] {
     const Command* const command = context.find_command(outcome.command);
@@ -443,9 +422,9 @@ bool Observer::drain() {
 Counts Observer::counts() const {
   Counts counts{.delivered = impl_->delivered,
                 .lost = impl_->gateways ? impl_->gateways->lost() : 0};
-  impl_->for_each_reader([&](const auto& reader) {
-    if (reader) {
-      counts.lost += reader->lost();
+  impl_->for_each_topic([&](const auto& samples) {
+    if (samples) {
+      counts.lost += samples->lost();
     }
   });
   return counts;

@@ -63,10 +63,7 @@ void InstanceRegistry::endpoint_gone(EndpointHandle handle) {
   matched_.erase(handle);
   forget_reader(handle);
   if (const auto writer = writers_.find(handle); writer != writers_.end()) {
-    departed_.emplace_back(handle, writer->second);
-    if (departed_.size() > most_departed) {
-      departed_.pop_front();
-    }
+    departed_.put(handle, writer->second);
   }
   forget_writer(handle);
   if (const auto heartbeats = heartbeat_writers_.extract(handle); !heartbeats.empty()) {
@@ -162,13 +159,7 @@ void InstanceRegistry::authenticated_gone(EndpointHandle participant) {
   if (names_.erase(participant) == 0) {
     return;
   }
-  if (gone_names_.insert(participant).second) {
-    gone_in_turn_.push_back(participant);
-  }
-  if (gone_in_turn_.size() > most_departed) {
-    gone_names_.erase(gone_in_turn_.front());
-    gone_in_turn_.pop_front();
-  }
+  gone_names_.put(participant);
   if (const auto process = processes_.find(participant); process != processes_.end()) {
     touch_all_of(process->second);
   }
@@ -255,8 +246,7 @@ const InstanceRegistry::Writer* InstanceRegistry::writer_of(EndpointHandle handl
   if (const auto found = writers_.find(handle); found != writers_.end()) {
     return &found->second;
   }
-  const auto left = std::ranges::find(departed_, handle, [](const auto& one) { return one.first; });
-  return left == departed_.end() ? nullptr : &left->second;
+  return departed_.find(handle);
 }
 
 bool InstanceRegistry::speaks_for(EndpointHandle handle, const InstanceId& instance) const {

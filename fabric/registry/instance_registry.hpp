@@ -12,7 +12,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -21,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "fabric/messages.hpp"
 #include "fabric/moment.hpp"
 
@@ -170,15 +170,13 @@ class InstanceRegistry {
   /// By participant.
   std::map<EndpointHandle, Process> processes_;
   /// The writers that left last; handles are not used twice.
-  std::deque<std::pair<EndpointHandle, Writer>> departed_;
+  base::Recent<EndpointHandle, Writer> departed_{most_departed};
   std::unordered_set<EndpointHandle> matched_;
   bool match_all_ = false;
   bool authentication_required_ = false;
   /// The proved name, by participant.
   std::map<EndpointHandle, std::string> names_;
-  /// Of those that are gone, the first one in front.
-  std::set<EndpointHandle> gone_names_;
-  std::deque<EndpointHandle> gone_in_turn_;
+  base::Recent<EndpointHandle> gone_names_{most_departed};
   std::vector<std::pair<InstanceId, std::string>> unauthenticated_;
   std::map<InstanceId, InstanceIdentity> announced_;
   /// Instances that may have changed since the last call of changes().

@@ -21,15 +21,10 @@ void KeyLimit::watch(const dds::Entity& topic) {
 
 bool KeyLimit::admits(dds_instance_handle_t writer, dds_instance_handle_t key) {
   const std::lock_guard guard(lock_);
-  const auto [known, is_new] = keys_.try_emplace(writer);
-  if (is_new) {
-    writers_.push_back(writer);
-    if (writers_.size() > most_writers) {
-      keys_.erase(writers_.front());
-      writers_.pop_front();
-    }
+  if (keys_.use(writer) == nullptr) {
+    keys_.put(writer);
   }
-  auto& keys = known->second;
+  auto& keys = keys_.newest();
   if (keys.size() >= most_ && !keys.contains(key)) {
     flooding_ = writer;
     return false;

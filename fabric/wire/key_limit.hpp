@@ -10,19 +10,20 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 
+#include "base/recent.hpp"
 #include "fabric/dds/entity.hpp"
 
 namespace millrace::fabric::wire {
 
 class KeyLimit {
  public:
-  /// Far more than a fabric has. Beyond that the oldest one is removed, with its keys.
+  /// Far more than a fabric has. Beyond that the one that was silent for longest is removed, with
+  /// its keys.
   static constexpr std::size_t most_writers = 4'096;
 
   /// `most` keys of each writer.
@@ -56,11 +57,9 @@ class KeyLimit {
   mutable std::mutex lock_;
   std::uint64_t admitted_ = 0;
   /// By writer: each key, and the number of its last admitted sample.
-  std::unordered_map<dds_instance_handle_t,
-                     std::unordered_map<dds_instance_handle_t, std::uint64_t>>
-      keys_;
-  /// The first one in front.
-  std::deque<dds_instance_handle_t> writers_;
+  base::Recent<dds_instance_handle_t, std::unordered_map<dds_instance_handle_t, std::uint64_t>,
+               std::hash<dds_instance_handle_t>>
+      keys_{most_writers};
   std::optional<dds_instance_handle_t> flooding_;
 };
 

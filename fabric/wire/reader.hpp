@@ -11,11 +11,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "base/recent.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/wire/authorizer.hpp"
 #include "fabric/wire/codec.hpp"
@@ -120,8 +120,9 @@ class Reader {
   dds::Entity topic_;
   dds::Entity subscriber_;
   dds_entity_t reader_ = 0;
-  /// By writer.
-  std::unordered_map<dds_instance_handle_t, dds_instance_handle_t> participants_;
+  /// By writer; far more than there are at a time.
+  base::Recent<dds_instance_handle_t, dds_instance_handle_t, std::hash<dds_instance_handle_t>>
+      participants_{16'384};
 };
 
 /// Gives samples back to Cyclone, also if their use throws.
@@ -307,16 +308,11 @@ std::optional<std::string> Reader<Value>::take_flooding() {
 
 template <typename Value>
 dds_instance_handle_t Reader<Value>::participant_of(dds_instance_handle_t writer) {
-  // Far more than there are at a time; present ones are looked up again.
-  constexpr std::size_t most = 16'384;
-  if (participants_.size() > most) {
-    participants_.clear();
+  if (const dds_instance_handle_t* const known = participants_.use(writer)) {
+    return *known;
   }
-  const auto [known, is_new] = participants_.try_emplace(writer, DDS_HANDLE_NIL);
-  if (is_new) {
-    known->second = wire::participant_of(reader_, writer);
-  }
-  return known->second;
+  participants_.put(writer, wire::participant_of(reader_, writer));
+  return participants_.newest();
 }
 
 template <typename Value>

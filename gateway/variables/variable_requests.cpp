@@ -112,12 +112,11 @@ bool VariableRequests::answered_before(const VariableRequest& request) {
       })) {
     return true;
   }
-  const auto done = std::ranges::find(done_writes_, request.token,
-                                      [](const Output::Answer& one) { return one.reply.token; });
-  if (done != done_writes_.end() && done->requester == request.requester) {
+  const Output::Answer* const done = done_writes_.find(request.token);
+  if (done != nullptr && done->requester == request.requester) {
     output_.answers.push_back(*done);
   }
-  return done != done_writes_.end();
+  return done != nullptr;
 }
 
 void VariableRequests::on_request(const VariableRequest& request, Moment now) {

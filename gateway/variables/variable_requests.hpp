@@ -16,7 +16,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -25,6 +24,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "cnc/variables/layout.hpp"
 #include "fabric/variables.hpp"
 #include "gateway/data/rate_limit.hpp"
@@ -187,7 +187,7 @@ class VariableRequests {
   std::uint64_t step_ = 0;
   bool resolved_last_ = false;
   /// Finished writes, by their tokens: a requester that missed the reply asks again.
-  std::deque<Output::Answer> done_writes_;
+  base::Recent<fabric::InstanceId, Output::Answer> done_writes_{256};
   data::RateLimit refusals_;
   std::uint64_t unreported_refusals_ = 0;
   Output output_;

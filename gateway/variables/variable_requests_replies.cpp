@@ -163,16 +163,12 @@ std::vector<fabric::VariableResult> VariableRequests::results_of(const OpenReque
 
 void VariableRequests::answer(const VariableRequest& request, fabric::VariableReply reply,
                               Moment now) {
-  constexpr std::size_t most_done = 256;
   reply.token = request.token;
   reply.reason = truncate_reason(std::move(reply.reason));
   reply.at = now.wall;
   output_.answers.push_back({request.requester, std::move(reply)});
   if (request.action == VariableAction::write) {
-    done_writes_.push_back(output_.answers.back());
-    if (done_writes_.size() > most_done) {
-      done_writes_.pop_front();
-    }
+    done_writes_.put(request.token, output_.answers.back());
   }
 }
 

@@ -2,9 +2,8 @@
 
 #include <optional>
 
-#include "fabric/dds/listeners.hpp"
 #include "fabric/observer/alarms.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 
 namespace millrace::tools::bus {
 
@@ -15,39 +14,34 @@ struct AlarmReader::Impl : std::enable_shared_from_this<Impl> {
 
   void open(const fabric::dds::Participant& participant,
             const boost::asio::any_io_executor& executor) {
-    post.emplace(executor, weak_from_this(), [this] { take(); });
-    const fabric::dds::Listener on_data(dds_create_listener(nullptr));
-    post->listen_for_data(on_data.get());
-    reader.emplace(participant, participant.options().fabric, wire::Keep::all,
-                   wire::EndpointOptions{.listener = on_data.get()});
+    post.emplace(executor, weak_from_this(), [this] { drain(); });
+    alarms = wire::Subscription<fabric::Alarm>(
+        participant, *post, participant.options().fabric,
+        [this](wire::Taken<fabric::Alarm>& taken) { take(taken); });
   }
 
-  void take() {
-    while (reader) {
-      auto batch = reader->take();
-      if (batch.empty()) {
-        return;
-      }
-      for (wire::Taken<fabric::Alarm>& taken : batch) {
-        auto kept = owners.take(taken.value.key, taken.writer, taken.valid,
-                                taken.instance_state == wire::InstanceState::alive);
-        if (!kept) {
-          continue;
-        }
-        taken.value.key = std::move(kept->key);
-        kept->is_over ? listener.on_alarm_gone(taken.value.key) : listener.on_alarm(taken.value);
-      }
-      for (const fabric::AlarmKey& key : owners.gone(reader->matched())) {
-        listener.on_alarm_gone(key);
-      }
+  void drain() {
+    alarms.drain();
+    for (const fabric::AlarmKey& key : owners.gone(alarms->matched())) {
+      listener.on_alarm_gone(key);
     }
+  }
+
+  void take(wire::Taken<fabric::Alarm>& taken) {
+    auto kept = owners.take(taken.value.key, taken.writer, taken.valid,
+                            taken.instance_state == wire::InstanceState::alive);
+    if (!kept) {
+      return;
+    }
+    taken.value.key = std::move(kept->key);
+    kept->is_over ? listener.on_alarm_gone(taken.value.key) : listener.on_alarm(taken.value);
   }
 
   AlarmListener& listener;
   fabric::observer::AlarmOwners owners;
-  // Before the reader that wakes it.
+  // Before the subscription that wakes it.
   std::optional<fabric::dds::PostOnce> post;
-  std::optional<wire::Reader<fabric::Alarm>> reader;
+  wire::Subscription<fabric::Alarm> alarms;
 };
 
 AlarmReader::AlarmReader(const fabric::dds::Participant& participant,
@@ -57,7 +51,7 @@ AlarmReader::AlarmReader(const fabric::dds::Participant& participant,
 }
 
 AlarmReader::~AlarmReader() {
-  impl_->reader.reset();
+  impl_->alarms.reset();
 }
 
 }  // namespace millrace::tools::bus

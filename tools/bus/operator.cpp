@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "base/posix/system.hpp"
-#include "fabric/dds/listeners.hpp"
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/endpoints/discovery.hpp"
@@ -20,7 +19,7 @@
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/registry/instance_registry.hpp"
-#include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::tools::bus {
@@ -41,15 +40,15 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
         writer_(participant, participant.options().fabric) {}
 
   void open(boost::asio::io_context& io) {
-    post_.emplace(io.get_executor(), weak_from_this(), [this] { take(); });
-    const fabric::dds::Listener on_outcome(dds_create_listener(nullptr));
-    post_->listen_for_data(on_outcome.get());
-    const std::string& fabric = participant_.options().fabric;
-    const fabric::wire::EndpointOptions options{.listener = on_outcome.get()};
-    discovery_.emplace(participant_, on_outcome.get());
+    post_.emplace(io.get_executor(), weak_from_this(), [this] { drain(); });
+    const fabric::dds::Listener on_endpoint(dds_create_listener(nullptr));
+    post_->listen_for_data(on_endpoint.get());
+    discovery_.emplace(participant_, on_endpoint.get());
     gateways_.emplace(participant_, io.get_executor(), *this,
                       fabric::endpoints::GatewayMonitor::Of::all);
-    outcomes_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
+    outcomes_ = fabric::wire::Subscription<fabric::Outcome>(
+        participant_, *post_, participant_.options().fabric,
+        [this](const fabric::wire::Taken<fabric::Outcome>& taken) { take(taken); });
   }
 
   /// Sends what has no outcome yet.
@@ -80,19 +79,19 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     Clock::time_point at;
   };
 
-  void take() {
+  void drain() {
     discovery_->drain(registry_, Clock::now());
-    for (auto batch = outcomes_->take(); !batch.empty(); batch = outcomes_->take()) {
-      for (const fabric::wire::Taken<fabric::Outcome>& taken : batch) {
-        // Far more than the receivers; a stranger can send any number.
-        constexpr std::size_t most = 1024;
-        if (taken.valid && sent_.contains(taken.value.command) && said_.size() < most) {
-          said_.push_back({taken.value, outcomes_->participant_of(taken.writer),
-                           outcomes_->program_of(taken.writer), Clock::now()});
-        }
-      }
-    }
+    outcomes_.drain();
     hear();
+  }
+
+  void take(const fabric::wire::Taken<fabric::Outcome>& taken) {
+    // Far more than the receivers; a stranger can send any number.
+    constexpr std::size_t most = 1024;
+    if (taken.valid && sent_.contains(taken.value.command) && said_.size() < most) {
+      said_.push_back({taken.value, outcomes_->participant_of(taken.writer),
+                       outcomes_->program_of(taken.writer), Clock::now()});
+    }
   }
 
   /// The publisher may become known only now.
@@ -139,7 +138,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   std::optional<fabric::dds::PostOnce> post_;
   std::optional<fabric::endpoints::Discovery> discovery_;
   std::optional<fabric::endpoints::GatewayMonitor> gateways_;
-  std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
+  fabric::wire::Subscription<fabric::Outcome> outcomes_;
   fabric::registry::InstanceRegistry registry_;
   std::vector<ReceivedOutcome> said_;
 };

@@ -41,45 +41,28 @@ void HopStatistics::add(const Entry& entry) {
   if (!shows_a_step || id == fabric::CallId{}) {
     return;
   }
-  const auto [open, is_new] = open_.try_emplace(id);
-  if (is_new) {
-    open->second = {next_turn_, Call(id, Call::Texts::left_out)};
-    turns_.emplace(next_turn_++, id);
+  if (!open_.contains(id)) {
+    if (const auto oldest = open_.put(id, Call(id, Call::Texts::left_out))) {
+      count(oldest->value);
+    }
   }
-  Call& call = open->second.call;
+  Call& call = *open_.find(id);
   call.add(entry);
   const Step* const end = call.end();
   if (end != nullptr && end->stage == Stage::withdrawn) {
-    close(open);
+    open_.erase(id);
   } else if (end != nullptr && call.of_attempt(Stage::answered, end->attempt) != nullptr &&
              call.of_attempt(Stage::dispatched, end->attempt) != nullptr) {
     count(call);
-    close(open);
+    open_.erase(id);
   }
-  forget_oldest();
 }
 
 void HopStatistics::close() {
-  for (const auto& [id, open] : open_) {
-    count(open.call);
+  for (const auto& [id, call] : open_) {
+    count(call);
   }
   open_.clear();
-  turns_.clear();
-}
-
-void HopStatistics::close(OpenCalls::iterator call) {
-  turns_.erase(call->second.turn);
-  open_.erase(call);
-}
-
-void HopStatistics::forget_oldest() {
-  // More than all channels have running; older ones wait for samples that were lost.
-  constexpr std::size_t most = 4096;
-  if (open_.size() > most) {
-    const auto oldest = open_.find(turns_.begin()->second);
-    count(oldest->second.call);
-    close(oldest);
-  }
 }
 
 void HopStatistics::count(const Call& call) {

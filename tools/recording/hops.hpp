@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/recent.hpp"
 #include "tools/recording/call.hpp"
 #include "tools/recording/statistics.hpp"
 
@@ -64,20 +65,10 @@ class HopStatistics {
   [[nodiscard]] const std::map<std::string, HopHistograms>& services() const { return services_; }
 
  private:
-  struct Open {
-    /// In the order in which calls were first received.
-    std::uint64_t turn = 0;
-    Call call;
-  };
-
   void count(const Call& call);
-  void forget_oldest();
-  using OpenCalls = std::map<fabric::CallId, Open>;
-  void close(OpenCalls::iterator call);
 
-  OpenCalls open_;
-  std::map<std::uint64_t, fabric::CallId> turns_;
-  std::uint64_t next_turn_ = 0;
+  /// More than all channels have running; older ones wait for samples that were lost.
+  base::Recent<fabric::CallId, Call> open_{4096};
   std::map<std::string, HopHistograms> services_;
   Use use_;
 };

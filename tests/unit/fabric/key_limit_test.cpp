@@ -22,7 +22,7 @@ TEST(KeyLimit, LimitsTheKeysOfEachWriterAndNamesTheOneThatHasMore) {
   EXPECT_EQ(sut.take_flooding(), std::nullopt);
 }
 
-TEST(KeyLimit, ForgetsTheFirstOfTooManyWriters) {
+TEST(KeyLimit, ForgetsTheMostSilentOfTooManyWriters) {
   KeyLimit sut(1);
   for (dds_instance_handle_t writer = 1; writer <= KeyLimit::most_writers + 1; ++writer) {
     EXPECT_TRUE(sut.admits(writer, 7));

@@ -43,16 +43,12 @@ void CallList::add(const recording::Entry& entry) {
 }
 
 CallList::Known& CallList::known(const fabric::CallId& id, const fabric::ChannelKey& key) {
-  const auto [call, is_new] = calls_.try_emplace(id, Known{.call = recording::Call(id)});
-  if (is_new) {
-    call->second.call.key = key;
-    order_.push_back(id);
-    if (order_.size() > most_) {
-      calls_.erase(order_.front());
-      order_.pop_front();
-    }
+  // In the order of their first samples.
+  if (!calls_.contains(id)) {
+    calls_.put(id, Known{.call = recording::Call(id)});
+    calls_.newest().call.key = key;
   }
-  return call->second;
+  return *calls_.find(id);
 }
 
 CallRow CallList::row_of(const Known& known) const {
@@ -100,7 +96,7 @@ std::vector<CallRow> CallList::rows() const {
   for (const auto& [id, known] : calls_) {
     rows.push_back(row_of(known));
   }
-  std::ranges::stable_sort(rows, {}, &CallRow::at);
+  std::ranges::sort(rows, {}, [](const CallRow& row) { return std::pair(row.at, row.call.id); });
   return rows;
 }
 

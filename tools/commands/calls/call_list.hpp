@@ -5,12 +5,11 @@
 //   print_listing(listing(), calls.rows(), flags);
 #pragma once
 
-#include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "tools/print/listing.hpp"
 #include "tools/recording/call.hpp"
 
@@ -35,7 +34,7 @@ struct CallRow {
 class CallList {
  public:
   /// Keeps the last `most` calls.
-  explicit CallList(std::size_t most) : most_(most) {}
+  explicit CallList(std::size_t most) : calls_(most) {}
 
   void add(const recording::Entry& entry);
   /// The oldest first.
@@ -50,10 +49,7 @@ class CallList {
   Known& known(const fabric::CallId& id, const fabric::ChannelKey& key);
   [[nodiscard]] CallRow row_of(const Known& known) const;
 
-  std::size_t most_;
-  std::map<fabric::CallId, Known> calls_;
-  /// In the order of their first samples.
-  std::deque<fabric::CallId> order_;
+  base::Recent<fabric::CallId, Known> calls_;
   recording::InstanceNames names_;
 };
 

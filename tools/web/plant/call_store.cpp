@@ -81,7 +81,7 @@ const EndedCall* CallStore::add(const recording::Entry& entry) {
   kept.ended = true;
   kept.call.instance = names_.of(call.instance());
   judge(kept.call);
-  open_.erase(kept.place);
+  open_.erase(id);
   ended_.push_back(id);
   if (ended_.size() > limits_.ended) {
     forget_oldest();
@@ -104,13 +104,10 @@ CallStore::Kept& CallStore::open(const fabric::CallId& call) {
   if (const auto known = calls_.find(call); known != calls_.end()) {
     return known->second;
   }
-  if (open_.size() >= limits_.open) {
-    calls_.erase(open_.front());
-    open_.pop_front();
+  if (const auto oldest = open_.put(call)) {
+    calls_.erase(oldest->key);
   }
-  const auto place = open_.insert(open_.end(), call);
-  return calls_.emplace(call, Kept{.call = {.call = recording::Call(call)}, .place = place})
-      .first->second;
+  return calls_.emplace(call, Kept{.call = {.call = recording::Call(call)}}).first->second;
 }
 
 void CallStore::forget_oldest() {

@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <list>
 #include <map>
 #include <optional>
 #include <set>
@@ -18,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "tools/recording/timeline.hpp"
 
 namespace millrace::tools::web::plant {
@@ -77,7 +77,7 @@ class CallStore {
 
   CallStore() : CallStore(Limits{}) {}
   explicit CallStore(Limits limits, NormalStates normal = {})
-      : limits_(limits), normal_(std::move(normal)) {}
+      : limits_(limits), normal_(std::move(normal)), open_(limits.open) {}
 
   /// The call that ends with this entry; valid until the next call of add.
   const EndedCall* add(const recording::Entry& entry);
@@ -97,12 +97,9 @@ class CallStore {
   [[nodiscard]] const recording::Call* under_way(const fabric::ChannelKey& key) const;
 
  private:
-  using Order = std::list<fabric::CallId>;
   struct Kept {
     EndedCall call;
     bool ended = false;
-    /// Valid while the call has not ended.
-    Order::iterator place{};
   };
   struct Hash {
     std::size_t operator()(const fabric::CallId& call) const noexcept {
@@ -120,7 +117,7 @@ class CallStore {
   std::map<fabric::ChannelKey, fabric::CallId> under_way_;
   std::unordered_map<fabric::CallId, Kept, Hash> calls_;
   /// Ordered by begin, and by end.
-  Order open_;
+  base::Recent<fabric::CallId, std::monostate, Hash> open_;
   std::deque<fabric::CallId> ended_;
   std::deque<fabric::CallId> failed_;
 };
