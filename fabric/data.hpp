@@ -77,8 +77,8 @@ struct DataSample {
 MILLRACE_FIELDS(DataSample, (key, .required = true), group, at, period, wanted,
                 (values, .proto = "value"), replayed)
 
-/// Reset: cancelled while it ran. Held: on hold, and may continue.
-enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, held, resumed };
+/// Reset: cancelled while it ran. On hold: in state hold of the CNC, and may continue.
+enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, on_hold, resumed };
 std::string_view name_of(ProgramEventKind kind);
 
 struct ProgramEvent {

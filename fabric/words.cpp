@@ -69,7 +69,7 @@ std::string_view name_of(Quality quality) {
 }
 
 std::string_view name_of(ProgramEventKind kind) {
-  return pick<ProgramEventKind, 6>({"started", "ended", "aborted", "reset", "held", "resumed"},
+  return pick<ProgramEventKind, 6>({"started", "ended", "aborted", "reset", "on hold", "resumed"},
                                    kind);
 }
 

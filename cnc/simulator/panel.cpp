@@ -43,7 +43,7 @@ struct Show {
     log.debug("channel {}: M{:02}", channel, function.number);
   }
   void operator()(const nc::HeldEvent& held) const {
-    log.warn("channel {}: held by {} at {}:{}", channel,
+    log.warn("channel {}: on hold after {} at {}:{}", channel,
              held.single_step ? "single step" : "M00 or M01", held.place.file, held.place.line);
   }
   void operator()(const nc::WarningEvent& warning) const {

@@ -24,6 +24,7 @@ target_include_directories(millrace_sdk_shared INTERFACE $<INSTALL_INTERFACE:${s
 set_target_properties(millrace_sdk_shared PROPERTIES
   EXPORT_NAME sdk
   OUTPUT_NAME millrace-sdk
+  LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 

@@ -107,7 +107,7 @@ void ProgramWatch::begin(const Look& now, std::vector<ProgramEvent>& events) {
     events.push_back(event(ProgramEventKind::started, now));
   }
   if (now.state == State::hold) {
-    events.push_back(event(ProgramEventKind::held, now));
+    events.push_back(event(ProgramEventKind::on_hold, now));
   } else if (now.state == State::error) {
     events.push_back(event(ProgramEventKind::aborted, now));
   }
@@ -122,10 +122,10 @@ void ProgramWatch::step(const Look& before, const Look& now, std::vector<Program
     program_ = now.name;
     events.push_back(event(ProgramEventKind::started, now));
     if (now.state == State::hold) {
-      events.push_back(event(ProgramEventKind::held, now));
+      events.push_back(event(ProgramEventKind::on_hold, now));
     }
   } else if (before.state == State::active && now.state == State::hold) {
-    events.push_back(event(ProgramEventKind::held, now));
+    events.push_back(event(ProgramEventKind::on_hold, now));
   } else if (before.state == State::hold && now.state == State::active) {
     events.push_back(event(ProgramEventKind::resumed, now));
   } else if (runs(before.state) && !runs(now.state)) {

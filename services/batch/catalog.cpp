@@ -61,6 +61,18 @@ std::vector<Script> present(const std::vector<Script>& scripts) {
   return there;
 }
 
+std::vector<Script> absent(const std::vector<Script>& scripts) {
+  std::vector<Script> missing;
+  std::copy_if(scripts.begin(), scripts.end(), std::back_inserter(missing),
+               [](const Script& script) { return !is_program(script.program); });
+  return missing;
+}
+
+std::string absence_of(const Script& script) {
+  return fmt::format("{}: {} is missing or not executable; {} is not served",
+                     script.registration.name, script.program.string(), script.registration.uuid);
+}
+
 std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts) {
   std::string print = file_print(config);
   for (const Script& script : scripts) {

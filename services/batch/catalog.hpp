@@ -24,6 +24,9 @@ Changes changes(const std::vector<Script>& before, const std::vector<Script>& af
 
 /// The scripts whose file exists and is executable for this process.
 std::vector<Script> present(const std::vector<Script>& scripts);
+std::vector<Script> absent(const std::vector<Script>& scripts);
+/// What is wrong with an absent script, and its consequence; for people.
+std::string absence_of(const Script& script);
 
 /// Changes when one of the files changes: time, size, mode, place on the disk or existence.
 std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts);

@@ -1,6 +1,5 @@
 #include "services/batch/host.hpp"
 
-#include <algorithm>
 #include <exception>
 
 #include "services/batch/call.hpp"
@@ -67,14 +66,10 @@ void Host::serve(const std::vector<Script>& scripts) {
   for (const auto& [uuid, served] : services_) {
     before.push_back(served.script);
   }
-  const std::vector<Script> there = present(scripts);
-  for (const Script& script : scripts) {
-    if (std::find(there.begin(), there.end(), script) == there.end()) {
-      log_->warn("{}: {} is missing or not executable; {} is not served", script.registration.name,
-                 script.program.string(), script.registration.uuid);
-    }
+  for (const Script& script : absent(scripts)) {
+    log_->warn("{}", absence_of(script));
   }
-  const Changes todo = changes(before, there);
+  const Changes todo = changes(before, present(scripts));
   for (const std::string& uuid : todo.stop) {
     stop(uuid);
   }

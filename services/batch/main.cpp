@@ -8,6 +8,7 @@
 
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "services/batch/catalog.hpp"
 #include "services/batch/folder.hpp"
 #include "services/batch/host.hpp"
 #include "services/sdk/shared_participant.hpp"
@@ -53,19 +54,27 @@ int serve_folder(int argc, char** argv) {
     services::sdk::StopSignals signals(log);
     folder.emplace(file, options, log);
     signals.on_stop([&] { folder->stop(); });
-    program::ready(fmt::format("{} serves {} UUIDs of {} on domain {}", name, folder->size(), file,
-                               join.domain));
+    program::ready(fmt::format("{} serves {} {} of {} on domain {}", name, folder->size(),
+                               folder->size() == 1 ? "UUID" : "UUIDs", file, join.domain));
     folder->follow();
     return program::exit_done;
   });
 }
 
+/// A missing program is no mistake: the service starts without it, and the check may run on
+/// another host.
 std::string checked(const std::string& file) {
   const auto config = batch::load(file);
   if (!config) {
     throw program::UsageError(config.error());
   }
-  return fmt::format("{} programs", config->scripts.size());
+  const std::size_t count = config->scripts.size();
+  const std::vector<batch::Script> absent = batch::absent(config->scripts);
+  for (const batch::Script& script : absent) {
+    fmt::print(stderr, "warning: {}: {}\n", file, batch::absence_of(script));
+  }
+  return fmt::format("{} {}{}", count, count == 1 ? "program" : "programs",
+                     absent.empty() ? "" : fmt::format(", {} not usable here", absent.size()));
 }
 
 bool is_exec(std::string_view argument) {

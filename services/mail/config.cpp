@@ -39,8 +39,8 @@ ProgramEventKind kind_of_event(int event) {
       return ProgramEventKind::ended;
     case config::Mail::Rule::RESET:
       return ProgramEventKind::reset;
-    case config::Mail::Rule::HELD:
-      return ProgramEventKind::held;
+    case config::Mail::Rule::ON_HOLD:
+      return ProgramEventKind::on_hold;
     default:
       return ProgramEventKind::aborted;
   }

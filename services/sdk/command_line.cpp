@@ -62,8 +62,9 @@ std::string ready_line(const Service& service, const ServiceOptions& options) {
 
 ServiceProgram::ServiceProgram(ServiceOptions defaults)
     : options_(std::move(defaults)), app_(title(options_)), fabric_(app_, join_options(options_)) {
-  app_.add_option("--uuid", options_.uuid, "UUID that NC programs call")
-      ->required(options_.uuid.empty())
+  app_.add_option("--uuid", options_.uuid,
+                  options_.uuid.empty() ? "UUID that NC programs call (required)"
+                                        : "UUID that NC programs call")
       ->capture_default_str();
   app_.add_option("--channel", channels_,
                   "Channels to serve, as MACHINE/N; either part may be *. Default: all");
@@ -88,6 +89,7 @@ int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& m
 
 int ServiceProgram::run(int argc, char** argv, const std::function<AsyncHandler()>& make) {
   return program::run(app_, argc, argv, [&] {
+    expect_uuid();
     take_channels();
     take_fabric();
     log_ = program::make_log(options_.name, level_);
@@ -112,6 +114,15 @@ std::unique_ptr<Service> ServiceProgram::open(AsyncHandler handler) {
     return service;
   } catch (const std::invalid_argument& error) {
     throw program::UsageError(error.what());
+  }
+}
+
+void ServiceProgram::expect_uuid() const {
+  if (options_.uuid.empty()) {
+    throw program::UsageError(
+        "--uuid is required: the service has no UUID of its own. Start it with --uuid UUID, the "
+        "text that its NC programs write to V.G.SERVICE.UUID (uuidgen makes a new one), or set "
+        "ServiceOptions::uuid in its source");
   }
 }
 

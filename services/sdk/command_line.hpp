@@ -46,6 +46,8 @@ class ServiceProgram {
   int run(int argc, char** argv, const std::function<AsyncHandler()>& make);
 
  private:
+  /// Throws UsageError without a UUID.
+  void expect_uuid() const;
   void take_channels();
   [[nodiscard]] std::unique_ptr<Service> open(AsyncHandler handler);
   void take_fabric();

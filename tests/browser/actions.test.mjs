@@ -8,6 +8,7 @@ import { Plant, slowUuid, squareRootUuid, until } from './plant.mjs';
 const plant = await Plant.start();
 let browser;
 let web;
+let flags;
 let cnc;
 
 const program = `%held
@@ -24,7 +25,8 @@ before(async () => {
   browser = await Browser.start();
   const slow = await plant.slowService();
   // Before the call, so that it has seen the request.
-  web = await plant.web({ flags: ['--allow-actions', await plant.users('anna', 'a good password')] });
+  flags = ['--allow-actions', await plant.users('anna', 'a good password'), '--state-folder', plant.file('state')];
+  web = await plant.web({ flags });
   cnc = await plant.cnc('--run', `1=${plant.file('held.nc', program)}`, '--exit-when-idle');
   await plant.gateway();
   const page = await browser.open(web.url);
@@ -126,6 +128,44 @@ test('an acknowledged cause is shown on every page with user, time and note', as
   await picture(page, 'acknowledged');
   await page.close();
   await other.close();
+});
+
+test('an acknowledgement stays when the server restarts, and ends with its cause', async () => {
+  const unknown = '7c9e6679-7425-40de-944b-e07fc1f90ae7';
+  const card = '.concern[data-kind="unserved"]';
+  const restart = async () => {
+    await web.stop('SIGKILL');
+    web = await plant.web({ port: web.port, flags });
+  };
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await plant.request(3, unknown, 'one');
+  await page.waitForSelector(`${card} [data-action="acknowledge"]`);
+  await page.click(`${card} [data-action="acknowledge"]`);
+  await logIn(page, 'a good password');
+  await page.waitForSelector('dialog input[name="note"]');
+  await page.type('dialog input[name="note"]', 'on my way');
+  await page.click('dialog [data-confirm]');
+  await awaitText(page, `${card} .concern-taken`, /on my way/);
+
+  await restart();
+  const other = await browser.open(web.url, { view: '#/plant' });
+  await awaitText(other, `${card} .concern-taken`, /^Taken by anna, \d\d:\d\d:\d\d · on my way$/);
+  await awaitText(other, '.concern[data-kind="held"] .concern-taken', /fetching a new part/);
+  await awaitText(other, '.events li[data-event="acknowledged"] .event-what', /^cnc\/3: taken by anna: on my way$/);
+
+  await plant.withdraw(3);
+  await other.waitForFunction((selector) => !document.querySelector(selector), {}, card);
+  await restart();
+  await plant.request(3, unknown, 'two');
+  const third = await browser.open(web.url, { view: '#/plant' });
+  await third.waitForSelector(card);
+  assert.ok(await third.$eval(`${card} .concern-taken`, (node) => node.hidden));
+  await plant.withdraw(3);
+  await third.waitForFunction((selector) => !document.querySelector(selector), {}, card);
+  browser.forgetUnreachable();
+  for (const each of [page, other, third]) {
+    await each.close();
+  }
 });
 
 test('a blocked call that is retried through the page is run again', async () => {

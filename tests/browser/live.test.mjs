@@ -292,9 +292,18 @@ for (const [view, ready] of [['plant', '.machine'], [`services/${squareRootUuid}
 test('recordings have their summary, their calls and their waterfalls', async () => {
   const shelf = await plant.web({ flags: ['--recordings', plant.folder] });
   const page = await browser.open(shelf.url, { view: '#/recordings' });
-  await awaitText(page, '.recordings th a', /run\.mcap/);
+  const finished = await page.waitForFunction(() => [...document.querySelectorAll('.recordings tbody tr')].find((row) => row.cells[0].textContent === 'run.mcap'));
+  const cells = await finished.evaluate((row) => [...row.cells].map((cell) => cell.textContent));
+  assert.equal(cells[1], 'cnc');
+  assert.match(`${cells[2]} ${cells[3]}`, /^\d\d:\d\d:\d\d \d\d:\d\d:\d\d$/);
+  assert.ok(Number(cells[4]) >= 1, `${cells[4]} calls`);
+  assert.equal(cells[5], '0');
+  const writing = plant.recorder(plant.file('more.mcap'));
+  await writing.ready();
+  await page.reload();
+  await awaitText(page, '.recordings th', /^more\.mcap\.partbeing written$/);
   assert.deepEqual(await violations(page), []);
-  await page.click('.recordings th a');
+  await page.click('.recordings th a[href$="/run.mcap"]');
   await awaitText(page, '.recording-facts', /closed/);
   await page.waitForSelector('.hops tbody tr');
   await page.waitForSelector('tr[data-call]');

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { acknowledgeKey, acknowledgementOf, assess, callStateOf, concernKey, concernName, otherChannels, stateOf } from './page/attention.js';
+import { acknowledgeKey, acknowledgementOf, assess, callStateOf, concernKey, concernName, nextConcernIn, otherChannels, stateOf } from './page/attention.js';
 import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model } from './page/model.js';
@@ -147,6 +147,15 @@ test('channels that need attention come before those to be watched', () => {
   assert.deepEqual(kinds(plant, 10_000), [['cnc/4', 'held', 'person'], ['cnc/2', 'unserved', 'person'], ['cnc/1', 'waiting', 'look']]);
 });
 
+test('a missing service is a concern after 1 s, one that no gateway has seen after 2 s', () => {
+  const after = (cause, ms) => assess([machine([{ channel_state: 'unserved', cause, since: iso(noon) }])], noon + ms).level;
+  assert.deepEqual([900, 1100].map((ms) => after('no instance', ms)), ['fine', 'person']);
+  assert.deepEqual([1100, 1900, 2100].map((ms) => after('unknown UUID', ms)), ['fine', 'fine', 'person']);
+  const plant = [machine([{ channel_state: 'idle', since: iso(noon) }, { channel_state: 'unserved', cause: 'unknown UUID', since: iso(noon) },
+    { channel_state: 'waiting', instances: 0, cause: 'instance lost', since: iso(noon + 500) }])];
+  assert.deepEqual([0, 600, 1600, 2600].map((ms) => nextConcernIn(plant, noon + ms)), [1500, 900, 400, Infinity]);
+});
+
 test('a call that waits long needs attention, one that waits a moment does not', () => {
   const plant = [machine([{ channel_state: 'waiting' }])];
   assert.deepEqual([1000, 10_000, 70_000].map((after) => assess(plant, noon + after).level), ['fine', 'look', 'person']);
@@ -160,7 +169,7 @@ test('a call that runs beyond its time is to be watched', () => {
 
 test('an aborted NC program needs attention, one on hold is to be watched, and a call that needs an operator comes first', () => {
   const aborted = { state: 'aborted', name: 'good.nc', error: 455, since: iso(noon - 5000) };
-  const plant = [machine([{ channel_state: 'idle', program: aborted }, { channel_state: 'idle', program: { ...aborted, state: 'held' } },
+  const plant = [machine([{ channel_state: 'idle', program: aborted }, { channel_state: 'idle', program: { ...aborted, state: 'on hold' } },
     { channel_state: 'unserved', program: aborted }, { channel_state: 'running', program: { ...aborted, state: 'running' } }])];
   assert.deepEqual(kinds(plant, 10_000), [['cnc/3', 'unserved', 'person'], ['cnc/1', 'aborted', 'person'], ['cnc/2', 'stopped', 'look']]);
   assert.equal(assess(plant, noon).concerns.find(({ kind }) => kind === 'aborted').since, noon - 5000);

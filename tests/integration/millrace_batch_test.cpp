@@ -93,6 +93,28 @@ TEST_F(BatchFolder, ServesAProgramOnceItIsThere) {
   EXPECT_TRUE(caller.await_no_instance(echo_uuid));
 }
 
+TEST_F(BatchFolder, TheCheckWarnsOfAProgramThatCannotRun) {
+  install("say_request.sh");
+  configure(script(echo_uuid, "say_request.sh"));
+  Process good({binary("millrace-batch"), "--check", "--config", config.string()});
+  EXPECT_EQ(good.wait(), 0);
+  EXPECT_EQ(good.output(), config.string() + " is good: 1 program\n");
+  EXPECT_EQ(good.error_output(), "");
+
+  std::ofstream(programs / "not_executable.sh") << "#!/bin/sh\n";
+  configure(script(echo_uuid, "not_executable.sh") + script(exit_uuid, "absent.sh"));
+  Process absent({binary("millrace-batch"), "--check", "--config", config.string()});
+  EXPECT_EQ(absent.wait(), 0) << "the check may run on another host";
+  EXPECT_EQ(absent.output(), config.string() + " is good: 2 programs, 2 not usable here\n");
+  for (const auto& [name, uuid] : {std::pair("not_executable.sh", echo_uuid),
+                                   std::pair("absent.sh", exit_uuid)}) {
+    EXPECT_THAT(absent.error_output(),
+                HasSubstr("warning: " + config.string() + ": " + name + ": " +
+                          (programs / name).string() + " is missing or not executable; " + uuid +
+                          " is not served\n"));
+  }
+}
+
 TEST_F(BatchFolder, AppliesAChangedConfigurationWithoutARestart) {
   install("say_request.sh");
   install("exit_with.sh");
@@ -168,9 +190,15 @@ TEST(BatchProgram, ServesOneProgramFromTheCommandLine) {
 }
 
 TEST(BatchProgram, RequiresTheUuidOfTheOneProgram) {
-  Process sut({binary("millrace-batch"), "--exec", program("exit_with.sh").string()});
-  EXPECT_EQ(sut.wait(), 2);
-  EXPECT_THAT(sut.error_output(), HasSubstr("--uuid is required"));
+  for (const std::vector<std::string>& given : {std::vector<std::string>{}, {"--uuid", ""}}) {
+    std::vector<std::string> command{binary("millrace-batch"), "--exec",
+                                     program("exit_with.sh").string()};
+    command.insert(command.end(), given.begin(), given.end());
+    Process sut(command);
+    EXPECT_EQ(sut.wait(), 2);
+    EXPECT_THAT(sut.error_output(), HasSubstr("--uuid is required: the service has no UUID"));
+    EXPECT_THAT(sut.error_output(), HasSubstr("Start it with --uuid UUID"));
+  }
 }
 
 TEST(BatchProgram, ShowsHelpForBothModes) {

@@ -61,6 +61,28 @@ class TheWeb : public testing::Test {
     }
     return {};
   }
+  /// A file of --allow-actions with anna, whose password is "secret".
+  [[nodiscard]] std::string users() const {
+    const auto file = chain.folder() / "web.textproto";
+    Process hash(
+        {"/bin/sh", "-c", "printf secret | " + binary("millrace") + " web --hash-password"});
+    EXPECT_EQ(hash.wait(), 0) << hash.error_output();
+    std::string line = hash.output();
+    line.erase(line.find('\n'));
+    std::ofstream(file) << "user { name: \"anna\" password_hash: \"" << line << "\" }\n";
+    std::filesystem::permissions(file, std::filesystem::perms(0600));
+    return file.string();
+  }
+  /// The header lines of an action by anna.
+  static std::string log_in(HttpClient& browser) {
+    const HttpAnswer login =
+        browser.post("/api/login", R"({"user": "anna", "password": "secret"})");
+    EXPECT_EQ(login.status, 200) << login.body;
+    std::string cookie = login.field("Set-Cookie");
+    cookie.erase(cookie.find(';'));
+    const std::string token = boost::json::parse(login.body).at("token").as_string().c_str();
+    return "Cookie: " + cookie + "\r\nX-Millrace-Token: " + token + "\r\n";
+  }
   [[nodiscard]] boost::json::value get(const std::string& target) const {
     const HttpAnswer answer = HttpClient(port).get(target);
     EXPECT_EQ(answer.status, 200) << target << ": " << answer.body;
@@ -157,14 +179,7 @@ TEST_F(TheWeb, ShowsTheSameTimelineOfACallAsTheLog) {
 }
 
 TEST_F(TheWeb, LetsAUserRetryOrAnswerABlockedCallAndTheProgramEnds) {
-  const auto file = chain.folder() / "web.textproto";
-  Process hash({"/bin/sh", "-c", "printf secret | " + binary("millrace") + " web --hash-password"});
-  ASSERT_EQ(hash.wait(), 0) << hash.error_output();
-  std::string line = hash.output();
-  line.erase(line.find('\n'));
-  std::ofstream(file) << "user { name: \"anna\" password_hash: \"" << line << "\" }\n";
-  std::filesystem::permissions(file, std::filesystem::perms(0600));
-  start_web({"--allow-actions", file.string()});
+  start_web({"--allow-actions", users()});
   Process watcher = chain.millrace({"record", "-o", (chain.folder() / "who.mcap").string()});
   watcher.await("^ready: ");
   block_a_call();
@@ -181,13 +196,9 @@ TEST_F(TheWeb, LetsAUserRetryOrAnswerABlockedCallAndTheProgramEnds) {
   HttpClient browser(port);
   EXPECT_EQ(browser.post("/api/actions/answer", body).status, 401);
   EXPECT_EQ(browser.post("/api/login", R"({"user": "anna", "password": "Secret"})").status, 401);
-  const HttpAnswer login = browser.post("/api/login", R"({"user": "anna", "password": "secret"})");
-  ASSERT_EQ(login.status, 200) << login.body;
-  std::string cookie = login.field("Set-Cookie");
-  cookie.erase(cookie.find(';'));
-  const std::string token = boost::json::parse(login.body).at("token").as_string().c_str();
-  const std::string by_anna = "Cookie: " + cookie + "\r\nX-Millrace-Token: " + token + "\r\n";
-  EXPECT_EQ(browser.post("/api/actions/answer", body, "Cookie: " + cookie + "\r\n").status, 403);
+  const std::string by_anna = log_in(browser);
+  const std::string cookie_only = by_anna.substr(0, by_anna.find("X-Millrace-Token"));
+  EXPECT_EQ(browser.post("/api/actions/answer", body, cookie_only).status, 403);
   EXPECT_EQ(browser
                 .post("/api/actions/answer", body,
                       by_anna + "Origin: http://evil.example\r\nSec-Fetch-Site: cross-site\r\n")
@@ -205,6 +216,34 @@ TEST_F(TheWeb, LetsAUserRetryOrAnswerABlockedCallAndTheProgramEnds) {
       {"recording", "cat", "--json", "--kind", "command", (chain.folder() / "who.mcap").string()});
   ASSERT_EQ(who.wait(), 0);
   EXPECT_THAT(who.output(), HasSubstr("anna@"));
+}
+
+TEST_F(TheWeb, KeepsAcknowledgementsOverARestart) {
+  const Flags flags{"--allow-actions", users(), "--state-folder",
+                    (chain.folder() / "state" / "web").string()};
+  start_web(flags);
+  HttpClient browser(port);
+  const HttpAnswer done =
+      browser.post("/api/actions/acknowledge",
+                   R"({"cause": "held cnc/1", "name": "cnc/1", "since": "1", "note": "new part"})",
+                   log_in(browser));
+  ASSERT_EQ(done.status, 200) << done.body;
+  const auto acknowledged = [&] {
+    return boost::json::parse(HttpEvents(port, "/api/live").next().data).at("acknowledged");
+  };
+  const boost::json::value before = acknowledged();
+  ASSERT_EQ(before.as_array().size(), 1U);
+  sut->kill();
+  start_web(flags);
+  EXPECT_EQ(acknowledged(), before);
+
+  // A damaged file is no reason not to start.
+  sut->kill();
+  const auto file = chain.folder() / "state" / "web" / "acknowledged.json";
+  std::filesystem::resize_file(file, 20);
+  start_web(flags);
+  sut->await_error("acknowledged.json is damaged: .*acknowledged.json.damaged");
+  EXPECT_TRUE(acknowledged().as_array().empty());
 }
 
 TEST_F(TheWeb, ServesPrometheusMetrics) {

@@ -95,13 +95,13 @@ TEST_F(Programs, ArePublishedWithNameErrorDurationAndParts) {
   serving.await_error("cnc/1: program .*good\\.nc ended");
 
   panel.start("halt.nc");
-  watch.await("held  \"[^\"]*halt\\.nc\"");
+  watch.await("on hold  \"[^\"]*halt\\.nc\"");
   panel.go_on();
   watch.await("resumed  \"[^\"]*halt\\.nc\"");
   watch.await("ended  \"[^\"]*halt\\.nc\"");
 
   panel.start("stop.nc");
-  watch.await("held  \"[^\"]*stop\\.nc\"");
+  watch.await("on hold  \"[^\"]*stop\\.nc\"");
   panel.standby();
   watch.await("reset  \"[^\"]*stop\\.nc\"");
 

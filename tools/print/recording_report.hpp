@@ -27,6 +27,13 @@ boost::json::array hops_json(const recording::HopStatistics& hops);
 /// "560aacbf-… work" → "calls 17, p50 79.0 us, p99 1.20 ms, max 1.20 ms".
 std::map<std::string, std::string> hops_metadata(const recording::HopStatistics& hops);
 
+// Names in the metadata record of the recorder, "millrace.recorder".
+
+inline constexpr const char* recorder_metadata = "millrace.recorder";
+/// The calls that have ended in this file, and those of them without a response by a service.
+inline constexpr const char* calls_ended = "calls_ended";
+inline constexpr const char* calls_failed = "calls_failed";
+
 // The contents of a recording as JSON.
 
 /// As `recording info --json` prints it; `size` is that of the file, in bytes.

@@ -12,6 +12,15 @@
 
 namespace millrace::tools::recorder {
 
+namespace {
+
+void put_calls(std::map<std::string, std::string>& values, const recording::HopStatistics& calls) {
+  values[print::calls_ended] = std::to_string(calls.ended());
+  values[print::calls_failed] = std::to_string(calls.failed());
+}
+
+}  // namespace
+
 tl::expected<std::unique_ptr<RecordingFile>, std::string> RecordingFile::create(
     const std::filesystem::path& path, const mcap::WriterOptions& options) {
   return mcap::FileSink::create(path).map([&](mcap::FileSink&& sink) {
@@ -41,7 +50,9 @@ RecordingFile::Result RecordingFile::finish(const std::map<std::string, std::str
     hops_.close();
     // A refused chunk is kept, and close() reports it.
     static_cast<void>(file_.close_chunk());
-    static_cast<void>(file_.write(mcap::Metadata{recorder_metadata, metadata}));
+    std::map<std::string, std::string> values = metadata;
+    put_calls(values, hops_);
+    static_cast<void>(file_.write(mcap::Metadata{print::recorder_metadata, std::move(values)}));
     static_cast<void>(file_.write(mcap::Metadata{hops_metadata, print::hops_metadata(hops_)}));
   }
   return file_.close().and_then([&] { return sink_.finish(); });
@@ -71,7 +82,7 @@ struct Count {
 void revise(std::vector<mcap::Metadata>& all, const Count& count) {
   std::map<std::string, std::string> values;
   const auto old = std::find_if(all.begin(), all.end(), [](const mcap::Metadata& metadata) {
-    return metadata.name == recorder_metadata;
+    return metadata.name == print::recorder_metadata;
   });
   if (old != all.end()) {
     values = old->values;
@@ -86,11 +97,12 @@ void revise(std::vector<mcap::Metadata>& all, const Count& count) {
   for (const auto& [name, number] : print::missing_counts(count.completeness.missing())) {
     values[std::string(name)] = std::to_string(number);
   }
+  put_calls(values, count.hops);
   values["repaired"] = "true";
   std::erase_if(all, [](const mcap::Metadata& metadata) {
-    return metadata.name == recorder_metadata || metadata.name == hops_metadata;
+    return metadata.name == print::recorder_metadata || metadata.name == hops_metadata;
   });
-  all.push_back({recorder_metadata, std::move(values)});
+  all.push_back({print::recorder_metadata, std::move(values)});
   all.push_back({hops_metadata, print::hops_metadata(count.hops)});
 }
 

@@ -17,8 +17,7 @@
 
 namespace millrace::tools::recorder {
 
-/// The names of the metadata of each recording.
-inline constexpr const char* recorder_metadata = "millrace.recorder";
+/// The second metadata record of each recording, beside print::recorder_metadata.
 inline constexpr const char* hops_metadata = "millrace.hops";
 
 class RecordingFile {

@@ -50,6 +50,7 @@ void HopStatistics::add(const Entry& entry) {
   call.add(entry);
   const Step* const end = call.end();
   if (end != nullptr && end->stage == Stage::withdrawn) {
+    count_end(call);
     open_.erase(id);
   } else if (end != nullptr && call.of_attempt(Stage::answered, end->attempt) != nullptr &&
              call.of_attempt(Stage::dispatched, end->attempt) != nullptr) {
@@ -65,7 +66,16 @@ void HopStatistics::close() {
   open_.clear();
 }
 
+void HopStatistics::count_end(const Call& call) {
+  // A gateway that resumes may repeat the end of a call, without its other steps.
+  if (call.end() != nullptr && call.steps.size() > 1) {
+    ++ended_;
+    failed_ += call.outcome() == Outcome::answered ? 0U : 1U;
+  }
+}
+
 void HopStatistics::count(const Call& call) {
+  count_end(call);
   if (call.uuid.empty()) {
     return;
   }

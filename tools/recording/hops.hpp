@@ -61,14 +61,21 @@ class HopStatistics {
   /// Also counts calls that are answered but whose reply was not recorded. Call it at the end.
   void close();
 
+  /// Calls that have ended, withdrawn ones too.
+  [[nodiscard]] std::uint64_t ended() const { return ended_; }
+  /// Those without a response by a service.
+  [[nodiscard]] std::uint64_t failed() const { return failed_; }
   /// By canonical UUID. A call counts when its answer is written.
   [[nodiscard]] const std::map<std::string, HopHistograms>& services() const { return services_; }
 
  private:
   void count(const Call& call);
+  void count_end(const Call& call);
 
   /// More than all channels have running; older ones wait for samples that were lost.
   base::Recent<fabric::CallId, Call> open_{4096};
+  std::uint64_t ended_ = 0;
+  std::uint64_t failed_ = 0;
   std::map<std::string, HopHistograms> services_;
   Use use_;
 };

@@ -95,7 +95,8 @@ std::vector<fabric::ProgramEvent> PublishedValues::resets(fabric::Time now) cons
   std::vector<fabric::ProgramEvent> resets;
   for (const auto& [key, last] : programs_) {
     const bool runs = last.kind == ProgramEventKind::started ||
-                      last.kind == ProgramEventKind::held || last.kind == ProgramEventKind::resumed;
+                      last.kind == ProgramEventKind::on_hold ||
+                      last.kind == ProgramEventKind::resumed;
     if (runs) {
       fabric::ProgramEvent reset = last;
       reset.kind = ProgramEventKind::reset;

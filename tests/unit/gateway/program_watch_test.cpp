@@ -134,7 +134,7 @@ TEST_F(AProgramWatch, HasNoStartOfAProgramWhoseRunItDidNotSeeAfterAFailedOne) {
 TEST_F(AProgramWatch, ReportsAHaltAndItsContinuation) {
   see(ready);
   see(active);
-  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::held));
+  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::on_hold));
   EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::resumed));
   EXPECT_THAT(see(ready), ElementsAre(ProgramEventKind::ended));
   EXPECT_EQ(last.at - last.started, 3s);
@@ -142,7 +142,7 @@ TEST_F(AProgramWatch, ReportsAHaltAndItsContinuation) {
 
 TEST_F(AProgramWatch, ReportsBothWhenAProgramHaltsAtOnce) {
   see(ready);
-  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::held));
+  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::on_hold));
 }
 
 TEST_F(AProgramWatch, ReportsARemovedProgramAsReset) {
@@ -170,7 +170,7 @@ TEST_F(AProgramWatch, ReportsWhatRunsWhenItBegins) {
 }
 
 TEST_F(AProgramWatch, ReportsWhatIsHeldWhenItBegins) {
-  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::held));
+  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::on_hold));
 }
 
 TEST_F(AProgramWatch, ReportsAnErrorThatIsThereWhenItBegins) {

@@ -379,6 +379,18 @@ TEST_F(ServiceTest, FailsIfAnyOfItsThreadsCannotBeStarted) {
   EXPECT_TRUE(until([&] { return gateway.ready.size() == 1; }));
 }
 
+TEST(AServiceProgram, WithoutAUuidNamesTheTwoWaysToSetOne) {
+  ServiceProgram sut({.name = "weather"});
+  std::string name = "my-service";
+  std::array<char*, 1> arguments{name.data()};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(sut.run(1, arguments.data(), [&]() -> Handler { return echo; }), 2);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::AllOf(testing::StartsWith("my-service: --uuid is required: "),
+                             testing::HasSubstr("--uuid UUID"),
+                             testing::HasSubstr("ServiceOptions::uuid")));
+}
+
 TEST(AServiceProgram, PrintsItsOwnVersionAndThatOfMillrace) {
   const auto version_of = [](const std::string& version) {
     ServiceProgram sut({.uuid = "weather", .name = "weather", .version = version});

@@ -48,6 +48,7 @@ struct Options {
   std::string recordings;
   std::vector<std::string> names;
   std::string users;
+  std::string state_folder;
   std::vector<std::string> normal_states;
   bool hash_password = false;
   spdlog::level::level_enum level = spdlog::level::info;
@@ -127,6 +128,7 @@ WebOptions web_options(const Options& options) {
   web.server.key = options.key;
   web.behind_proxy = options.behind_proxy;
   web.recordings = options.recordings;
+  web.state_folder = options.state_folder;
   if (!options.users.empty()) {
     auto users = tools::web::actions::read_users(options.users);
     if (!users) {
@@ -170,6 +172,10 @@ void add_web(CLI::App& app, Chosen& chosen) {
       .add_option("--allow-actions", options->users,
                   "Let the users in this file answer, retry and drain; without it no user may")
       ->type_name("FILE");
+  command
+      .add_option("--state-folder", options->state_folder,
+                  "Keep acknowledgements in this folder, so that they survive a restart")
+      ->type_name("DIR");
   command.add_flag(
       "--hash-password", options->hash_password,
       "Read a password from standard input and print its hash for the file of --allow-actions");

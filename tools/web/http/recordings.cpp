@@ -1,7 +1,9 @@
 #include "tools/web/http/recordings.hpp"
 
 #include <algorithm>
+#include <set>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <boost/json/array.hpp>
@@ -10,6 +12,8 @@
 #include <sys/stat.h>
 
 #include "base/posix/files.hpp"
+#include "base/text/ascii.hpp"
+#include "tools/mcap/summary.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/recording_report.hpp"
@@ -20,8 +24,19 @@ namespace millrace::tools::web::http {
 namespace {
 
 constexpr std::string_view ending = ".mcap";
+constexpr std::string_view ending_of_part = ".mcap.part";
 /// A longer list would be useless in a browser.
 constexpr std::size_t most_listed = 10'000;
+/// Of the newest ones the list has more than name, size and time: each takes a few reads.
+constexpr std::size_t most_described = 200;
+/// The recorder first writes what the processes on the fabric had published before.
+constexpr std::size_t entries_with_all_machines = 200;
+/// A foreign file may name any number.
+constexpr std::size_t most_machines = 100;
+
+bool is_recording_name(std::string_view name) {
+  return name.ends_with(ending) || name.ends_with(ending_of_part);
+}
 
 /// Stops reading a file: the request is satisfied or was dropped.
 struct StopReading {};
@@ -32,6 +47,87 @@ struct Listed {
   fabric::Time modified;
 };
 
+using Machines = std::set<std::string>;
+
+void put_machines(boost::json::object& out, const Machines& machines) {
+  boost::json::array names;
+  for (const std::string& name : machines) {
+    // A message queue belongs to its machine: "press.alarms".
+    const std::size_t point = name.rfind('.');
+    const bool is_queue = point != std::string::npos && machines.contains(name.substr(0, point));
+    if (!is_queue && names.size() < most_machines) {
+      names.emplace_back(print::utf8(name));
+    }
+  }
+  out["machines"] = std::move(names);
+}
+
+fabric::Time time_of(mcap::Nanoseconds time) {
+  return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
+}
+
+/// From the summary of a finished file; nothing if that is missing or damaged.
+void describe(boost::json::object& out, mcap::Source& file) {
+  const auto summary = mcap::read_summary(file);
+  if (!summary) {
+    return;
+  }
+  if (summary->statistics.messages > 0) {
+    print::put_time(out, "start", time_of(summary->statistics.start));
+    print::put_time(out, "end", time_of(summary->statistics.end));
+  }
+  constexpr std::string_view begin = "machine/";
+  Machines machines;
+  for (const auto& [id, channel] : summary->definitions.channels()) {
+    if (channel.topic.starts_with(begin)) {
+      machines.insert(
+          channel.topic.substr(begin.size(), channel.topic.find('/', begin.size()) - begin.size()));
+    }
+  }
+  put_machines(out, machines);
+  for (const mcap::MetadataIndex& index : summary->metadata) {
+    const auto metadata = mcap::read_metadata(file, index);
+    if (!metadata || metadata->name != print::recorder_metadata) {
+      continue;
+    }
+    for (const auto& [key, name] :
+         {std::pair(print::calls_ended, "calls"), std::pair(print::calls_failed, "failed")}) {
+      const auto value = metadata->values.find(key);
+      const auto number = value == metadata->values.end()
+                              ? std::nullopt
+                              : base::text::parse_number<std::uint64_t>(value->second);
+      if (number) {
+        out[name] = *number;
+      }
+    }
+  }
+}
+
+/// From the beginning of a file that is not finished.
+void describe_part(boost::json::object& out, mcap::Source& file) {
+  Machines machines;
+  std::size_t entries = 0;
+  try {
+    recording::read_entries(file, {}, [&](const recording::Entry& entry) {
+      if (entries++ == 0) {
+        print::put_time(out, "start", entry.at);
+      }
+      if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+        machines.insert(status->machine);
+      } else if (const fabric::ChannelKey* const key = recording::channel_of(entry);
+                 key != nullptr && !key->machine.empty()) {
+        machines.insert(key->machine);
+      }
+      if (entries == entries_with_all_machines) {
+        throw StopReading();
+      }
+    });
+  } catch (const StopReading&) {
+    // The rest is long.
+  }
+  put_machines(out, machines);
+}
+
 fabric::Time time_of(const timespec& time) {
   return fabric::Time(std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec));
 }
@@ -39,7 +135,7 @@ fabric::Time time_of(const timespec& time) {
 }  // namespace
 
 Recordings::Result<base::posix::Fd> Recordings::open(const std::string& name) const {
-  if (!name.ends_with(ending) || name.find('/') != std::string::npos) {
+  if (!is_recording_name(name) || name.find('/') != std::string::npos) {
     return tl::unexpected(Refusal{
         404, fmt::format("{} is not a name of a recording; /api/recordings lists them", name)});
   }
@@ -71,7 +167,7 @@ Recordings::Result<boost::json::object> Recordings::list() const {
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     struct stat status {};
-    if (name.ends_with(ending) && !name.starts_with('.') && found.size() < most_listed &&
+    if (is_recording_name(name) && !name.starts_with('.') && found.size() < most_listed &&
         ::lstat(entry->path().c_str(), &status) == 0 && S_ISREG(status.st_mode)) {
       found.push_back({name, static_cast<std::uint64_t>(status.st_size), time_of(status.st_mtim)});
     }
@@ -86,6 +182,13 @@ Recordings::Result<boost::json::object> Recordings::list() const {
   for (const Listed& each : found) {
     boost::json::object object{{"name", print::utf8(each.name)}, {"size", each.size}};
     print::put_time(object, "modified", each.modified);
+    const bool is_part = each.name.ends_with(ending_of_part);
+    if (is_part) {
+      object["writing"] = mcap::is_being_written(folder_ / each.name);
+    }
+    if (auto file = source(each.name); file && list.size() < most_described && !*stopped_) {
+      is_part ? describe_part(object, *file) : describe(object, *file);
+    }
     list.push_back(std::move(object));
   }
   return boost::json::object{{"recordings", std::move(list)}};

@@ -35,7 +35,9 @@ class Recordings {
   explicit Recordings(std::filesystem::path folder, plant::NormalStates normal = {})
       : folder_(std::move(folder)), normal_(std::move(normal)) {}
 
-  /// {recordings: [{name, size, modified}]}, the newest first.
+  /// {recordings: [{name, size, modified, …}]}, the newest first. The newest 200
+  /// also have what their files contain without being read whole: machines, start, end, calls,
+  /// failed. A file that is not finished has `writing`: whether a recorder still writes it.
   [[nodiscard]] Result<boost::json::object> list() const;
   /// As `recording info --hops --json`; reads the whole file.
   [[nodiscard]] Result<boost::json::object> info(const std::string& name) const;

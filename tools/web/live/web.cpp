@@ -26,6 +26,7 @@
 #include "tools/doctor/examine.hpp"
 #include "tools/print/json.hpp"
 #include "tools/web/actions/user_actions.hpp"
+#include "tools/web/live/acknowledgement_file.hpp"
 #include "tools/web/metrics/metrics.hpp"
 
 namespace millrace::tools::web::live {
@@ -134,6 +135,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
   void on_ignored(const std::string& reason) override { log->warn("{}", reason); }
   std::optional<actions::UserActions> make_user_actions();
+  void load_acknowledgements();
   void run();
   void await_hangup();
   void schedule_tick();
@@ -152,6 +154,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   http::Pages pages;
   std::shared_ptr<http::Recordings> recordings;
   std::shared_ptr<Examiner> examiner;
+  std::optional<AcknowledgementFile> acknowledgements;
   std::optional<actions::UserActions> user_actions;
   http::Site site;
   Server server;
@@ -193,6 +196,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
       observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
+  load_acknowledgements();
   server.on_greeting(
       [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
 }
@@ -215,8 +219,21 @@ std::optional<actions::UserActions> Web::Impl::make_user_actions() {
                            .by = user,
                            .note = said.note},
                           at.wall);
+        if (acknowledgements) {
+          acknowledgements->store(plant.acknowledged());
+        }
       },
       actions::draw_secret, log);
+}
+
+void Web::Impl::load_acknowledgements() {
+  if (options.state_folder.empty()) {
+    return;
+  }
+  acknowledgements.emplace(options.state_folder, log);
+  for (auto& [acknowledgement, at] : acknowledgements->load()) {
+    plant.acknowledge(std::move(acknowledgement), at);
+  }
 }
 
 /// In the operators' thread: threads may share a DDS participant.

@@ -28,6 +28,8 @@ struct WebOptions {
   std::filesystem::path recordings{};
   /// Users who may act; without any, actions are off.
   actions::Users users{};
+  /// Keeps acknowledgements; empty: they end with this server.
+  std::filesystem::path state_folder{};
   /// A proxy does TLS.
   bool behind_proxy = false;
   /// Which states of services are not errors.

@@ -1,5 +1,5 @@
 // The frame of the page: views, connection, updates.
-import { assess } from './attention.js';
+import { assess, nextConcernIn } from './attention.js';
 import { element, replace, setAttribute, setText } from './dom.js';
 import { Model } from './model.js';
 import { shape } from './shapes.js';
@@ -177,11 +177,18 @@ function tellState(level, count) {
   }
 }
 
+let graceEnds = 0;
+
 function update() {
   const { model } = app;
   updateConnection();
   // The tab shows it in every view.
-  const { level, counts } = assess(model.plant(), app.now(), model.alarms);
+  const plant = model.plant();
+  const { level, counts } = assess(plant, app.now(), model.alarms);
+  // A card comes when its grace time ends, not with the next second.
+  clearTimeout(graceEnds);
+  const wait = nextConcernIn(plant, app.now());
+  graceEnds = Number.isFinite(wait) ? setTimeout(update, wait + 1) : 0;
   tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.causes);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
   tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);

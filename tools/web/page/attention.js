@@ -3,8 +3,10 @@
 //   const { concerns, level } = assess(model.plant(), now);
 import { milliseconds } from './time.js';
 
-/** Grace time for the service of a new NC program; afterwards the missing service is a concern. */
-const unservedGraceMs = 2000;
+/** A missing service is a concern after this time, since a new NC program and its service may start together … */
+const unknownGraceMs = 2000;
+/** … or after this time, if the service was there: it may restart. */
+const lostGraceMs = 1000;
 /** A call that waits this long is shown as one to watch; after the second time it needs attention. */
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
@@ -50,7 +52,7 @@ export function stateOf(channel) {
   if (channel.program?.state === 'aborted') {
     return 'aborted';
   }
-  return state === 'idle' && channel.program?.state === 'held' ? 'stopped' : state;
+  return state === 'idle' && channel.program?.state === 'on hold' ? 'stopped' : state;
 }
 
 /** The level of a state: "fine", "look" or "person". */
@@ -73,6 +75,9 @@ export function levelOf(state, ageMs = Infinity) {
       return 'fine';
   }
 }
+
+/** How long a state is no concern yet. */
+const graceOf = (channel, state) => (state !== 'unserved' ? 0 : channel.cause === 'unknown UUID' ? unknownGraceMs : lostGraceMs);
 
 /** Begin of a state in milliseconds; for a link or a gateway that is down, the link has the exact time. */
 export function sinceOf(channel, state, links) {
@@ -100,7 +105,7 @@ function concernOf(machine, channel, now) {
   const since = sinceOf(channel, state, machine.links);
   const age = Number.isFinite(since) ? now - since : Infinity;
   const level = levelOf(state, age);
-  if (level === 'fine' || (state === 'unserved' && age < unservedGraceMs)) {
+  if (level === 'fine' || age < graceOf(channel, state)) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
@@ -212,6 +217,15 @@ export function assess(plant, now, alarms = []) {
   counts.causes = concerns.filter((concern) => concern.level === 'person').length;
   const level = counts.causes > 0 ? 'person' : concerns.length > 0 ? 'look' : 'fine';
   return { concerns, counts, level };
+}
+
+/** Milliseconds until the next grace time ends; Infinity if none runs. */
+export function nextConcernIn(plant, now) {
+  const waits = plant.flatMap((machine) => machine.channels.map((channel) => {
+    const state = stateOf(channel);
+    return sinceOf(channel, state, machine.links) + graceOf(channel, state) - now;
+  }));
+  return Math.min(Infinity, ...waits.filter((wait) => wait > 0));
 }
 
 /** Stays the same while a concern lasts; the next call of the same channel has another key. */

@@ -22,9 +22,9 @@ void put_duration(boost::json::object& out, const char* name,
 
 boost::json::object program_json(const ProgramStore::Condition& program) {
   using Kind = ProgramStore::Condition::Kind;
-  boost::json::object out{{"state", program.kind == Kind::aborted  ? "aborted"
-                                    : program.kind == Kind::stands ? "held"
-                                                                   : "running"},
+  boost::json::object out{{"state", program.kind == Kind::aborted   ? "aborted"
+                                    : program.kind == Kind::on_hold ? "on hold"
+                                                                    : "running"},
                           {"name", print::text_json(program.event.program)}};
   if (program.event.error != 0) {
     out["error"] = program.event.error;

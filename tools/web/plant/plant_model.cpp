@@ -97,6 +97,7 @@ void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
     acknowledged_.erase(acknowledged_.begin());
   }
   boost::json::object out{{"cause", acknowledgement.cause},
+                          {"name", acknowledgement.name},
                           {"since", acknowledgement.since},
                           {"by", print::utf8(acknowledgement.by)},
                           {"note", acknowledgement.note}};

@@ -49,7 +49,7 @@ void ProgramStore::add(const ProgramEvent& event, fabric::Time received) {
   if (!run.holds.empty() && !run.holds.back().to) {
     run.holds.back().to = event.at;
   }
-  if (event.kind == ProgramEventKind::held) {
+  if (event.kind == ProgramEventKind::on_hold) {
     run.holds.push_back({.from = event.at});
     if (run.holds.size() > limits_.holds) {
       run.holds.pop_front();
@@ -132,9 +132,9 @@ std::optional<ProgramStore::Condition> ProgramStore::condition(
   if (run.is_unknown || (run.ended && (!is_aborted || run.is_cleared || run.is_stale))) {
     return std::nullopt;
   }
-  return Condition{is_aborted                                 ? Condition::Kind::aborted
-                   : run.event.kind == ProgramEventKind::held ? Condition::Kind::stands
-                                                              : Condition::Kind::runs,
+  return Condition{is_aborted                                    ? Condition::Kind::aborted
+                   : run.event.kind == ProgramEventKind::on_hold ? Condition::Kind::on_hold
+                                                                 : Condition::Kind::runs,
                    run.event};
 }
 
@@ -173,24 +173,24 @@ boost::json::object ProgramStore::json_of(const Run& run) {
   if (!run.ended) {
     out.erase("duration_s");
   }
-  out["state"] = run.ended                              ? fabric::name_of(event.kind)
-                 : run.is_unknown                       ? "unknown"
-                 : event.kind == ProgramEventKind::held ? "held"
-                                                        : "running";
+  out["state"] = run.ended                                 ? fabric::name_of(event.kind)
+                 : run.is_unknown                          ? "unknown"
+                 : event.kind == ProgramEventKind::on_hold ? "on hold"
+                                                           : "running";
   print::put_time(out, "told", event.at);
   if (run.ended) {
     print::put_time(out, "ended", *run.ended);
   }
   boost::json::array holds;
   for (const Hold& hold : run.holds) {
-    boost::json::object held;
-    print::put_time(held, "from", hold.from);
+    boost::json::object time;
+    print::put_time(time, "from", hold.from);
     if (hold.to) {
-      print::put_time(held, "to", *hold.to);
+      print::put_time(time, "to", *hold.to);
     }
-    holds.push_back(std::move(held));
+    holds.push_back(std::move(time));
   }
-  out["held"] = std::move(holds);
+  out["holds"] = std::move(holds);
   return out;
 }
 

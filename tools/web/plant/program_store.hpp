@@ -51,7 +51,7 @@ class ProgramStore {
 
   /// The state of the channel's program, as far as it is of interest.
   struct Condition {
-    enum class Kind : std::uint8_t { runs, stands, aborted };
+    enum class Kind : std::uint8_t { runs, on_hold, aborted };
     Kind kind = Kind::runs;
     fabric::ProgramEvent event{};
   };

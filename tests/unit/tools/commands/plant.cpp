@@ -270,7 +270,7 @@ void add_programs(std::vector<Entry>& entries) {
                              .parts = 1'764,
                              .mode = 2}));
   entries.push_back(program({.key = {"press", 2},
-                             .kind = held,
+                             .kind = on_hold,
                              .at = seconds(168),
                              .started = seconds(150),
                              .program = "laser_mark.nc",

@@ -70,6 +70,8 @@ TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
   ASSERT_EQ(survey.metadata.size(), 2U);
   EXPECT_EQ(survey.metadata[0].values.at("delivered_by_the_bus"), "14");
   EXPECT_EQ(survey.metadata[0].values.at("written"), "14");
+  EXPECT_EQ(survey.metadata[0].values.at("calls_ended"), "2");
+  EXPECT_EQ(survey.metadata[0].values.at("calls_failed"), "0");
   EXPECT_EQ(survey.metadata[1].values.at(square_root + " total"),
             "calls 2, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
 }
@@ -203,6 +205,7 @@ TEST_F(RecorderTest, IsCountedAgainWhenItIsRepaired) {
   const auto& values = survey.metadata[0].values;
   EXPECT_EQ(values.at("written"), "7");
   EXPECT_EQ(values.at("repaired"), "true");
+  EXPECT_EQ(values.at("calls_ended"), "1");
   EXPECT_FALSE(values.contains("delivered_by_the_bus"));
   EXPECT_EQ(survey.metadata[1].values.at(square_root + " total"),
             "calls 1, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");

@@ -112,6 +112,17 @@ TEST(RecordingCodec, ReadsAbsentNumbersAsZero) {
   EXPECT_EQ(std::get<fabric::Reply>(reply->sample).kind, fabric::ReplyKind::interim);
 }
 
+/// A name may change, its number in existing recordings not.
+TEST(RecordingCodec, ReadsTheNumbersOfExistingRecordings) {
+  const auto program = decode("millrace.recording.ProgramEvent",
+                              std::string_view("\x0a\x05press\x10\x02\x18\x04"), at(0));
+  ASSERT_TRUE(program);
+  const auto& event = std::get<fabric::ProgramEvent>(program->sample);
+  EXPECT_EQ(event.key, (fabric::ChannelKey{"press", 2}));
+  EXPECT_EQ(event.kind, fabric::ProgramEventKind::on_hold);
+  EXPECT_EQ(name_of(event.kind), "on hold");
+}
+
 TEST(RecordingCodec, SkipsAFieldOfAnotherType) {
   // Number, bytes and message, each in place of another.
   for (const std::string bytes : {"\x08\x05", "\x12\x01x", "\x18\x07", "\x28\x01", "\x4a\x01y"}) {

@@ -70,6 +70,22 @@ TEST(HopStatistics, LeavesWithdrawnCallsOut) {
   EXPECT_TRUE(sut.services().empty());
 }
 
+TEST(HopStatistics, CountsCallsThatHaveEndedAndThoseThatFailed) {
+  HopStatistics sut;
+  add_all(sut, one_call(1, 0));
+  add_all(sut, one_call(2, 10));
+  sut.add(one_call(2, 10).back());  // a gateway that resumes repeats the end
+  std::vector<Entry> withdrawn = one_call(3, 20);
+  std::get<fabric::Event>(withdrawn[5].sample).kind = fabric::EventKind::withdrawn;
+  add_all(sut, withdrawn);
+  sut.add(one_call(4, 30)[1]);  // under way
+  EXPECT_EQ(sut.ended(), 3U);
+  EXPECT_EQ(sut.failed(), 1U);
+  sut.close();
+  EXPECT_EQ(sut.ended(), 3U);
+  EXPECT_EQ(sut.failed(), 1U);
+}
+
 TEST(HopStatistics, ForgetsCallsThatNeverEnd) {
   HopStatistics sut;
   for (std::uint64_t number = 1; number <= 10000; ++number) {

@@ -41,8 +41,8 @@ class AProgramStore : public testing::Test {
 TEST_F(AProgramStore, PutsTheEventsOfARunTogether) {
   tell(ProgramEventKind::started, 0, 0);
   EXPECT_THAT(states(), ElementsAre("running"));
-  tell(ProgramEventKind::held, 1000, 0);
-  EXPECT_THAT(states(), ElementsAre("held"));
+  tell(ProgramEventKind::on_hold, 1000, 0);
+  EXPECT_THAT(states(), ElementsAre("on hold"));
   tell(ProgramEventKind::resumed, 1500, 0);
   EXPECT_THAT(states(), ElementsAre("running"));
   tell(ProgramEventKind::ended, 2000, 0);
@@ -50,8 +50,8 @@ TEST_F(AProgramStore, PutsTheEventsOfARunTogether) {
   const auto run = sut.runs({}, 1).at("runs").at(0);
   EXPECT_EQ(run.at("duration_s"), 2.0);
   EXPECT_EQ(run.at("program"), "good.nc");
-  ASSERT_THAT(run.at("held").as_array(), SizeIs(1));
-  EXPECT_TRUE(run.at("held").at(0).as_object().contains("to"));
+  ASSERT_THAT(run.at("holds").as_array(), SizeIs(1));
+  EXPECT_TRUE(run.at("holds").at(0).as_object().contains("to"));
 }
 
 TEST_F(AProgramStore, HasTheNewestRunFirst) {
@@ -105,8 +105,8 @@ TEST_F(AProgramStore, ShowsAnAbortedProgramUntilTheNextStartOrReset) {
   EXPECT_FALSE(condition());
   tell(ProgramEventKind::started, 0, 0);
   EXPECT_EQ(condition()->kind, Kind::runs);
-  tell(ProgramEventKind::held, 50, 0);
-  EXPECT_EQ(condition()->kind, Kind::stands);
+  tell(ProgramEventKind::on_hold, 50, 0);
+  EXPECT_EQ(condition()->kind, Kind::on_hold);
   tell(ProgramEventKind::aborted, 100, 0);
   ASSERT_TRUE(condition());
   EXPECT_EQ(condition()->kind, Kind::aborted);
@@ -153,12 +153,12 @@ TEST_F(AProgramStore, KeepsNoMoreThanItHasRoomFor) {
   for (int i = 0; i < 10; ++i) {
     tell(ProgramEventKind::started, i * 100, i * 100);
     for (int hold = 0; hold < 5; ++hold) {
-      tell(ProgramEventKind::held, i * 100 + hold, i * 100);
+      tell(ProgramEventKind::on_hold, i * 100 + hold, i * 100);
       tell(ProgramEventKind::resumed, i * 100 + hold, i * 100);
     }
   }
   EXPECT_THAT(states(), SizeIs(3));
-  EXPECT_THAT(sut.runs({}, 1).at("runs").at(0).at("held").as_array(), SizeIs(2));
+  EXPECT_THAT(sut.runs({}, 1).at("runs").at(0).at("holds").as_array(), SizeIs(2));
   tell(ProgramEventKind::started, 2000, 2000, 2);
   tell(ProgramEventKind::started, 3000, 3000, 3);
   EXPECT_EQ(sut.channels(), 2U);

@@ -8,6 +8,8 @@
 
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/print/json.hpp"
+#include "tools/recorder/recording_file.hpp"
 
 namespace millrace::tools::web::http {
 namespace {
@@ -214,6 +216,62 @@ TEST_F(ASite, ReadsRecordingsOfItsFolderOnly) {
     EXPECT_GE(response.status, 400U) << name;
     EXPECT_THAT(*response.body, Not(HasSubstr("secret\"")));
   }
+}
+
+TEST_F(ASite, ListsMachinesTimesAndCallsOfRecordings) {
+  const std::filesystem::path place = folder.path() / "recordings";
+  std::filesystem::create_directory(place);
+  recordings = std::make_shared<Recordings>(place);
+  const auto record = [&](const char* name) {
+    auto file = recorder::RecordingFile::create(place / name, {});
+    EXPECT_TRUE(file) << file.error();
+    std::vector<recording::Entry> entries = one_call(1, 0);
+    std::vector<recording::Entry> withdrawn = one_call(2, 10);
+    std::get<fabric::Event>(withdrawn[5].sample).kind = fabric::EventKind::withdrawn;
+    entries.insert(entries.end(), withdrawn.begin(), withdrawn.end());
+    entries.push_back({.at = recording::tests::at(30),
+                       .sample = fabric::DataSample{.key = {"cnc.ALARMS", 1}, .group = "queue"}});
+    for (const recording::Entry& entry : entries) {
+      EXPECT_TRUE((*file)->write(entry));
+    }
+    EXPECT_TRUE((*file)->close_chunk(false));
+    return std::move(*file);
+  };
+  const auto named = [&](std::string_view name) {
+    const auto list = json(answer(get("/api/recordings"))).at("recordings").as_array();
+    for (const auto& each : list) {
+      if (each.at("name") == boost::json::string_view(name.data(), name.size())) {
+        return each.as_object();
+      }
+    }
+    ADD_FAILURE() << name;
+    return boost::json::object();
+  };
+  ASSERT_TRUE(record("whole.mcap")->finish({}));
+  auto whole = named("whole.mcap");
+  EXPECT_EQ(whole.at("machines"), boost::json::array({"cnc"})) << "a queue is part of its machine";
+  boost::json::object times;
+  print::put_time(times, "start", one_call(1, 0)[0].at);
+  print::put_time(times, "end", recording::tests::at(30));
+  EXPECT_EQ(whole.at("start"), times.at("start"));
+  EXPECT_EQ(whole.at("end"), times.at("end"));
+  EXPECT_EQ(whole.at("calls"), 2);
+  EXPECT_EQ(whole.at("failed"), 1);
+  EXPECT_FALSE(whole.contains("writing"));
+
+  auto open = record("open.mcap");
+  auto part = named("open.mcap.part");
+  EXPECT_EQ(part.at("writing"), true);
+  EXPECT_EQ(part.at("machines"), whole.at("machines"));
+  EXPECT_EQ(part.at("start"), whole.at("start"));
+  EXPECT_FALSE(part.contains("calls"));
+  EXPECT_EQ(json(answer(get("/api/recordings/open.mcap.part/calls"))).at("calls").as_array().size(),
+            2U);
+  open.reset();
+  EXPECT_EQ(named("open.mcap.part").at("writing"), false) << "its recorder was killed";
+
+  std::ofstream(place / "none.mcap") << "no recording";
+  EXPECT_FALSE(named("none.mcap").contains("calls"));
 }
 
 }  // namespace

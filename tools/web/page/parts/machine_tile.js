@@ -46,11 +46,11 @@ function programCell() {
       const state = program?.state ?? 'none';
       if (state !== shown) {
         shown = state;
-        replace(icon, program && shape({ aborted: 'down', held: 'paused' }[state] ?? 'play'));
+        replace(icon, program && shape({ aborted: 'down', 'on hold': 'paused' }[state] ?? 'play'));
         setAttribute(node, 'data-program', state);
       }
       const more = state === 'aborted' ? [words.plant.aborted, program.error && words.plant.errorOf(program.error)].filter(Boolean).join(', ')
-        : state === 'held' ? words.plant.onHold : '';
+        : state === 'on hold' ? words.plant.onHold : '';
       setText(text, [visible(program?.name ?? '').replace(/\.nc$/i, ''), more].filter(Boolean).join(' · '));
       setAttribute(node, 'title', program ? `${words.plant.program}: ${visible(program.name)}${more && `, ${more}`}` : null);
     },

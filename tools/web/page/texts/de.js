@@ -338,14 +338,16 @@ export default {
     slow: (now, wanted) => `${now} statt ${wanted}`,
     columns: { variable: 'Variable', value: 'Wert', quality: 'Qualität', read: 'Gelesen', group: 'Gruppe', every: 'Periode' },
     runColumns: { channel: 'Kanal', program: 'NC-Programm', started: 'Beginn', took: 'Dauer', outcome: 'Ergebnis', error: 'Fehler', parts: 'Teile' },
-    outcomes: { running: 'läuft', held: 'angehalten', ended: 'beendet', aborted: 'abgebrochen', reset: 'zurückgesetzt', unknown: 'unbekannt' },
+    outcomes: { running: 'läuft', 'on hold': 'angehalten', ended: 'beendet', aborted: 'abgebrochen', reset: 'zurückgesetzt', unknown: 'unbekannt' },
   },
 
   recordings: {
     title: 'Aufzeichnungen',
     none: 'Noch keine Aufzeichnungen',
     noneWhat: 'Aufzeichnen mit: millrace record --output ORDNER/NAME.mcap',
-    columns: { name: 'Name', size: 'Größe', modified: 'Zuletzt geschrieben', download: 'Herunterladen' },
+    columns: { name: 'Name', machines: 'Maschinen', from: 'Von', to: 'Bis', calls: 'Aufrufe', failed: 'Fehlerhaft', size: 'Größe', download: 'Herunterladen' },
+    writing: 'wird geschrieben',
+    interrupted: 'abgebrochen',
     download: 'Herunterladen',
     downloadOf: (name) => `${name} herunterladen`,
     back: 'Alle Aufzeichnungen',

@@ -342,14 +342,16 @@ export default {
     slow: (now, wanted) => `${now}, not ${wanted}`,
     columns: { variable: 'Variable', value: 'Value', quality: 'Quality', read: 'Read', group: 'Group', every: 'Period' },
     runColumns: { channel: 'Channel', program: 'NC program', started: 'Started', took: 'Duration', outcome: 'Result', error: 'Error', parts: 'Parts' },
-    outcomes: { running: 'running', held: 'on hold', ended: 'ended', aborted: 'aborted', reset: 'reset', unknown: 'unknown' },
+    outcomes: { running: 'running', 'on hold': 'on hold', ended: 'ended', aborted: 'aborted', reset: 'reset', unknown: 'unknown' },
   },
 
   recordings: {
     title: 'Recordings',
     none: 'No recordings yet',
     noneWhat: 'Make one with: millrace record --output FOLDER/NAME.mcap',
-    columns: { name: 'Name', size: 'Size', modified: 'Last written', download: 'Download' },
+    columns: { name: 'Name', machines: 'Machines', from: 'From', to: 'To', calls: 'Calls', failed: 'Failed', size: 'Size', download: 'Download' },
+    writing: 'being written',
+    interrupted: 'interrupted',
     download: 'Download',
     downloadOf: (name) => `Download ${name}`,
     back: 'All recordings',

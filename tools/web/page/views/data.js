@@ -21,7 +21,7 @@ const first = 3;
 const spans = [60, 120, 300, 600];
 const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'person'] };
 const outcomes = {
-  running: ['running', 'fine'], held: ['held', 'look'], ended: ['well', 'fine'], aborted: ['down', 'person'], reset: ['look', 'look'],
+  running: ['running', 'fine'], 'on hold': ['held', 'look'], ended: ['well', 'fine'], aborted: ['down', 'person'], reset: ['look', 'look'],
   unknown: ['unknown', 'look'],
 };
 

@@ -15,11 +15,17 @@ const failure = (problem) => placeholder('failure', words.failure.title, problem
 export function recordingsView(app) {
   const content = element('div', {}, element('p', {}, words.showing));
   const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), content);
+  const clock = (time) => (time ? moment(milliseconds(time) - app.clockOffset(), Date.now()) : '');
   const row = (recording) => element('tr', {},
     element('th', { scope: 'row', 'data-label': text.columns.name },
-      element('a', { href: `#/recordings/${encodeURIComponent(recording.name)}` }, visible(recording.name))),
+      element('a', { href: `#/recordings/${encodeURIComponent(recording.name)}` }, visible(recording.name)),
+      recording.writing !== undefined && element('span', { class: 'detail' }, recording.writing ? text.writing : text.interrupted)),
+    element('td', { 'data-label': text.columns.machines }, (recording.machines ?? []).map(visible).join(', ')),
+    element('td', { 'data-label': text.columns.from }, clock(recording.start)),
+    element('td', { 'data-label': text.columns.to }, clock(recording.end ?? recording.modified)),
+    element('td', { 'data-label': text.columns.calls, class: 'cell-number' }, number(recording.calls)),
+    element('td', { 'data-label': text.columns.failed, class: 'cell-number' }, number(recording.failed)),
     element('td', { 'data-label': text.columns.size, class: 'cell-number' }, size(recording.size)),
-    element('td', { 'data-label': text.columns.modified }, moment(milliseconds(recording.modified) - app.clockOffset(), Date.now())),
     element('td', { 'data-label': text.columns.download }, element('a', { href: fileOf(recording.name), download: true, 'aria-label': text.downloadOf(visible(recording.name)) }, text.download)));
   return {
     node,
@@ -30,7 +36,7 @@ export function recordingsView(app) {
         const { recordings } = await get(['recordings']);
         replace(content, recordings.length === 0 ? placeholder('empty', text.none, text.noneWhat)
           : element('table', { class: 'recordings' }, element('caption', { class: 'for-readers' }, text.title),
-            tableHead(['name', 'size', 'modified', 'download'], text.columns),
+            tableHead(['name', 'machines', 'from', 'to', 'calls', 'failed', 'size', 'download'], text.columns),
             element('tbody', {}, recordings.map(row))));
       } catch (problem) {
         replace(content, failure(problem));
