@@ -36,22 +36,9 @@ class SyntaxErrors : public google::protobuf::io::ErrorCollector {
   std::string text_;
 };
 
-using Tree = google::protobuf::TextFormat::ParseInfoTree;
+}  // namespace
 
-tl::expected<void, std::string> parse(const std::string& text, const std::string& name,
-                                      google::protobuf::Message& message, Tree* places) {
-  SyntaxErrors mistakes(name);
-  google::protobuf::TextFormat::Parser parser;
-  parser.RecordErrorsTo(&mistakes);
-  parser.WriteLocationsTo(places);
-  if (!parser.ParseFromString(text, &message)) {
-    message.Clear();
-    return tl::unexpected(mistakes.text());
-  }
-  return {};
-}
-
-tl::expected<std::string, std::string> read(const std::filesystem::path& file) {
+tl::expected<std::string, std::string> read_text(const std::filesystem::path& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
@@ -63,38 +50,40 @@ tl::expected<std::string, std::string> read(const std::filesystem::path& file) {
   return text.str();
 }
 
-}  // namespace
-
-tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
-                                             google::protobuf::Message& message) {
-  return parse(text, name, message, nullptr);
-}
-
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
                                              google::protobuf::Message& message,
-                                             ConfigPlaces& places) {
-  places.file_ = name;
-  return parse(text, name, message, &places.tree_);
+                                             ConfigPlaces* places) {
+  SyntaxErrors mistakes(name);
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&mistakes);
+  if (places != nullptr) {
+    places->file_ = name;
+    parser.WriteLocationsTo(&places->tree_);
+  }
+  if (!parser.ParseFromString(text, &message)) {
+    message.Clear();
+    return tl::unexpected(mistakes.text());
+  }
+  return {};
 }
 
 tl::expected<void, std::string> read_config(const std::filesystem::path& file,
                                             google::protobuf::Message& message) {
-  return read(file).and_then(
-      [&](const std::string& text) { return parse(text, file.string(), message, nullptr); });
-}
-
-tl::expected<void, std::string> read_config(const std::filesystem::path& file,
-                                            google::protobuf::Message& message,
-                                            ConfigPlaces& places) {
-  return read(file).and_then(
-      [&](const std::string& text) { return parse_config(text, file.string(), message, places); });
+  return read_text(file).and_then(
+      [&](const std::string& text) { return parse_config(text, file.string(), message); });
 }
 
 std::string ConfigPlaces::at(const google::protobuf::Message& message,
                              const std::vector<Step>& path) const {
-  std::string place = file_;
+  const auto [line, column] = position(message, path);
+  return line == 0 ? file_ : fmt::format("{}:{}:{}", file_, line, column);
+}
+
+std::pair<int, int> ConfigPlaces::position(const google::protobuf::Message& message,
+                                           const std::vector<Step>& path) const {
+  std::pair<int, int> place;
   const google::protobuf::Descriptor* type = message.GetDescriptor();
-  const Tree* tree = &tree_;
+  const google::protobuf::TextFormat::ParseInfoTree* tree = &tree_;
   for (const Step& step : path) {
     if (tree == nullptr) {
       break;
@@ -111,7 +100,7 @@ std::string ConfigPlaces::at(const google::protobuf::Message& message,
     if (found.line < 0) {
       break;
     }
-    place = fmt::format("{}:{}:{}", file_, found.line + 1, found.column + 1);
+    place = {found.line + 1, found.column + 1};
     type = field->message_type();
     tree = type != nullptr ? tree->GetTreeForNested(field, index) : nullptr;
   }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <google/protobuf/message.h>
@@ -32,28 +33,27 @@ class ConfigPlaces {
   /// file does not have the field, the place of the last field on the path that it has, or "FILE".
   [[nodiscard]] std::string at(const google::protobuf::Message& message,
                                const std::vector<Step>& path) const;
+  /// The same as line and column; 0 and 0 for "FILE".
+  [[nodiscard]] std::pair<int, int> position(const google::protobuf::Message& message,
+                                             const std::vector<Step>& path) const;
 
  private:
   friend tl::expected<void, std::string> parse_config(const std::string& text,
                                                       const std::string& name,
                                                       google::protobuf::Message& message,
-                                                      ConfigPlaces& places);
+                                                      ConfigPlaces* places);
 
   std::string file_;
   google::protobuf::TextFormat::ParseInfoTree tree_;
 };
 
-/// The same; also fills `places`.
-tl::expected<void, std::string> read_config(const std::filesystem::path& file,
-                                            google::protobuf::Message& message,
-                                            ConfigPlaces& places);
+/// The text of a file.
+tl::expected<std::string, std::string> read_text(const std::filesystem::path& file);
 
-/// The same for text in memory; `name` is the file's name in messages.
-tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
-                                             google::protobuf::Message& message);
+/// As read_config, for text in memory; `name` is the file's name in messages. Fills `places`.
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
                                              google::protobuf::Message& message,
-                                             ConfigPlaces& places);
+                                             ConfigPlaces* places = nullptr);
 
 /// The same, returning the message.
 template <typename Message>

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
+
 namespace millrace::base::configuration {
 
 ConfigPath operator/(ConfigPath path, ConfigStep step) {
@@ -19,13 +21,26 @@ ConfigPath operator/(ConfigPath path, std::string field) {
 bool Mistakes::expect(bool holds, const ConfigPath& path, std::string_view what) {
   if (!holds) {
     std::string field;
+    std::string key;
     for (const ConfigStep& step : path) {
       field += (field.empty() ? "" : ".") + step.field;
+      key += fmt::format("{}[{}]", step.field, step.index);
     }
-    text_ += fmt::format("{}{}: {}{}{}", text_.empty() ? "" : "\n", places_.at(config_, path),
-                         field, field.empty() ? "" : ": ", what);
+    if (wrong_fields_.insert(key).second) {
+      lines_.emplace(places_.position(config_, path),
+                     fmt::format("{}: {}{}{}", places_.at(config_, path), field,
+                                 field.empty() ? "" : ": ", text::safe(what)));
+    }
   }
   return holds;
+}
+
+std::string Mistakes::text() const {
+  std::string text;
+  for (const auto& [place, line] : lines_) {
+    text += (text.empty() ? "" : "\n") + line;
+  }
+  return text;
 }
 
 namespace {

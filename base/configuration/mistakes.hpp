@@ -1,13 +1,14 @@
-// Collects all mistakes of a configuration that the schema cannot detect, each with its place.
+// Collects all mistakes of a configuration, each with its place.
 //
-//   Mistakes mistakes(mail, places);
-//   mistakes.expect(mail.server().port() > 0, {{"server"}, {"port"}}, "0; expected 1 to 65535");
-//   if (!mistakes.none()) return tl::unexpected(mistakes.text());
+//   mistakes.expect(mail.rule_size() > 0, {{"rule"}}, "is missing; expected one or more");
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -33,7 +34,9 @@ class Mistakes {
       : config_(config), places_(places) {}
 
   /// Records "FILE:LINE:COLUMN: FIELD.FIELD: WHAT" unless `holds`; returns `holds`. For a field
-  /// that the file does not have, the place is that of the next outer one.
+  /// that the file does not have, the place is that of the next outer one. Control characters in
+  /// WHAT are escaped. Only the first mistake
+  /// of a field counts: others follow from it.
   bool expect(bool holds, const ConfigPath& path, std::string_view what);
 
   /// Records a value outside `first` to `last` (NaN is outside); returns whether it is inside.
@@ -44,14 +47,23 @@ class Mistakes {
     return inside;
   }
 
-  [[nodiscard]] bool none() const { return text_.empty(); }
-  /// One line for each mistake, in the order in which they were found.
-  [[nodiscard]] const std::string& text() const { return text_; }
+  /// The value of `parsed`; otherwise an empty one, and records the error.
+  template <typename Value>
+  Value take(tl::expected<Value, std::string> parsed, const ConfigPath& path) {
+    expect(parsed.has_value(), path, parsed ? "" : parsed.error());
+    return std::move(parsed).value_or(Value{});
+  }
+
+  [[nodiscard]] bool none() const { return lines_.empty(); }
+  /// One line for each mistake, in the order of the file.
+  [[nodiscard]] std::string text() const;
 
  private:
   const google::protobuf::Message& config_;
   const ConfigPlaces& places_;
-  std::string text_;
+  std::set<std::string> wrong_fields_;
+  /// By line and column.
+  std::multimap<std::pair<int, int>, std::string> lines_;
 };
 
 // Resolves the path of a file or folder in a configuration.

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "base/program/command_line.hpp"
 #include "cnc/simulator/configuration_parts.hpp"
 #include "cnc/simulator/virtual_channel.hpp"
@@ -22,53 +22,34 @@ using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
 AxisSettings axis(const config::CncAxis& from, const ConfigPath& path, Mistakes& mistakes) {
-  const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
   const std::string& name = from.name();
-  mistakes.expect(!name.empty() && std::isupper(static_cast<unsigned char>(name.front())) != 0 &&
-                      std::all_of(name.begin(), name.end(), is_letter_or_digit),
+  mistakes.expect(!name.empty() && std::isupper(static_cast<unsigned char>(name.front())) != 0,
                   path / "name",
-                  fmt::format("\"{}\"; expected a capital letter and perhaps more letters, digits "
-                              "and _, as in X, X1 or X_ACHSE",
+                  fmt::format("\"{}\"; expected a capital letter, and perhaps more letters, digits "
+                              "and '_', as in X, X1 or X_ACHSE",
                               name));
   mistakes.expect(from.negative_limit() < from.positive_limit(), path / "negative_limit",
                   fmt::format("of axis {} is not below positive_limit", name));
-  mistakes.expect_range(from.greatest_feed(), 0.0, 1e6, path / "greatest_feed");
   return {name, from.negative_limit(), from.positive_limit(), from.greatest_feed()};
 }
 
 /// The axes in the field "axis" of `path`.
 template <typename Axes>
 std::vector<AxisSettings> axes(const Axes& from, const ConfigPath& path, Mistakes& mistakes) {
-  mistakes.expect(static_cast<std::size_t>(from.size()) <= max_axes, path / "axis",
-                  fmt::format("there are {}; expected at most {}", from.size(), max_axes));
   std::vector<AxisSettings> all;
-  std::set<std::string> names;
   for (int i = 0; i < from.size(); ++i) {
-    const ConfigPath here = path / ConfigStep{"axis", i};
-    all.push_back(axis(from[i], here, mistakes));
-    mistakes.expect(names.insert(from[i].name()).second, here / "name",
-                    fmt::format("there are two axes {}", from[i].name()));
+    all.push_back(axis(from[i], path / ConfigStep{"axis", i}, mistakes));
   }
   return all;
 }
 
 Declaration external(const config::CncExternalVariable& from, const ConfigPath& path,
                      Mistakes& mistakes) {
-  constexpr std::size_t longest_name = 20;
-  constexpr std::uint32_t most_elements = 10'000;
-  constexpr std::uint32_t longest_text = 127;
-  mistakes.expect(!from.name().empty() && from.name().size() <= longest_name &&
-                      from.name().find_first_of("[] \t\"") == std::string::npos,
-                  path / "name",
-                  fmt::format("\"{}\"; expected 1 to {} characters without blanks and brackets",
-                              from.name(), longest_name));
-  const bool fits = mistakes.expect_range(from.characters(), 1U, longest_text, path / "characters");
-  mistakes.expect_range(from.array_elements(), 0U, most_elements, path / "array_elements");
-  const Type type{static_cast<std::uint32_t>(from.type())};
+  mistakes.expect(from.name().find_first_of("[]\"") == std::string::npos, path / "name",
+                  fmt::format("\"{}\"; expected a name without brackets and '\"'", from.name()));
   Declaration declaration{
       "V.E." + from.name(),
-      type == Type::string ? ElementType::text(fits ? from.characters() : longest_text)
-                           : ElementType::number(type),
+      element_of(from),
       Access{static_cast<std::uint32_t>(from.access_rights())},
       {},
       External{from.scope() == config::CncExternalVariable::GLOBAL, from.synchronisation(), 0}};
@@ -101,36 +82,27 @@ bool is_always_there(std::string_view name) {
 
 SystemVariable system_variable(const config::CncVariable& from, const ConfigPath& path,
                                Mistakes& mistakes) {
-  constexpr std::uint32_t most_elements = 10'000;
-  constexpr std::uint32_t longest_text = 127;
   const std::string& name = from.name();
   const bool of_axes = name.starts_with("V.A.");
-  mistakes.expect(
-      (of_axes || name.starts_with("V.G.")) && is_variable_name(name) && name.size() <= 64,
-      path / "name", fmt::format("\"{}\"; expected V.G. or V.A. and a name, as in V.G.NP", name));
+  mistakes.expect((of_axes || name.starts_with("V.G.")) && is_variable_name(name), path / "name",
+                  fmt::format("\"{}\"; expected V.G. or V.A. and a name, as in V.G.NP", name));
   mistakes.expect(!is_always_there(name), path / "name", fmt::format("{} is always there", name));
   mistakes.expect(!of_axes || from.per_axis(), path / "per_axis",
                   fmt::format("{} is a variable of an axis; expected per_axis: true", name));
-  mistakes.expect_range(from.index(), 0U, most_elements, path / "index");
-  mistakes.expect(from.member().empty() || (from.index() > 0 && is_variable_name(from.member()) &&
-                                            from.member().size() <= 64),
+  mistakes.expect(from.member().empty() || (from.index() > 0 && is_variable_name(from.member())),
                   path / "member",
                   fmt::format("\"{}\"; expected a name, as in V, behind an index", from.member()));
-  const bool fits = mistakes.expect_range(from.characters(), 1U, longest_text, path / "characters");
-  const Type type{static_cast<std::uint32_t>(from.type())};
   Declaration declaration{name + (from.member().empty() ? "" : "." + from.member()),
-                          type == Type::string
-                              ? ElementType::text(fits ? from.characters() : longest_text)
-                              : ElementType::number(type),
-                          Access{static_cast<std::uint32_t>(from.access())}};
+                          element_of(from), Access{static_cast<std::uint32_t>(from.access())}};
   if (from.index() > 0) {
     declaration.dimensions = {from.index()};
     declaration.behind = declaration.name.size() - name.size();
   }
   const auto value = from.has_value() ? value_of(declaration.element, from.value())
                                       : std::optional(zero_of(declaration.element));
-  mistakes.expect(value.has_value(), path / "value",
-                  fmt::format("\"{}\" is not a {}", from.value(), name_of(type)));
+  mistakes.expect(
+      value.has_value(), path / "value",
+      fmt::format("\"{}\" is not a {}", from.value(), name_of(declaration.element.type)));
   return {std::move(declaration), from.per_axis(), value.value_or(0.0)};
 }
 
@@ -167,25 +139,6 @@ std::vector<SystemVariable> system_variables(const config::Cnc& config, const Se
   return all;
 }
 
-std::vector<std::pair<std::string, double>> aep_parameters(const config::Cnc& config,
-                                                           Mistakes& mistakes) {
-  constexpr std::size_t longest_name = 95;
-  std::vector<std::pair<std::string, double>> all;
-  std::set<std::string> names;
-  for (int i = 0; i < config.aep_parameter_size(); ++i) {
-    const ConfigPath path{{"aep_parameter", i}};
-    const auto& parameter = config.aep_parameter(i);
-    const std::string& name = parameter.name();
-    mistakes.expect(
-        !name.empty() && name.size() <= longest_name && name.find('\0') == std::string::npos,
-        path / "name", fmt::format("expected 1 to {} characters", longest_name));
-    mistakes.expect(names.insert(name).second, path / "name",
-                    fmt::format("there are two of {}", name));
-    all.emplace_back(name, parameter.value());
-  }
-  return all;
-}
-
 /// Places the variables of each scope one after the other (IB/tf5200_external_variables/112418187
 /// recommends this automatic layout, documented).
 void assign_addresses(std::vector<Declaration>& externals) {
@@ -199,20 +152,14 @@ void assign_addresses(std::vector<Declaration>& externals) {
 
 std::vector<Declaration> externals(const config::Cnc& config, Mistakes& mistakes) {
   std::vector<Declaration> all;
-  std::set<std::string> names;
   for (int i = 0; i < config.external_variable_size(); ++i) {
-    const auto& variable = config.external_variable(i);
-    const ConfigPath path{{"external_variable", i}};
-    all.push_back(external(variable, path, mistakes));
-    mistakes.expect(names.insert(variable.name()).second, path / "name",
-                    fmt::format("there are two of {}", variable.name()));
+    all.push_back(external(config.external_variable(i), {{"external_variable", i}}, mistakes));
   }
   assign_addresses(all);
   return all;
 }
 
 void set_channels(const config::Cnc& config, Settings& settings, Mistakes& mistakes) {
-  const bool right = mistakes.expect_range(config.channels(), 1U, max_channels, {{"channels"}});
   settings.channels = config.channels();
   if (config.axis_size() > 0) {
     settings.axes = axes(config.axis(), {}, mistakes);
@@ -220,20 +167,12 @@ void set_channels(const config::Cnc& config, Settings& settings, Mistakes& mista
   for (int i = 0; i < config.channel_size(); ++i) {
     const config::CncChannel& channel = config.channel(i);
     const ConfigPath path{{"channel", i}};
-    mistakes.expect_range(channel.number(), 1U, right ? config.channels() : max_channels,
-                          path / "number");
-    auto own = axes(channel.axis(), path, mistakes);
-    mistakes.expect(settings.channel_axes.emplace(channel.number(), std::move(own)).second,
-                    path / "number", fmt::format("there are two of number {}", channel.number()));
+    mistakes.expect_range(channel.number(), 1U, config.channels(), path / "number");
+    settings.channel_axes.emplace(channel.number(), axes(channel.axis(), path, mistakes));
   }
 }
 
-nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes) {
-  constexpr std::uint32_t highest_level = 10;
-  const ConfigPath path{{"programs"}};
-  mistakes.expect_range(from.look_ahead(), 1U, 10'000U, path / "look_ahead");
-  mistakes.expect_range(from.operations_per_cycle(), 100U, 1'000'000U,
-                        path / "operations_per_cycle");
+nc::ChannelOptions programs(const config::CncPrograms& from) {
   nc::ChannelOptions options;
   options.queue = from.look_ahead();
   options.withhold_last_motion = from.withhold_last_motion();
@@ -241,12 +180,9 @@ nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes)
   options.messages_read_at_once = from.messages_read();
   options.optional_stop = from.optional_stop();
   options.stream_program = from.stream_program();
-  for (int i = 0; i < from.skipped_level_size(); ++i) {
-    const std::uint32_t level = from.skipped_level(i);
-    if (mistakes.expect_range(level, 1U, highest_level, path / ConfigStep{"skipped_level", i})) {
-      options.skipped_levels =
-          static_cast<std::uint16_t>(options.skipped_levels | 1U << (level - 1));
-    }
+  for (const std::uint32_t level : from.skipped_level()) {
+    options.skipped_levels =
+        static_cast<std::uint16_t>(options.skipped_levels | 1U << (level - 1) % 16);
   }
   return options;
 }
@@ -267,19 +203,9 @@ std::vector<ads::NetId> routes(const config::CncConnections& from, const ConfigP
 
 ConnectionSettings connections(const config::CncConnections& from, const config::CncFaults& faults,
                                Mistakes& mistakes) {
-  const ConfigPath path{{"connections"}};
-  constexpr std::uint32_t most_connections = 10'000;
-  constexpr std::uint32_t week_s = 7 * 24 * 3'600;
-  mistakes.expect_range(from.max_connections(), 1U, most_connections, path / "max_connections");
-  mistakes.expect_range(from.idle_s(), 0U, week_s, path / "idle_s");
-  constexpr std::uint32_t most_notifications = 10'000;
   const auto& told = from.notifications();
-  const ConfigPath of_faults{{"faults"}};
-  mistakes.expect_range(faults.delay_ms(), 0U, 60'000U, of_faults / "delay_ms");
-  mistakes.expect_range(faults.sample_delay_ms(), 0U, 60'000U, of_faults / "sample_delay_ms");
-  mistakes.expect_range(told.most(), 1U, most_notifications, path / "notifications" / "most");
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
-          routes(from, path, mistakes),
+          routes(from, {{"connections"}}, mistakes),
           from.one_per_address(),
           from.sum_commands(),
           from.symbols(),
@@ -301,19 +227,15 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   Settings settings;
   set_channels(config, settings, mistakes);
   const auto& service = config.service_interface();
-  const auto late = [&](std::uint32_t ms, const char* field) {
-    mistakes.expect_range(ms, 0U, 60'000U, {{"service_interface"}, {field}});
-    return std::chrono::milliseconds(ms);
-  };
   settings.service = {service.response_clears_request(),
                       service.ads_request_clears_response(),
                       service.reset_clears_states(),
                       service.start_clears_states(),
-                      late(service.ads_writes_visible_after_ms(), "ads_writes_visible_after_ms"),
+                      std::chrono::milliseconds(service.ads_writes_visible_after_ms()),
                       std::nullopt};
   if (service.has_kernel_clears_request_state_after_ms()) {
-    settings.service.kernel_clears_after = late(service.kernel_clears_request_state_after_ms(),
-                                                "kernel_clears_request_state_after_ms");
+    settings.service.kernel_clears_after =
+        std::chrono::milliseconds(service.kernel_clears_request_state_after_ms());
   }
   const auto& answers = config.answers();
   settings.answers = {
@@ -325,19 +247,17 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   mistakes.expect(answers.old_value_offset() == 92 || answers.old_value_offset() == 96,
                   {{"answers"}, {"old_value_offset"}},
                   fmt::format("{}; expected 92 or 96", answers.old_value_offset()));
-  constexpr double slowest = 1;
-  constexpr double fastest = 1e6;
-  settings.program = programs(config.programs(), mistakes);
+  settings.program = programs(config.programs());
   settings.decoder_operations = config.programs().operations_per_cycle();
   settings.ready_after_end = config.programs().ready_after_end();
-  mistakes.expect_range(config.rapid_feed(), slowest, fastest, {{"rapid_feed"}});
   settings.program.rapid_feed = config.rapid_feed();
-  mistakes.expect_range(config.cycle_us(), 250U, 100'000U, {{"cycle_us"}});
   settings.cycle = std::chrono::microseconds(config.cycle_us());
   settings.connections = connections(config.connections(), config.faults(), mistakes);
   settings.externals = externals(config, mistakes);
   settings.variables = system_variables(config, settings, mistakes);
-  settings.aep_parameters = aep_parameters(config, mistakes);
+  for (const config::CncAepParameter& parameter : config.aep_parameter()) {
+    settings.aep_parameters.emplace_back(parameter.name(), parameter.value());
+  }
   settings.system_data = read_system_data(config, mistakes);
   settings.secure_ads = read_secure_ads(config, base, mistakes);
   settings.discovery = read_discovery(config, mistakes);
@@ -347,34 +267,25 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   return settings;
 }
 
-/// `read` fills its arguments and returns the violations of the schema.
-template <typename Read>
-Settings checked(const std::filesystem::path& folder, Read read) {
-  config::Cnc config;
-  base::configuration::ConfigPlaces places;
-  if (const tl::expected<void, std::string> done = read(config, places); !done) {
-    throw base::program::UsageError(done.error());
-  }
-  Mistakes mistakes(config, places);
-  Settings settings = settings_of(config, folder, mistakes);
-  if (!mistakes.none()) {
-    throw base::program::UsageError(mistakes.text());
-  }
-  return settings;
-}
-
 }  // namespace
 
 Settings read_settings(const std::filesystem::path& file) {
-  return checked(file.parent_path(), [&](auto& config, auto& places) {
-    return base::configuration::read_config(file, config, places);
-  });
+  const auto text = base::configuration::read_text(file);
+  if (!text) {
+    throw base::program::UsageError(text.error());
+  }
+  return parse_settings(*text, file);
 }
 
-Settings parse_settings(const std::string& text, const std::string& name) {
-  return checked({}, [&](auto& config, auto& places) {
-    return base::configuration::parse_config(text, name, config, places);
-  });
+Settings parse_settings(const std::string& text, const std::filesystem::path& file) {
+  auto settings = base::configuration::load_text<config::Cnc>(
+      text, file.string(), [&](const config::Cnc& config, Mistakes& mistakes) {
+        return settings_of(config, file.parent_path(), mistakes);
+      });
+  if (!settings) {
+    throw base::program::UsageError(settings.error());
+  }
+  return *std::move(settings);
 }
 
 }  // namespace millrace::cnc::simulator

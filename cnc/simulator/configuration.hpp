@@ -13,7 +13,8 @@ namespace millrace::cnc::simulator {
 /// @throws base::program::UsageError with file, line and column of every mistake
 Settings read_settings(const std::filesystem::path& file);
 
-/// The same for text in memory; `name` is the file's name in messages.
-Settings parse_settings(const std::string& text, const std::string& name);
+/// The same for text in memory. `file` stands for its file in messages, and relative paths start
+/// beside it.
+Settings parse_settings(const std::string& text, const std::filesystem::path& file);
 
 }  // namespace millrace::cnc::simulator

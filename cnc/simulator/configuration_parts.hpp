@@ -22,6 +22,13 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
 std::optional<DiscoverySettings> read_discovery(const config::Cnc& config,
                                                 base::configuration::Mistakes& mistakes);
 
+/// Of a variable or of system data.
+template <typename From>
+ElementType element_of(const From& from) {
+  const Type type{static_cast<std::uint32_t>(from.type())};
+  return type == Type::string ? ElementType::text(from.characters()) : ElementType::number(type);
+}
+
 // System data.
 
 /// Records every mistake with its place.

@@ -10,8 +10,7 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "fabric/profile/credentials.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "idl/fabric.pb.h"
@@ -20,13 +19,10 @@ namespace millrace::fabric::profile {
 
 namespace {
 
+using base::configuration::Mistakes;
+
 /// Enough for a host's services, and few enough for packet filters and for searching peers.
 constexpr std::uint32_t default_processes = 20;
-constexpr std::uint32_t max_processes = 100;
-constexpr std::uint32_t min_lease_ms = 100;
-constexpr std::uint32_t max_lease_ms = 100'000;
-/// Room for a name and its terminating NUL in the kernel (IFNAMSIZ).
-constexpr std::size_t max_interface_length = 15;
 
 bool is_address(const std::string& text) {
   in_addr address{};
@@ -40,25 +36,15 @@ bool consists_of(const std::string& text, std::string_view more) {
   });
 }
 
-bool is_interface(const std::string& text) {
-  return is_address(text) || (consists_of(text, "_.-@") && text.size() <= max_interface_length);
-}
-
 bool is_loopback(const std::string& interface) {
   return interface == "lo" || interface.starts_with("127.");
 }
 
-void check(const config::Fabric& profile, base::configuration::Mistakes& mistakes) {
+void check_names(const config::Fabric& profile, Mistakes& mistakes) {
   mistakes.expect(
       dds::is_fabric_name(profile.fabric()), {{"fabric"}},
       fmt::format("\"{}\"; expected some text without '*', '?', '/' and ','", profile.fabric()));
-  mistakes.expect_range(profile.domain(), 0U, last_domain, {{"domain"}});
-  if (profile.has_processes_per_host()) {
-    mistakes.expect_range(profile.processes_per_host(), 1U, max_processes,
-                          {{"processes_per_host"}});
-  }
-  mistakes.expect_range(profile.lease_ms(), min_lease_ms, max_lease_ms, {{"lease_ms"}});
-  mistakes.expect(is_interface(profile.interface()), {{"interface"}},
+  mistakes.expect(consists_of(profile.interface(), "_.-@"), {{"interface"}},
                   fmt::format("\"{}\"; expected the name of a network interface, as `ip link` "
                               "shows it, or its IPv4 address",
                               profile.interface()));
@@ -69,7 +55,7 @@ void check(const config::Fabric& profile, base::configuration::Mistakes& mistake
   }
 }
 
-void check_protection(const config::Fabric& profile, base::configuration::Mistakes& mistakes) {
+void check_protection(const config::Fabric& profile, Mistakes& mistakes) {
   if (profile.has_trust()) {
     mistakes.expect(!profile.unprotected(), {{"unprotected"}},
                     "true, beside trust { … }; expected one of them");
@@ -77,9 +63,7 @@ void check_protection(const config::Fabric& profile, base::configuration::Mistak
     return;
   }
   mistakes.expect(
-      is_loopback(profile.interface()) || !is_interface(profile.interface()) ||
-          profile.unprotected(),
-      {{"interface"}},
+      is_loopback(profile.interface()) || profile.unprotected(), {{"interface"}},
       fmt::format("\"{}\" without trust: any process on this network could answer calls, own "
                   "machines and send commands; expected trust {{ folder: \"…\" }} (`millrace trust "
                   "init` makes one), or unprotected: true if that is meant",
@@ -137,34 +121,22 @@ std::string cyclone_configuration(const config::Fabric& profile) {
 }
 
 tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::filesystem::path& file) {
-  config::Fabric profile;
-  base::configuration::ConfigPlaces places;
-  if (const auto done = base::configuration::read_config(file, profile, places); !done) {
-    return tl::unexpected(done.error());
-  }
-  base::configuration::Mistakes mistakes(profile, places);
-  check(profile, mistakes);
-  check_protection(profile, mistakes);
-  std::optional<trust::Credentials> credentials;
-  if (profile.has_trust()) {
-    auto read = credentials_of(profile.trust(), file);
-    mistakes.expect(read.has_value(), {{"trust"}, {"folder"}}, read ? std::string{} : read.error());
-    if (read) {
-      credentials = std::move(*read);
-    }
-  }
-  if (!mistakes.none()) {
-    return tl::unexpected(mistakes.text());
-  }
-  dds::ParticipantOptions options{.domain = profile.domain(),
-                                  .fabric = profile.fabric(),
-                                  .lease = std::chrono::milliseconds(profile.lease_ms()),
-                                  .configuration = cyclone_configuration(profile)};
-  if (credentials) {
-    options.trust = trust_of(*credentials);
-    options.configuration += credentials->cyclone_configuration;
-  }
-  return options;
+  return base::configuration::load<config::Fabric>(
+      file, [&](const config::Fabric& profile, Mistakes& mistakes) {
+        check_names(profile, mistakes);
+        check_protection(profile, mistakes);
+        dds::ParticipantOptions options{.domain = profile.domain(),
+                                        .fabric = profile.fabric(),
+                                        .lease = std::chrono::milliseconds(profile.lease_ms()),
+                                        .configuration = cyclone_configuration(profile)};
+        if (profile.has_trust()) {
+          const auto credentials =
+              mistakes.take(credentials_of(profile.trust(), file), {{"trust"}, {"folder"}});
+          options.trust = trust_of(credentials);
+          options.configuration += credentials.cyclone_configuration;
+        }
+        return options;
+      });
 }
 
 }  // namespace millrace::fabric::profile

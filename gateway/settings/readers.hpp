@@ -1,4 +1,4 @@
-// The configuration of a machine's data, NC programs and variables, checked.
+// The configuration of a machine's data, NC programs, variables and queues, checked.
 #pragma once
 
 #include <filesystem>
@@ -15,38 +15,25 @@
 
 namespace millrace::gateway::settings {
 
-/// Notes every mistake with its place.
-class DataReader {
- public:
-  explicit DataReader(base::configuration::Mistakes& mistakes) : mistakes_(mistakes) {}
+// `path` leads to the machine. Noted is what the options of the schema cannot detect.
 
-  /// `path` leads to the machine.
-  data::DataSettings read(const config::Machine& from, const base::configuration::ConfigPath& path);
-  std::vector<programs::ProgramSettings> read_programs(const config::Machine& from,
-                                                       const base::configuration::ConfigPath& path);
-  variables::VariableSettings read_variables(const config::Machine& from,
-                                             const base::configuration::ConfigPath& path);
-
- private:
-  data::GroupSettings group(const config::Machine& machine, const config::Data& from,
-                            const base::configuration::ConfigPath& path);
-  void check_channel(const config::Machine& machine, std::uint32_t channel,
-                     const base::configuration::ConfigPath& path);
-  void check_name(const std::string& name, const base::configuration::ConfigPath& path);
-
-  base::configuration::Mistakes& mistakes_;
-};
-
-/// What is wrong with the name of a variable or object; empty if nothing is. Only the controller
-/// knows whether it exists.
-std::string wrong_variable(const std::string& name);
-
-// The configuration of a machine's message queues, checked.
-
-/// Notes every mistake with its place; `path` leads to the machine.
+data::DataSettings read_data(const config::Machine& from,
+                             const base::configuration::ConfigPath& path,
+                             base::configuration::Mistakes& mistakes);
+std::vector<programs::ProgramSettings> read_programs(const config::Machine& from,
+                                                     const base::configuration::ConfigPath& path,
+                                                     base::configuration::Mistakes& mistakes);
+variables::VariableSettings read_variables(const config::Machine& from,
+                                           const base::configuration::ConfigPath& path,
+                                           base::configuration::Mistakes& mistakes);
 std::vector<queues::QueueSettings> read_queues(const config::Machine& from,
                                                const base::configuration::ConfigPath& path,
                                                base::configuration::Mistakes& mistakes);
+
+/// Expects that the gateway serves this channel of the machine; `path` leads to its number.
+void expect_served(const config::Machine& machine, std::uint32_t channel,
+                   const base::configuration::ConfigPath& path,
+                   base::configuration::Mistakes& mistakes);
 
 // Reads the Secure ADS settings of a machine from the configuration, and the files that it names:
 // keys, certificates, passwords. A reload of the configuration reads them again.

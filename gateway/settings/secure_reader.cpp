@@ -24,15 +24,9 @@ class Files {
 
   /// Empty, and noted as a mistake, if it cannot be read or is too open for a secret.
   std::string read(const std::string& named, const ConfigPath& path, Secrecy secrecy) {
-    if (!mistakes_.expect(!named.empty(), path, "is missing; expected the name of a file")) {
-      return {};
-    }
-    const auto file = base::configuration::place_of(named, folder_);
-    if (!mistakes_.expect(file.has_value(), path, file ? "" : file.error())) {
-      return {};
-    }
-    auto text = base::posix::read_guarded(*file, secrecy);
-    mistakes_.expect(text.has_value(), path, text ? "" : told(*file, text.error()));
+    const fs::path file = mistakes_.take(base::configuration::place_of(named, folder_), path);
+    auto text = base::posix::read_guarded(file, secrecy);
+    mistakes_.expect(text.has_value(), path, text ? "" : told(file, text.error()));
     return text.value_or("");
   }
 
@@ -48,18 +42,10 @@ class Files {
 
 cnc::ads::Psk psk(const config::SecurePsk& from, Files& files, const ConfigPath& path,
                   Mistakes& mistakes) {
-  // The limits of OpenSSL; case is only defined for ASCII.
-  constexpr std::size_t longest = 127;
-  const bool plain =
-      std::ranges::all_of(from.identity(), [](unsigned char c) { return c > ' ' && c < 0x7F; });
-  mistakes.expect(!from.identity().empty() && from.identity().size() <= longest && plain,
-                  path / "identity",
-                  fmt::format("\"{}\"; expected 1 to {} letters, digits and signs of ASCII",
-                              from.identity(), longest));
   std::string password = files.read(from.password_file(), path / "password_file", Secrecy::secret);
   password.resize(std::min(password.find_first_of("\r\n"), password.size()));
   mistakes.expect(
-      !password.empty() || !mistakes.none(), path / "password_file",
+      !password.empty(), path / "password_file",
       fmt::format("{} has an empty first line; expected the password in it", from.password_file()));
   return {from.identity(), password};
 }
@@ -102,7 +88,6 @@ std::optional<cnc::ads::Security> read_security(const config::Machine& machine,
           fmt::format("has {} of psk, self_signed and shared_ca; expected one of them", modes))) {
     return std::nullopt;
   }
-  const bool right_so_far = mistakes.none();
   Files files(folder, mistakes);
   cnc::ads::Security security;
   if (from.has_psk()) {
@@ -112,7 +97,7 @@ std::optional<cnc::ads::Security> read_security(const config::Machine& machine,
   } else {
     security = shared_ca(from.shared_ca(), machine.host(), files, here / "shared_ca");
   }
-  if (right_so_far && mistakes.none()) {
+  if (mistakes.none()) {
     const auto usable = cnc::ads::TlsContext::client(security);
     mistakes.expect(usable.has_value(), here, usable ? "" : usable.error());
   }

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
@@ -16,17 +16,12 @@ namespace millrace::gateway::settings {
 namespace {
 
 using base::configuration::ConfigPath;
-using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 using base::program::UsageError;
 using cnc::ads::NetId;
 
-constexpr std::uint32_t last_channel = 255;
-constexpr std::uint32_t last_port = 65535;
-constexpr std::uint32_t slowest_poll_ms = 1000;
-
-/// Turns the parts of a file into settings and notes what is wrong with them; `path` leads to the
-/// part.
+/// Turns the parts of a file into settings and notes what the options of its schema cannot detect;
+/// `path` leads to the part.
 class Reader {
  public:
   Reader(Mistakes& mistakes, std::filesystem::path folder)
@@ -35,29 +30,22 @@ class Reader {
   MachineSettings machine(const config::Machine& from, const ConfigPath& path) {
     MachineSettings to;
     to.name = from.name();
-    const std::string wrong = wrong_name(to.name);
-    mistakes_.expect(wrong.empty(), path / "name", wrong);
-    mistakes_.expect(!from.host().empty(), path / "host",
-                     fmt::format("machine {} has no host; expected host: \"10.0.0.5\"", to.name));
     to.host = from.host();
     const std::uint32_t usual = from.has_secure() ? cnc::ads::secure_port : to.tcp_port;
-    to.tcp_port = in_range(from.has_port() ? from.port() : usual, last_port, path / "port");
+    to.tcp_port = static_cast<std::uint16_t>(from.has_port() ? from.port() : usual);
     to.net_id = net_id(from.net_id(), path / "net_id");
     to.source = net_id(from.source_net_id(), path / "source_net_id");
     to.security = read_security(from, folder_, path, mistakes_);
-    for (int i = 0; i < from.channel_size(); ++i) {
-      to.channels.push_back(
-          in_range(from.channel(i), last_channel, path / ConfigStep{"channel", i}));
-    }
+    to.channels.assign(from.channel().begin(), from.channel().end());
     const config::Poll& poll = from.poll();
-    to.intervals.after_answer = poll_time(poll.active_ms(), path / "poll" / "active_ms");
-    to.intervals.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
+    to.intervals.after_answer = std::chrono::milliseconds(poll.active_ms());
+    to.intervals.idle = std::chrono::milliseconds(poll.idle_ms());
     to.intervals.kernel_clears_request_state = from.kernel_clears_request_state();
     to.watch = subscription_mode_of(from.watch());
     to.symbol = symbol(from.symbol(), path / "symbol");
-    to.data = DataReader(mistakes_).read(from, path);
-    to.programs = DataReader(mistakes_).read_programs(from, path);
-    to.variables = DataReader(mistakes_).read_variables(from, path);
+    to.data = read_data(from, path, mistakes_);
+    to.programs = read_programs(from, path, mistakes_);
+    to.variables = read_variables(from, path, mistakes_);
     to.variables.cycle = to.intervals.after_answer;
     to.queues = read_queues(from, path, mistakes_);
     return to;
@@ -103,22 +91,12 @@ class Reader {
         rest.erase(at, known.size());
       }
     }
-    constexpr std::size_t longest = 200;
     const bool right = mistakes_.expect(
-        both && rest.find_first_of("{}") == std::string::npos && text.size() <= longest, path,
-        fmt::format("\"{}\"; expected {{channel}} and {{variable}} in at most {} characters "
-                    "without other braces, as in \"{}\"",
-                    text, longest, default_symbol));
+        both && rest.find_first_of("{}") == std::string::npos, path,
+        fmt::format("\"{}\"; expected {{channel}} and {{variable}} without other braces, as in "
+                    "\"{}\"",
+                    text, default_symbol));
     return right ? text : default_symbol;
-  }
-
-  std::uint16_t in_range(std::uint32_t value, std::uint32_t last, const ConfigPath& path) {
-    mistakes_.expect_range(value, 1U, last, path);
-    return static_cast<std::uint16_t>(value);
-  }
-
-  std::chrono::milliseconds poll_time(std::uint32_t ms, const ConfigPath& path) {
-    return std::chrono::milliseconds(in_range(ms, slowest_poll_ms, path));
   }
 
   NetId net_id(const std::string& text, const ConfigPath& path) {
@@ -145,9 +123,6 @@ class Reader {
     mistakes_.expect(
         !from.hold() || !from.has_response_state(), path,
         "it has both response_state and hold, and hold writes no state; expected one of them");
-    mistakes_.expect(from.response_state() != 0, path,
-                     "response_state: 0 does not release the NC program; expected another number, "
-                     "or hold: true, which keeps the call for an operator");
     return {std::chrono::milliseconds(0), from.hold() ? 0 : from.response_state()};
   }
 
@@ -179,52 +154,31 @@ Policies policies_of(const config::Gateway& config, Reader& reader, Mistakes& mi
     const ConfigPath path{{"service", i}};
     const std::string uuid = fabric::canonical_uuid(config.service(i).uuid());
     const Policy policy = reader.policy(config.service(i).policy(), path / "policy");
-    if (mistakes.expect(!uuid.empty(), path / "uuid",
-                        "the service has no uuid; expected the UUID that programs call")) {
-      mistakes.expect(
-          policies.by_uuid.emplace(uuid, policy).second, path / "uuid",
-          fmt::format("the service {} is named twice; expected one policy for it", uuid));
-    }
+    mistakes.expect(policies.by_uuid.emplace(uuid, policy).second, path / "uuid",
+                    fmt::format("\"{}\" occurs twice", uuid));
   }
   return policies;
-}
-
-/// The message about the second machine of one name, in the file and on the command line.
-std::string name_twice(const std::string& name) {
-  return fmt::format("two machines are called \"{}\"; expected different names", name);
 }
 
 std::uint16_t port_of(const std::string& text, const std::string& whole) {
   const std::uint16_t port = base::text::parse_number<std::uint16_t>(text).value_or(0);
   if (port == 0) {
-    throw UsageError(
-        fmt::format("--machine {}: port \"{}\"; expected 1 to {}", whole, text, last_port));
+    throw UsageError(fmt::format("--machine {}: port \"{}\"; expected 1 to 65535", whole, text));
   }
   return port;
 }
 
-/// The settings of a configuration; relative paths start at `folder`. Throws UsageError.
-Settings settings_of(const config::Gateway& config, const base::configuration::ConfigPlaces& places,
-                     const std::filesystem::path& folder) {
-  Mistakes mistakes(config, places);
+/// Relative paths start at `folder`.
+Settings settings_of(const config::Gateway& config, const std::filesystem::path& folder,
+                     Mistakes& mistakes) {
   Reader reader(mistakes, folder);
   Settings settings;
-  std::set<std::string> names;
   for (int i = 0; i < config.machine_size(); ++i) {
-    const ConfigPath path{{"machine", i}};
-    const std::string& name =
-        settings.machines.emplace_back(reader.machine(config.machine(i), path)).name;
-    mistakes.expect(name.empty() || names.insert(name).second, path / "name", name_twice(name));
+    settings.machines.push_back(reader.machine(config.machine(i), {{"machine", i}}));
   }
   settings.policies = policies_of(config, reader, mistakes);
   settings.journal.folder = config.journal().folder();
   settings.journal.sync = sync_of(config.journal().sync());
-  mistakes.expect(!config.has_journal() || !config.journal().folder().empty(),
-                  {{"journal"}, {"folder"}},
-                  "the journal has no folder; expected folder: \"/var/lib/millrace\"");
-  if (!mistakes.none()) {
-    throw UsageError(mistakes.text());
-  }
   return settings;
 }
 
@@ -259,22 +213,22 @@ std::string wrong_name(const std::string& name) {
 }
 
 Settings read_settings(const std::filesystem::path& file) {
-  config::Gateway config;
-  base::configuration::ConfigPlaces places;
-  if (const auto read = base::configuration::read_config(file, config, places); !read) {
-    throw UsageError(read.error());
+  const auto text = base::configuration::read_text(file);
+  if (!text) {
+    throw UsageError(text.error());
   }
-  return settings_of(config, places, file.parent_path());
+  return parse_settings(*text, file);
 }
 
 Settings parse_settings(const std::string& text, const std::filesystem::path& file) {
-  config::Gateway config;
-  base::configuration::ConfigPlaces places;
-  const auto read = base::configuration::parse_config(text, file.string(), config, places);
-  if (!read) {
-    throw UsageError(read.error());
+  auto settings = base::configuration::load_text<config::Gateway>(
+      text, file.string(), [&](const config::Gateway& config, Mistakes& mistakes) {
+        return settings_of(config, file.parent_path(), mistakes);
+      });
+  if (!settings) {
+    throw UsageError(settings.error());
   }
-  return settings_of(config, places, file.parent_path());
+  return *std::move(settings);
 }
 
 MachineSettings parse_machine(const std::string& text) {
@@ -335,7 +289,8 @@ void check_names(const std::vector<MachineSettings>& machines) {
   std::set<std::string> names;
   for (const MachineSettings& machine : machines) {
     if (!names.insert(machine.name).second) {
-      throw UsageError(name_twice(machine.name));
+      throw UsageError(
+          fmt::format("two machines are called \"{}\"; expected different names", machine.name));
     }
   }
 }

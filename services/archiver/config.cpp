@@ -1,6 +1,6 @@
 #include "services/archiver/config.hpp"
 
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "fabric/messages.hpp"
 #include "idl/archiver.pb.h"
 
@@ -27,31 +27,12 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
   return config;
 }
 
-void check(const config::Archiver& from, base::configuration::Mistakes& mistakes) {
-  // More would overflow as a number of bytes.
-  constexpr std::uint64_t most_mib = std::uint64_t{1} << (63U - mib_bits);
-  mistakes.expect_range(from.keep_mib(), std::uint64_t{0}, most_mib,
-                        base::configuration::ConfigPath{} / "keep_mib");
-  for (int i = 0; i < from.without_text_size(); ++i) {
-    mistakes.expect(!fabric::canonical_uuid(from.without_text(i)).empty(), {{"without_text", i}},
-                    "is empty; expected the UUID of a service");
-  }
-}
-
 }  // namespace
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file) {
-  config::Archiver from;
-  base::configuration::ConfigPlaces places;
-  if (const auto read = base::configuration::read_config(file, from, places); !read) {
-    return tl::unexpected(read.error());
-  }
-  base::configuration::Mistakes mistakes(from, places);
-  check(from, mistakes);
-  if (!mistakes.none()) {
-    return tl::unexpected(mistakes.text());
-  }
-  return config_from(from, std::filesystem::absolute(file).parent_path());
+  return base::configuration::load<config::Archiver>(file, [&](const auto& from, auto&) {
+    return config_from(from, std::filesystem::absolute(file).parent_path());
+  });
 }
 
 Config default_config(const std::filesystem::path& folder) {

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 
 #include <fmt/format.h>
 #include <google/protobuf/text_format.h>
 
-#include "base/configuration/config_file.hpp"
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "base/posix/files.hpp"
 #include "idl/dial_gauge.pb.h"
 
@@ -19,50 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 using base::configuration::ConfigPath;
-using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
-
-/// The longest length of a machine tool in mm; excludes infinity and NaN, which text format
-/// accepts.
-constexpr double longest = 1e6;
-
-bool is_length(double mm) {
-  return std::abs(mm) <= longest;
-}
-
-void check(const config::DialGauge::Simulated& simulated, const ConfigPath& path,
-           Mistakes& mistakes) {
-  mistakes.expect(simulated.nominal_mm_size() > 0, path / "nominal_mm", "is missing");
-  for (int i = 0; i < simulated.nominal_mm_size(); ++i) {
-    mistakes.expect(is_length(simulated.nominal_mm(i)), path / ConfigStep{"nominal_mm", i},
-                    fmt::format("{}; expected a length up to 1000 m", simulated.nominal_mm(i)));
-  }
-  mistakes.expect_range(simulated.noise_um(), 0.0, longest, path / "noise_um");
-  mistakes.expect_range(simulated.drift_um_per_hour(), -longest, longest,
-                        path / "drift_um_per_hour");
-  mistakes.expect_range(simulated.resolution_um(), 0.001, longest, path / "resolution_um");
-  const auto expect_percent = [&](double value, const char* field) {
-    mistakes.expect_range(value, 0.0, 100.0, path / field);
-  };
-  expect_percent(simulated.radio_loss_percent(), "radio_loss_percent");
-  expect_percent(simulated.battery_percent(), "battery_percent");
-  expect_percent(simulated.battery_per_reading_percent(), "battery_per_reading_percent");
-  expect_percent(simulated.battery_low_percent(), "battery_low_percent");
-}
 
 std::size_t line_number(const config::DialGauge& from, const std::string& name) {
   const auto found = std::find_if(from.line().begin(), from.line().end(),
                                   [&](const auto& line) { return line.name() == name; });
   return static_cast<std::size_t>(found - from.line().begin());
-}
-
-/// The highest channel in a frame of the line; that of the longest frame if the line is missing.
-unsigned last_channel(const config::DialGauge& from, const std::string& name) {
-  const std::size_t number = line_number(from, name);
-  const bool is_digimatic =
-      number < static_cast<std::size_t>(from.line_size()) &&
-      from.line(static_cast<int>(number)).form() == config::DialGauge::DIGIMATIC;
-  return is_digimatic ? 9 : 9999;
 }
 
 /// The baud rates of the system (termios).
@@ -73,51 +33,33 @@ bool is_baud_rate(unsigned rate) {
   return std::ranges::find(rates, rate) != rates.end();
 }
 
-void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
-  std::set<std::string> names;
+void check_sources(const config::DialGauge& from, Mistakes& mistakes) {
+  constexpr std::uint32_t last_channel_of_digimatic = 9;
   for (int i = 0; i < from.gauge_size(); ++i) {
     const config::DialGauge::Gauge& gauge = from.gauge(i);
     const ConfigPath path{{"gauge", i}};
-    mistakes.expect(
-        is_gauge_name(gauge.name()), path / "name",
-        fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", gauge.name()));
-    mistakes.expect(names.insert(gauge.name()).second, path / "name",
-                    fmt::format("'{}' occurs twice", gauge.name()));
-    mistakes.expect(is_length(gauge.minimum_mm()) && is_length(gauge.maximum_mm()) &&
-                        gauge.minimum_mm() < gauge.maximum_mm(),
-                    path / "minimum_mm", "is not below maximum_mm");
-    mistakes.expect_range(gauge.decimals(), 0U, 6U, path / "decimals");
-    mistakes.expect(gauge.max_age_ms() > 0, path / "max_age_ms", "0; expected 1 or more");
+    mistakes.expect(gauge.minimum_mm() < gauge.maximum_mm(), path / "minimum_mm",
+                    "is not below maximum_mm");
     mistakes.expect(gauge.has_simulated() || gauge.has_radio(), path,
                     "has no source; expected simulated or radio");
-    if (gauge.has_simulated()) {
-      check(gauge.simulated(), path / "simulated", mistakes);
-    }
     if (gauge.has_radio()) {
-      const std::string& line = gauge.radio().line();
-      mistakes.expect(line_number(from, line) < static_cast<std::size_t>(from.line_size()),
-                      path / "radio" / "line", fmt::format("the line '{}' does not exist", line));
-      if (mistakes.expect(gauge.radio().has_channel(), path / "radio" / "channel", "is missing")) {
-        mistakes.expect_range(gauge.radio().channel(), 0U, last_channel(from, line),
+      const config::DialGauge::Radio& radio = gauge.radio();
+      const std::size_t number = line_number(from, radio.line());
+      if (mistakes.expect(number < static_cast<std::size_t>(from.line_size()),
+                          path / "radio" / "line",
+                          fmt::format("the line '{}' does not exist", radio.line())) &&
+          from.line(static_cast<int>(number)).form() == config::DialGauge::DIGIMATIC) {
+        mistakes.expect_range(radio.channel(), 0U, last_channel_of_digimatic,
                               path / "radio" / "channel");
       }
     }
   }
-}
-
-void check_lines(const config::DialGauge& from, Mistakes& mistakes) {
-  std::set<std::string> names;
   for (int i = 0; i < from.line_size(); ++i) {
     const config::DialGauge::Line& line = from.line(i);
-    const ConfigPath path{{"line", i}};
-    mistakes.expect(!line.name().empty(), path / "name", "is missing");
-    mistakes.expect(names.insert(line.name()).second, path / "name",
-                    fmt::format("'{}' occurs twice", line.name()));
-    mistakes.expect(!line.device().empty(), path / "device", "is missing");
-    mistakes.expect(!line.has_baud_rate() || is_baud_rate(line.baud_rate()), path / "baud_rate",
+    mistakes.expect(!line.has_baud_rate() || is_baud_rate(line.baud_rate()),
+                    {{"line", i}, {"baud_rate"}},
                     fmt::format("{}; expected a rate of serial lines, such as 9600 or 57600",
                                 line.baud_rate()));
-    mistakes.expect(line.reopen_ms() > 0, path / "reopen_ms", "0; expected 1 or more");
   }
 }
 
@@ -167,26 +109,19 @@ LineConfig line_config(const config::DialGauge::Line& from) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  config::DialGauge from;
-  base::configuration::ConfigPlaces places;
-  if (const auto read = base::configuration::read_config(file, from, places); !read) {
-    return tl::unexpected(read.error());
-  }
-  Mistakes mistakes(from, places);
-  check_gauges(from, mistakes);
-  check_lines(from, mistakes);
-  if (!mistakes.none()) {
-    return tl::unexpected(mistakes.text());
-  }
-  Config config;
-  for (const auto& gauge : from.gauge()) {
-    config.gauges.push_back(gauge_config(from, gauge));
-  }
-  for (const auto& line : from.line()) {
-    config.lines.push_back(line_config(line));
-  }
-  config.zero_file = fs::absolute(file).parent_path() / from.zero_file();
-  return config;
+  return base::configuration::load<config::DialGauge>(
+      file, [&](const config::DialGauge& from, Mistakes& mistakes) {
+        check_sources(from, mistakes);
+        Config config;
+        for (const auto& gauge : from.gauge()) {
+          config.gauges.push_back(gauge_config(from, gauge));
+        }
+        for (const auto& line : from.line()) {
+          config.lines.push_back(line_config(line));
+        }
+        config.zero_file = fs::absolute(file).parent_path() / from.zero_file();
+        return config;
+      });
 }
 
 Config demonstration(const fs::path& folder) {

@@ -4,11 +4,10 @@
 
 #include <boost/asio/ip/address_v4.hpp>
 
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
 #include "idl/lcm.pb.h"
-#include "services/lcm/received.hpp"
 
 namespace millrace::services::lcm {
 
@@ -17,10 +16,6 @@ namespace {
 using base::configuration::ConfigPath;
 using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
-
-/// LCM processes announce themselves five times a second; one message may be lost.
-constexpr std::uint32_t shortest_silence = 400;
-constexpr std::uint32_t longest_silence = 60'000;
 
 /// Returns the part of `text` before `mark`, and leaves the part after it in `text`.
 std::string_view cut(std::string_view& text, char mark) {
@@ -83,12 +78,12 @@ void check_network(const config::Lcm& from, Network& network, Mistakes& mistakes
       "packets with a ttl above 0 leave this host; name the address of the interface for them");
 }
 
-ServiceRule rule_from(const config::Lcm::Service& from) {
+ServiceRule rule_from(const config::Lcm::Service& from, const ConfigPath& path,
+                      Mistakes& mistakes) {
   ServiceRule rule;
-  for (const std::string& channel : from.channel()) {
-    if (const auto scope = fabric::parse_channel_scope(channel)) {
-      rule.channels.push_back(*scope);
-    }
+  for (int i = 0; i < from.channel_size(); ++i) {
+    rule.channels.push_back(mistakes.take(fabric::parse_channel_scope(from.channel(i)),
+                                          path / ConfigStep{"channel", i}));
   }
   if (from.has_delivery()) {
     rule.delivery = from.delivery() == config::Lcm::AT_LEAST_ONCE ? fabric::Delivery::at_least_once
@@ -101,61 +96,35 @@ ServiceRule rule_from(const config::Lcm::Service& from) {
   return rule;
 }
 
-void check_service(const config::Lcm::Service& from, const ConfigPath& path, Rules& rules,
-                   Mistakes& mistakes) {
-  const std::string uuid = fabric::canonical_uuid(from.uuid());
-  if (!mistakes.expect(!uuid.empty(), path / "uuid", "is missing")) {
-    return;
+Config config_from(const config::Lcm& from, Mistakes& mistakes) {
+  Config config;
+  check_network(from, config.network, mistakes);
+  config.rules.silence = std::chrono::milliseconds(from.silence_ms());
+  config.rules.any_uuid = from.any_uuid();
+  for (int i = 0; i < from.service_size(); ++i) {
+    const config::Lcm::Service& one = from.service(i);
+    const ConfigPath path{{"service", i}};
+    const bool is_new =
+        config.rules.services
+            .emplace(fabric::canonical_uuid(one.uuid()), rule_from(one, path, mistakes))
+            .second;
+    mistakes.expect(is_new, path / "uuid", fmt::format("\"{}\" occurs twice", one.uuid()));
   }
-  mistakes.expect(uuid.size() <= longest_uuid, path / "uuid",
-                  fmt::format("has {} bytes; {} fit into the name of an LCM channel", uuid.size(),
-                              longest_uuid));
-  for (int i = 0; i < from.channel_size(); ++i) {
-    const auto scope = fabric::parse_channel_scope(from.channel(i));
-    mistakes.expect(scope.has_value(), path / ConfigStep{"channel", i}, scope ? "" : scope.error());
+  mistakes.expect(from.any_uuid() || from.service_size() > 0, {{"any_uuid"}},
+                  "is false and no service is named, so no service could be served");
+  if (from.has_mirror()) {
+    config.mirror.emplace();
+    for (const std::string& uuid : from.mirror().without_text()) {
+      config.mirror->without_text.insert(fabric::canonical_uuid(uuid));
+    }
   }
-  if (from.has_concurrency()) {
-    mistakes.expect_range(from.concurrency(), 1U, most_calls, path / "concurrency");
-  }
-  mistakes.expect(rules.services.emplace(uuid, rule_from(from)).second, path / "uuid",
-                  from.uuid() + " occurs twice");
-}
-
-Mirror mirror_from(const config::Lcm::Mirror& from, Mistakes& mistakes) {
-  Mirror mirror;
-  for (int i = 0; i < from.without_text_size(); ++i) {
-    const std::string uuid = fabric::canonical_uuid(from.without_text(i));
-    mistakes.expect(!uuid.empty(), {{"mirror"}, {"without_text", i}},
-                    "is empty; expected the UUID of a service");
-    mirror.without_text.insert(uuid);
-  }
-  return mirror;
+  return config;
 }
 
 }  // namespace
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file) {
-  config::Lcm from;
-  base::configuration::ConfigPlaces places;
-  if (const auto read = base::configuration::read_config(file, from, places); !read) {
-    return tl::unexpected(read.error());
-  }
-  Mistakes mistakes(from, places);
-  Config config;
-  check_network(from, config.network, mistakes);
-  mistakes.expect_range(from.silence_ms(), shortest_silence, longest_silence, {{"silence_ms"}});
-  config.rules.silence = std::chrono::milliseconds(from.silence_ms());
-  config.rules.any_uuid = from.any_uuid();
-  for (int i = 0; i < from.service_size(); ++i) {
-    check_service(from.service(i), {{"service", i}}, config.rules, mistakes);
-  }
-  mistakes.expect(from.any_uuid() || from.service_size() > 0, {{"any_uuid"}},
-                  "is false and no service is named, so no service could be served");
-  if (from.has_mirror()) {
-    config.mirror = mirror_from(from.mirror(), mistakes);
-  }
-  return mistakes.none() ? tl::expected<Config, std::string>(std::move(config))
-                         : tl::unexpected(mistakes.text());
+  return base::configuration::load<config::Lcm>(file, config_from);
 }
 
 }  // namespace millrace::services::lcm

@@ -275,7 +275,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{{"--config", "no_channels.cnc.textproto"},
                  "no_channels.cnc.textproto:1:1: channels: 0; expected 1 to 255"},
         WrongUse{{"--config", "two_axes_of_one_name.cnc.textproto"},
-                 "two_axes_of_one_name.cnc.textproto:2:8: axis.name: there are two axes X"},
+                 "two_axes_of_one_name.cnc.textproto:2:8: axis.name: \"X\" occurs twice"},
         WrongUse{{"--config", "misspelt_switch.cnc.textproto"},
                  "misspelt_switch.cnc.textproto:2:39: "},
         WrongUse{{"--no-such-flag"}, "--no-such-flag"}));

@@ -57,17 +57,22 @@ TEST(ConfigFile, LeavesTheMessageEmptyAfterAMistake) {
   EXPECT_EQ(message.machine_size(), 0);
 }
 
+void read(const std::string& name, config::Gateway& message, ConfigPlaces& places) {
+  const auto file = data("good/" + name + ".gateway.textproto");
+  ASSERT_TRUE(parse_config(read_text(file).value(), file.string(), message, &places));
+}
+
 TEST(ConfigFile, HasThePlaceOfEachField) {
   config::Gateway message;
   ConfigPlaces sut;
-  ASSERT_TRUE(read_config(data("good/one_machine.gateway.textproto"), message, sut));
+  read("one_machine", message, sut);
   EXPECT_THAT(sut.at(message, {{"machine", 0}}), EndsWith("one_machine.gateway.textproto:2:1"));
 }
 
 TEST(ConfigPlaces, FindsFieldsInsideOthers) {
   config::Gateway message;
   ConfigPlaces sut;
-  ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
+  read("everything", message, sut);
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"host"}}),
               EndsWith("everything.gateway.textproto:14:27"));
   // For a list in brackets only its beginning is known.
@@ -78,7 +83,7 @@ TEST(ConfigPlaces, FindsFieldsInsideOthers) {
 TEST(ConfigPlaces, NamesTheNextOuterFieldOfOneThatWasNotWritten) {
   config::Gateway message;
   ConfigPlaces sut;
-  ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
+  read("everything", message, sut);
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"port"}}),
               EndsWith("everything.gateway.textproto:14:1"));
 }

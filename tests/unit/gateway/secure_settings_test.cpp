@@ -104,7 +104,7 @@ TEST_F(SecureSettings, NameAMissingFile) {
 
 TEST_F(SecureSettings, RefuseAnIdentityThatIsNotAscii) {
   EXPECT_THAT(mistake("psk { identity: \"mühle\" password_file: \"press.psk\" }"),
-              HasSubstr("signs of ASCII"));
+              HasSubstr("ASCII characters without blanks"));
 }
 
 TEST_F(SecureSettings, AreOfOneModeAlone) {

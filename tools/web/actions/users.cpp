@@ -1,7 +1,6 @@
 #include "tools/web/actions/users.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 #include <stdexcept>
 
@@ -9,8 +8,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include "base/configuration/config_file.hpp"
-#include "base/configuration/mistakes.hpp"
+#include "base/configuration/check.hpp"
+#include "base/text/ascii.hpp"
 #include "idl/web.pb.h"
 
 namespace millrace::tools::web::actions {
@@ -18,17 +17,15 @@ namespace millrace::tools::web::actions {
 namespace {
 
 using base::configuration::ConfigPath;
+using base::configuration::Mistakes;
 
-constexpr std::size_t longest_name = 31;
 /// yescrypt, Debian's default for user passwords.
 constexpr const char* method = "$y$";
 
 bool is_user_name(const std::string& name) {
-  return !name.empty() && name.size() <= longest_name &&
-         std::ranges::all_of(name, [](unsigned char character) {
-           return std::isalnum(character) != 0 || character == '.' || character == '_' ||
-                  character == '-';
-         });
+  return std::ranges::all_of(name, [](char c) {
+    return base::text::is_alphanumeric(c) || c == '.' || c == '_' || c == '-';
+  });
 }
 
 bool is_hash(const std::string& text) {
@@ -59,39 +56,30 @@ User user_of(const config::Web::User& configured) {
   return user;
 }
 
-}  // namespace
-
-tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
-  config::Web web;
-  base::configuration::ConfigPlaces places;
-  if (auto read = base::configuration::read_config(file, web, places); !read) {
-    return tl::unexpected(std::move(read.error()));
-  }
+Users users_of(const config::Web& web, const std::filesystem::path& file, Mistakes& mistakes) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
-    return tl::unexpected(fmt::format(
-        "{}: every user of this host may read or change it, and it has password hashes; run chmod "
-        "o= on it",
-        file.string()));
-  }
-  base::configuration::Mistakes mistakes(web, places);
-  mistakes.expect(web.user_size() > 0, {}, "no user; expected at least one");
+  mistakes.expect(::stat(file.c_str(), &status) != 0 || (status.st_mode & S_IRWXO) == 0, {},
+                  "every user of this host may read or change it, and it has password hashes; run "
+                  "chmod o= on it");
   Users users;
   for (int i = 0; i < web.user_size(); ++i) {
     const ConfigPath path{{"user", i}};
     const config::Web::User& user = web.user(i);
-    mistakes.expect(
-        is_user_name(user.name()), path / "name",
-        fmt::format("\"{}\"; expected 1 to 31 letters, digits, '.', '_' and '-'", user.name()));
+    mistakes.expect(is_user_name(user.name()), path / "name",
+                    fmt::format("\"{}\"; expected letters, digits, '.', '_' and '-'", user.name()));
     mistakes.expect(is_hash(user.password_hash()), path / "password_hash",
                     "no hash; expected one as `millrace web --hash-password` prints it");
-    mistakes.expect(users.emplace(user.name(), user_of(user)).second, path / "name",
-                    fmt::format("duplicate user \"{}\"", user.name()));
-  }
-  if (!mistakes.none()) {
-    return tl::unexpected(mistakes.text());
+    users.emplace(user.name(), user_of(user));
   }
   return users;
+}
+
+}  // namespace
+
+tl::expected<Users, std::string> read_users(const std::filesystem::path& file) {
+  return base::configuration::load<config::Web>(
+      file,
+      [&](const config::Web& web, Mistakes& mistakes) { return users_of(web, file, mistakes); });
 }
 
 bool matches(const std::string& password, const std::string& hash) {
