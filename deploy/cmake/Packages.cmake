@@ -125,7 +125,9 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "millrace-common ${exactly}")
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_DEPENDS
-  "libmillrace-sdk ${exactly}, libmillrace1 ${exactly}, libcli11-dev, libexpected-dev, libspdlog-dev")
+  "libmillrace-sdk ${exactly}, libmillrace1 ${exactly}")
+# For services/sdk/command_line.hpp.
+set(CPACK_DEBIAN_SDK-DEV_PACKAGE_RECOMMENDS "libcli11-dev, libexpected-dev, libspdlog-dev")
 set(CPACK_DEBIAN_C_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)

@@ -14,9 +14,7 @@ set(sdk_config ${CMAKE_INSTALL_LIBDIR}/cmake/millrace)
 add_library(millrace_sdk_shared SHARED
   $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_program>)
 set_target_properties(millrace_sdk_shared PROPERTIES LINKER_LANGUAGE CXX)
-target_link_libraries(millrace_sdk_shared
-  PRIVATE millrace_sdk
-  INTERFACE tl::expected CLI11::CLI11 spdlog::spdlog)
+target_link_libraries(millrace_sdk_shared PRIVATE millrace_sdk)
 target_link_options(millrace_sdk_shared PRIVATE LINKER:--version-script=${package}/sdk.symbols)
 set_property(TARGET millrace_sdk_shared APPEND PROPERTY LINK_DEPENDS ${package}/sdk.symbols)
 target_compile_features(millrace_sdk_shared INTERFACE cxx_std_20)
@@ -29,14 +27,16 @@ set_target_properties(millrace_sdk_shared PROPERTIES
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 
 install(TARGETS millrace_sdk_shared EXPORT millrace LIBRARY COMPONENT sdk NAMELINK_COMPONENT sdk-dev)
-install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk-dev)
+# It includes every file that is named as itself and a configuration, so its name is not millrace.cmake.
+install(EXPORT millrace FILE millrace-targets.cmake NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk-dev)
 
 # The headers that a service includes, and those that they include.
 set(headers
   fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp
   services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/shared_participant.hpp
-  services/sdk/alarms.hpp services/sdk/response.hpp services/sdk/service.hpp)
+  services/sdk/alarms.hpp services/sdk/response.hpp services/sdk/service.hpp services/sdk/typed.hpp
+  services/sdk/testing/fake_call.hpp services/sdk/testing/loopback.hpp)
 foreach(header IN LISTS headers)
   cmake_path(GET header PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${sdk_includes}/${folder} COMPONENT sdk-dev)

@@ -1,6 +1,11 @@
 # find_package(millrace): the target millrace::sdk, what a service is written with.
-include(CMakeFindDependencyMacro)
-find_dependency(tl-expected)
-find_dependency(CLI11)
-find_dependency(spdlog)
-include(${CMAKE_CURRENT_LIST_DIR}/millrace.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/millrace-targets.cmake)
+# Only services/sdk/command_line.hpp and what it includes need these.
+foreach(package IN ITEMS CLI11 spdlog tl-expected)
+  find_package(${package} QUIET)
+endforeach()
+foreach(library IN ITEMS CLI11::CLI11 spdlog::spdlog tl::expected)
+  if(TARGET ${library})
+    target_link_libraries(millrace::sdk INTERFACE ${library})
+  endif()
+endforeach()

@@ -35,6 +35,13 @@ class ReplyEndpointListener {
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
+/// Publishes the replies of an instance.
+class ReplyPublisher {
+ public:
+  virtual ~ReplyPublisher() = default;
+  virtual tl::expected<void, std::string> publish(const Reply& reply) = 0;
+};
+
 // With trust, a request for a machine that the requester's certificate does not name is declined
 // here, and does not reach the listener; dds::Authenticator::take_warnings() has the message.
 
@@ -43,27 +50,27 @@ enum class Receiving {
   /// On the executor.
   on_executor,
   /// In the receiving thread, which saves a hand-over: the listener must not block there, nor end
-  /// the endpoint. The executor sends the last replies of a burst.
+  /// the endpoint. The executor takes the rest of a burst.
   directly
 };
 
 /// RAII; use and end it on the executor, which runs one thing at a time and outlives it; in one
 /// thread if requests are received directly. Only `publish` and `identity` may be called from any
 /// thread while it lives.
-class ReplyEndpoint {
+class ReplyEndpoint final : public ReplyPublisher {
  public:
   /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
   /// std::runtime_error with Cyclone's reason.
   ReplyEndpoint(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                 InstanceIdentity identity, ReplyEndpointListener& listener,
                 Receiving receiving = Receiving::on_executor);
-  ~ReplyEndpoint();
+  ~ReplyEndpoint() override;
   ReplyEndpoint(const ReplyEndpoint&) = delete;
   ReplyEndpoint& operator=(const ReplyEndpoint&) = delete;
 
   /// Fails for text over 127 bytes and, unless its programs wait for RESPONSE alone, for a final
   /// reply of state 0.
-  tl::expected<void, std::string> publish(const Reply& reply);
+  tl::expected<void, std::string> publish(const Reply& reply) override;
   /// Announced to gateways through discovery; they dispatch no new calls to a draining instance.
   void set_draining(bool draining);
   /// As it was given to the constructor.

@@ -287,7 +287,8 @@ MILLRACE_API millrace_code millrace_call_decline(millrace_call* call, const char
 /* Frees the handle. A call that has not ended gets an error response. NULL is allowed. */
 MILLRACE_API void millrace_call_free(millrace_call* call);
 
-/* ---- Request: call a service without a controller. The participant must discover others (`discovers`). ---- */
+/* ---- Request: call a service without a controller. The participant must discover others
+ * (`discovers`). ---- */
 
 typedef struct millrace_request millrace_request;
 
@@ -369,7 +370,8 @@ typedef struct millrace_instance {
   int64_t mean_ns;
 } millrace_instance;
 
-/* Listens until no further instance appears, 0.7 to 5 s. The participant must discover others (`discovers`). */
+/* Listens until no further instance appears, 0.7 to 5 s. The participant must discover others
+ * (`discovers`). */
 MILLRACE_API millrace_code millrace_list(millrace_participant* participant,
                                          millrace_instances** instances);
 MILLRACE_API size_t millrace_instances_count(const millrace_instances* instances);
@@ -378,7 +380,8 @@ MILLRACE_API const millrace_instance* millrace_instances_at(const millrace_insta
                                                             size_t index);
 MILLRACE_API void millrace_instances_free(millrace_instances* instances);
 
-/* ---- Observer: calls and alarms as they happen. The participant must discover others (`discovers`). ---- */
+/* ---- Observer: calls and alarms as they happen. The participant must discover others
+ * (`discovers`). ---- */
 
 typedef struct millrace_observer millrace_observer;
 
@@ -440,6 +443,89 @@ MILLRACE_API millrace_code millrace_observer_open(millrace_participant* particip
 MILLRACE_API millrace_code millrace_observe(millrace_observer* observer, uint32_t timeout_ms,
                                             const millrace_event** event);
 MILLRACE_API void millrace_observer_free(millrace_observer* observer);
+
+/* ---- Recordings of `millrace record`. No participant is needed. ---- */
+
+typedef struct millrace_recording millrace_recording;
+
+/* In place of a duration that the recording does not show. */
+#define MILLRACE_UNKNOWN INT64_MIN
+
+typedef struct millrace_recorded_call {
+  size_t size;
+  const char* call_id;
+  const char* machine;
+  uint16_t channel;
+  const char* uuid;
+  /* "answered" by a service; "failed": its last attempt did; "settled" by the gateway or an
+   * operator; "withdrawn" by the NC program; "under way" at the end of the recording. */
+  const char* outcome;
+  /* The last attempt, and the instance that had it; name and host may be empty. */
+  uint32_t attempt;
+  const char* instance;
+  const char* name;
+  const char* host;
+  /* CP1252; empty if it is not recorded, or not written. */
+  const char* request;
+  size_t request_length;
+  uint32_t request_state;
+  const char* response;
+  size_t response_length;
+  uint32_t response_state;
+  /* Why it ended. */
+  const char* detail;
+  int32_t replayed;
+  /* When the gateway saw it, and when it ended: nanoseconds since 1970-01-01T00:00:00Z; 0: not
+   * recorded. */
+  int64_t seen_ns;
+  int64_t ended_ns;
+  /* Durations in nanoseconds or MILLRACE_UNKNOWN, of the attempt whose response was written.
+   * Between gateway and service two clocks are compared: these may be negative. */
+  int64_t dispatch_ns;
+  int64_t to_service_ns;
+  /* From its receipt to the start of the handler. */
+  int64_t queue_ns;
+  int64_t work_ns;
+  int64_t to_gateway_ns;
+  int64_t write_back_ns;
+  int64_t total_ns;
+  /* For millrace_recording_step. */
+  size_t steps;
+} millrace_recorded_call;
+
+typedef struct millrace_step {
+  size_t size;
+  /* "seen by the gateway", "dispatched", "handler started", ... */
+  const char* name;
+  int64_t time_ns;
+  /* Nonzero: by the clock of the service's host. */
+  int32_t by_service;
+  uint32_t attempt;
+  const char* instance;
+  /* CP1252. */
+  const char* text;
+  size_t text_length;
+  uint32_t state;
+  const char* detail;
+} millrace_step;
+
+/* Reads the file in a thread of the library. MILLRACE_INVALID: it cannot be opened. */
+MILLRACE_API millrace_code millrace_recording_open(const char* file,
+                                                   millrace_recording** recording);
+/* The next call, in the order of their ends; those under way come last. MILLRACE_NOTHING: that was
+ * the last one. `*call` is valid until the next call or until the recording is freed. By one thread
+ * at a time. */
+MILLRACE_API millrace_code millrace_recording_next(millrace_recording* recording,
+                                                   const millrace_recorded_call** call);
+/* A step of that call, in the order in which they happened; NULL beyond the last one. */
+MILLRACE_API const millrace_step* millrace_recording_step(const millrace_recording* recording,
+                                                          size_t index);
+/* After the last call: a damaged place of the file, as "at byte 4711: ..."; NULL beyond the last
+ * one. */
+MILLRACE_API const char* millrace_recording_problem(const millrace_recording* recording,
+                                                    size_t index);
+/* NULL is allowed. */
+MILLRACE_API void millrace_recording_free(millrace_recording* recording);
 
 #ifdef __cplusplus
 }

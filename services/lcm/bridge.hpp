@@ -27,7 +27,7 @@
 #include "services/lcm/received.hpp"
 #include "services/lcm/rules.hpp"
 #include "services/sdk/call_memory.hpp"
-#include "services/sdk/response.hpp"
+#include "services/sdk/call_scheduler.hpp"
 
 namespace millrace::services::lcm {
 

@@ -1,10 +1,12 @@
 #include "services/sdk/call.hpp"
 
 #include <stdexcept>
+#include <utility>
 
 #include <tl/expected.hpp>
 
 #include "base/program/barrier.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/sdk/call_scheduler.hpp"
 #include "services/sdk/runner.hpp"
 
@@ -12,6 +14,18 @@ namespace millrace::services::sdk {
 
 Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink, std::stop_token cancelled)
     : request_(std::move(request)), sink_(std::move(sink)), cancelled_(std::move(cancelled)) {}
+
+std::string Call::utf8() const {
+  return base::text::to_utf8(text());
+}
+
+Response Response::utf8(std::string_view text, std::uint32_t state) {
+  auto bytes = base::text::to_cp1252(text);
+  if (!bytes) {
+    throw std::invalid_argument("the service's answer: " + bytes.error());
+  }
+  return {.text = std::move(*bytes), .state = state};
+}
 
 Call::~Call() {
   base::program::contain("answering a call that its handler dropped",
@@ -32,29 +46,25 @@ void Call::interim(const Response& response) const {
 }
 
 void Call::answer(Response response) const {
-  end(std::move(response));
+  if (const auto sink = end()) {
+    sink->finished(id(), std::move(response));
+  }
 }
 
 void Call::fail(const std::string& reason) const {
-  end(tl::unexpected(reason));
+  if (const auto sink = end()) {
+    sink->finished(id(), tl::unexpected(reason));
+  }
 }
 
 void Call::decline(const std::string& reason) const {
-  if (ended_.exchange(true)) {
-    return;
-  }
-  if (const auto sink = sink_.lock()) {
+  if (const auto sink = end()) {
     sink->declined(id(), reason);
   }
 }
 
-void Call::end(const Result& result) const {
-  if (ended_.exchange(true)) {
-    return;
-  }
-  if (const auto sink = sink_.lock()) {
-    sink->finished(id(), result);
-  }
+std::shared_ptr<CallSink> Call::end() const {
+  return ended_.exchange(true) ? nullptr : sink_.lock();
 }
 
 AsyncHandler as_async(Handler handler) {

@@ -34,6 +34,8 @@ class Call {
   [[nodiscard]] const std::string& uuid() const { return request_.uuid; }
   /// V.G.SERVICE.REQUEST: at most 127 bytes in CP1252.
   [[nodiscard]] const std::string& text() const { return request_.text; }
+  /// The same in UTF-8.
+  [[nodiscard]] std::string utf8() const;
   /// V.G.SERVICE.REQUEST_STATE.
   [[nodiscard]] std::uint32_t state() const { return request_.state; }
   /// After this time the answer is of no use; zero = never.
@@ -68,7 +70,8 @@ class Call {
   void decline(const std::string& reason) const;
 
  private:
-  void end(const Result& result) const;
+  /// Null for a call that has ended before.
+  [[nodiscard]] std::shared_ptr<CallSink> end() const;
 
   fabric::Request request_;
   std::weak_ptr<CallSink> sink_;

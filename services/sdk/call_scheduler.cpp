@@ -17,17 +17,6 @@ using fabric::ServiceCode;
 using fabric::SteadyTime;
 using fabric::Time;
 
-/// Error texts are shortened to fit; "..." marks the omission, and the log has the whole text.
-std::string error_text(const std::string& reason) {
-  constexpr std::string_view more = "...";
-  std::string text = "ERROR: " + reason.substr(0, reason.find('\0'));
-  if (text.size() > fabric::max_text) {
-    text.resize(fabric::max_text - more.size());
-    text += more;
-  }
-  return text;
-}
-
 Time counted_from(const Moment& start, SteadyTime now) {
   return start.wall + std::chrono::duration_cast<std::chrono::nanoseconds>(now - start.steady);
 }
@@ -54,13 +43,25 @@ Reply final_reply(const Request& request, const Result& result,
   if (result && refusal.empty()) {
     return reply_to(request, *result);
   }
-  const std::string text = error_text(result ? refusal : result.error());
-  Reply reply = reply_to(request, {.text = text, .state = options.error_state});
+  // The log has the whole text.
+  Reply reply =
+      reply_to(request, Response::error(result ? refusal : result.error(), options.error_state));
   reply.code = result ? ServiceCode::refused : ServiceCode::failed;
   return reply;
 }
 
 }  // namespace
+
+Response Response::error(std::string_view reason, std::uint32_t state) {
+  constexpr std::string_view more = "...";
+  std::string text = "ERROR: ";
+  text += reason.substr(0, reason.find('\0'));
+  if (text.size() > fabric::max_text) {
+    text.resize(fabric::max_text - more.size());
+    text += more;
+  }
+  return {.text = std::move(text), .state = state};
+}
 
 std::string check_text(const std::string& text) {
   if (text.size() > fabric::max_text) {

@@ -37,12 +37,17 @@
 #include <variant>
 #include <vector>
 
+#include <tl/expected.hpp>
+
 #include "fabric/moment.hpp"
 #include "fabric/request_key.hpp"
 #include "services/sdk/call_memory.hpp"
 #include "services/sdk/response.hpp"
 
 namespace millrace::services::sdk {
+
+/// How a handler ended: its response, or why there is none.
+using Result = tl::expected<Response, std::string>;
 
 /// Run the handler.
 struct Start {

@@ -25,14 +25,6 @@ namespace {
 
 fabric::InstanceIdentity make_identity(const ServiceOptions& options,
                                        std::chrono::milliseconds lease) {
-  if (options.error_state == 0) {
-    throw std::invalid_argument("the error state of a service must not be 0");
-  }
-  if (options.concurrency > max_concurrency) {
-    throw std::invalid_argument(
-        fmt::format("a service runs at most {} calls at once, not {}; start more instances of it",
-                    max_concurrency, options.concurrency));
-  }
   return {
       .id = fabric::InstanceId::random(),
       .uuid = fabric::canonical_uuid(options.uuid),
@@ -47,17 +39,6 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options,
       .concurrency = options.concurrency,
       .lease = lease,
   };
-}
-
-CallSchedulerOptions scheduler_options(const ServiceOptions& options,
-                                       const fabric::InstanceIdentity& identity,
-                                       bool authenticated_requesters) {
-  return {.instance = identity.id,
-          .concurrency = options.concurrency,
-          .delivery = options.delivery,
-          .completion_signal = options.completion_signal,
-          .error_state = options.error_state,
-          .authenticated_requesters = authenticated_requesters};
 }
 
 /// Logs a summary of the calls now and then. On the participant's loop, where it may outlive its
@@ -113,6 +94,25 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .trust = options.trust};
 }
 
+CallSchedulerOptions scheduler_options(const ServiceOptions& options,
+                                       const fabric::InstanceId& instance,
+                                       bool authenticated_requesters) {
+  if (options.error_state == 0) {
+    throw std::invalid_argument("the error state of a service must not be 0");
+  }
+  if (options.concurrency > max_concurrency) {
+    throw std::invalid_argument(
+        fmt::format("a service runs at most {} calls at once, not {}; start more instances of it",
+                    max_concurrency, options.concurrency));
+  }
+  return {.instance = instance,
+          .concurrency = options.concurrency,
+          .delivery = options.delivery,
+          .completion_signal = options.completion_signal,
+          .error_state = options.error_state,
+          .authenticated_requesters = authenticated_requesters};
+}
+
 struct Instance::Impl final : HostedInstance {
   Impl(const ServiceOptions& options, const Service::Log& own_log, InlineHandler inline_handler,
        std::function<void(const std::string& issuer)> report_draining = nullptr)
@@ -123,7 +123,8 @@ struct Instance::Impl final : HostedInstance {
         identity(make_identity(options, shared->participant().options().lease)),
         draining(std::move(report_draining)),
         runner(std::make_shared<Runner>(
-            scheduler_options(options, identity, shared->participant().authenticator() != nullptr),
+            scheduler_options(options, identity.id,
+                              shared->participant().authenticator() != nullptr),
             log, std::move(inline_handler))),
         end(std::in_place, shared->participant(), shared->loop().get_executor(), identity, *runner,
             fabric::endpoints::Receiving::directly),

@@ -13,12 +13,19 @@
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
+#include "services/sdk/call_scheduler.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
 
 /// The participant options of a service with these options.
 fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
+
+/// The scheduler's options of an instance of it. Throws std::invalid_argument for an error state of
+/// 0 and too many concurrent calls.
+CallSchedulerOptions scheduler_options(const ServiceOptions& options,
+                                       const fabric::InstanceId& instance,
+                                       bool authenticated_requesters);
 
 /// For an instance whose calls run in another process: next() returns none of them. Called in any
 /// thread, in order, except for calls that are cancelled as they begin; must not block, nor end the

@@ -1,5 +1,7 @@
 #include "services/sdk/runner.hpp"
 
+#include <exception>
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -66,10 +68,22 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 
 }  // namespace
 
+AsyncHandler guarded(AsyncHandler handler) {
+  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
+    try {
+      handler(call);
+    } catch (const std::exception& error) {
+      call->fail(error.what());
+    } catch (...) {
+      call->fail("the service threw an exception that is not a std::exception");
+    }
+  };
+}
+
 Runner::Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler)
     : log_(std::move(log)), scheduler_(options), inline_handler_(std::move(inline_handler)) {}
 
-void Runner::set_endpoint(fabric::endpoints::ReplyEndpoint* endpoint) {
+void Runner::set_endpoint(fabric::endpoints::ReplyPublisher* endpoint) {
   Lock lock(lock_);
   endpoint_ = endpoint;
   perform(std::move(lock), {});

@@ -32,6 +32,9 @@ class CallSink {
   virtual void declined(fabric::CallId call, const std::string& reason) = 0;
 };
 
+/// A handler whose exceptions end its call, not its process.
+AsyncHandler guarded(AsyncHandler handler);
+
 /// Runs calls in the receiving thread, which saves a hand-over. The process receives nothing from
 /// the fabric in that time: after one call over the limit, calls get threads of their own.
 struct InlineHandler {
@@ -53,8 +56,8 @@ class Runner : public CallSink,
  public:
   Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler);
 
-  /// The endpoint for replies; null to stop sending. Calls that came before are passed on now.
-  void set_endpoint(fabric::endpoints::ReplyEndpoint* endpoint);
+  /// Publishes replies from now on; null to stop. Calls that came before are passed on now.
+  void set_endpoint(fabric::endpoints::ReplyPublisher* endpoint);
 
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
@@ -100,7 +103,7 @@ class Runner : public CallSink,
   mutable std::mutex lock_;
   std::condition_variable changed_;
   CallScheduler scheduler_;
-  fabric::endpoints::ReplyEndpoint* endpoint_ = nullptr;
+  fabric::endpoints::ReplyPublisher* endpoint_ = nullptr;
   std::deque<std::shared_ptr<const Call>> work_;
   /// Notifies calls that run or wait for a thread of their cancellation. It does not hold the calls
   /// themselves: to drop the last reference ends a call, and that takes the lock.

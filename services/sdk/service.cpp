@@ -1,28 +1,11 @@
 #include "services/sdk/service.hpp"
 
-#include <exception>
 #include <thread>
 
 #include "services/sdk/instance.hpp"
+#include "services/sdk/runner.hpp"
 
 namespace millrace::services::sdk {
-
-namespace {
-
-/// A handler's exception ends its call, never its process.
-AsyncHandler guarded(AsyncHandler handler) {
-  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
-    try {
-      handler(call);
-    } catch (const std::exception& error) {
-      call->fail(error.what());
-    } catch (...) {
-      call->fail("the service threw an exception that is not a std::exception");
-    }
-  };
-}
-
-}  // namespace
 
 struct Service::Impl {
   Impl(const ServiceOptions& options, AsyncHandler own_handler, const Log& log)

@@ -25,8 +25,6 @@ namespace millrace::services::sdk {
 
 class SharedParticipant;
 
-/// The state of an answer for a failure of the service itself, unless it names another.
-inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
 inline constexpr std::uint32_t max_concurrency = 256;
 /// The longest time of an inline handler. It should take a thousandth of this; the rest is for a

@@ -15,7 +15,7 @@ namespace millrace::services::text {
 /// The response contains what was requested.
 inline constexpr std::uint32_t state_ok = 1;
 /// The service does not understand the request.
-inline constexpr std::uint32_t state_bad_request = 10;
+inline constexpr std::uint32_t state_bad_request = sdk::bad_request_state;
 
 /// "ERROR: MESSAGE". A message that does not fit is truncated and ends in "..." at byte 127.
 sdk::Response error(std::uint32_t state, std::string_view message);

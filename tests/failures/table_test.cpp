@@ -17,7 +17,8 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// The names in all test sources: "Suite.Name" of each test, and each word between quotation marks.
+/// The names in all test sources: "Suite.Name" of each test, "Class.test_name" of each in Python,
+/// and each word between quotation marks.
 struct Sources {
   std::set<std::string> tests;
   std::set<std::string> quoted;
@@ -26,9 +27,23 @@ struct Sources {
 Sources sources() {
   const std::regex declared(R"(TEST(?:_F|_P)?\((\w+),\s*(\w+)\))");
   const std::regex quoted(R"rx("(\w+)")rx");
+  const std::regex python_class(R"(^class (\w+))");
+  const std::regex python_test(R"(^    def (test_\w+)\()");
   Sources all;
   for (const auto& entry :
        std::filesystem::recursive_directory_iterator(MILLRACE_SOURCE "/tests")) {
+    if (entry.path().extension() == ".py") {
+      std::istringstream lines(text_of(entry.path()));
+      std::string in;
+      for (std::string line; std::getline(lines, line);) {
+        std::smatch found;
+        if (std::regex_search(line, found, python_class)) {
+          in = found.str(1);
+        } else if (std::regex_search(line, found, python_test)) {
+          all.tests.insert(in + "." + found.str(1));
+        }
+      }
+    }
     if (entry.path().extension() == ".cpp") {
       const std::string text = text_of(entry.path());
       for (std::sregex_iterator it(text.begin(), text.end(), declared), end; it != end; ++it) {
@@ -46,7 +61,7 @@ Sources sources() {
 int check_tables(const std::string& page) {
   const Sources all = sources();
   std::istringstream lines(text_of(MILLRACE_SOURCE "/docs/" + page));
-  const std::regex test("`([A-Za-z]+)\\.([A-Za-z0-9]+)(?:/([A-Za-z0-9]+))?`");
+  const std::regex test("`([A-Za-z]+)\\.([A-Za-z0-9_]+)(?:/([A-Za-z0-9]+))?`");
   int rows = 0;
   // The last table names the check of each invariant, not a test.
   bool of_tests = false;

@@ -1,4 +1,5 @@
 // The C interface as C programs use it: processes that are linked only with libmillrace.so.1.
+#include <algorithm>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -41,6 +42,25 @@ class CService : public CInterface {
 
   Process sut = start(MILLRACE_C_SERVICE, {first, second});
 };
+
+TEST_F(CInterface, ReadsTheCallsOfARecording) {
+  Process sut = client({"recording", MILLRACE_TEST_DATA "/recordings/demo.mcap"});
+  ASSERT_EQ(sut.wait(), 0) << sut.output();
+  EXPECT_THAT(sut.output(), HasSubstr("cnc/2 0.25 -> 0.500000, state 1, answered by square_root, "
+                                      "total 1, first: seen by the gateway, beyond: 1\n"));
+  const std::string output = sut.output();
+  EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 6) << output;
+}
+
+TEST_F(CInterface, ReportsARecordingThatCannotBeReadOrIsDamaged) {
+  Process missing = client({"recording", "/nowhere.mcap"});
+  EXPECT_EQ(missing.wait(), 1);
+  EXPECT_THAT(missing.output(), StartsWith("error 1: "));
+  EXPECT_THAT(missing.output(), HasSubstr("/nowhere.mcap"));
+  Process foreign = client({"recording", MILLRACE_TEST_DATA "/recordings/earlier.hex"});
+  EXPECT_EQ(foreign.wait(), 0);
+  EXPECT_THAT(foreign.output(), StartsWith("problem: at byte 0: "));
+}
 
 TEST_F(CService, ServesSeveralUuidsOnOneParticipant) {
   ASSERT_TRUE(caller.await_instance(first));
@@ -225,7 +245,7 @@ TEST_F(CInterface, ExportsItsOwnFunctionsAndNothingElse) {
       ++functions;
     }
   }
-  EXPECT_EQ(functions, 34);
+  EXPECT_EQ(functions, 39);
 }
 
 }  // namespace

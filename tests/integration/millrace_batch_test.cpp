@@ -106,12 +106,12 @@ TEST_F(BatchFolder, TheCheckWarnsOfAProgramThatCannotRun) {
   Process absent({binary("millrace-batch"), "--check", "--config", config.string()});
   EXPECT_EQ(absent.wait(), 0) << "the check may run on another host";
   EXPECT_EQ(absent.output(), config.string() + " is good: 2 programs, 2 not usable here\n");
-  for (const auto& [name, uuid] : {std::pair("not_executable.sh", echo_uuid),
-                                   std::pair("absent.sh", exit_uuid)}) {
-    EXPECT_THAT(absent.error_output(),
-                HasSubstr("warning: " + config.string() + ": " + name + ": " +
-                          (programs / name).string() + " is missing or not executable; " + uuid +
-                          " is not served\n"));
+  for (const auto& [name, uuid] :
+       {std::pair("not_executable.sh", echo_uuid), std::pair("absent.sh", exit_uuid)}) {
+    EXPECT_THAT(
+        absent.error_output(),
+        HasSubstr("warning: " + config.string() + ": " + name + ": " + (programs / name).string() +
+                  " is missing or not executable; " + uuid + " is not served\n"));
   }
 }
 

@@ -4,6 +4,7 @@
 """
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -82,6 +83,7 @@ def obey(call):
 
 
 def main():
+    signal.signal(signal.SIGUSR1, lambda *_: go.set())
     parser = millrace.argument_parser()
     parser.add_argument("--discovers", action="store_true")
     arguments = parser.parse_args()

@@ -2,6 +2,7 @@
 
 import http.server
 import pathlib
+import re
 import socket
 import socketserver
 import sqlite3
@@ -12,7 +13,8 @@ import unittest
 
 from millrace import testing
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "deploy/examples/python"))
+TOP = pathlib.Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(TOP / "deploy/examples/python"))
 
 import bar_code  # noqa: E402
 import mes_order  # noqa: E402
@@ -156,6 +158,25 @@ class MesOrder(unittest.TestCase):
         call.cancel()
         self.assertEqual(mes_order.mes_order(call)[1], 13)
         self.assertEqual(self.asked, [])
+
+
+class ThePage(InAFolder):
+    """docs/how-to/services-in-python.md"""
+
+    def test_has_a_service_and_tests_that_pass(self):
+        page = (TOP / "docs/how-to/services-in-python.md").read_text()
+        service, tests = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+        (self.folder / "length.py").write_text(service)
+        sys.path.insert(0, str(self.folder))
+        self.addCleanup(sys.path.remove, str(self.folder))
+        self.addCleanup(sys.modules.pop, "length", None)
+        names = {}
+        exec(compile(tests, "services-in-python.md", "exec"), names)
+        found = [name for name in names if name.startswith("test_")]
+        self.assertEqual(len(found), 2)
+        for name in found:
+            with self.subTest(name):
+                names[name]()
 
 
 if __name__ == "__main__":

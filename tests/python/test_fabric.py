@@ -40,6 +40,11 @@ class OnAFabric(unittest.TestCase):
         process.ready = process.await_output(r"^ready: (.*)$").group(1)
         return process
 
+    @staticmethod
+    def instance_of(process):
+        """The id in its ready line."""
+        return re.search(r" as (\S+) on domain", process.ready).group(1)
+
     def call(self, text, uuid=obedient.UUID, **options):
         return millrace.call(uuid, text, timeout=PATIENCE, **options)
 
@@ -120,6 +125,48 @@ class APythonService(OnAFabric):
             second_release = self.call("release")
             self.assertEqual((second_release.text, pending.result().text), ("done", "released"))
 
+    def test_blocks_an_at_most_once_call_when_its_instance_is_killed(self):
+        first = self.start("obedient.py", "--delivery", "at-most-once")
+        with ThreadPoolExecutor(1) as pool:
+            pending = pool.submit(self.call, "hold")
+            first.await_output("^holding")
+            second = self.start("obedient.py", "--delivery", "at-most-once")
+            first.signal(signal.SIGKILL)
+            with self.assertRaisesRegex(millrace.NoResponse, "must not run twice"):
+                pending.result()
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+        self.assertNotIn("holding", second.output.text)
+
+    def test_is_replaced_by_another_instance_while_it_is_frozen(self):
+        first = self.start()
+        with ThreadPoolExecutor(1) as pool:
+            pending = pool.submit(self.call, "hold")
+            first.await_output("^holding")
+            second = self.start()
+            first.signal(signal.SIGSTOP)
+            second.await_output("^holding")
+            self.assertEqual(self.call("release").text, "done")
+            self.assertEqual(pending.result().text, "released")
+            first.signal(signal.SIGCONT)
+        second.signal()
+        self.assertEqual(second.wait(), 0, second.errors.text)
+        self.assertEqual(self.call("hello").text, "hello, attempt 1")
+
+    def test_drains_at_an_operators_command(self):
+        sut = self.start()
+        with ThreadPoolExecutor(1) as pool:
+            pending = pool.submit(self.call, "hold")
+            sut.await_output("^holding")
+            with Process(BIN / "millrace", "drain", "--domain", self.domain.number, obedient.UUID) as command:
+                self.assertEqual(command.wait(), 0, command.errors.text)
+            sut.await_error("commands this instance to leave")
+            other = self.start()
+            self.assertEqual(self.call("who").instance, self.instance_of(other))
+            self.assertFalse(pending.done())
+            sut.signal(signal.SIGUSR1)
+            self.assertEqual(pending.result().text, "released")
+        self.assertEqual(sut.wait(), 0, sut.errors.text)
+
     def test_drains_on_sigterm_and_ends_by_a_second_signal(self):
         sut = self.start()
         with ThreadPoolExecutor(1) as pool:
@@ -174,6 +221,21 @@ class APythonService(OnAFabric):
                 self.assertEqual(sut.wait(), code, sut.errors.text)
                 expected = "RuntimeError: the program is over" if how == "raise" else ""
                 self.assertEqual(sut.errors.text.strip().rpartition("\n")[2], expected)
+
+    def test_shares_its_calls_with_an_instance_in_cpp_and_leaves_them_to_it(self):
+        uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47"
+        python = self.start("square_root.py")
+        with Process(BIN / "millrace-square-root", "--domain", self.domain.number) as cpp:
+            cpp.await_output("^ready: ")
+            answering = set()
+            while len(answering) < 2:
+                response = self.call("2.25", uuid)
+                self.assertEqual(response.text, "1.500000")
+                answering.add(response.instance)
+            python.signal(signal.SIGKILL)
+            with ThreadPoolExecutor(4) as pool:
+                texts = list(pool.map(lambda _: self.call("2.25", uuid).text, range(20)))
+            self.assertEqual(texts, ["1.500000"] * 20)
 
     def test_calls_another_service_if_it_discovers(self):
         self.start("coroutines.py")
@@ -337,17 +399,70 @@ class OnAFabricWithTrust(OnAFabric):
 
 
 class AnNcProgram(OnAFabric):
+    def run_program(self, program):
+        """A virtual CNC, and a gateway for it."""
+        cnc = Process(BIN / "millrace-cnc", "--listen", "127.0.0.1:0", "--channels", "2", "--run", f"1={program}",
+                      "--exit-when-idle")
+        self.addCleanup(cnc.__exit__)
+        port = cnc.await_output(r"^ready: .* on 127\.0\.0\.1:(\d+)").group(1)
+        gateway = Process(BIN / "millrace-gateway", "--domain", self.domain.number, "--machine",
+                          f"cnc=127.0.0.1:{port}/127.0.0.1.1.1")
+        self.addCleanup(gateway.__exit__)
+        return cnc
+
+    def program(self, request):
+        """A program that makes one call of the obedient service and shows the response."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        file = pathlib.Path(folder.name, "call.nc")
+        file.write_text(f"""%call
+N10 V.G.SERVICE.UUID = "{obedient.UUID}"
+N20 V.G.SERVICE.REQUEST = "{request}"
+N30 V.G.SERVICE.REQUEST_STATE = 1
+N40 #FLUSH CONTINUE
+N50 #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
+N60 #MSG ["state %u: %s", V.G.SERVICE.RESPONSE_STATE, V.G.SERVICE.RESPONSE]
+N70 M30
+""")
+        return file
+
+    def expect(self, cnc, line):
+        self.assertEqual(cnc.wait(), 0, cnc.errors.text)
+        self.assertIn(f"[ch1] {line}\n", cnc.output.text)
+
     def test_calls_a_python_service_through_the_gateway(self):
-        program = TOP / "tests/data/nc/chain/square_root_of_3.nc"
-        with Process.python("square_root.py", "--domain", self.domain.number) as service:
-            service.await_output("^ready: ")
-            with Process(BIN / "millrace-cnc", "--listen", "127.0.0.1:0", "--channels", "2", "--run", f"1={program}",
-                         "--exit-when-idle") as cnc:
-                port = cnc.await_output(r"^ready: .* on 127\.0\.0\.1:(\d+)").group(1)
-                with Process(BIN / "millrace-gateway", "--domain", self.domain.number, "--machine",
-                             f"cnc=127.0.0.1:{port}/127.0.0.1.1.1"):
-                    self.assertEqual(cnc.wait(), 0, cnc.errors.text)
-                    self.assertIn("[ch1] response = 1.732051\n", cnc.output.text)
+        self.start("square_root.py")
+        cnc = self.run_program(TOP / "tests/data/nc/chain/square_root_of_3.nc")
+        self.expect(cnc, "response = 1.732051")
+
+    def test_gets_the_error_text_of_an_exception(self):
+        self.start()
+        self.expect(self.run_program(self.program("raise the gauge is missing")), "state 500: ERROR: the gauge is missing")
+
+    def test_gets_the_response_of_another_instance_when_its_own_is_killed(self):
+        first = self.start()
+        cnc = self.run_program(self.program("hold"))
+        first.await_output("^holding")
+        second = self.start()
+        first.signal(signal.SIGKILL)
+        second.await_output("^holding")
+        second.signal(signal.SIGUSR1)
+        self.expect(cnc, "state 1: released")
+
+    def test_waits_for_an_operator_when_the_instance_of_its_at_most_once_call_is_killed(self):
+        first = self.start("obedient.py", "--delivery", "at-most-once")
+        with millrace.watch(alarms=False, timeout=PATIENCE) as events:
+            cnc = self.run_program(self.program("hold"))
+            first.await_output("^holding")
+            second = self.start("obedient.py", "--delivery", "at-most-once")
+            first.signal(signal.SIGKILL)
+            while next(events).kind != "held":
+                pass
+        with Process(BIN / "millrace", "answer", "--domain", self.domain.number, "cnc/1", "not available",
+                     "--state", "99") as operator:
+            self.assertEqual(operator.wait(), 0, operator.errors.text)
+        self.expect(cnc, "state 99: not available")
+        self.assertNotIn("holding", second.output.text)
 
 
 if __name__ == "__main__":

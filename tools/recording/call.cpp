@@ -81,6 +81,12 @@ std::string_view event_name_of(Stage stage) {
   return {};
 }
 
+std::string_view name_of(Outcome outcome) {
+  constexpr std::array<std::string_view, 5> names{"under way", "answered", "failed", "settled",
+                                                  "withdrawn"};
+  return names.at(static_cast<std::size_t>(outcome));
+}
+
 bool Call::add(const Entry& entry) {
   if (call_of(entry) != id) {
     return false;
@@ -283,6 +289,51 @@ std::optional<Call> CallFollower::add(const Entry& entry) {
   std::optional<Call> ended = std::move(call);
   under_way_.erase(event->key);
   return ended;
+}
+
+namespace {
+
+bool is_complete(const Call& call) {
+  const Step* const end = call.end();
+  return end != nullptr && (end->stage == Stage::withdrawn ||
+                            (call.of_attempt(Stage::answered, end->attempt) != nullptr &&
+                             call.of_attempt(Stage::dispatched, end->attempt) != nullptr));
+}
+
+}  // namespace
+
+std::vector<Call> CallCollector::add(const Entry& entry) {
+  std::vector<Call> complete;
+  const fabric::CallId id = call_of(entry);
+  const bool shows_a_step = std::holds_alternative<fabric::Event>(entry.sample) ||
+                            std::holds_alternative<fabric::Request>(entry.sample) ||
+                            std::holds_alternative<fabric::Reply>(entry.sample);
+  if (!shows_a_step || id == fabric::CallId{} || closed_.contains(id)) {
+    return complete;
+  }
+  if (!open_.contains(id)) {
+    if (auto oldest = open_.put(id, Call(id, texts_))) {
+      closed_.put(oldest->key);
+      complete.push_back(std::move(oldest->value));
+    }
+  }
+  Call& call = *open_.find(id);
+  call.add(entry);
+  if (is_complete(call)) {
+    complete.push_back(std::move(call));
+    open_.erase(id);
+    closed_.put(id);
+  }
+  return complete;
+}
+
+std::vector<Call> CallCollector::close() {
+  std::vector<Call> rest;
+  for (auto& [id, call] : open_) {
+    rest.push_back(std::move(call));
+  }
+  open_.clear();
+  return rest;
 }
 
 }  // namespace millrace::tools::recording

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/recent.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::recording {
@@ -80,6 +81,9 @@ enum class Outcome : std::uint8_t {
   /// By the NC program.
   withdrawn,
 };
+
+/// "under way", "answered", …
+std::string_view name_of(Outcome outcome);
 
 struct Call {
   enum class Texts : std::uint8_t { kept, left_out };
@@ -153,6 +157,27 @@ class CallFollower {
 
  private:
   std::map<fabric::ChannelKey, Call> under_way_;
+};
+
+/// Collects calls whose samples come from several writers and may be recorded out of order. A call
+/// is complete when it has ended and, if an instance has answered it, that sample is known too.
+class CallCollector {
+ public:
+  explicit CallCollector(Call::Texts texts) : texts_(texts) {}
+
+  /// The calls that are complete with this entry, and one that never was: at most 4,096 are open.
+  std::vector<Call> add(const Entry& entry);
+  /// The other calls, in the order of their first entries. Call it at the end.
+  std::vector<Call> close();
+
+ private:
+  /// More than all channels have running; older ones wait for samples that were lost.
+  static constexpr std::size_t most_open = 4096;
+
+  Call::Texts texts_;
+  base::Recent<fabric::CallId, Call> open_{most_open};
+  /// A gateway that resumes repeats the last step of a call.
+  base::Recent<fabric::CallId> closed_{most_open};
 };
 
 }  // namespace millrace::tools::recording

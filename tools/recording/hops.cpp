@@ -33,37 +33,15 @@ HopTimes hops_of(const Call& call) {
 }
 
 void HopStatistics::add(const Entry& entry) {
-  const fabric::CallId id = call_of(entry);
-  const auto* const event = std::get_if<fabric::Event>(&entry.sample);
-  const bool shows_a_step = event != nullptr ||
-                            std::holds_alternative<fabric::Request>(entry.sample) ||
-                            std::holds_alternative<fabric::Reply>(entry.sample);
-  if (!shows_a_step || id == fabric::CallId{}) {
-    return;
-  }
-  if (!open_.contains(id)) {
-    if (const auto oldest = open_.put(id, Call(id, Call::Texts::left_out))) {
-      count(oldest->value);
-    }
-  }
-  Call& call = *open_.find(id);
-  call.add(entry);
-  const Step* const end = call.end();
-  if (end != nullptr && end->stage == Stage::withdrawn) {
-    count_end(call);
-    open_.erase(id);
-  } else if (end != nullptr && call.of_attempt(Stage::answered, end->attempt) != nullptr &&
-             call.of_attempt(Stage::dispatched, end->attempt) != nullptr) {
+  for (const Call& call : calls_.add(entry)) {
     count(call);
-    open_.erase(id);
   }
 }
 
 void HopStatistics::close() {
-  for (const auto& [id, call] : open_) {
+  for (const Call& call : calls_.close()) {
     count(call);
   }
-  open_.clear();
 }
 
 void HopStatistics::count_end(const Call& call) {
@@ -76,7 +54,7 @@ void HopStatistics::count_end(const Call& call) {
 
 void HopStatistics::count(const Call& call) {
   count_end(call);
-  if (call.uuid.empty()) {
+  if (call.uuid.empty() || call.outcome() == Outcome::withdrawn) {
     return;
   }
   const HopTimes times = hops_of(call);

@@ -12,7 +12,6 @@
 #include <string>
 #include <string_view>
 
-#include "base/recent.hpp"
 #include "tools/recording/call.hpp"
 #include "tools/recording/statistics.hpp"
 
@@ -72,8 +71,7 @@ class HopStatistics {
   void count(const Call& call);
   void count_end(const Call& call);
 
-  /// More than all channels have running; older ones wait for samples that were lost.
-  base::Recent<fabric::CallId, Call> open_{4096};
+  CallCollector calls_{Call::Texts::left_out};
   std::uint64_t ended_ = 0;
   std::uint64_t failed_ = 0;
   std::map<std::string, HopHistograms> services_;

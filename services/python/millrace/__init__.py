@@ -10,8 +10,8 @@
 
 An NC program calls the service of a UUID through the Service Interface of its channel; a gateway maps the call to this
 process. `millrace.service` makes a service of a function, and `millrace.run` serves it. `millrace.call` calls a
-service, `millrace.services` lists instances, `millrace.watch` follows calls and alarms. `millrace.testing` tests
-services without a fabric.
+service, `millrace.services` lists instances, `millrace.watch` follows calls and alarms. `millrace.Recording` reads the
+calls of a recording. `millrace.testing` tests services without a fabric.
 
 Texts are str with characters of the controller's code page CP1252, or bytes of CP1252; at most 127 bytes. Times are in
 seconds. Exceptions are derived from `millrace.Error`.
@@ -31,6 +31,7 @@ from millrace._errors import (
     Unserved,
 )
 from millrace._program import argument_parser, run
+from millrace._recording import RecordedCall, Recording, Step
 from millrace._server import Server
 from millrace._service import Service, service
 from millrace._text import MAX_TEXT
@@ -48,9 +49,12 @@ __all__ = [
     "InvalidArgument",
     "NoResponse",
     "NotConnected",
+    "RecordedCall",
+    "Recording",
     "Response",
     "Server",
     "Service",
+    "Step",
     "TextError",
     "Unserved",
     "Watch",

@@ -161,6 +161,55 @@ class Event(Structure):
     ]
 
 
+#: In place of a duration that a recording does not show.
+UNKNOWN = -(2**63)
+
+#: The durations in RecordedCall, without "_ns".
+HOPS = ("dispatch", "to_service", "queue", "work", "to_gateway", "write_back", "total")
+
+
+class RecordedCall(Structure):
+    _fields_ = [
+        ("size", c_size_t),
+        ("call_id", c_char_p),
+        ("machine", c_char_p),
+        ("channel", c_uint16),
+        ("uuid", c_char_p),
+        ("outcome", c_char_p),
+        ("attempt", c_uint32),
+        ("instance", c_char_p),
+        ("name", c_char_p),
+        ("host", c_char_p),
+        ("request", c_char_p),
+        ("request_length", c_size_t),
+        ("request_state", c_uint32),
+        ("response", c_char_p),
+        ("response_length", c_size_t),
+        ("response_state", c_uint32),
+        ("detail", c_char_p),
+        ("replayed", c_int32),
+        ("seen_ns", c_int64),
+        ("ended_ns", c_int64),
+        *((hop + "_ns", c_int64) for hop in HOPS),
+        ("steps", c_size_t),
+    ]
+
+
+class Step(Structure):
+    _fields_ = [
+        ("size", c_size_t),
+        ("name", c_char_p),
+        ("time_ns", c_int64),
+        ("by_service", c_int32),
+        ("attempt", c_uint32),
+        ("instance", c_char_p),
+        ("text", c_char_p),
+        ("text_length", c_size_t),
+        ("state", c_uint32),
+        ("detail", c_char_p),
+    ]
+
+
 # Name, result, arguments. Handles are void*.
 _FUNCTIONS: list[tuple[str, Any, list[Any]]] = [
     ("error", c_char_p, []),
@@ -194,6 +243,11 @@ _FUNCTIONS: list[tuple[str, Any, list[Any]]] = [
     ("observer_open", c_int32, [c_void_p, POINTER(ObserverOptions), POINTER(c_void_p)]),
     ("observe", c_int32, [c_void_p, c_uint32, POINTER(POINTER(Event))]),
     ("observer_free", None, [c_void_p]),
+    ("recording_open", c_int32, [c_char_p, POINTER(c_void_p)]),
+    ("recording_next", c_int32, [c_void_p, POINTER(POINTER(RecordedCall))]),
+    ("recording_step", POINTER(Step), [c_void_p, c_size_t]),
+    ("recording_problem", c_char_p, [c_void_p, c_size_t]),
+    ("recording_free", None, [c_void_p]),
 ]
 
 _BRIEF = {"call_get", "call_cancelled", "error"}

@@ -3,6 +3,7 @@
  *   c_client call UUID TEXT      responses, or the error
  *   c_client list                instances
  *   c_client observe UUID TEXT   calls, then the events of the call up to the response
+ *   c_client recording FILE      the calls of a recording
  */
 #include <millrace.h>
 #include <stdio.h>
@@ -75,11 +76,35 @@ static int observe(millrace_participant* participant, const char* uuid, const ch
   return code == MILLRACE_OK ? 0 : 1;
 }
 
+static int read_recording(const char* file) {
+  millrace_recording* recording;
+  const millrace_recorded_call* call;
+  const char* problem;
+  millrace_code code = millrace_recording_open(file, &recording);
+  if (code != MILLRACE_OK) {
+    return failed(code);
+  }
+  while ((code = millrace_recording_next(recording, &call)) == MILLRACE_OK) {
+    printf("%s/%u %s -> %s, state %u, %s by %s, total %d, first: %s, beyond: %d\n", call->machine,
+           call->channel, call->request, call->response, call->response_state, call->outcome,
+           call->name, call->total_ns > 0, millrace_recording_step(recording, 0)->name,
+           millrace_recording_step(recording, call->steps) == NULL);
+  }
+  for (size_t i = 0; (problem = millrace_recording_problem(recording, i)) != NULL; ++i) {
+    printf("problem: %s\n", problem);
+  }
+  millrace_recording_free(recording);
+  return code == MILLRACE_NOTHING ? 0 : failed(code);
+}
+
 int main(int argc, char** argv) {
   millrace_participant* participant;
   millrace_participant_options options = {.size = sizeof options};
   int result = 2;
   millrace_code code;
+  if (argc == 3 && strcmp(argv[1], "recording") == 0) {
+    return read_recording(argv[2]);
+  }
   options.name = "c_client";
   options.discovers = 1;
   if ((code = millrace_join(&options, &participant)) != MILLRACE_OK) {

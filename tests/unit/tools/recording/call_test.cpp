@@ -1,5 +1,7 @@
 #include "tools/recording/call.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
@@ -90,6 +92,69 @@ TEST(ACallFollower, CountsAnUnservedRequestAsNoCall) {
   CallFollower sut;
   EXPECT_FALSE(sut.add({.sample = fabric::Event{.kind = fabric::EventKind::unserved}}));
   EXPECT_TRUE(sut.under_way().empty());
+}
+
+/// The calls that become complete with these entries.
+std::vector<Call> collect(CallCollector& collector, const std::vector<Entry>& entries) {
+  std::vector<Call> all;
+  for (const Entry& entry : entries) {
+    for (Call& call : collector.add(entry)) {
+      all.push_back(std::move(call));
+    }
+  }
+  return all;
+}
+
+TEST(ACallCollector, HasACallOnceInAnyOrderOfItsSamples) {
+  const std::vector<Entry> entries = one_call(17, 0);
+  // Request, reply and the three events with their own times.
+  std::vector<std::size_t> order{0, 1, 3, 4, 5};
+  do {
+    CallCollector sut(Call::Texts::kept);
+    std::vector<Entry> shuffled;
+    for (const std::size_t i : order) {
+      shuffled.push_back(entries[i]);
+    }
+    std::vector<Call> calls = collect(sut, shuffled);
+    for (Call& call : sut.close()) {
+      calls.push_back(std::move(call));
+    }
+    ASSERT_EQ(calls.size(), 1U);
+    ASSERT_EQ(calls.front().outcome(), Outcome::answered);
+    ASSERT_EQ(calls.front().end()->text, "1.414214");
+    ASSERT_EQ(calls.front().duration(), 7100us);
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+TEST(ACallCollector, DoesNotReportACallAgainWhoseLastStepIsRepeated) {
+  CallCollector sut(Call::Texts::kept);
+  std::vector<Entry> entries = one_call(17, 0);
+  const Entry written = entries[5];
+  ASSERT_EQ(collect(sut, entries).size(), 1U);
+  EXPECT_TRUE(sut.add(written).empty());
+  EXPECT_TRUE(sut.close().empty());
+}
+
+TEST(ACallCollector, ReportsCallsThatAreUnderWayAtTheEnd) {
+  CallCollector sut(Call::Texts::left_out);
+  for (const std::uint64_t number : {18U, 17U}) {
+    EXPECT_TRUE(sut.add(one_call(number, 0)[1]).empty());
+  }
+  const std::vector<Call> calls = sut.close();
+  ASSERT_EQ(calls.size(), 2U);
+  EXPECT_EQ(calls.front().id.number, 18U) << "in the order of their first entries";
+  EXPECT_EQ(calls.front().outcome(), Outcome::under_way);
+  EXPECT_EQ(calls.front().first(Stage::seen)->text, "");
+}
+
+TEST(ACallCollector, ReportsTheOldestOfTooManyOpenCalls) {
+  CallCollector sut(Call::Texts::kept);
+  std::vector<Call> calls;
+  for (std::uint64_t number = 1; number <= 4097; ++number) {
+    calls = collect(sut, {one_call(number, 0)[1]});
+  }
+  ASSERT_EQ(calls.size(), 1U);
+  EXPECT_EQ(calls.front().id.number, 1U);
 }
 
 TEST(InstanceNames, KnowNameAndHostAlsoOnceTheInstanceIsGone) {
