@@ -35,8 +35,9 @@ class CallSink {
 /// A handler whose exceptions end its call, not its process.
 AsyncHandler guarded(AsyncHandler handler);
 
-/// Runs calls in the receiving thread, which saves a hand-over. The process receives nothing from
-/// the fabric in that time: after one call over the limit, calls get threads of their own.
+/// Runs calls where their requests are received (Receiving::directly), which saves a hand-over. The
+/// process receives nothing from the fabric in that time: after one call over the limit, calls get
+/// threads of their own.
 struct InlineHandler {
   /// Null if all calls wait for Runner::next.
   AsyncHandler handler;
@@ -109,7 +110,7 @@ class Runner : public CallSink,
   /// themselves: to drop the last reference ends a call, and that takes the lock.
   std::map<fabric::CallId, std::stop_source> cancelled_;
   const InlineHandler inline_handler_;
-  /// Calls run in the receiving thread. Used only by that thread.
+  /// Calls run where their requests are received. Used only there, by one thread at a time.
   bool fast_enough_ = inline_handler_.handler != nullptr;
   bool closing_ = false;
   bool closed_ = false;
