@@ -194,6 +194,9 @@ function update() {
   tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);
   updateAccount();
   view?.update();
+  if (model.about !== null) {
+    document.documentElement.dataset.ready = 'true';
+  }
 }
 
 function updateConnection() {
@@ -251,7 +254,6 @@ listen({
     if (isNew) {
       app.session.refresh();
     }
-    document.documentElement.dataset.ready = 'true';
     schedule();
   },
   changes(data) {
