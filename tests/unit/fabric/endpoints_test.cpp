@@ -259,7 +259,7 @@ class RepliesAtOnce : public endpoints::ReplyEndpointListener {
   std::atomic<int> withdrawn = 0;
 };
 
-TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
+TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceThatReceivesDirectly) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
   RepliesAtOnce heard;
@@ -294,7 +294,7 @@ TEST_F(Endpoints, CarryTheRepliesToRequestsThatComeTogether) {
 }
 
 // The receiving thread may be in the listener at that moment.
-TEST_F(Endpoints, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
+TEST_F(Endpoints, LetAServiceThatReceivesDirectlyLeaveWhileRequestsArrive) {
   const auto sut = open_gateway();
   for (std::uint64_t round = 0; round < 20; ++round) {
     const InstanceIdentity who = identity();

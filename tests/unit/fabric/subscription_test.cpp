@@ -1,11 +1,10 @@
 #include "fabric/wire/subscription.hpp"
 
-#include <thread>
-
 #include <boost/asio/post.hpp>
 #include <gmock/gmock.h>
 
 #include "fabric/wire/writer.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -55,14 +54,17 @@ TEST_F(ASubscription, CanBeEndedByItsFunction) {
 }
 
 TEST_F(ASubscription, LetsOthersHaveTheirTurnAfterItsBatches) {
+  Reader<Event> witness(here, "millrace", Keep::all);
   subscribe({.batches_per_turn = 1});
+  ASSERT_TRUE(until([&] { return writer.matched().size() == 2; }));
   std::size_t at_their_turn = 0;
+  std::size_t arrived = 0;
   write(1, 1);
   on_event = [&] {
     if (numbers.size() == 1) {
       write(2, 100);
       boost::asio::post(context, [&] { at_their_turn = numbers.size(); });
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      tests::await("all events", [&] { return (arrived += witness.take().size()) == 100; });
     }
   };
   ASSERT_TRUE(until([&] { return numbers.size() == 100; }));
