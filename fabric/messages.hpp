@@ -143,6 +143,8 @@ struct InstanceIdentity {
   /// Its process sends several heartbeats in this time: after a silence of this length it counts as
   /// gone. 0: it sends no heartbeats.
   std::chrono::milliseconds lease{};
+  /// The same from a request until a while after its response; 0: as without calls.
+  std::chrono::milliseconds busy_lease{};
   /// The name in the proved certificate of its process; empty without trust. Not announced by the
   /// instance.
   std::string certificate{};
@@ -151,7 +153,7 @@ struct InstanceIdentity {
 MILLRACE_FIELDS(InstanceIdentity, (id, .json = "instance", .proto = "instance"), uuid, name,
                 description, version, host, pid, (channels, .proto = "channel"), delivery,
                 (completion_signal, .proto = "awaits_response"), concurrency, draining, lease,
-                (certificate, .sparse = true, .on_wire = false))
+                busy_lease, (certificate, .sparse = true, .on_wire = false))
 
 enum class ChannelState : std::uint8_t {
   link_down,

@@ -276,6 +276,7 @@ CallEndpoint::~CallEndpoint() {
 
 tl::expected<void, std::string> CallEndpoint::publish(const Request& request) {
   impl_->replies->ask(key_of(request));
+  impl_->liveness.requested(request.assigned);
   return impl_->request_writers->publish(request);
 }
 

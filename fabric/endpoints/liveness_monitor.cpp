@@ -1,5 +1,7 @@
 #include "fabric/endpoints/liveness_monitor.hpp"
 
+#include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +18,14 @@ constexpr std::chrono::milliseconds stall{50};
 
 SteadyTime now() {
   return std::chrono::steady_clock::now();
+}
+
+std::optional<bool> is_busy(const Heartbeat& heartbeat) {
+  if (heartbeat.loads.empty()) {
+    return std::nullopt;
+  }
+  return std::ranges::any_of(heartbeat.loads,
+                             [](const InstanceLoad& load) { return !load.calls.empty(); });
 }
 
 }  // namespace
@@ -55,7 +65,7 @@ void LivenessMonitor::close() {
 void LivenessMonitor::take(const wire::Taken<Heartbeat>& taken) {
   const SteadyTime at = now();
   // It may be the first heartbeat of an unknown process; the next one follows.
-  if (!taken.valid || !registry_.heartbeat(taken.writer, at)) {
+  if (!taken.valid || !registry_.heartbeat(taken.writer, at, is_busy(taken.value))) {
     return;
   }
   for (const InstanceLoad& load : taken.value.loads) {
@@ -106,6 +116,11 @@ void LivenessMonitor::check_identities(Discovery::News& news) {
   }
 }
 
+void LivenessMonitor::requested(const InstanceId& instance) {
+  registry_.requested(instance, now());
+  await_silence();
+}
+
 registry::InstanceRegistry::Changes LivenessMonitor::changes() {
   registry::InstanceRegistry::Changes changes = registry_.changes();
   await_silence();
@@ -143,6 +158,13 @@ void LivenessMonitor::on_silence(SteadyTime due) {
     on_endpoint_->post();
   }
   owner_.announce();
+}
+
+HeartbeatEndpoint::HeartbeatEndpoint(const dds::Participant& participant, const InstanceId& process)
+    : writer_(participant, participant.options().fabric) {
+  const auto held = writer_.hold({.process = process});
+  assert(held);
+  static_cast<void>(held);
 }
 
 }  // namespace millrace::fabric::endpoints

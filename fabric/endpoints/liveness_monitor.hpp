@@ -59,6 +59,9 @@ class LivenessMonitor {
   /// Passes on the heartbeats that have arrived; true if there may be more.
   bool drain_heartbeats() { return heartbeats_.drain(); }
 
+  /// A request was sent to this instance, which should soon send a heartbeat.
+  void requested(const InstanceId& instance);
+
   /// The changes since the last call; sets the timer.
   registry::InstanceRegistry::Changes changes();
 
@@ -87,18 +90,19 @@ class LivenessMonitor {
 
 // The endpoint of a process with instances: publishes that it runs, and the load of its instances.
 //
-//   HeartbeatEndpoint end(participant);
+//   HeartbeatEndpoint end(participant, process);
 //   end.publish({.process = process, .at = now, .loads = …});      // four times in the lease
 
 class HeartbeatEndpoint {
  public:
-  /// Heartbeats within the lease of a participant's instances: readers take silence for four fifths
+  /// Heartbeats within a lease of a participant's instances: readers take silence for four fifths
   /// of it as their end, so two heartbeats may be lost or late.
   static constexpr int heartbeats_per_lease = 4;
+  /// The lease of a process without calls, in those with calls.
+  static constexpr int idle_leases = 4;
 
-  /// Throws std::runtime_error with Cyclone's reason.
-  explicit HeartbeatEndpoint(const dds::Participant& participant)
-      : writer_(participant, participant.options().fabric) {}
+  /// `process` is in all its heartbeats. Throws std::runtime_error with Cyclone's reason.
+  HeartbeatEndpoint(const dds::Participant& participant, const InstanceId& process);
 
   /// Fails for too many loads or calls. From any thread.
   tl::expected<void, std::string> publish(const Heartbeat& heartbeat) {

@@ -40,9 +40,11 @@ std::optional<std::string> check_identity(const InstanceIdentity& identity) {
   if (identity.concurrency == 0) {
     return "its concurrency is 0";
   }
-  if (identity.lease != std::chrono::milliseconds(0) && identity.lease < min_identity_lease) {
-    return fmt::format("its lease of {} ms is shorter than {} ms", identity.lease.count(),
-                       min_identity_lease.count());
+  for (const auto lease : {identity.lease, identity.busy_lease}) {
+    if (lease != std::chrono::milliseconds(0) && lease < min_identity_lease) {
+      return fmt::format("its lease of {} ms is shorter than {} ms", lease.count(),
+                         min_identity_lease.count());
+    }
   }
   return std::nullopt;
 }

@@ -1,6 +1,7 @@
 #include "fabric/registry/instance_registry.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace millrace::fabric::registry {
 
@@ -23,15 +24,19 @@ InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Read
     reader.identity.certificate = name->second;
   } else if (authentication_required_ && process.readers.size() == 1) {
     process.reported_at = now + authentication_timeout;
-    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.reported_at);
+    check_at(*process.reported_at);
   }
   if (reader.identity.lease > process.lease) {
     // From now on it must send heartbeats.
-    if (process.lease == std::chrono::nanoseconds(0)) {
+    if (process.lease == SteadyTime::duration(0)) {
       process.heard_at = now;
     }
     process.lease = reader.identity.lease;
-    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+    process.busy_lease =
+        reader.identity.busy_lease == std::chrono::milliseconds(0)
+            ? process.lease
+            : std::min<SteadyTime::duration>(process.lease, reader.identity.busy_lease);
+    check_at(silent_at(process));
   }
   const InstanceId id = reader.identity.id;
   const EndpointHandle participant = reader.participant;
@@ -181,7 +186,7 @@ void InstanceRegistry::report_unauthenticated(Process& process, SteadyTime now) 
     return;
   }
   if (*process.reported_at > now) {
-    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.reported_at);
+    check_at(*process.reported_at);
     return;
   }
   process.reported_at.reset();
@@ -191,36 +196,65 @@ void InstanceRegistry::report_unauthenticated(Process& process, SteadyTime now) 
   }
 }
 
-bool InstanceRegistry::heartbeat(EndpointHandle writer, SteadyTime now) {
+bool InstanceRegistry::heartbeat(EndpointHandle writer, SteadyTime now, std::optional<bool> busy) {
   const auto known = heartbeat_writers_.find(writer);
   if (known == heartbeat_writers_.end()) {
     return false;
   }
   Process& process = processes_[known->second];
   process.heard_at = std::max(process.heard_at, now);
-  if (process.silent) {
-    process.silent = false;
-    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+  process.requested_at.reset();
+  const bool was_busy = std::exchange(process.busy, busy.value_or(process.busy));
+  const bool was_silent = std::exchange(process.silent, false);
+  if (was_silent || (process.busy && !was_busy)) {
+    check_at(silent_at(process));
+  }
+  if (was_silent) {
     touch_all_of(process);
   }
   return !process.readers.empty();
 }
 
+void InstanceRegistry::requested(const InstanceId& instance, SteadyTime now) {
+  const auto process = processes_.find(home_of(instance));
+  if (process != processes_.end() && !process->second.requested_at) {
+    process->second.requested_at = now;
+    if (process->second.lease != SteadyTime::duration(0)) {
+      check_at(silent_at(process->second));
+    }
+  }
+}
+
 void InstanceRegistry::stood_still(std::chrono::nanoseconds late) {
+  const auto by = std::chrono::duration_cast<SteadyTime::duration>(late);
   for (auto& [participant, process] : processes_) {
-    process.heard_at += std::chrono::duration_cast<SteadyTime::duration>(late);
+    process.heard_at += by;
+    if (process.requested_at) {
+      *process.requested_at += by;
+    }
   }
 }
 
 void InstanceRegistry::start_over(SteadyTime now) {
   for (auto& [participant, process] : processes_) {
     process.heard_at = std::max(process.heard_at, now);
+    if (process.requested_at) {
+      process.requested_at = now;
+    }
   }
 }
 
 /// A fifth of the lease is left for the reaction of readers.
 SteadyTime InstanceRegistry::silent_at(const Process& process) {
-  return process.heard_at + std::chrono::duration_cast<SteadyTime::duration>(process.lease) * 4 / 5;
+  const auto [lease, busy_lease] = std::pair(process.lease, process.busy_lease);
+  const SteadyTime end = process.heard_at + (process.busy ? busy_lease : lease) * 4 / 5;
+  if (!process.requested_at) {
+    return end;
+  }
+  // The request may be lost, or repeated late: then the next heartbeat comes when that of an idle
+  // process does.
+  return std::min(end, std::max(*process.requested_at + busy_lease * 4 / 5,
+                                process.heard_at + lease / 4 + busy_lease / 5));
 }
 
 void InstanceRegistry::on_time(SteadyTime now) {
@@ -230,14 +264,14 @@ void InstanceRegistry::on_time(SteadyTime now) {
   check_at_.reset();
   for (auto& [participant, process] : processes_) {
     report_unauthenticated(process, now);
-    if (process.lease == std::chrono::nanoseconds(0) || process.silent) {
+    if (process.lease == SteadyTime::duration(0) || process.silent) {
       continue;
     }
     if (const SteadyTime end = silent_at(process); end <= now) {
       process.silent = true;
       touch_all_of(process);
     } else {
-      check_at_ = std::min(check_at_.value_or(end), end);
+      check_at(end);
     }
   }
 }

@@ -86,8 +86,12 @@ class InstanceRegistry {
   /// vendor's may come later.
   static constexpr std::chrono::seconds authentication_timeout{2};
 
-  /// This writer sent a heartbeat. False if it belongs to no process with known instances.
-  bool heartbeat(EndpointHandle writer, SteadyTime now);
+  /// This writer sent a heartbeat. False if it belongs to no process with known instances. `busy`:
+  /// it lists calls; nullopt: it lists no instances.
+  bool heartbeat(EndpointHandle writer, SteadyTime now, std::optional<bool> busy = std::nullopt);
+  /// A request was sent to this instance: its process should now send heartbeats as often as a busy
+  /// one.
+  void requested(const InstanceId& instance, SteadyTime now);
   /// The reader stood still for this time, so it could receive nothing.
   void stood_still(std::chrono::nanoseconds late);
   /// The same, for so long that samples of that time may still be on their way: each process gets
@@ -124,9 +128,14 @@ class InstanceRegistry {
  private:
   /// A process, as far as it has instances or heartbeats.
   struct Process {
-    /// Nullopt: it sends no heartbeats.
-    std::chrono::nanoseconds lease{};
+    /// 0: it sends no heartbeats.
+    SteadyTime::duration lease{};
+    SteadyTime::duration busy_lease{};
     SteadyTime heard_at{};
+    /// Its last heartbeat listed calls.
+    bool busy = false;
+    /// The first request since its last heartbeat.
+    std::optional<SteadyTime> requested_at{};
     bool silent = false;
     /// Its request readers.
     std::set<EndpointHandle> readers;
@@ -155,6 +164,10 @@ class InstanceRegistry {
   /// The present participant that announced the instance first; 0 if none.
   [[nodiscard]] EndpointHandle home_of(const InstanceId& id) const;
   [[nodiscard]] static SteadyTime silent_at(const Process& process);
+  /// on_time must be called at `time`, if not before.
+  void check_at(SteadyTime time) {
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), time);
+  }
   void forget_reader(EndpointHandle handle);
   void forget_writer(EndpointHandle handle);
   void forget_process(EndpointHandle participant);

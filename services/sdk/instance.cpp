@@ -13,6 +13,7 @@
 #include "base/posix/system.hpp"
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
+#include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
 #include "services/sdk/runner.hpp"
 #include "services/sdk/shared_participant.hpp"
@@ -37,7 +38,8 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options,
       .delivery = options.delivery,
       .completion_signal = options.completion_signal,
       .concurrency = options.concurrency,
-      .lease = lease,
+      .lease = lease * fabric::endpoints::HeartbeatEndpoint::idle_leases,
+      .busy_lease = lease,
   };
 }
 
@@ -125,7 +127,8 @@ struct Instance::Impl final : HostedInstance {
         runner(std::make_shared<Runner>(
             scheduler_options(options, identity.id,
                               shared->participant().authenticator() != nullptr),
-            log, std::move(inline_handler))),
+            log, std::move(inline_handler),
+            [participant = shared.get()] { participant->requested(); })),
         end(std::in_place, shared->participant(), shared->loop().get_executor(), identity, *runner,
             fabric::endpoints::Receiving::directly),
         summaries(std::make_shared<Summaries>(shared->loop(), runner, log, identity.uuid)),

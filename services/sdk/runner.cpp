@@ -80,8 +80,12 @@ AsyncHandler guarded(AsyncHandler handler) {
   };
 }
 
-Runner::Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler)
-    : log_(std::move(log)), scheduler_(options), inline_handler_(std::move(inline_handler)) {}
+Runner::Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler,
+               std::function<void()> requested)
+    : log_(std::move(log)),
+      scheduler_(options),
+      inline_handler_(std::move(inline_handler)),
+      requested_(std::move(requested)) {}
 
 void Runner::set_endpoint(fabric::endpoints::ReplyPublisher* endpoint) {
   Lock lock(lock_);
@@ -90,6 +94,9 @@ void Runner::set_endpoint(fabric::endpoints::ReplyPublisher* endpoint) {
 }
 
 void Runner::on_request(const fabric::Request& request) {
+  if (requested_) {
+    requested_();
+  }
   Lock lock(lock_);
   if (closed_) {
     perform(std::move(lock), scheduler_.decline(request, "it is leaving"));

@@ -55,7 +55,9 @@ class Runner : public CallSink,
                public fabric::endpoints::ReplyEndpointListener,
                public std::enable_shared_from_this<Runner> {
  public:
-  Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler);
+  /// `requested` is called for each request; may be empty.
+  Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler,
+         std::function<void()> requested = nullptr);
 
   /// Publishes replies from now on; null to stop. Calls that came before are passed on now.
   void set_endpoint(fabric::endpoints::ReplyPublisher* endpoint);
@@ -110,6 +112,7 @@ class Runner : public CallSink,
   /// themselves: to drop the last reference ends a call, and that takes the lock.
   std::map<fabric::CallId, std::stop_source> cancelled_;
   const InlineHandler inline_handler_;
+  const std::function<void()> requested_;
   /// Calls run where their requests are received. Used only there, by one thread at a time.
   bool fast_enough_ = inline_handler_.handler != nullptr;
   bool closing_ = false;

@@ -1,5 +1,6 @@
 #include "services/sdk/shared_participant.hpp"
 
+#include <atomic>
 #include <condition_variable>
 #include <future>
 #include <map>
@@ -31,6 +32,10 @@ namespace {
 constexpr const char* loop_thread = "loop";
 constexpr const char* heartbeat_thread_name = "heartbeat";
 
+/// How long a process sends heartbeats as a busy one after its last call: the next call often
+/// follows soon.
+constexpr std::chrono::seconds linger{1};
+
 /// A loop without a heartbeat for this time does no work any more: its process must count as gone.
 constexpr std::chrono::seconds longest_busy{5};
 
@@ -56,10 +61,12 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   /// instances may do. On the loop, or before it runs.
   void host();
   void publish_heartbeat();
+  void await_heartbeat(std::chrono::steady_clock::time_point at);
+  void hurry();
   /// Sends heartbeats for the loop while it has other work.
   void send_while_loop_is_busy();
   void send(const fabric::Heartbeat& heartbeat);
-  [[nodiscard]] std::chrono::nanoseconds period() const {
+  [[nodiscard]] std::chrono::nanoseconds busy_period() const {
     return std::chrono::nanoseconds(participant.options().lease) /
            fabric::endpoints::HeartbeatEndpoint::heartbeats_per_lease;
   }
@@ -83,11 +90,16 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   std::map<fabric::InstanceId, HostedInstance*> hosted;
   const fabric::InstanceId process = fabric::InstanceId::random();
   fabric::registry::Heartbeats heartbeats{process};
+  std::chrono::steady_clock::time_point busy_until{};
+  /// No request has come since the last heartbeat; the next one hurries.
+  std::atomic<bool> quiet = false;
 
   std::mutex heartbeat_lock;
-  std::condition_variable ends;
+  std::condition_variable changes;
   bool ended = false;
   std::chrono::steady_clock::time_point loop_heartbeat_at{};
+  /// Between the loop's last heartbeat and its next one.
+  std::chrono::nanoseconds period = busy_period();
   // Last: they use all of the above.
   std::thread thread;
   std::thread heartbeat_thread;
@@ -98,7 +110,7 @@ SharedParticipant::Impl::~Impl() {
     const std::lock_guard guard(heartbeat_lock);
     ended = true;
   }
-  ends.notify_one();
+  changes.notify_one();
   if (heartbeat_thread.joinable()) {
     heartbeat_thread.join();
   }
@@ -123,7 +135,7 @@ void SharedParticipant::Impl::host() {
   if (heartbeat_endpoint) {
     return;
   }
-  heartbeat_endpoint.emplace(participant);
+  heartbeat_endpoint.emplace(participant, process);
   commands.emplace(participant, context.get_executor(), *this);
   heartbeat_timer.expires_after(std::chrono::nanoseconds(0));
   heartbeat_thread = std::thread([this] { send_while_loop_is_busy(); });
@@ -132,22 +144,48 @@ void SharedParticipant::Impl::host() {
 }
 
 void SharedParticipant::Impl::publish_heartbeat() {
+  const auto now = std::chrono::steady_clock::now();
+  bool busy = !quiet.exchange(true);
   for (const auto& [id, one] : hosted) {
-    heartbeats.note(one->load());
+    const fabric::InstanceLoad load = one->load();
+    busy = busy || !load.calls.empty();
+    heartbeats.note(load);
   }
+  busy_until = busy ? now + linger : busy_until;
+  const auto next = now < busy_until
+                        ? busy_period()
+                        : busy_period() * fabric::endpoints::HeartbeatEndpoint::idle_leases;
   {
     const std::lock_guard guard(heartbeat_lock);
-    loop_heartbeat_at = std::chrono::steady_clock::now();
+    loop_heartbeat_at = now;
+    period = next;
   }
   send(heartbeats.next(wall_time()));
   // Late heartbeats are not repeated.
-  heartbeat_timer.expires_at(
-      std::max(heartbeat_timer.expiry() + period(), std::chrono::steady_clock::now()));
+  await_heartbeat(std::max(heartbeat_timer.expiry() + next, now));
+}
+
+void SharedParticipant::Impl::await_heartbeat(std::chrono::steady_clock::time_point at) {
+  heartbeat_timer.expires_at(at);
   heartbeat_timer.async_wait([this](const boost::system::error_code& error) {
     if (!error) {
       publish_heartbeat();
     }
   });
+}
+
+void SharedParticipant::Impl::hurry() {
+  const auto soon = std::chrono::steady_clock::now() + busy_period();
+  if (heartbeat_timer.expiry() <= soon) {
+    return;
+  }
+  {
+    const std::lock_guard guard(heartbeat_lock);
+    loop_heartbeat_at = soon - busy_period();
+    period = busy_period();
+  }
+  changes.notify_one();
+  await_heartbeat(soon);
 }
 
 void SharedParticipant::Impl::send(const fabric::Heartbeat& heartbeat) {
@@ -159,10 +197,15 @@ void SharedParticipant::Impl::send(const fabric::Heartbeat& heartbeat) {
 void SharedParticipant::Impl::send_while_loop_is_busy() {
   std::unique_lock guard(heartbeat_lock);
   loop_heartbeat_at = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point checked_at{};
   while (!ended) {
-    ends.wait_for(guard, period(), [this] { return ended; });
-    const auto late = std::chrono::steady_clock::now() - loop_heartbeat_at;
-    if (!ended && late > period() * 3 / 2 && late < longest_busy) {
+    if (changes.wait_until(guard, std::max(loop_heartbeat_at + period * 3 / 2,
+                                           checked_at + period)) == std::cv_status::no_timeout) {
+      continue;
+    }
+    checked_at = std::chrono::steady_clock::now();
+    const auto late = checked_at - loop_heartbeat_at;
+    if (late >= period * 3 / 2 && late < longest_busy) {
       guard.unlock();
       send({.process = process, .at = wall_time()});
       guard.lock();
@@ -226,6 +269,13 @@ void SharedParticipant::add_instance(const fabric::InstanceId& id, HostedInstanc
   }
   asio::post(impl_->context,
              [impl = impl_.get(), id, &hosted] { impl->hosted.emplace(id, &hosted); });
+}
+
+void SharedParticipant::requested() {
+  // Many calls come between two heartbeats.
+  if (impl_->quiet.load(std::memory_order_relaxed) && impl_->quiet.exchange(false)) {
+    asio::post(impl_->context, [impl = impl_.get()] { impl->hurry(); });
+  }
 }
 
 void SharedParticipant::drain(const fabric::InstanceId& id) {

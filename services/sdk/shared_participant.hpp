@@ -52,6 +52,8 @@ class SharedParticipant {
 
   [[nodiscard]] fabric::dds::Participant& participant();
   [[nodiscard]] boost::asio::io_context& loop();
+  /// An instance has got a request: the next heartbeat waits no longer than that of a busy process.
+  void requested();
   /// From now on it has heartbeats, and gets its commands.
   void add_instance(const fabric::InstanceId& id, HostedInstance& hosted);
   /// Calls its on_drain(). Without effect if it has left.

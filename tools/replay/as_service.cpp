@@ -14,7 +14,7 @@ InstanceHeartbeats::InstanceHeartbeats(const fabric::dds::Participant& participa
     : period_(std::chrono::nanoseconds(participant.options().lease) /
               fabric::endpoints::HeartbeatEndpoint::heartbeats_per_lease),
       loads_(std::move(loads)),
-      end_(participant),
+      end_(participant, process_),
       timer_(executor, std::chrono::steady_clock::now()) {
   heartbeat();
 }

@@ -48,8 +48,9 @@ class InstanceHeartbeats {
 
   std::chrono::nanoseconds period_;
   Loads loads_;
+  fabric::InstanceId process_ = fabric::InstanceId::random();
   fabric::endpoints::HeartbeatEndpoint end_;
-  fabric::registry::Heartbeats heartbeats_{fabric::InstanceId::random()};
+  fabric::registry::Heartbeats heartbeats_{process_};
   boost::asio::steady_timer timer_;
 };
 

@@ -16,8 +16,21 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   lay_out(end, request.call, request.attempt, request.assigned, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
+    if (ends_[pair->instance]->identity.id == request.assigned && !pair->of_instance.heard) {
+      miss_soon(pair);
+    }
   }
   return true;
+}
+
+void Fabric::miss_soon(const PairPointer& pair) {
+  agenda_.after(random_.between(conditions.lease * 4 / 5, conditions.lease * 6 / 5),
+                {.parties = parties(*pair), .timer = true},
+                [this, pair, epoch = pair->of_instance.epoch] {
+                  if (pair->of_instance.epoch == epoch) {
+                    lose_known(pair, true);
+                  }
+                });
 }
 
 void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {

@@ -185,6 +185,65 @@ TEST_F(InstanceRegistryTest, CountsASilentProcessAsGoneAndAsReadyAtItsNextHeartb
   EXPECT_EQ(sut.next_time(), start + 2400ms);
 }
 
+class ABusyProcess : public InstanceRegistryTest {
+ protected:
+  ABusyProcess() {
+    identity.busy_lease = 500ms;
+    identity.lease = 2s;
+    discover_both();
+    match();
+    sut.heartbeat_writer_seen(heartbeats, process);
+    sut.changes();
+  }
+  /// When it counts as gone, if nothing else happens.
+  SteadyTime::duration gone_after() {
+    for (;;) {
+      const SteadyTime next = sut.next_time().value();
+      sut.on_time(next);
+      if (!sut.changes().gone.empty()) {
+        return next - start;
+      }
+    }
+  }
+};
+
+TEST_F(ABusyProcess, IsGoneAfterItsBusyLeaseAndAnIdleOneLater) {
+  sut.heartbeat(heartbeats, start + 1s, true);
+  EXPECT_EQ(gone_after(), 1400ms);
+  sut.heartbeat(heartbeats, start + 2s, false);
+  ASSERT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_EQ(gone_after(), 3600ms);
+}
+
+TEST_F(ABusyProcess, StaysBusyWhereAHeartbeatListsNoInstances) {
+  sut.heartbeat(heartbeats, start + 1s, true);
+  sut.heartbeat(heartbeats, start + 1100ms);
+  EXPECT_EQ(gone_after(), 1500ms);
+}
+
+TEST_F(ABusyProcess, MustSendAHeartbeatSoonAfterARequest) {
+  sut.heartbeat(heartbeats, start + 1s, false);
+  sut.requested(identity.id, start + 1300ms);
+  sut.requested(identity.id, start + 1600ms);
+  EXPECT_EQ(gone_after(), 1700ms) << "the first request counts";
+}
+
+TEST_F(ABusyProcess, MayMissTheRequestAndSendTheHeartbeatOfAnIdleOne) {
+  sut.heartbeat(heartbeats, start + 1s, false);
+  sut.requested(identity.id, start + 1010ms);
+  sut.on_time(start + 1500ms);
+  sut.heartbeat(heartbeats, start + 1500ms, false);
+  EXPECT_EQ(gone_after(), 3100ms);
+}
+
+TEST_F(ABusyProcess, HasItsTimeAfterARequestAgainAfterAStandstill) {
+  sut.heartbeat(heartbeats, start, false);
+  sut.requested(identity.id, start + 300ms);
+  sut.stood_still(1s);
+  sut.start_over(start + 1500ms);
+  EXPECT_EQ(gone_after(), 2100ms);
+}
+
 TEST_F(InstanceRegistryTest, ChecksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {
   for (const auto& [often, seldom] :
        {std::pair(process, other_participant), std::pair(other_participant, process)}) {

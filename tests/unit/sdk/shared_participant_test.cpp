@@ -7,10 +7,13 @@
 #include <gmock/gmock.h>
 
 #include "base/program/log.hpp"
+#include "fabric/wire/subscription.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
 
 namespace millrace::services::sdk {
 namespace {
+
+using namespace std::chrono_literals;
 
 class SharedParticipantTest : public ServiceTest {
  protected:
@@ -78,6 +81,44 @@ TEST_F(SharedParticipantTest, IsMissedOnceItsLoopIsStuck) {
   boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
   EXPECT_TRUE(until([&] { return gateway.gone == 1; }));
   latch.open();
+}
+
+/// A process with a lease of 4 s and calls, and one of 16 s without.
+class AnIdleProcess : public ServiceTest {
+ protected:
+  const fabric::Time started = std::chrono::system_clock::now();
+  std::shared_ptr<SharedParticipant> sut = std::make_shared<SharedParticipant>(
+      fabric::dds::ParticipantOptions{.domain = domain.number(), .lease = std::chrono::seconds(4)},
+      base::program::no_log());
+  std::vector<fabric::Heartbeat> heard;
+  fabric::wire::Subscription<fabric::Heartbeat> heartbeats{
+      participant, context.get_executor(), participant.options().fabric,
+      [this](const auto& taken) { heard.push_back(taken.value); }};
+};
+
+TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
+  ServiceOptions hosted = options();
+  hosted.participant = sut;
+  Latch latch;
+  const Service one(
+      hosted,
+      [&latch](const Call& call) {
+        latch.pass();
+        return echo(call);
+      },
+      base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  // The first second counts as busy.
+  ASSERT_TRUE(until([&] { return !heard.empty() && heard.back().at - started > 1s; }));
+  const fabric::Time asked = std::chrono::system_clock::now();
+  call(request(one, 1));
+  const auto lists_a_call = [](const fabric::Heartbeat& heartbeat) {
+    return !heartbeat.loads.empty() && !heartbeat.loads.front().calls.empty();
+  };
+  ASSERT_TRUE(until([&] { return lists_a_call(heard.back()); }));
+  EXPECT_LT(heard.back().at - asked, 3s) << "one a second with calls, one in four seconds without";
+  latch.open();
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
 }
 
 TEST_F(SharedParticipantTest, MayBeReleasedBeforeItsServices) {
