@@ -1,6 +1,6 @@
 """Mean, standard deviation and Cpk of the last parts, out of the archive.
 
-    statistics_of_parts.py --archive /var/lib/millrace/archive
+    statistics_of_parts.py --archive /var/lib/millrace/archiver/archive
 
 NC programs archive each part by `PUT part=WELLE7 d=12.345` (docs/reference/services/archiver.md, archiver). Request of this service:
 "part=WELLE7 key=d low=12.30 high=12.40 last=50". Response: "n=50 mean=12.3451 s=0.0071 cpk=2.12", state 1; state 2: the

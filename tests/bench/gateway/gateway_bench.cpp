@@ -15,7 +15,7 @@
 //   gateway_bench scale        instances, UUIDs, channels, machines, gateways, observers and hosts
 //                              each grown alone; hosts need root (network namespaces)
 //
-// Exit code 1 if a goal is missed. Results of a run: docs/dev/benchmarks.md.
+// Exit code 1 if a goal is missed. Results of a run: docs/dev/measurements.
 #include <functional>
 #include <map>
 #include <string>
