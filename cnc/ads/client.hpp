@@ -41,7 +41,7 @@ struct ClientOptions {
   std::chrono::milliseconds connect_timeout{3000};
   /// The most requests on the wire at once; further requests wait. The client halves the window for
   /// a while when the controller reports a full mailbox or memory.
-  std::size_t in_flight = 16;
+  std::size_t in_flight = 32;
   /// This many timeouts in a row, without any frame received in between, end the connection; 0 =
   /// never. TCP alone detects a controller that was switched off only after minutes.
   std::size_t silent_timeouts = 3;

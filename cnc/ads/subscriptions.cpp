@@ -45,6 +45,7 @@ Result<std::uint32_t> Subscriptions::add(const Header& header,
       limits_.task_cycle;
   subscription.cycle = limits_.task_cycle * std::max<std::int64_t>(cycles, 1);
   subscription.next_sample = now.steady;
+  consider(now.steady);
   subscriptions_.emplace(next_handle_, std::move(subscription));
   return next_handle_++;
 }
@@ -83,6 +84,7 @@ Subscriptions::Time Subscriptions::next_moment(const Subscription& subscription,
 Subscriptions::Kept Subscriptions::give_up() {
   collected_.clear();
   collected_bytes_ = 0;
+  due_.reset();
   return {std::exchange(subscriptions_, {}), next_handle_};
 }
 
@@ -90,6 +92,7 @@ void Subscriptions::adopt(Kept kept, Moment now) {
   for (auto& entry : kept.subscriptions) {
     if (subscriptions_.size() < limits_.handles) {
       entry.second.next_sample = now.steady;
+      consider(now.steady);
       subscriptions_.insert(std::move(entry));
     }
   }
@@ -116,12 +119,7 @@ Bytes Subscriptions::poll(Moment now) {
     }
     at = collected_.erase(at);
   }
-  return out.take();
-}
-
-std::optional<Subscriptions::Time> Subscriptions::next_due() const {
-  std::optional<Time> next;
-  const auto consider = [&next](Time time) { next = next ? std::min(*next, time) : time; };
+  due_.reset();
   for (const auto& [handle, subscription] : subscriptions_) {
     if (!subscription.invalid) {
       consider(subscription.next_sample);
@@ -130,7 +128,7 @@ std::optional<Subscriptions::Time> Subscriptions::next_due() const {
   for (const auto& [route, collected] : collected_) {
     consider(collected.due);
   }
-  return next;
+  return out.take();
 }
 
 void Subscriptions::sample(std::uint32_t handle, Subscription& subscription, Moment now) {

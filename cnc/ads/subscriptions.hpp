@@ -13,6 +13,7 @@
 // ms).
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -101,8 +102,8 @@ class Subscriptions {
 
   /// Takes the samples that are due, and returns the frames that are due.
   Bytes poll(Moment now);
-  /// When poll() is needed next.
-  [[nodiscard]] std::optional<Time> next_due() const;
+  /// When poll() is needed next; after a removal perhaps too early.
+  [[nodiscard]] std::optional<Time> next_due() const { return due_; }
 
   /// Moves all subscriptions out; none are left.
   Kept give_up();
@@ -127,6 +128,7 @@ class Subscriptions {
   void sample(std::uint32_t handle, Subscription& subscription, Moment now);
   void collect(const Subscription& subscription, CollectedSample sample, Moment now);
   static Bytes frame(const Route& route, const Collected& collected);
+  void consider(Time due) { due_ = due_ ? std::min(*due_, due) : due; }
 
   Device& device_;
   SubscriptionLimits limits_;
@@ -136,6 +138,8 @@ class Subscriptions {
   std::size_t collected_bytes_ = 0;
   std::uint64_t samples_ = 0;
   std::uint32_t next_handle_ = 1;
+  // Kept, since it is asked for after each request.
+  std::optional<Time> due_;
 };
 
 // Answers the requests that add and delete device notifications, single ones and sums.

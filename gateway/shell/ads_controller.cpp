@@ -139,7 +139,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
       client.close();
       co_return std::chrono::nanoseconds(0);
     }
-    interfaces.begin(location, *channels);
+    interfaces.begin(location);
     for (auto& source : sources) {
       source = std::make_shared<ValueSource>(client, location);
     }

@@ -52,16 +52,11 @@ ServiceSnapshot snapshot_of(ReadSet set, std::vector<cnc::variables::ServiceValu
   return snapshot;
 }
 
-ServiceSnapshot snapshot_of(std::uint32_t request_state) {
-  ServiceSnapshot snapshot;
-  snapshot.set = ReadSet::state;
-  snapshot.request_state = request_state;
-  return snapshot;
-}
-
-/// In one request: a controller processes the items of a sum one after the other, and other
-/// requests wait.
-constexpr std::size_t most_together = 64;
+/// Variables in one request: a controller processes the items of a sum one after the other, and
+/// other requests wait.
+constexpr std::size_t most_variables = 64;
+/// Requests with reads on the wire; further reads wait and share the next one.
+constexpr std::size_t most_requests = 4;
 
 }  // namespace
 
@@ -71,79 +66,54 @@ AdsServiceAccess::AdsServiceAccess(asio::any_io_executor executor, std::string m
       machine_(std::move(machine)),
       client_(client),
       events_(events),
-      states_(client) {}
+      reads_(client) {}
 
-void AdsServiceAccess::begin(const cnc::variables::Location& location,
-                             const std::vector<std::uint16_t>& channels) {
-  if (location_.group != location.group) {
-    location_ = location;
-    interfaces_.clear();
-  }
-  for (const std::uint16_t channel : channels) {
-    of(channel).forget();
-  }
-  states_.forget(location_);
-}
-
-cnc::variables::ServiceInterface& AdsServiceAccess::of(std::uint16_t channel) {
-  const cnc::variables::ServiceAccess access{.location = location_};
-  return interfaces_.try_emplace(channel, client_, channel, access).first->second;
+void AdsServiceAccess::begin(const cnc::variables::Location& location) {
+  location_ = location;
+  reads_.forget(location_);
 }
 
 void AdsServiceAccess::read(const Link& link, std::uint16_t channel, ReadSet set) {
-  if (set != ReadSet::state) {
-    asio::co_spawn(executor_, read_one(link, channel, set), base::program::rethrow_from_loop);
-    return;
-  }
-  due_.push_back(channel);
+  due_.emplace_back(channel, set);
   if (due_.size() == 1) {
-    asio::post(executor_, [this, link] { read_together(link); });
+    asio::post(executor_, [this, link] { send_reads(link); });
   }
 }
 
-void AdsServiceAccess::read_together(const Link& link) {
-  const Channels due = std::exchange(due_, {});
-  if (due.size() == 1) {
-    asio::co_spawn(executor_, read_one(link, due.front(), ReadSet::state),
+void AdsServiceAccess::send_reads(const Link& link) {
+  // Without sums each read takes requests of its own.
+  const bool sums = reads_.sums();
+  while (!due_.empty() && (requests_ < most_requests || !sums)) {
+    Reads together;
+    std::size_t variables = 0;
+    while (!due_.empty() && (together.empty() || sums) &&
+           variables + variables_of(due_.front().second).size() <= most_variables) {
+      variables += variables_of(due_.front().second).size();
+      together.push_back(due_.front());
+      due_.pop_front();
+    }
+    ++requests_;
+    asio::co_spawn(executor_, read_together(link, std::move(together)),
                    base::program::rethrow_from_loop);
-    return;
-  }
-  for (std::size_t i = 0; i < due.size(); i += most_together) {
-    const auto end = std::min(i + most_together, due.size());
-    Channels some(due.begin() + static_cast<std::ptrdiff_t>(i),
-                  due.begin() + static_cast<std::ptrdiff_t>(end));
-    asio::co_spawn(executor_, read_states(link, std::move(some)), base::program::rethrow_from_loop);
   }
 }
 
-asio::awaitable<void> AdsServiceAccess::read_one([[maybe_unused]] Link link, std::uint16_t channel,
-                                                 ReadSet set) {
-  const auto looked_at = variables_of(set);
-  std::vector<Variable> variables(looked_at.begin(), looked_at.end());
-  auto values = co_await of(channel).read(std::move(variables));
-  if (!values) {
-    // A closed connection responds at once, from within read().
-    co_await asio::post(executor_, asio::use_awaitable);
+asio::awaitable<void> AdsServiceAccess::read_together(Link link, Reads reads) {
+  std::vector<cnc::variables::ServiceReads::Wanted> wanted;
+  for (const auto& [channel, set] : reads) {
+    wanted.push_back({channel, variables_of(set)});
   }
-  if (stopped_) {
-    co_return;
-  }
-  if (values) {
-    events_.on_read({machine_, channel}, snapshot_of(set, std::move(*values)));
-  } else {
-    read_failed(channel, values.error());
-  }
-}
-
-asio::awaitable<void> AdsServiceAccess::read_states([[maybe_unused]] Link link, Channels channels) {
-  const auto found = co_await states_.read(channels);
-  for (std::size_t i = 0; i < channels.size() && !stopped_; ++i) {
+  auto found = co_await reads_.read(std::move(wanted));
+  --requests_;
+  for (std::size_t i = 0; i < reads.size() && !stopped_; ++i) {
+    const auto& [channel, set] = reads[i];
     if (found[i]) {
-      events_.on_read({machine_, channels[i]}, snapshot_of(*found[i]));
+      events_.on_read({machine_, channel}, snapshot_of(set, std::move(*found[i])));
     } else {
-      read_failed(channels[i], found[i].error());
+      read_failed(channel, found[i].error());
     }
   }
+  send_reads(link);
 }
 
 void AdsServiceAccess::read_failed(std::uint16_t channel, ErrorCode code) {
@@ -163,7 +133,8 @@ void AdsServiceAccess::write(const Link& link, std::uint16_t channel, Variable v
 
 asio::awaitable<void> AdsServiceAccess::write_one([[maybe_unused]] Link link, std::uint16_t channel,
                                                   Variable variable, Value value) {
-  const auto written = co_await of(channel).write(variable, std::move(value));
+  cnc::variables::ServiceInterface service(client_, channel, location_);
+  const auto written = co_await service.write(variable, std::move(value));
   if (!written) {
     co_await asio::post(executor_, asio::use_awaitable);
   }

@@ -5,17 +5,18 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <deque>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
 #include "cnc/ads/client.hpp"
-#include "cnc/variables/request_states.hpp"
 #include "cnc/variables/service_interface.hpp"
+#include "cnc/variables/service_reads.hpp"
 #include "gateway/machines/controller.hpp"
 
 namespace millrace::gateway::shell {
@@ -29,24 +30,22 @@ class AdsServiceAccess {
 
   /// Called before the channels of a new connection are used; nothing of an earlier connection is
   /// valid.
-  void begin(const cnc::variables::Location& location, const std::vector<std::uint16_t>& channels);
+  void begin(const cnc::variables::Location& location);
   /// No event is reported from here on.
   void stop() { stopped_ = true; }
 
-  /// Reads of REQUEST_STATE alone that are due in one turn of the loop share a request: channels
-  /// with the same period are due together.
+  /// Reads that are due in one turn of the loop share a request, as do those that come while four
+  /// requests are on the wire.
   void read(const std::shared_ptr<void>& link, std::uint16_t channel, ReadSet set);
   void write(const std::shared_ptr<void>& link, std::uint16_t channel, Variable variable,
              const Value& value);
 
  private:
-  using Channels = std::vector<std::uint16_t>;
+  using Reads = std::vector<std::pair<std::uint16_t, ReadSet>>;
   using Link = std::shared_ptr<void>;
 
-  cnc::variables::ServiceInterface& of(std::uint16_t channel);
-  void read_together(const Link& link);
-  boost::asio::awaitable<void> read_one(Link link, std::uint16_t channel, ReadSet set);
-  boost::asio::awaitable<void> read_states(Link link, Channels channels);
+  void send_reads(const Link& link);
+  boost::asio::awaitable<void> read_together(Link link, Reads reads);
   boost::asio::awaitable<void> write_one(Link link, std::uint16_t channel, Variable variable,
                                          Value value);
   void read_failed(std::uint16_t channel, cnc::ads::ErrorCode code);
@@ -56,10 +55,10 @@ class AdsServiceAccess {
   cnc::ads::Client& client_;
   machines::ControllerEvents& events_;
   cnc::variables::Location location_;
-  std::map<std::uint16_t, cnc::variables::ServiceInterface> interfaces_;
-  cnc::variables::RequestStates states_;
-  /// The channels whose REQUEST_STATE is read at the end of this turn of the loop.
-  Channels due_;
+  cnc::variables::ServiceReads reads_;
+  std::deque<std::pair<std::uint16_t, ReadSet>> due_;
+  /// With reads, on the wire.
+  std::size_t requests_ = 0;
   bool stopped_ = false;
 };
 

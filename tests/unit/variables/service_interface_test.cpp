@@ -1,17 +1,18 @@
 #include "cnc/variables/service_interface.hpp"
 
+#include <array>
+
 #include <gmock/gmock.h>
 
+#include "cnc/variables/service_reads.hpp"
 #include "tests/unit/variables/controller_fixture.hpp"
 
 namespace millrace::cnc::variables {
 namespace {
 
 using ads::ErrorCode;
-using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
-using testing::Not;
 using testing::SizeIs;
 using enum ServiceVariable;
 
@@ -30,17 +31,8 @@ class ServiceInterfaceTest : public ControllerFixture {
     cnc.values["V.G.SERVICE.RESPONSE_STATE"] = {0, 0, 0, 0};
     cnc.values["V.G.SERVICE.RESPONSE"] = padded("");
   }
-  ServiceInterface make(bool handles = false) {
-    return ServiceInterface(*client, 1, {.handles = handles});
-  }
+  ServiceInterface make() { return ServiceInterface(*client, 1); }
   Bytes& value(ServiceVariable variable) { return cnc.values[std::string(name_of(variable))]; }
-
-  const std::vector<ServiceVariable> whole_request{uuid, request, request_state};
-  static void expect_request(const ads::Result<std::vector<ServiceValue>>& values) {
-    ASSERT_TRUE(values) << describe(values.error());
-    EXPECT_THAT(*values,
-                ElementsAre(ServiceValue("560aacbf"), ServiceValue("42"), ServiceValue(7U)));
-  }
 };
 
 TEST_F(ServiceInterfaceTest, ReadsTextsPaddedOrNotAndStates) {
@@ -67,41 +59,6 @@ TEST_F(ServiceInterfaceTest, RefusesALongTextWithoutARequest) {
   EXPECT_THAT(cnc.calls, IsEmpty());
 }
 
-TEST_F(ServiceInterfaceTest, ReadsVariablesTogetherInOneRequest) {
-  start();
-  auto sut = make();
-  const auto requests = client->counters().requests;
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_EQ(client->counters().requests, requests + 1);
-}
-
-TEST_F(ServiceInterfaceTest, ReadsThemOneByOneWithoutSumCommands) {
-  start(false);
-  auto sut = make();
-  expect_request(wait_for(sut.read(whole_request)));
-  const auto requests = client->counters().requests;
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_EQ(client->counters().requests, requests + 3) << "sums are tried once";
-}
-
-TEST_F(ServiceInterfaceTest, ReturnsTheErrorOfAVariableThatCannotBeRead) {
-  start();
-  auto sut = make();
-  cnc.values.erase("V.G.SERVICE.REQUEST");
-  EXPECT_EQ(wait_for(sut.read(whole_request)).error(), ErrorCode::symbol_not_found);
-}
-
-TEST_F(ServiceInterfaceTest, ReportsABusyControllerAndKeepsSumCommands) {
-  start();
-  auto sut = make();
-  cnc.failure = ErrorCode::busy;
-  EXPECT_EQ(wait_for(sut.read(whole_request)).error(), ErrorCode::busy);
-  cnc.failure = ErrorCode::none;
-  const auto requests = client->counters().requests;
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_EQ(client->counters().requests, requests + 1);
-}
-
 TEST_F(ServiceInterfaceTest, RefusesAStateOfAnotherSize) {
   start();
   auto sut = make();
@@ -109,54 +66,80 @@ TEST_F(ServiceInterfaceTest, RefusesAStateOfAnotherSize) {
   EXPECT_EQ(wait_for(sut.read(request_state)).error(), ErrorCode::protocol_error);
 }
 
-TEST_F(ServiceInterfaceTest, LooksUpHandlesOnceIfConfigured) {
-  start();
-  auto sut = make(true);
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_THAT(cnc.calls, SizeIs(6)) << "three handles, three values";
-  EXPECT_TRUE(wait_for(sut.write(request_state, 0U)));
-  EXPECT_EQ(wait_for(sut.read(request_state)), ServiceValue(0U));
-  EXPECT_THAT(cnc.calls, SizeIs(8));
-  EXPECT_THAT(cnc.calls, Not(Contains(offset::read_by_name)));
-  EXPECT_THAT(cnc.calls, Not(Contains(offset::write_by_name)));
-}
-
-TEST_F(ServiceInterfaceTest, ReplacesAStaleHandle) {
-  start();
-  auto sut = make(true);
-  expect_request(wait_for(sut.read(whole_request)));
-  cnc.handle_base = 0x20010000;
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_TRUE(wait_for(sut.write(request_state, 7U)));
-  cnc.handle_base = 0x30010000;
-  EXPECT_EQ(wait_for(sut.read(request_state)), ServiceValue(7U));
-  EXPECT_TRUE(wait_for(sut.write(request_state, 1U)));
-  EXPECT_EQ(wait_for(sut.read(request_state)), ServiceValue(1U));
-}
-
-TEST_F(ServiceInterfaceTest, UsesNamesWhereHandlesAreRefused) {
-  cnc.knows_handles = false;
-  start();
-  auto sut = make(true);
-  expect_request(wait_for(sut.read(whole_request)));
-  cnc.calls.clear();
-  expect_request(wait_for(sut.read(whole_request)));
-  EXPECT_TRUE(wait_for(sut.write(request_state, 0U)));
-  EXPECT_THAT(cnc.calls, ElementsAre(offset::read_by_name, offset::read_by_name,
-                                     offset::read_by_name, offset::write_by_name));
-  sut.forget();
-  EXPECT_TRUE(wait_for(sut.read(request_state)));
-  EXPECT_THAT(cnc.calls, Contains(offset::handle_by_name)) << "another controller may be there now";
-}
-
 TEST_F(ServiceInterfaceTest, DoesNotRepeatAWriteWhoseOutcomeIsUnknown) {
   start();
-  auto sut = make(true);
+  auto sut = make();
   EXPECT_TRUE(wait_for(sut.write(request_state, 0U)));
   cnc.calls.clear();
   cnc.failure = ErrorCode::device_timeout;
   EXPECT_EQ(wait_for(sut.write(request_state, 1U)).error(), ErrorCode::device_timeout);
   EXPECT_THAT(cnc.calls, SizeIs(1));
+}
+
+class ServiceReadsTest : public ServiceInterfaceTest {
+ protected:
+  explicit ServiceReadsTest(bool sums = true) {
+    cnc.channels = 2;
+    start(sums);
+    sut.emplace(*client);
+  }
+
+  static constexpr std::array whole_request{uuid, request, request_state};
+  static constexpr std::array state{request_state};
+  /// All of a request in channel 1, and REQUEST_STATE in channel 2.
+  std::vector<ads::Result<ServiceReads::Values>> read() {
+    return wait_for(sut->read({{1, whole_request}, {2, state}}));
+  }
+  static void expect_both(const std::vector<ads::Result<ServiceReads::Values>>& results) {
+    ASSERT_THAT(results, SizeIs(2));
+    ASSERT_TRUE(results[0]) << describe(results[0].error());
+    EXPECT_THAT(*results[0],
+                ElementsAre(ServiceValue("560aacbf"), ServiceValue("42"), ServiceValue(7U)));
+    ASSERT_TRUE(results[1]) << describe(results[1].error());
+    EXPECT_THAT(*results[1], ElementsAre(ServiceValue(7U)));
+  }
+  [[nodiscard]] std::uint64_t requests() const { return client->counters().requests; }
+
+  std::optional<ServiceReads> sut;
+};
+
+TEST_F(ServiceReadsTest, OfSeveralChannelsShareARequest) {
+  const auto before = requests();
+  expect_both(read());
+  EXPECT_EQ(requests(), before + 1);
+}
+
+TEST_F(ServiceReadsTest, OfOneChannelFailAlone) {
+  cnc.values.erase("V.G.SERVICE.REQUEST");
+  const auto results = read();
+  EXPECT_EQ(results[0].error(), ErrorCode::symbol_not_found);
+  EXPECT_THAT(*results[1], ElementsAre(ServiceValue(7U)));
+}
+
+TEST_F(ServiceReadsTest, ReportABusyControllerAndKeepSums) {
+  cnc.failure = ErrorCode::busy;
+  const auto results = read();
+  EXPECT_EQ(results[0].error(), ErrorCode::busy);
+  EXPECT_EQ(results[1].error(), ErrorCode::busy);
+  cnc.failure = ErrorCode::none;
+  const auto before = requests();
+  expect_both(read());
+  EXPECT_EQ(requests(), before + 1);
+}
+
+class ServiceReadsWithoutSums : public ServiceReadsTest {
+ protected:
+  ServiceReadsWithoutSums() : ServiceReadsTest(false) {}
+};
+
+TEST_F(ServiceReadsWithoutSums, AreMadeOneByOneAfterOneTry) {
+  expect_both(read());
+  const auto before = requests();
+  expect_both(read());
+  EXPECT_EQ(requests(), before + 4);
+  sut->forget();
+  expect_both(read());
+  EXPECT_EQ(requests(), before + 9) << "another controller may be there now";
 }
 
 }  // namespace
