@@ -99,7 +99,7 @@ class HeartbeatEndpoint {
   /// of it as their end, so two heartbeats may be lost or late.
   static constexpr int heartbeats_per_lease = 4;
   /// The lease of a process without calls, in those with calls.
-  static constexpr int idle_leases = 4;
+  static constexpr int idle_leases = 3;
 
   /// `process` is in all its heartbeats. Throws std::runtime_error with Cyclone's reason.
   HeartbeatEndpoint(const dds::Participant& participant, const InstanceId& process);

@@ -33,7 +33,7 @@ std::optional<std::string> check_identity(const InstanceIdentity& identity);
 //   delivery=at-least-once
 //   concurrency=1
 //   draining=no
-//   lease_ms=2000
+//   lease_ms=1500
 //   busy_lease_ms=500
 //
 // A reader skips keys it does not know, so that a later version can add some.

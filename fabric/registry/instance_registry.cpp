@@ -254,7 +254,7 @@ SteadyTime InstanceRegistry::silent_at(const Process& process) {
   // The request may be lost, or repeated late: then the next heartbeat comes when that of an idle
   // process does.
   return std::min(end, std::max(*process.requested_at + busy_lease * 4 / 5,
-                                process.heard_at + lease / 4 + busy_lease / 5));
+                                process.heard_at + lease / 4 + busy_lease / 10));
 }
 
 void InstanceRegistry::on_time(SteadyTime now) {

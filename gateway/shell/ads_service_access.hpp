@@ -16,7 +16,6 @@
 
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/service_interface.hpp"
-#include "cnc/variables/service_reads.hpp"
 #include "gateway/machines/controller.hpp"
 
 namespace millrace::gateway::shell {

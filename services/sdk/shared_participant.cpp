@@ -199,13 +199,15 @@ void SharedParticipant::Impl::send_while_loop_is_busy() {
   loop_heartbeat_at = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point checked_at{};
   while (!ended) {
-    if (changes.wait_until(guard, std::max(loop_heartbeat_at + period * 3 / 2,
-                                           checked_at + period)) == std::cv_status::no_timeout) {
+    // An idle process wakes seldom.
+    const auto patience = period > busy_period() ? period * 2 : period * 3 / 2;
+    const auto due = std::max(loop_heartbeat_at + patience, checked_at + period);
+    if (changes.wait_until(guard, due) == std::cv_status::no_timeout) {
       continue;
     }
     checked_at = std::chrono::steady_clock::now();
     const auto late = checked_at - loop_heartbeat_at;
-    if (late >= period * 3 / 2 && late < longest_busy) {
+    if (late >= patience && late < longest_busy) {
       guard.unlock();
       send({.process = process, .at = wall_time()});
       guard.lock();

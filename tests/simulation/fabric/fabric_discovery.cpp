@@ -21,7 +21,7 @@ void Fabric::refresh(const PairPointer& pair, Side& side, const End& other, bool
   side.heard = heard;
   const std::uint64_t epoch = ++side.epoch;
   // Without calls it may be silent for longer.
-  const Time longest = of_instance ? conditions.lease * 4 : conditions.lease;
+  const Time longest = of_instance ? conditions.lease * 3 : conditions.lease;
   const Time wait = heard ? random_.between(conditions.discovery_least, conditions.discovery_most)
                           : random_.between(conditions.lease / 2, longest);
   agenda_.after(wait, {.parties = parties(*pair), .timer = true},

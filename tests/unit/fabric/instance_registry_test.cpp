@@ -189,7 +189,7 @@ class ABusyProcess : public InstanceRegistryTest {
  protected:
   ABusyProcess() {
     identity.busy_lease = 500ms;
-    identity.lease = 2s;
+    identity.lease = 1500ms;
     discover_both();
     match();
     sut.heartbeat_writer_seen(heartbeats, process);
@@ -212,7 +212,7 @@ TEST_F(ABusyProcess, IsGoneAfterItsBusyLeaseAndAnIdleOneLater) {
   EXPECT_EQ(gone_after(), 1400ms);
   sut.heartbeat(heartbeats, start + 2s, false);
   ASSERT_THAT(sut.changes().ready, ElementsAre(identity));
-  EXPECT_EQ(gone_after(), 3600ms);
+  EXPECT_EQ(gone_after(), 3200ms);
 }
 
 TEST_F(ABusyProcess, StaysBusyWhereAHeartbeatListsNoInstances) {
@@ -231,9 +231,9 @@ TEST_F(ABusyProcess, MustSendAHeartbeatSoonAfterARequest) {
 TEST_F(ABusyProcess, MayMissTheRequestAndSendTheHeartbeatOfAnIdleOne) {
   sut.heartbeat(heartbeats, start + 1s, false);
   sut.requested(identity.id, start + 1010ms);
-  sut.on_time(start + 1500ms);
-  sut.heartbeat(heartbeats, start + 1500ms, false);
-  EXPECT_EQ(gone_after(), 3100ms);
+  sut.on_time(start + 1410ms);
+  sut.heartbeat(heartbeats, start + 1410ms, false);
+  EXPECT_EQ(gone_after(), 2610ms);
 }
 
 TEST_F(ABusyProcess, HasItsTimeAfterARequestAgainAfterAStandstill) {
@@ -241,7 +241,7 @@ TEST_F(ABusyProcess, HasItsTimeAfterARequestAgainAfterAStandstill) {
   sut.requested(identity.id, start + 300ms);
   sut.stood_still(1s);
   sut.start_over(start + 1500ms);
-  EXPECT_EQ(gone_after(), 2100ms);
+  EXPECT_EQ(gone_after(), 1925ms);
 }
 
 TEST_F(InstanceRegistryTest, ChecksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {

@@ -83,7 +83,7 @@ TEST_F(SharedParticipantTest, IsMissedOnceItsLoopIsStuck) {
   latch.open();
 }
 
-/// A process with a lease of 4 s and calls, and one of 16 s without.
+/// A process with a lease of 4 s with calls, and one of 12 s without.
 class AnIdleProcess : public ServiceTest {
  protected:
   const fabric::Time started = std::chrono::system_clock::now();
@@ -116,7 +116,7 @@ TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
     return !heartbeat.loads.empty() && !heartbeat.loads.front().calls.empty();
   };
   ASSERT_TRUE(until([&] { return lists_a_call(heard.back()); }));
-  EXPECT_LT(heard.back().at - asked, 3s) << "one a second with calls, one in four seconds without";
+  EXPECT_LT(heard.back().at - asked, 2s) << "one a second with calls, one in three seconds without";
   latch.open();
   EXPECT_EQ(next_reply().call, request(one, 1).call);
 }

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include "cnc/variables/service_reads.hpp"
 #include "tests/unit/variables/controller_fixture.hpp"
 
 namespace millrace::cnc::variables {
