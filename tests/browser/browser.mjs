@@ -93,9 +93,9 @@ export async function violations(page) {
 }
 
 /** Saves a picture in the folder MILLRACE_SCREENSHOTS, if that is set. */
-export async function picture(page, name) {
+export async function picture(page, name, fullPage = false) {
   if (pictures) {
     mkdirSync(pictures, { recursive: true });
-    await page.screenshot({ path: join(pictures, `${name}.png`) });
+    await page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
   }
 }

@@ -39,9 +39,9 @@ const busy = (rate, program) => ({
   program: { state: 'running', name: program, since: ago(600) },
 });
 
-/** Things that go wrong, the first `causes` of them. */
-const mishaps = [
-  (plant) => {
+/** Things that go wrong. */
+const mishaps = {
+  held: (plant) => {
     const lost = 'laser marker (pid 31802 on vm) is lost during this call, which must not run twice; an operator must answer or retry it';
     plant.services.push(instance('f', uuids.marker, 'laser marker', 31802, { gone: ago(432), delivery: 'at-most-once' }));
     plant.change('mill_2', 3, {
@@ -51,27 +51,30 @@ const mishaps = [
     plant.happened(433, 'instance ended', { uuid: uuids.marker, name: 'laser marker', host: 'vm', pid: 31802, last: true });
     plant.happened(432, 'call held', { machines: ['mill_2'], channel: 3, call: '5f3a9c0112d4-17', uuid: uuids.marker, text: lost });
   },
-  (plant) => {
+  unserved: (plant) => {
     plant.services.push(instance('e', uuids.length, 'tool length', 7898, { gone: ago(264) }));
     for (const [number, since] of [[3, 264], [4, 200]]) {
       plant.change('lathe_1', number, {
         channel_state: 'unserved', since: ago(since), uuid: uuids.length, service: 'tool length', request: `T${number} check`, instances: 0,
-        reason: `no service has the UUID ${uuids.length}`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
+        cause: 'no instance', reason: `no instance serves ${uuids.length}; the last one was tool length (pid 7898 on vm)`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
       });
     }
     plant.happened(264, 'instance ended', { uuid: uuids.length, name: 'tool length', host: 'vm', pid: 7898, last: true });
   },
-  (plant) => {
+  aborted: (plant) => {
     plant.change('mill_2', 1, { program: { state: 'aborted', name: 'fixture_wrong.nc', error: 455, since: ago(467) } });
     plant.happened(467, 'program aborted', { machines: ['mill_2'], channel: 1, name: 'fixture_wrong.nc', error: 455 });
   },
-  (plant) => plant.disconnect(['press_4'], 'down', { reason: '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?', since: ago(33) }),
-  (plant) => plant.disconnect(['press_5', 'press_6'], 'gone', {
+  'link down': (plant) => plant.disconnect(['press_4'], 'down', { reason: '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?', since: ago(33) }),
+  gone: (plant) => plant.disconnect(['press_5', 'press_6'], 'gone', {
     reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', gone: true, since: ago(75), last_gateway_host: 'hall-3', last_gateway_pid: 31766,
   }),
-];
+};
 
-/** A snapshot as the server sends it; of the machines beyond the first two each has six channels. */
+/**
+ * A snapshot as the server sends it; of the machines beyond the first two each has six channels. `causes` are names of
+ * mishaps, or the number of the first ones.
+ */
 export function plantWith({ machines = 2, causes = 0 } = {}) {
   const plant = {
     machines: [link('lathe_1'), link('mill_2', { watch: 'polled' })],
@@ -87,7 +90,7 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
     },
     disconnect(names, how, more) {
       for (const each of this.machines.filter(({ machine }) => names.includes(machine))) {
-        Object.assign(each, { connected: false, ...more });
+        Object.assign(each, { connected: false, watch: 'none', ...more });
       }
       for (const each of this.channels.filter(({ machine }) => names.includes(machine))) {
         Object.assign(each, { link: how, channel_state: 'link down' });
@@ -102,11 +105,12 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
     plant.channels.push(...[1, 2, 3, 4, 5, 6].map((number) => channel(`press_${i}`, number)));
   }
   plant.happened(900, 'instance started', { uuid: uuids.root, name: 'square root A', host: 'vm', pid: 31768 });
-  mishaps.slice(0, causes).forEach((happen) => happen(plant));
+  const happened = Array.isArray(causes) ? causes : Object.keys(mishaps).slice(0, causes);
+  happened.forEach((name) => mishaps[name](plant));
   return {
     about: { version: '0.1.0', host: 'vm', fabric: 'plant', domain: 151, recordings: true, actions: true, started: ago(5000), time: ago(0) },
     ...JSON.parse(JSON.stringify(plant)), alarms: [], acknowledged: [], calls: [],
-    totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: causes > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
+    totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: happened.length > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
   };
 }
 
@@ -119,17 +123,62 @@ export const historyOf = (served = [], busy = {}) => ({
   }])),
 });
 
+/** The last minutes of the services of a snapshot, with lines for plots. */
+export function minuteOf({ services }) {
+  const steps = 120;
+  const line = (of) => Array.from({ length: steps }, (_, i) => of(i));
+  const linesOf = (service, i) => {
+    const rate = service.calls_per_second;
+    return {
+      calls_per_second: line((at) => rate && Math.max(0, rate + Math.sin(at / 6 + i))), errors_per_second: line(() => 0),
+      p50_ms: line(() => service.p50_ms ?? null), p99_ms: line((at) => (service.p99_ms ? service.p99_ms + Math.sin(at / 3) : null)),
+      running: line(() => 0.2 * (rate > 5)),
+    };
+  };
+  const here = services.filter((service) => !service.gone);
+  const history = historyOf([['a', 'lathe_1', 2, 4.7], ['a', 'mill_2', 1, 0.6], ['a', 'mill_2', 2, 4.6], ['b', 'lathe_1', 2, 4.6], ['b', 'mill_2', 2, 4.7],
+    ['c', 'lathe_1', 1, 1.1]]);
+  history.instances = Object.fromEntries(here.map((service, i) => [service.instance, linesOf(service, i)]));
+  history.services = Object.fromEntries([...new Set(here.map((service) => service.uuid))].map((uuid) => [uuid,
+    linesOf({ ...here.find((service) => service.uuid === uuid), calls_per_second: here.filter((service) => service.uuid === uuid).reduce((sum, service) => sum + service.calls_per_second, 0) }, 0)]));
+  return history;
+}
+
+/** Calls that have ended, as /api/calls tells them. */
+export function endedCalls() {
+  const kinds = [
+    { machine: 'call.0badcafe', channel: 1, request: '9', response: '3', name: 'square root A', instance: 'a' },
+    { machine: 'lathe_1', channel: 2, request: '2', response: '1.4142135623730951', name: 'square root A', instance: 'a' },
+    { machine: 'mill_2', channel: 2, request: '1e4', response: '100', name: 'square root B', instance: 'b' },
+    { machine: 'lathe_1', channel: 1, request: '-1', response: '', response_state: 2, result: 'other_state', name: 'square root lathe', instance: 'c' },
+    { machine: 'mill_2', channel: 2, request: '625', response: '25', name: 'square root A', instance: 'a', attempt: 2 },
+    { machine: 'mill_2', channel: 1, request: 'contour', response: 'text "contour" is no number', response_state: 99, result: 'failed', failed: true, name: 'square root B', instance: 'b' },
+    { machine: 'mill_2', channel: 3, request: 'part 4710', end: 'withdrawn', result: 'withdrawn', uuid: uuids.marker, service: 'laser marker', name: 'laser marker', instance: 'f' },
+  ];
+  return { kept: 5000, calls: Array.from({ length: 24 }, (_, i) => ({
+    call: `5f3a9c0112d4-${40 - i}`, uuid: uuids.root, service: 'square root', host: 'vm', request_state: 1, response_state: 1, attempt: 1, failed: false, result: 'answered',
+    end: 'answered', duration_ms: 1.2 + (i % 5) / 3, ended: ago(2 + i * 0.37), ...kinds[(i * 7) % 17 % 7],
+  })) };
+}
+
+/** Recordings, one of them being written, as /api/recordings tells them. */
+export const recordings = () => ({ '/api/recordings': { recordings: [
+  { name: '2026-11-27_shift_1.mcap.part', size: 8_400_000, writing: true, modified: ago(1), start: ago(7200), machines: ['lathe_1', 'mill_2'], calls: 41_200, failed: 3 },
+  { name: '2026-11-26_shift_3.mcap', size: 48_900_000, modified: ago(36_000), start: ago(64_800), end: ago(36_000), machines: ['lathe_1', 'mill_2'], calls: 204_117, failed: 0 },
+  { name: 'tool_check.mcap', size: 640_000, modified: ago(90_000), start: ago(91_800), end: ago(90_000), machines: ['lathe_1'], calls: 1830, failed: 12 },
+] } });
+
 /** The timeline of the call that is held in the first mishap, as /api/calls/CALL tells it. */
 export function heldTimeline() {
   const step = (seconds, hop, more = {}) => ({ time: ago(seconds), hop, attempt: 0, by_service: false, ...more });
   return {
     call: '5f3a9c0112d4-17', machine: 'mill_2', channel: 3, uuid: uuids.marker, clock_difference_ms: 0, steps: [
       step(433, 'seen by the gateway', { text: 'part 4711', state: 1 }),
-      step(432.998, 'dispatched', { attempt: 1, instance: 'f', detail: 'laser marker @ vm' }),
+      step(432.998, 'dispatched', { attempt: 1, instance: 'f', detail: 'laser marker (pid 31802 on vm)' }),
       step(432.996, 'handler started', { attempt: 1, instance: 'f', by_service: true }),
       step(432, 'instance lost', { attempt: 1, instance: 'f' }),
       step(432, 'held for an operator', { attempt: 1 }),
-      step(3, 'dispatched', { attempt: 2, instance: 'f', detail: 'laser marker @ vm' }),
+      step(3, 'dispatched', { attempt: 2, instance: 'f', detail: 'laser marker (pid 31802 on vm)' }),
       step(2.9, 'handler started', { attempt: 2, instance: 'f', by_service: true }),
       step(2.2, 'answered by the instance', { attempt: 2, instance: 'f', by_service: true, text: 'ok', state: 1 }),
       step(2.1, 'reply at the gateway', { attempt: 2, instance: 'f', text: 'ok', state: 1 }),

@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { acknowledgeKey, acknowledgementOf, assess, callStateOf, concernKey, concernName, nextConcernIn, otherChannels, stateOf } from './page/attention.js';
 import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
-import { busyOfMinute, byTrouble, keptCalls, loadOf, Model } from './page/model.js';
+import { busyOfMinute, byTrouble, keptCalls, loadOf, Model, toolOf } from './page/model.js';
 import german from './page/texts/de.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
@@ -60,6 +60,13 @@ test('changes replace what they name and leave the rest', () => {
   sut.takeSnapshot({ about: about(), channels: [{ machine: 'cnc', channel: 1, calls: 1 }, { machine: 'cnc', channel: 2, calls: 1 }] }, 0);
   sut.takeChanges({ time: iso(noon), channels: [{ machine: 'cnc', channel: 2, calls: 5 }] }, 0);
   assert.deepEqual(sut.channelsOf('cnc').map((channel) => channel.calls), [1, 5]);
+});
+
+test('a call of a tool has the name of its command, and a service its name after its last instance', () => {
+  assert.deepEqual(['call.0badcafe', 'replay.0badcafe', 'call', 'cnc.ALARMS'].map((machine) => toolOf({ machine })), ['millrace call', 'millrace replay', '', '']);
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), calls: [{ call: 'a-1', uuid: 'B1', service: 'square root' }] }, 0);
+  assert.deepEqual([sut.serviceName('b1'), sut.serviceName('c2')], ['square root', 'c2']);
 });
 
 test('the server\'s clock counts, not the browser\'s', () => {

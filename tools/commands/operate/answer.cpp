@@ -57,8 +57,8 @@ struct RetryOptions : OperateOptions {
 }  // namespace
 
 void add_retry(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(app, "retry", "Dispatch the pending call of a channel again",
-                                     "millrace retry cnc/1");
+  CLI::App& command =
+      add_subcommand(app, "retry", "Retry the pending call of a channel", "millrace retry cnc/1");
   auto options = std::make_shared<RetryOptions>(command);
   add_channel_key(command, options->key);
   command.callback([options, &chosen] {

@@ -80,7 +80,7 @@ int drain(const DrainOptions& options) {
 }  // namespace
 
 void add_drain(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(app, "drain", "Have instances finish their calls and leave",
+  CLI::App& command = add_subcommand(app, "drain", "Let instances finish their calls and exit",
                                      "millrace drain 8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11");
   auto options = std::make_shared<DrainOptions>(command);
   command

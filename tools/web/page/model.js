@@ -26,6 +26,9 @@ export const keyOf = (machine, part) => `${machine}\u0000${part}`;
 /** "cnc/1", the usual form. */
 export const channelName = (channel) => `${channel.machine}/${channel.channel}`;
 
+/** The command that made a call without a controller, "millrace call"; nothing for a call of a machine. */
+export const toolOf = (call) => (/^(call|replay)\.[0-9a-f]{8}/.exec(call.machine) ?? []).slice(1).map((word) => `millrace ${word}`)[0] ?? '';
+
 export class Model {
   /** Null until the first snapshot. */
   about = null;
@@ -161,7 +164,8 @@ export class Model {
   /** Name of the service of a UUID, also after its last instance; the UUID itself if that is unknown. */
   serviceName(uuid) {
     const same = [...this.services.values()].filter((service) => service.uuid === uuid?.toLowerCase());
-    return same.length > 0 ? commonName(same.map((service) => service.name ?? '')) : uuid ?? '';
+    return same.length > 0 ? commonName(same.map((service) => service.name ?? ''))
+      : [...this.channels.values(), ...this.calls].find((each) => each.service && each.uuid?.toLowerCase() === uuid?.toLowerCase())?.service ?? uuid ?? '';
   }
 
   #hear(serverTime, browserTime) {

@@ -35,6 +35,11 @@ export function duration(ms) {
   return age(ms);
 }
 
+/** A configured period, without digits that say nothing: "10 ms". */
+export function period(ms) {
+  return duration(ms).replace(/[.,]0+ /, ' ');
+}
+
 function digits(value) {
   const size = Math.abs(value);
   return value.toFixed(size < 9.995 ? 2 : size < 99.95 ? 1 : 0).replace('.', decimalPoint);

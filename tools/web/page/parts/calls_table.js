@@ -1,5 +1,5 @@
 // A list of calls: time, channel, service, request, response, duration, instance, result. A row opens its timeline.
-import { channelName } from '../model.js';
+import { channelName, toolOf } from '../model.js';
 import { element, Keyed } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, fineClock, milliseconds, moment } from '../time.js';
@@ -30,15 +30,16 @@ function callRow(call, hrefOf, dayOf) {
   const ended = milliseconds(call.ended);
   const cell = (column, ...content) => element('td', { 'data-label': text.columns[column], class: `cell-${column}` }, content);
   const attempts = call.attempt > 1 && element('span', { class: 'attempts' }, ` ${text.attempts(call.attempt)}`);
+  const where = call.name || call.instance ? `${visible(call.name || call.instance)}${call.host ? ` @ ${visible(call.host)}` : ''}` : '–';
   return element('tr', { 'data-call': call.call, 'data-failed': String(Boolean(call.failed)), 'data-result': call.result ?? '' },
     element('th', { scope: 'row', class: 'cell-time', 'data-label': text.columns.time },
       element('a', { href: hrefOf(call), title: text.open(call.call) }, dayOf ? moment(ended, dayOf()) : fineClock(ended).slice(0, 12))),
-    cell('channel', visible(channelName(call))),
+    cell('channel', visible(channelName(call)), toolOf(call) && element('span', { class: 'detail' }, toolOf(call))),
     cell('service', element('span', { title: visible(call.uuid) }, visible(call.service || call.uuid))),
     cell('request', quoted(call.request, call.request_state)),
     cell('response', call.end === 'withdrawn' ? '–' : quoted(call.response, call.response_state)),
     cell('duration', duration(call.duration_ms)),
-    cell('instance', call.name || call.instance ? `${visible(call.name || call.instance)}${call.host ? ` @ ${visible(call.host)}` : ''}` : '–'),
+    cell('instance', element('span', { title: where }, where)),
     cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'person' : 'fine') }, shape(result.name), result.word),
       attempts, call.replayed && element('span', { class: 'replayed' }, ` ${text.replayed}`),
       call.detail && element('span', { class: 'detail', lang: 'en' }, ` ${visible(call.detail)}`)));

@@ -55,6 +55,7 @@ export function eventsList(app, few) {
     update(model) {
       const shown = isLong ? model.events : model.events.slice(0, few);
       rows.show(shown, (event) => event.number);
+      list.hidden = model.events.length === 0;
       empty.hidden = model.events.length > 0;
       more.hidden = shown.length === model.events.length;
       setText(more, text.more(model.events.length - shown.length));

@@ -3,7 +3,7 @@ import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attentio
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
-import { age, duration } from '../time.js';
+import { age, duration, period } from '../time.js';
 import { perSecond, words } from '../words.js';
 import { stateMark, visible } from './marks.js';
 
@@ -11,15 +11,13 @@ import { stateMark, visible } from './marks.js';
 const readableMs = 700;
 
 function linkText(link) {
-  if (link.gone) {
-    return link.last_gateway_host ? words.plant.linkGoneOf(visible(link.last_gateway_host), link.last_gateway_pid) : words.plant.linkGone;
-  }
-  if (link.watch === 'pushed') {
-    return words.plant.linkPushed(duration(link.round_trip_ms));
-  }
-  return link.connected
-    ? words.plant.linkUp(duration(link.round_trip_ms), duration(link.poll_ms))
-    : words.plant.linkDown;
+  return link.gone ? words.plant.linkGone : link.connected ? words.plant.linkUp : words.plant.linkDown;
+}
+
+/** The response time of a controller, and how the gateway notices requests. */
+function linkDetail(link) {
+  return link.connected && !link.gone
+    ? words.plant.linkDetail(duration(link.round_trip_ms), link.watch === 'pushed' ? words.plant.pushed : words.plant.polled(period(link.poll_ms))) : '';
 }
 
 /** The service of the call, and its request if it lasts long enough to be read. */
@@ -109,16 +107,18 @@ export function machineTile() {
   const rows = new Keyed(channels, () => channelRow());
   const linkRows = new Keyed(links, () => {
     const text = element('span', { class: 'link-text' });
+    const detail = element('span', { class: 'link-detail' });
     const gateway = element('span', { class: 'link-gateway' });
-    const item = element('li', {}, text, gateway);
+    const item = element('li', {}, text, detail, gateway);
     return {
       node: item,
       update({ link, several }) {
         setText(text, linkText(link));
+        setText(detail, linkDetail(link));
         setAttribute(item, 'data-level', link.connected ? 'fine' : 'person');
         const host = visible(link.gateway_host ?? '');
         setText(gateway, host && several ? words.plant.gateway(host, link.gateway_version) : '');
-        setAttribute(item, 'title', [visible(link.address), host && words.plant.gateway(host, link.gateway_version),
+        setAttribute(item, 'title', [linkDetail(link), visible(link.address), host && words.plant.gateway(host, link.gateway_version),
           visible(words.reason(link.reason ?? '') || link.reason)].filter(Boolean).join(' · '));
       },
     };
@@ -131,9 +131,10 @@ export function machineTile() {
       const level = levelOfMachine(machine, now);
       if (node.dataset.level !== level) {
         setAttribute(node, 'data-level', level);
-        replace(mark, level !== 'fine' && shape(level === 'person' ? 'held' : 'look'));
+        replace(mark, level !== 'fine' && shape('look'));
       }
       setAttribute(node, 'data-density', density);
+      setAttribute(node, 'data-unreachable', machine.links.length > 0 && !machine.links.some((link) => link.connected));
       linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);
       rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), links: machine.links, now })),
         ({ channel }) => keyOf(channel.machine, channel.channel));

@@ -117,7 +117,7 @@ export function plot(title, labels, { step = false, side = null, names = null, z
       rightGap: 8,
       axes: {
         x: { axisLabelFormatter: (time) => clock(Number(time)).replace(/:00$/, ''), ...timeAxis() },
-        y: { ...(names ? { ticker: () => names.map((label, v) => ({ v, label })) } : { axisLabelFormatter: (value) => number(value, 2) }), axisLabelWidth: step ? 64 : 40, pixelsPerLabel: 26 },
+        y: { ...(names ? { ticker: () => names.map((label, v) => ({ v, label })) } : { axisLabelFormatter: (value) => number(value, 2) }), axisLabelWidth: step ? 76 : 40, pixelsPerLabel: 26 },
       },
       ...options(),
     });

@@ -50,7 +50,7 @@ function row() {
   const link = element('a', {});
   const squares = instanceSquares();
   const busy = busyBar();
-  cells.name.append(icon, link);
+  cells.name.append(link, icon);
   cells.instances.append(squares.node);
   cells.busy.append(busy.node);
   const node = element('tr', {}, Object.values(cells));

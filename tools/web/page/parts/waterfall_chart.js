@@ -52,14 +52,15 @@ function legend(lanes) {
     element('span', { class: 'bar', 'data-part': part }), `${text.parts[part]} `, element('span', { class: 'legend-time' }, duration(sum)))));
 }
 
-function whatOf(step) {
+function whatOf(step, name) {
   const parts = [];
   if (step.text_size !== undefined) {
     parts.push(text.size(step.text_size));
   } else if (step.text !== undefined) {
     parts.push(element('span', { class: 'said' }, words.quoted(visible(step.text))), ` ${text.stateOf(step.state)}`);
   }
-  if (step.detail) {
+  // The name of the instance stands beside the step.
+  if (step.detail && step.detail !== name) {
     parts.push(parts.length > 0 ? '  ' : '', element('span', { lang: 'en' }, visible(step.detail)));
   }
   return parts;
@@ -74,9 +75,9 @@ function table(timeline, nameOf) {
       element('td', { 'data-label': text.columns.after, class: 'cell-number' }, duration(at - first)),
       element('td', { 'data-label': text.columns.attempt, class: 'cell-number' }, step.attempt || ''),
       element('th', { scope: 'row', 'data-label': text.columns.hop }, text.hops[step.hop] ?? step.hop,
-        step.by_service && element('span', { class: 'by-service', title: text.byService }, ' *'),
+        step.by_service && timeline.clock_difference_ms !== 0 && element('span', { class: 'by-service', title: text.byService }, ' *'),
         step.instance && element('span', { class: 'step-instance' }, ` ${visible(nameOf(step.instance))}`)),
-      element('td', { 'data-label': text.columns.what }, whatOf(step)));
+      element('td', { 'data-label': text.columns.what }, whatOf(step, step.instance && nameOf(step.instance))));
   });
   if (timeline.steps[0].hop === 'seen by the gateway') {
     rows.unshift(element('tr', { class: 'untimed' }, element('td', { 'data-label': text.columns.time }), element('td', { 'data-label': text.columns.after }),

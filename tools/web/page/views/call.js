@@ -4,6 +4,7 @@ import { element, replace, slot } from '../dom.js';
 import { facts, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
+import { milliseconds } from '../time.js';
 import { words } from '../words.js';
 
 const text = words.call;
@@ -24,6 +25,7 @@ export function callView(app, id, path, back) {
   let timer = 0;
   let shown = null;
   let shownNames = '';
+  let recordedIn = [];
 
   const nameOf = (instance) => {
     const known = app.model.services.get(instance);
@@ -49,6 +51,7 @@ export function callView(app, id, path, back) {
         [words.plant.service, element('a', { href: `#/services/${encodeURIComponent(timeline.uuid.toLowerCase())}`, title: visible(timeline.uuid) }, visible(service))],
         [words.data.programs, app.model.totals?.program_channels > 0 && element('a', { href: `#/data?machine=${machine}` }, visible(timeline.machine))],
         [words.plant.request, first && said(first.text)],
+        [words.recordings.title, recordedIn.length > 0 && recordedIn.map((name, i) => [i > 0 && ', ', element('a', { href: `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(id)}` }, visible(name))])],
       ]),
       waterfallChart(timeline, nameOf, app.now()));
   }
@@ -66,6 +69,16 @@ export function callView(app, id, path, back) {
     showButtons([channel.call, app.session.describe()], () => app.session.buttonsFor(channel));
   }
 
+  /** Shows the recordings that have this call. */
+  async function findRecordings(timeline) {
+    const at = milliseconds(timeline.steps.at(-1)?.time);
+    const { recordings } = await get(['recordings']).catch(() => ({ recordings: [] }));
+    recordedIn = recordings.filter((each) => each.machines?.includes(timeline.machine) && milliseconds(each.start) <= at && (each.writing || at <= milliseconds(each.end))).map(({ name }) => name);
+    if (recordedIn.length > 0 && node.isConnected) {
+      show(timeline);
+    }
+  }
+
   async function ask() {
     try {
       const timeline = await get(path);
@@ -73,8 +86,13 @@ export function callView(app, id, path, back) {
         return;
       }
       show(timeline);
-      if (!ended(timeline) && path[0] !== 'recordings') {
+      if (path[0] === 'recordings') {
+        return;
+      }
+      if (!ended(timeline)) {
         timer = setTimeout(ask, followMs);
+      } else if (app.model.about?.recordings) {
+        findRecordings(timeline);
       }
     } catch (problem) {
       replace(content, problem.status === 404 ? placeholder('missing', text.notKept, path[0] === 'recordings' ? problem.message : text.notKeptWhat)

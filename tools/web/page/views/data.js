@@ -5,7 +5,7 @@ import { isNumber, Line, placeOf, qualityOf, variablesOf } from '../lines.js';
 import { byName } from '../model.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
-import { age, clock, duration, milliseconds, moment } from '../time.js';
+import { age, clock, duration, milliseconds, moment, period } from '../time.js';
 import { plot } from '../parts/plot.js';
 import { chooser, scrolling, tableHead, visible } from '../parts/marks.js';
 import { number, words } from '../words.js';
@@ -101,7 +101,7 @@ function band() {
           told = fresh;
           setAttribute(node, 'data-state', run.state);
           // There is no room for the folder.
-          replace(node, shape(outcomes[run.state]?.[0]), visible(run.program.split(/[\\/]/).at(-1) || text.noName));
+          replace(node, shape(outcomes[run.state]?.[0]), element('span', {}, visible(run.program.split(/[\\/]/).at(-1) || text.noName)));
         }
         node.style.left = `${100 * place.left}%`;
         node.style.width = `${100 * place.width}%`;
@@ -143,7 +143,7 @@ function variableRow(choose) {
       setText(cells.value, `${shown(value.value, value.name)}${value.elements ? text.elements(number(value.elements)) : ''}`);
       setText(cells.read, value.at ? text.ago(age(now - milliseconds(value.at))) : words.services.noValue);
       setText(cells.group, `${visible(sample.group)} · ${words.plant.channel(sample.channel)}`);
-      setText(cells.every, sample.period_ms > sample.wanted_ms ? text.slow(duration(sample.period_ms), duration(sample.wanted_ms)) : duration(sample.wanted_ms));
+      setText(cells.every, sample.period_ms > sample.wanted_ms ? text.slow(period(sample.period_ms), period(sample.wanted_ms)) : period(sample.wanted_ms));
       const fresh = quality + value.reason + sample.gone + sample.replayed;
       if (fresh !== told) {
         told = fresh;

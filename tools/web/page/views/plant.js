@@ -32,7 +32,7 @@ function headline() {
     update(level, title, longest, facts) {
       if (drawn !== level) {
         drawn = level;
-        replace(icon, shape({ person: 'held', look: 'look', fine: 'well' }[level] ?? 'unknown'));
+        replace(icon, shape({ person: 'look', look: 'look', fine: 'well' }[level] ?? 'unknown'));
         setAttribute(node, 'data-level', level);
       }
       setText(text, title);
@@ -110,7 +110,7 @@ export function plantView(app) {
       const isKnown = model.about !== null && !model.isLost;
       const urgent = assessment.level === 'person' ? concerns.filter((concern) => concern.level === 'person') : concerns;
       const times = urgent.map((concern) => concern.since).filter(Number.isFinite);
-      const longest = times.length > 0 && isKnown ? words.plant.longest(age(now - Math.min(...times))) : '';
+      const longest = times.length > 0 && isKnown ? words.plant[times.length > 1 ? 'longest' : 'lasting'](age(now - Math.min(...times))) : '';
       head.update(isKnown && (plant.length > 0 || concerns.length > 0) ? assessment.level : 'unknown', titleOf(model, assessment, plant.length === 0), longest,
         model.about === null || plant.length === 0 ? '' : factsOf(model, plant, now));
       const shown = app.isWall ? concerns.slice(0, concernsOnWall) : concerns;

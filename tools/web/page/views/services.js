@@ -140,7 +140,7 @@ function serviceCard(app, opened) {
   values.instances.append(squares.node);
   values.busy.append(busy.node);
   const toggle = element('button', { type: 'button', class: 'service-toggle', 'aria-expanded': 'false', onclick: () => { opened.flip(node.dataset.uuid); } },
-    element('span', { class: 'toggle', 'aria-hidden': 'true' }), icon, name);
+    element('span', { class: 'toggle', 'aria-hidden': 'true' }), name, icon);
   const head = element('div', { class: 'service-row' }, element('h2', {}, toggle), Object.values(cells));
   const more = unfolded(app);
   const node = element('article', { class: 'service' }, head, more.node);

@@ -1,0 +1,103 @@
+// States of an invented plant, each at three sizes, light and dark, in both languages: nothing scrolls sideways, the
+// header is one row, no text is cut, and axe finds nothing. With MILLRACE_SCREENSHOTS each is a picture, for people.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { Browser, picture, violations } from './browser.mjs';
+import { dataOfLathe, endedCalls, heldTimeline, minuteOf, plantWith, recordings, serve, uuids } from './invented.mjs';
+
+let browser;
+
+before(async () => {
+  browser = await Browser.start();
+});
+
+after(() => browser?.stop());
+
+afterEach(() => {
+  const { complaints } = browser;
+  browser.complaints = [];
+  assert.deepEqual(complaints, []);
+});
+
+const sizes = [[1920, 1080], [1024, 768], [390, 844]];
+
+function take(plant) {
+  plant.acknowledged = [{ cause: `unserved ${uuids.length}\u0000\u0000`, since: '', by: 'bert', note: 'a new probe is on its way', time: plant.about.time }];
+}
+
+function withMarker(plant) {
+  plant.services.push({ ...plant.services[0], instance: 'f', uuid: uuids.marker, name: 'laser marker', delivery: 'at-most-once' });
+}
+
+function empty(plant) {
+  Object.assign(plant, { machines: [], channels: [], services: [], events: [], totals: { ...plant.totals, calls_per_second: 0, data_groups: 0, program_channels: 0 } });
+}
+
+// State: the plant, the view, and an element that is there when the view is complete.
+const states = {
+  fine: { ready: '.strip' },
+  gone: { machines: 6, causes: ['gone'], ready: '.concern[data-kind="gone"]' },
+  unserved: { causes: ['unserved'], ready: '.concern[data-kind="unserved"]' },
+  held: { causes: ['held'], ready: '[data-action="answer"]' },
+  'link-down': { machines: 4, causes: ['link down'], ready: '.concern[data-kind="link down"]' },
+  aborted: { causes: ['aborted'], ready: '.concern[data-kind="aborted"]' },
+  many: { machines: 20, causes: 5, ready: '.concern' },
+  wall: { machines: 20, causes: 5, query: '?wall', ready: '.concern', shownAt: sizes.slice(0, 2) },
+  taken: { causes: 3, change: take, ready: '.concern-taken:not([hidden])' },
+  empty: { change: empty, ready: '.empty:not([hidden])' },
+  services: { causes: 2, view: '#/services', ready: '.service' },
+  matrix: { view: `#/services/${uuids.root}`, ready: '.matrix' },
+  calls: { view: '#/calls', ready: 'tr[data-call]' },
+  call: { change: withMarker, view: '#/calls/5f3a9c0112d4-17', ready: '.lane[data-attempt="2"] .bar' },
+  data: { view: '#/data?machine=lathe_1&span=600', ready: '.line canvas' },
+  recordings: { view: '#/recordings', ready: '.recordings' },
+};
+
+/** Texts that are cut without an ellipsis or lie over what follows, and tables that scroll. */
+const cut = (page) => page.$$eval('main *', (nodes) => nodes.filter((node) => node.childElementCount === 0 && node.clientWidth > 1 && node.scrollWidth > node.clientWidth + 1
+  && !node.closest('.for-readers, .plot-area, .lane-bars, .band-run') && getComputedStyle(node).textOverflow !== 'ellipsis'
+  || node.matches('.scroll') && node.scrollWidth > node.clientWidth + 1).map((node) => `${node.className || node.tagName}: ${node.textContent}`));
+
+/** How far the middles of what stands in the header are apart. */
+const spreadOfHeader = (page) => page.$$eval('.top > *, .side > *', (parts) => {
+  const middles = parts.filter((part) => part.offsetHeight > 0 && getComputedStyle(part).position !== 'fixed')
+    .map((part) => (part.getBoundingClientRect().top + part.getBoundingClientRect().bottom) / 2);
+  return Math.max(...middles) - Math.min(...middles);
+});
+
+for (const [name, { view = '#/plant', query, ready, change = () => {}, shownAt = sizes, ...plant }] of Object.entries(states)) {
+  for (const language of ['en', 'de']) {
+    test(`${name}, ${language}`, async () => {
+      const snapshot = plantWith(plant);
+      change(snapshot);
+      const server = await serve(snapshot, minuteOf(snapshot), { ...dataOfLathe(), ...recordings(), '/api/calls': endedCalls(), '/api/calls/5f3a9c0112d4-17': heldTimeline() });
+      const found = [];
+      // Without pictures one theme is enough in German.
+      for (const dark of language === 'en' || process.env.MILLRACE_SCREENSHOTS ? [false, true] : [true]) {
+        const page = await browser.open(server.url, { view, query, language, dark });
+        await page.waitForSelector(ready);
+        for (const [width, height] of shownAt) {
+          const shown = `${name}-${language}-${dark ? 'dark' : 'light'}-${width}`;
+          await page.setViewport({ width, height });
+          await page.waitForFunction((wide) => innerWidth === wide, {}, width);
+          await picture(page, shown, true);
+          const parts = await cut(page);
+          if (await page.evaluate(() => document.documentElement.scrollWidth > innerWidth)) {
+            parts.push('the page');
+          }
+          if (await spreadOfHeader(page) > 8) {
+            parts.push('a header of several rows');
+          }
+          // Contrast differs between the themes, nothing between the languages.
+          if (language === 'en' && width !== 1024) {
+            parts.push(...await violations(page));
+          }
+          found.push(...parts.map((part) => `${shown}: ${part}`));
+        }
+        await page.close();
+      }
+      await server.stop();
+      assert.deepEqual(found, []);
+    });
+  }
+}
