@@ -1,6 +1,6 @@
 # find_package(millrace): the target millrace::sdk, what a service is written with.
 include(${CMAKE_CURRENT_LIST_DIR}/millrace-targets.cmake)
-# Only services/sdk/command_line.hpp and what it includes need these.
+# Only services/sdk/command_line.hpp, what it includes, and services/text/fields.hpp need these.
 foreach(package IN ITEMS CLI11 spdlog tl-expected)
   find_package(${package} QUIET)
 endforeach()

@@ -76,14 +76,16 @@ Requests::~Requests() {
   }
 }
 
-std::uint16_t Requests::free_channel() {
+/// The lowest one: services accept a limited number of DDS instances from a participant.
+std::uint16_t Requests::free_channel() const {
   if (used_.size() >= std::numeric_limits<std::uint16_t>::max()) {
     throw Error(MILLRACE_FAILED, "65,535 requests are under way");
   }
-  do {
-    ++last_channel_;
-  } while (last_channel_ == 0 || used_.contains(last_channel_));
-  return last_channel_;
+  std::uint16_t channel = 1;
+  for (auto used = used_.begin(); used != used_.end() && *used == channel; ++used) {
+    ++channel;
+  }
+  return channel;
 }
 
 fabric::CallId Requests::send(tools::caller::Order order,

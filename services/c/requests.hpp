@@ -65,11 +65,10 @@ class Requests final : private tools::caller::CallerListener {
   void on_ended(const tools::caller::Ended& ended) override;
   void on_interim(const fabric::Reply& reply) override;
   void wait_for_an_instance(const fabric::CallId& call);
-  std::uint16_t free_channel();
+  [[nodiscard]] std::uint16_t free_channel() const;
 
   sdk::SharedParticipant& shared_;
   const std::string machine_;
-  std::uint16_t last_channel_ = 0;
   std::set<std::uint16_t> used_;
   std::map<fabric::CallId, Pending> pending_;
   // Last: its destructor ends its calls.

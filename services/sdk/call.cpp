@@ -73,4 +73,16 @@ AsyncHandler as_async(Handler handler) {
   };
 }
 
+AsyncHandler guarded(AsyncHandler handler) {
+  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
+    try {
+      handler(call);
+    } catch (const std::exception& error) {
+      call->fail(error.what());
+    } catch (...) {
+      call->fail("the service threw an exception that is not a std::exception");
+    }
+  };
+}
+
 }  // namespace millrace::services::sdk

@@ -87,4 +87,7 @@ using AsyncHandler = std::function<void(std::shared_ptr<const Call>)>;
 /// A Handler as an AsyncHandler.
 AsyncHandler as_async(Handler handler);
 
+/// A handler whose exceptions end its call, not its process.
+AsyncHandler guarded(AsyncHandler handler);
+
 }  // namespace millrace::services::sdk

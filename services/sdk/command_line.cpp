@@ -146,6 +146,10 @@ void ServiceProgram::take_fabric() {
 }
 
 int serve(int argc, char** argv, const ServiceOptions& options, const Handler& handler) {
+  return serve(argc, argv, options, as_async(handler));
+}
+
+int serve(int argc, char** argv, const ServiceOptions& options, const AsyncHandler& handler) {
   return ServiceProgram(options).run(argc, argv, [&] { return handler; });
 }
 

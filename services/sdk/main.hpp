@@ -12,5 +12,6 @@ namespace millrace::services::sdk {
 
 /// Serves until SIGTERM or SIGINT, with the command line of services/sdk/command_line.hpp.
 int serve(int argc, char** argv, const ServiceOptions& options, const Handler& handler);
+int serve(int argc, char** argv, const ServiceOptions& options, const AsyncHandler& handler);
 
 }  // namespace millrace::services::sdk

@@ -68,18 +68,6 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 
 }  // namespace
 
-AsyncHandler guarded(AsyncHandler handler) {
-  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
-    try {
-      handler(call);
-    } catch (const std::exception& error) {
-      call->fail(error.what());
-    } catch (...) {
-      call->fail("the service threw an exception that is not a std::exception");
-    }
-  };
-}
-
 Runner::Runner(CallSchedulerOptions options, Service::Log log, InlineHandler inline_handler,
                std::function<void()> requested)
     : log_(std::move(log)),

@@ -32,9 +32,6 @@ class CallSink {
   virtual void declined(fabric::CallId call, const std::string& reason) = 0;
 };
 
-/// A handler whose exceptions end its call, not its process.
-AsyncHandler guarded(AsyncHandler handler);
-
 /// Runs calls where their requests are received (Receiving::directly), which saves a hand-over. The
 /// process receives nothing from the fabric in that time: after one call over the limit, calls get
 /// threads of their own.

@@ -2,8 +2,14 @@
 
 #include <string>
 
+#include "services/text/answer.hpp"
+
 namespace sdk = millrace::services::sdk;
+namespace text = millrace::services::text;
 
 sdk::Response answer(const sdk::Call& call) {
-  return {.text = std::to_string(call.text().size()), .state = 1};
+  if (call.text().empty()) {
+    return text::error(text::state_bad_request, "expected a text");
+  }
+  return {.text = std::to_string(call.text().size()), .state = text::state_ok};
 }

@@ -18,6 +18,10 @@ TEST(Answer, IsTheNumberOfBytes) {
   EXPECT_EQ(FakeCall({.text = "hello"}).run(answer)->text, "5");
 }
 
+TEST(Answer, RefusesARequestWithoutText) {
+  EXPECT_EQ(FakeCall().run(answer)->text, "ERROR: expected a text");
+}
+
 TEST(Answer, SurvivesTheDeathOfAnInstance) {
   const sdk::ServiceOptions options{.uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
   // Keeps its call, as a handler that has not finished.

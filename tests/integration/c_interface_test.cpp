@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/entity.hpp"
+#include "fabric/wire/reader.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -19,6 +21,23 @@ using tests::Process;
 
 const std::string first = "c0000000-0000-4000-8000-000000000001";
 const std::string second = "c0000000-0000-4000-8000-000000000002";
+
+/// DDS participants of a process, as this one has discovered them.
+std::size_t participants_of(pid_t pid, std::uint32_t domain) {
+  dds_entity_t own = 0;
+  dds_lookup_participant(domain, &own, 1);
+  const fabric::dds::Entity reader(
+      dds_create_reader(own, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
+  std::size_t count = 0;
+  const auto use = [&](const dds_builtintopic_participant_t& sample, const dds_sample_info_t&) {
+    char* value = nullptr;
+    count += dds_qget_prop(sample.qos, "__Pid", &value) && value == std::to_string(pid) ? 1U : 0U;
+    dds_free(value);
+  };
+  while (fabric::wire::take_lent<dds_builtintopic_participant_t>(reader.handle(), use) > 0) {
+  }
+  return count;
+}
 
 class CInterface : public testing::Test {
  protected:
@@ -70,6 +89,7 @@ TEST_F(CService, ServesSeveralUuidsOnOneParticipant) {
   EXPECT_EQ(one.concurrency, 4U);
   EXPECT_EQ(one.channels.size(), 3U);
   EXPECT_EQ(one.pid, caller.identity(second).pid);
+  EXPECT_EQ(participants_of(sut.pid(), domain.number()), 1U);
   EXPECT_EQ(caller.identity(second).delivery, fabric::Delivery::at_most_once);
   EXPECT_EQ(caller.identity(second).completion_signal, fabric::CompletionSignal::response);
   EXPECT_EQ(caller.call(first, "hello").text, "hello, attempt 1");

@@ -1,5 +1,6 @@
 """Python services as processes on a fabric, and the functions that call and watch them. Pinned to the loopback."""
 
+import ctypes
 import datetime
 import pathlib
 import re
@@ -222,6 +223,17 @@ class APythonService(OnAFabric):
                 expected = "RuntimeError: the program is over" if how == "raise" else ""
                 self.assertEqual(sut.errors.text.strip().rpartition("\n")[2], expected)
 
+    def test_answers_calls_that_come_while_its_interpreter_shuts_down(self):
+        with Process.python("leaves.py", self.domain.number, "late") as sut:
+            sut.await_output("^ready")
+            sut.signal(signal.SIGUSR1)
+            sut.await_output("^leaving")
+            for uuid in ("b0ad0000-0000-4000-8000-000000000004", "b0ad0000-0000-4000-8000-000000000005"):
+                self.assertEqual(self.call("late", uuid).text, "late")
+            sut.signal(signal.SIGUSR1)
+            self.assertEqual(sut.wait(), 0, sut.errors.text)
+            self.assertEqual(sut.errors.text, "")
+
     def test_shares_its_calls_with_an_instance_in_cpp_and_leaves_them_to_it(self):
         uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47"
         python = self.start("square_root.py")
@@ -359,10 +371,19 @@ class ACaller(OnAFabric):
             self.call("hang")
         thread.join()
 
+    def test_uses_its_channels_again(self):
+        """A service accepts 4,096 of them from a process."""
+        self.start()
+        self.assertEqual({self.call("who").text.split()[0] for _ in range(10)}, {"call/1"})
+
     def test_shares_the_participant_of_a_server_that_discovers(self):
         millrace.disconnect()
-        with millrace.Server(obedient.obey, domain=self.domain.number, discovers=True):
+        participants = ctypes.CDLL("libddsc.so.0debian").dds_lookup_participant
+        other = millrace.Service(lambda call: "other", uuid=UNKNOWN, name="other")
+        with millrace.Server(obedient.obey, other, domain=self.domain.number, discovers=True):
             self.assertEqual(self.call("hello").text, "hello, attempt 1")
+            self.assertEqual(self.call("hello", UNKNOWN).text, "other")
+            self.assertEqual(participants(self.domain.number, None, 0), 1)
 
 
 class OnAFabricWithTrust(OnAFabric):

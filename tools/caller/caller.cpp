@@ -120,9 +120,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
   /// Withdraws pending calls without events to the listener.
   void close() {
     listener = nullptr;
-    for (const fabric::CallId& call : calls.pending_calls()) {
-      calls.give_up(call, "the caller leaves", now());
-    }
+    calls.leave("the caller leaves", now());
     for (const Action& action : calls.take_actions()) {
       if (const auto* withdraw = std::get_if<Withdraw>(&action)) {
         perform(*withdraw);

@@ -94,6 +94,9 @@ void Calls::on_unpublished(const fabric::CallId& call, const std::string& reason
 
 void Calls::on_time(Moment now) {
   carry_out(dispatcher_.on_time(now.steady), now);
+  for (const fabric::RequestKey& request : answered_.due(now.steady)) {
+    out_.emplace_back(Withdraw{request});
+  }
   std::vector<fabric::CallId> over;
   for (const auto& [id, open] : open_) {
     if (open.until && *open.until <= now.steady) {
@@ -113,6 +116,9 @@ void Calls::on_time(Moment now) {
 
 std::optional<SteadyTime> Calls::next_time() const {
   std::optional<SteadyTime> next = dispatcher_.next_time();
+  if (const auto due = answered_.next_time(); due && (!next || *due < *next)) {
+    next = due;
+  }
   for (const auto& [id, open] : open_) {
     if (open.until && (!next || *open.until < *next)) {
       next = open.until;
@@ -126,13 +132,13 @@ bool Calls::is_given_out(const fabric::CallId& call) const {
   return open != open_.end() && open->second.published;
 }
 
-std::vector<fabric::CallId> Calls::pending_calls() const {
-  std::vector<fabric::CallId> calls;
-  calls.reserve(open_.size());
-  for (const auto& [id, open] : open_) {
-    calls.push_back(id);
+void Calls::leave(const std::string& reason, Moment now) {
+  while (!open_.empty()) {
+    end(open_.begin()->first, std::nullopt, reason, now);
   }
-  return calls;
+  for (const fabric::RequestKey& request : answered_.take_all()) {
+    out_.emplace_back(Withdraw{request});
+  }
 }
 
 Actions Calls::take_actions() {
@@ -161,6 +167,7 @@ void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
   if (std::ranges::count(open.standing, attempt.instance) == 0) {
     open.standing.push_back(attempt.instance);
   }
+  answered_.replace({open.order.key, epoch_, attempt.instance});
   open.published = true;
   open.given = open.given.value_or(now.steady);
   dispatcher_.on_published(give.call, now.steady);
@@ -222,6 +229,9 @@ void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
   by_channel_.erase(open.order.key);
   if (!reply) {
     tell(call, open, fabric::EventKind::withdrawn, now, nullptr, reason);
+  }
+  if (reply && std::erase(open.standing, reply->instance) > 0) {
+    answered_.add({open.order.key, epoch_, reply->instance}, now.steady);
   }
   while (!open.standing.empty()) {
     withdraw(open, open.standing.back());

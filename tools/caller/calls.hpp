@@ -5,7 +5,8 @@
 //   calls.on_instance_ready(identity);
 //   const auto id = calls.add({.key = {"call.7f3a", 1}, .uuid = "…", .text = "3"}, now);
 //   for (const Action& action : calls.take_actions()) …        → Notice, Publish
-//   calls.on_reply(reply, now);                                → Notice, Withdraw, Ended
+//   calls.on_reply(reply, now);                                → Notice, Ended
+//   calls.on_time(now);                                        → Withdraw
 #pragma once
 
 #include <map>
@@ -17,6 +18,7 @@
 #include <tl/expected.hpp>
 
 #include "fabric/request_key.hpp"
+#include "gateway/channel/answered_requests.hpp"
 #include "gateway/dispatch/dispatcher.hpp"
 #include "gateway/moment.hpp"
 #include "tools/caller/order.hpp"
@@ -78,7 +80,8 @@ class Calls {
   [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;
   /// Calls that have not ended.
   [[nodiscard]] std::size_t pending() const { return open_.size(); }
-  [[nodiscard]] std::vector<fabric::CallId> pending_calls() const;
+  /// Ends all calls, and withdraws what stands.
+  void leave(const std::string& reason, Moment now);
 
   /// The actions since the last call of this function, in order.
   Actions take_actions();
@@ -115,6 +118,7 @@ class Calls {
   gateway::dispatch::Dispatcher dispatcher_;
   std::map<fabric::CallId, Open> open_;
   std::map<fabric::ChannelKey, fabric::CallId> by_channel_;
+  gateway::channel::AnsweredRequests answered_;
   Actions out_;
 };
 

@@ -82,8 +82,34 @@ TEST(Calls, DispatchesACallToAnInstanceAndEndsItWithItsReply) {
   EXPECT_EQ(request.assigned, instance(3).id);
   EXPECT_EQ(request.deadline, at(5001ms).wall);
   sut.on_reply(reply_to(request, "1.414214"), at(2ms));
-  EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1", "1=1.414214"));
+  EXPECT_THAT(words(sut.take_actions()), ElementsAre("1=1.414214"));
   EXPECT_EQ(sut.pending(), 0U);
+}
+
+TEST(Calls, ReplacesAnAnsweredRequestOrWithdrawsItAfterASecond) {
+  Calls sut(7);
+  sut.on_instance_ready(instance(3), at(0ms));
+  for (const auto time : {1ms, 900ms, 1800ms}) {
+    ASSERT_TRUE(sut.add(order(1), at(time)).has_value());
+    sut.on_reply(reply_to(published(sut.take_actions()), "2"), at(time));
+    EXPECT_THAT(words(sut.take_actions()), ElementsAre("1=2"));
+    sut.on_time(at(time));
+    EXPECT_THAT(words(sut.take_actions()), IsEmpty());
+  }
+  EXPECT_EQ(sut.next_time(), at(2800ms).steady);
+  sut.on_time(at(2800ms));
+  EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1"));
+}
+
+TEST(Calls, WithdrawsAllRequestsWhenItLeaves) {
+  Calls sut(7);
+  sut.on_instance_ready(instance(3), at(0ms));
+  ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
+  sut.on_reply(reply_to(published(sut.take_actions()), "2"), at(1ms));
+  ASSERT_TRUE(sut.add(order(2), at(2ms)).has_value());
+  sut.take_actions();
+  sut.leave("bye", at(3ms));
+  EXPECT_THAT(words(sut.take_actions()), ElementsAre("-2", "2: bye", "-1"));
 }
 
 TEST(Calls, WaitsForAnInstanceThatComesLater) {
