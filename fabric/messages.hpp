@@ -179,7 +179,7 @@ enum class Cause : std::uint8_t {
   draining,
   /// Each instance has as many calls as it runs at once.
   busy,
-  /// The instance that had the call is gone, has declined it, or does not read its requests.
+  /// The instance that had the call is gone, or does not read its requests.
   instance_lost,
   /// The gateway that had the channel is gone and may have dispatched the call.
   gateway_lost,
@@ -190,7 +190,12 @@ enum class Cause : std::uint8_t {
   /// The journal cannot be written, or has not confirmed an entry.
   journal,
   /// The controller refuses a read or a write, or does not show what was written.
-  controller
+  controller,
+  /// The instance that the gateway gave the call to has declined it.
+  declined,
+  /// A blocked call whose instance is lost: no operator has settled it in the time that the
+  /// configuration allows.
+  held_too_long
 };
 
 struct ChannelStatus {

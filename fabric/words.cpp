@@ -38,10 +38,10 @@ std::string_view name_of(ChannelState state) {
 }
 
 std::string_view name_of(Cause cause) {
-  return pick<Cause, 12>(
-      {"none", "unknown UUID", "no instance", "other channels", "draining", "busy", "instance lost",
-       "gateway lost", "answer refused", "deadline", "journal", "controller"},
-      cause);
+  return pick<Cause, 14>({"none", "unknown UUID", "no instance", "other channels", "draining",
+                          "busy", "instance lost", "gateway lost", "answer refused", "deadline",
+                          "journal", "controller", "declined", "held too long"},
+                         cause);
 }
 
 std::string_view name_of(WatchMode mode) {

@@ -117,9 +117,13 @@ void withhold_text(Entry& entry) {
       entry.sample);
 }
 
+bool is_failure(const Reply& reply) {
+  return reply.code == ServiceCode::failed || reply.code == ServiceCode::refused;
+}
+
 bool is_failure(const Entry& entry) {
   if (const auto* reply = std::get_if<Reply>(&entry.sample)) {
-    return reply->code == ServiceCode::failed || reply->code == ServiceCode::refused;
+    return is_failure(*reply);
   }
   if (const auto* event = std::get_if<Event>(&entry.sample)) {
     return event->kind == EventKind::lost || event->kind == EventKind::refused ||

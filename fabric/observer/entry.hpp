@@ -78,5 +78,6 @@ const std::string* text_of(const Entry& entry);
 void withhold_text(Entry& entry);
 /// A reply or event that says that a call went wrong at a service or was given up.
 bool is_failure(const Entry& entry);
+bool is_failure(const Reply& reply);
 
 }  // namespace millrace::fabric::observer

@@ -131,7 +131,9 @@ void ChannelOutput::publish(const fabric::ChannelStatus& status) {
   since_then.since = blocked->since;
   if (blocked->state == fabric::ChannelState::held) {
     // Only the gateway that saw the loss can name the lost instance.
-    since_then.cause = blocked->reason.cause;
+    if (status.cause != fabric::Cause::held_too_long) {
+      since_then.cause = blocked->reason.cause;
+    }
     since_then.reason = blocked->reason.text;
   }
   context_.port.publish(since_then);

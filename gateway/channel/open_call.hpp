@@ -201,7 +201,7 @@ class OpenCall {
               Moment now);
   void take_answer(const Attempt& of, Response response, const std::string& detail,
                    ChannelOutput& out, Moment now);
-  void give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now);
+  void give_up(const Rule& rule, const Reason& why, ChannelOutput& out, Moment now);
   /// Opens the call in the journal although it was not dispatched.
   void append_unasked(ChannelOutput& out) const;
   void publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,

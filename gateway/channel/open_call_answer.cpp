@@ -82,7 +82,7 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
   const std::string why =
       fmt::format("{} declines it: {}", running->to.instance_name(), printable(reply.text));
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
-  enter(phase::Waiting{}, {fabric::Cause::instance_lost, why});
+  enter(phase::Waiting{}, {fabric::Cause::declined, why});
   out.news().declined = call_.id;
 }
 
@@ -212,21 +212,26 @@ void OpenCall::check_deadlines(ChannelOutput& out, Moment now) {
   auto* const held = std::get_if<phase::Held>(&phase_);
   if (held != nullptr && over(policy_.lost, held->lost_since, now)) {
     held->lost_since.reset();
-    give_up(*policy_.lost, "its instance is lost, and the call must not run twice", out, now);
+    give_up(*policy_.lost,
+            {fabric::Cause::held_too_long, "its instance is lost, and the call must not run twice"},
+            out, now);
   } else if (!overdue_ && over(policy_.deadline, since_, now)) {
     overdue_ = true;
     give_up(*policy_.deadline,
-            fmt::format("no response within {}", seconds(policy_.deadline->after)), out, now);
+            {fabric::Cause::deadline,
+             fmt::format("no response within {}", seconds(policy_.deadline->after))},
+            out, now);
   }
 }
 
-void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now) {
+void OpenCall::give_up(const Rule& rule, const Reason& why, ChannelOutput& out, Moment now) {
   if (rule.response_state != 0) {
-    answer_locally({Response::in_words("millrace: " + why, rule.response_state), "the gateway"},
-                   out, now);
+    answer_locally(
+        {Response::in_words("millrace: " + why.text, rule.response_state), "the gateway"}, out,
+        now);
     return;
   }
-  reason_ = {fabric::Cause::deadline, fmt::format("{}; the NC program goes on waiting", why)};
+  reason_ = {why.cause, fmt::format("{}; the NC program goes on waiting", why.text)};
   publish_event(fabric::EventKind::late, reason_.text, out, now);
   out.log(Level::warn, fmt::format("{}: {}", name(), reason_.text));
 }

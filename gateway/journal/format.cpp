@@ -136,7 +136,7 @@ BlockedEntry get(const pb::Standing& in) {
           .call = get(in.call()),
           .uuid = in.uuid(),
           .since = fabric::Time(std::chrono::nanoseconds(in.since())),
-          .reason = {in.cause() <= static_cast<std::uint32_t>(fabric::Cause::controller)
+          .reason = {in.cause() <= static_cast<std::uint32_t>(fabric::Cause::held_too_long)
                          ? static_cast<fabric::Cause>(in.cause())
                          : fabric::Cause::none,
                      in.reason()}};

@@ -236,10 +236,21 @@ Outcome Call::outcome() const {
   if (over->instance == fabric::InstanceId{}) {
     return Outcome::settled;
   }
-  const bool failed = over->attempt > 0 && std::ranges::any_of(steps, [&](const Step& step) {
-                        return step.attempt == over->attempt && step.failure;
+  const std::uint32_t attempt = attempt_of(*over);
+  const bool failed = attempt > 0 && std::ranges::any_of(steps, [&](const Step& step) {
+                        return step.failure && attempt_of(step) == attempt;
                       });
   return failed ? Outcome::failed : Outcome::answered;
+}
+
+std::uint32_t Call::attempt_of(const Step& step) const {
+  std::uint32_t attempt = step.attempt;
+  for (const Step& given : steps) {
+    if (step.attempt == 0 && given.stage == Stage::dispatched && given.instance == step.instance) {
+      attempt = std::max(attempt, given.attempt);
+    }
+  }
+  return attempt;
 }
 
 std::optional<std::chrono::nanoseconds> Call::duration() const {
@@ -297,7 +308,7 @@ bool is_complete(const Call& call) {
   const Step* const end = call.end();
   return end != nullptr && (end->stage == Stage::withdrawn ||
                             (call.of_attempt(Stage::answered, end->attempt) != nullptr &&
-                             call.of_attempt(Stage::dispatched, end->attempt) != nullptr));
+                             call.of_attempt(Stage::dispatched, call.attempt_of(*end)) != nullptr));
 }
 
 }  // namespace

@@ -104,6 +104,8 @@ struct Call {
   /// The newest step of the gateway that concerns an attempt; nullptr if it is not dispatched.
   [[nodiscard]] const Step* newest() const;
   [[nodiscard]] Outcome outcome() const;
+  /// The newest that its instance was given, if its service does not count attempts (0).
+  [[nodiscard]] std::uint32_t attempt_of(const Step& step) const;
   /// From seen to its end; none unless both are known.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> duration() const;
 

@@ -22,7 +22,7 @@ HopTimes hops_of(const Call& call) {
     return to->at - from->at;
   };
   const Step* const seen = call.first(Stage::seen);
-  const Step* const dispatched = call.of_attempt(Stage::dispatched, written->attempt);
+  const Step* const dispatched = call.of_attempt(Stage::dispatched, call.attempt_of(*written));
   const Step* const received = call.of_attempt(Stage::received, written->attempt);
   const Step* const started = call.of_attempt(Stage::started, written->attempt);
   const Step* const answered = call.of_attempt(Stage::answered, written->attempt);

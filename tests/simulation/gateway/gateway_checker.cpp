@@ -78,6 +78,7 @@ void GatewayChecker::on_tell(const Key& key, const fabric::Event& event, bool in
       refusal_told_ = event.call;
     }
   }
+  history_.add(EventPublished{number_, event});
 }
 
 void GatewayChecker::expect_confirmed(bool confirmed, const fabric::CallId& call,
@@ -140,7 +141,7 @@ void GatewayChecker::on_record(const gateway::JournalEntry& entry, const gateway
     Current& current = current_.at(keys_.at(answer->call));
     current.answer = answer->answer;
     current.written.reset();
-    history_.add(Answered{number_, answer->call});
+    history_.add(Answered{number_, answer->call, answer->answer});
     answered(current);
     given_.erase(answer->call);
   } else if (const auto* ended = std::get_if<gateway::EndedEntry>(&entry)) {

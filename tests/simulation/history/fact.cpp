@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::tests::simulation {
@@ -122,6 +123,11 @@ struct Words {
   std::string operator()(const ReplyReceived& one) const {
     return fmt::format("{}  gateway {} takes {}{}", one.reply.key.to_string(), one.gateway,
                        text_of(one.reply), one.refusal_told ? " and refuses it" : "");
+  }
+  std::string operator()(const EventPublished& one) const {
+    return fmt::format("{}  gateway {} publishes {} of {}, attempt {}", one.event.key.to_string(),
+                       one.gateway, fabric::name_of(one.event.kind), one.event.call.to_string(),
+                       one.event.attempt);
   }
   std::string operator()(const Retried& one) const {
     return fmt::format("operator: retry {}", one.call.to_string());

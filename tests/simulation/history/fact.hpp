@@ -76,6 +76,7 @@ struct WriteAsked {
 struct Answered {
   GatewayNumber gateway = 0;
   fabric::CallId call;
+  gateway::Answer answer;
 };
 /// The write takes effect; with the state of the channel after it.
 struct WriteDone {
@@ -176,6 +177,11 @@ struct ReplyReceived {
   /// The gateway reports that it refuses the answer.
   bool refusal_told = false;
 };
+/// A gateway publishes an event.
+struct EventPublished {
+  GatewayNumber gateway = 0;
+  fabric::Event event;
+};
 /// An operator dispatches the call again.
 struct Retried {
   fabric::CallId call;
@@ -243,9 +249,9 @@ struct Note {
 using Fact =
     std::variant<ProgramAsked, ProgramMoved, KernelClears, ResponseEmptied, ProgramReleased,
                  SnapshotRead, WriteAsked, Answered, WriteDone, Claimed, Dispatched, Ended, Resumed,
-                 Heard, Refused, Started, Finished, Cancelled, Replied, ReplyReceived, Retried,
-                 JournalLost, QueuePlanned, MessageWritten, MessagesGone, MessagesRead,
-                 OutcomeUnknown, MessageJournalled, MessageEnded, Note>;
+                 Heard, Refused, Started, Finished, Cancelled, Replied, ReplyReceived,
+                 EventPublished, Retried, JournalLost, QueuePlanned, MessageWritten, MessagesGone,
+                 MessagesRead, OutcomeUnknown, MessageJournalled, MessageEnded, Note>;
 
 /// The channel of a fact. Each gateway has its own channel for a message queue: "m0.q@1/1".
 Key key_at(const Key& key, GatewayNumber gateway);

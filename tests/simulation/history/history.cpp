@@ -7,6 +7,7 @@
 #include "tests/simulation/history/answer_check.hpp"
 #include "tests/simulation/history/dispatch_check.hpp"
 #include "tests/simulation/history/execution_check.hpp"
+#include "tests/simulation/history/outcome_check.hpp"
 #include "tests/simulation/history/queue_check.hpp"
 #include "tests/simulation/history/reply_check.hpp"
 
@@ -34,6 +35,7 @@ History::History(Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::mov
   checks_.push_back(std::make_unique<ExecutionCheck>());
   checks_.push_back(std::make_unique<ReplyCheck>());
   checks_.push_back(std::make_unique<QueueCheck>());
+  checks_.push_back(std::make_unique<OutcomeCheck>());
 }
 
 void History::add(const Fact& fact) {

@@ -248,6 +248,15 @@ TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotReportedLate) 
   EXPECT_EQ(sut().status().late, 0U);
 }
 
+TEST_F(ChannelAnswer, ThatDeclinesTheCallIsTheCauseThatItWaits) {
+  fixture.dispatched_call();
+  auto declined = fixture.reply("no room", 0);
+  declined.kind = fabric::ReplyKind::declined;
+  reply(declined);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
+  EXPECT_EQ(sut().status().cause, fabric::Cause::declined);
+}
+
 // A regression: it ran twice, because the second attempt was taken away from an instance that had
 // begun it.
 TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {

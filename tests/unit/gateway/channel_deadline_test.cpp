@@ -81,6 +81,19 @@ TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
 }
 
+TEST_F(ChannelDeadline, OfABlockedCallHasItsOwnCause) {
+  fixture.policy.lost = Rule{2s, 0};
+  fixture.delivery = fabric::Delivery::at_most_once;
+  fixture.dispatched_call();
+  sut().suspend({fabric::Cause::instance_lost, "lost"}, true, fixture.now);
+  fixture.settle();
+  EXPECT_EQ(sut().status().cause, fabric::Cause::instance_lost);
+  fixture.wait(3s);
+  EXPECT_THAT(fixture.writes, IsEmpty());
+  EXPECT_EQ(sut().status().cause, fabric::Cause::held_too_long);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+}
+
 TEST_F(ChannelDeadline, WithACallThatWasNeverDispatchedIsJournaledToo) {
   fixture.policy.deadline = Rule{1s, 902};
   fixture.link_up();

@@ -306,6 +306,30 @@ TEST_F(CoreCallsTest, KeepsTimeAndReasonOfABlockedCallOverARestart) {
   EXPECT_EQ(shown.back().status.reason, before.reason);
 }
 
+TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
+  Policies policies;
+  policies.everywhere.lost = Rule{4s, 0};
+  start(policies);
+  link_up();
+  auto once = instance(1);
+  once.name = "marker";
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  confirm(request(1));
+  sut->on_instance_gone(once.id, now);
+  std::vector<fabric::Cause> causes;
+  for (int second = 0; second < 8; ++second) {
+    now.steady += 1s;
+    const auto actions = sut->on_time(now);
+    for (const PublishStatus& shown : all<PublishStatus>(actions)) {
+      causes.push_back(shown.status.cause);
+      EXPECT_THAT(shown.status.reason, testing::HasSubstr("marker"));
+    }
+    confirm(actions);
+  }
+  EXPECT_THAT(causes, ElementsAre(fabric::Cause::instance_lost, fabric::Cause::held_too_long));
+}
+
 TEST_F(CoreCallsTest, KeepsTheTimeOfAnUnservedRequestOverARestart) {
   start();
   link_up();

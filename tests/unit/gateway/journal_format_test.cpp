@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/words.hpp"
 #include "gateway/journal/format.hpp"
 #include "gateway/journal/journal_state.hpp"
 
@@ -65,6 +66,20 @@ TEST(JournalFormat, ReadsEveryEntryBack) {
   const Contents sut = decode(file_of(one_of_each()));
   EXPECT_EQ(sut.entries, one_of_each());
   EXPECT_EQ(sut.damage, "");
+}
+
+TEST(JournalFormat, ReadsEachCauseBackAndOneOfANewerVersionAsNone) {
+  for (int number = 0;; ++number) {
+    const auto cause = static_cast<fabric::Cause>(number);
+    const BlockedEntry entry{
+        .key = {"cnc", 1}, .state = fabric::ChannelState::held, .reason = {cause, "why"}};
+    const auto sut = std::get<BlockedEntry>(decode(file_of({entry})).entries.at(0));
+    if (fabric::name_of(cause) == "unknown") {
+      EXPECT_EQ(sut.reason.cause, fabric::Cause::none);
+      break;
+    }
+    EXPECT_EQ(sut.reason.cause, cause);
+  }
 }
 
 TEST(JournalFormat, AcceptsAnEmptyFileAsANewJournal) {

@@ -11,6 +11,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/observer/entry.hpp"
 #include "fabric/words.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
@@ -205,8 +206,7 @@ int call(const CallOptions& options) {
   fabric::dds::Participant participant(options.fabric.options());
   const caller::Ended ended = OneCall(participant, order).run();
   show(options, order, ended);
-  const bool served = ended.reply && ended.reply->code != fabric::ServiceCode::failed &&
-                      ended.reply->code != fabric::ServiceCode::refused;
+  const bool served = ended.reply && !fabric::observer::is_failure(*ended.reply);
   return served ? program::exit_done : program::exit_failed;
 }
 

@@ -201,6 +201,15 @@ TEST(ACall, FailedIfTheServiceSaysSoInTheLastAttempt) {
   }
 }
 
+TEST(ACall, FailedAlsoIfTheServiceDoesNotCountAttempts) {
+  std::vector<Entry> entries = one_call(17, 0);
+  auto& reply = std::get<fabric::Reply>(entries[3].sample);
+  reply.code = fabric::ServiceCode::failed;
+  reply.attempt = 0;
+  event_of(entries[5]).attempt = 0;
+  EXPECT_EQ(call_of_all(entries).outcome(), Outcome::failed);
+}
+
 TEST(ACall, FailedIfItsLastAttemptWasLostOrRefusedOrHeld) {
   using fabric::EventKind;
   for (const EventKind kind : {EventKind::lost, EventKind::refused, EventKind::held}) {
