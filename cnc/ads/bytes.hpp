@@ -6,6 +6,7 @@
 //   if (!in.ok()) …                       // bytes were missing; all values read since are 0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -16,6 +17,13 @@ namespace millrace::cnc::ads {
 
 using Bytes = std::vector<std::uint8_t>;
 using BytesView = std::span<const std::uint8_t>;
+
+/// The text up to the first NUL or the end.
+inline std::string_view text_in(BytesView bytes) {
+  const auto end = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
+  return {reinterpret_cast<const char*>(bytes.data()),
+          static_cast<std::size_t>(end - bytes.begin())};
+}
 
 /// Reads from the front. A read beyond the end yields zero or an empty view and makes ok() false
 /// permanently.

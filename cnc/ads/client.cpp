@@ -12,6 +12,7 @@
 #include "cnc/ads/secure_handshake.hpp"
 #include "cnc/ads/stream.hpp"
 #include "cnc/ads/subscriptions.hpp"
+#include "cnc/ads/sum_codec.hpp"
 #include "cnc/ads/symbols.hpp"
 
 namespace millrace::cnc::ads {
@@ -80,6 +81,20 @@ class Flag {
  private:
   bool& flag_;
 };
+
+// A sum that deletes notifications; its response has a code for each.
+ReadWriteRequest deletion_of(const std::vector<std::uint32_t>& handles, const Bytes& numbers) {
+  const auto count = static_cast<std::uint32_t>(handles.size());
+  return {{sum::delete_notifications, count}, count * 4, numbers};
+}
+
+Bytes numbers_of(const std::vector<std::uint32_t>& handles) {
+  ByteWriter out;
+  for (const std::uint32_t handle : handles) {
+    out.u32(handle);
+  }
+  return out.take();
+}
 
 }  // namespace
 
@@ -176,9 +191,7 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
   const auto closed = self->closed;
   auto answers = co_await add_in_a_sum(self, port, wanted);
   self->sums = answers.has_value();
-  const bool no_sums =
-      !answers && (is_refusal(answers.error()) || answers.error() == ErrorCode::protocol_error);
-  if (no_sums) {
+  if (!answers && refuses_sums(answers.error())) {
     answers = co_await add_singly(self, port, wanted);
   }
   Handles handles;
@@ -234,15 +247,11 @@ asio::awaitable<void> Client::Impl::unsubscribe(Self self, std::uint16_t port, H
 
 asio::awaitable<void> Client::Impl::delete_notifications(Self self, std::uint16_t port,
                                                          Handles handles) {
-  const auto count = static_cast<std::uint32_t>(handles.size());
-  const std::uint32_t length = count * sizeof(std::uint32_t);
-  ByteWriter numbers;
-  for (const std::uint32_t handle : handles) {
-    numbers.u32(handle);
-  }
-  const Bytes items = numbers.take();
-  Bytes payload = encode(ReadWriteRequest{{sum::delete_notifications, count}, length, items});
-  const auto together = co_await fetch(self, port, Command::read_write, std::move(payload), length);
+  const Bytes numbers = numbers_of(handles);
+  const ReadWriteRequest deletion = deletion_of(handles, numbers);
+  Bytes payload = encode(deletion);
+  const auto together =
+      co_await fetch(self, port, Command::read_write, std::move(payload), deletion.read_length);
   if (together || !is_refusal(together.error())) {
     co_return;
   }
@@ -258,28 +267,14 @@ asio::awaitable<void> Client::Impl::delete_notifications(Self self, std::uint16_
 }
 
 void Client::Impl::leave(const Resources& belongings) {
-  const auto count = [](const Handles& handles) {
-    return static_cast<std::uint32_t>(handles.size());
-  };
-  const auto in = [](const Handles& handles) {
-    ByteWriter out;
-    for (const std::uint32_t handle : handles) {
-      out.u32(handle);
-    }
-    return out.take();
-  };
   std::vector<Requester::LastRequest> farewells;
   const auto add = [&](Command command, Bytes payload) {
     farewells.push_back({belongings.port, command, std::move(payload)});
   };
-  constexpr std::uint32_t size = sizeof(std::uint32_t);
   // While the connection is down there is no peer to return the handles to.
   if (up && sums) {
-    const Bytes notifications = in(belongings.notifications);
-    add(Command::read_write,
-        encode(ReadWriteRequest{{sum::delete_notifications, count(belongings.notifications)},
-                                count(belongings.notifications) * size,
-                                notifications}));
+    const Bytes numbers = numbers_of(belongings.notifications);
+    add(Command::read_write, encode(deletion_of(belongings.notifications, numbers)));
   } else if (up) {
     for (const std::uint32_t handle : belongings.notifications) {
       add(Command::delete_notification, encode(DeleteNotificationRequest{handle}));
@@ -287,7 +282,7 @@ void Client::Impl::leave(const Resources& belongings) {
   }
   // One by one: a controller that grants notifications in a sum may know no other sums.
   for (std::size_t i = 0; up && i < belongings.symbols.size(); ++i) {
-    const Bytes data = in({belongings.symbols[i]});
+    const Bytes data = numbers_of({belongings.symbols[i]});
     add(Command::write, encode(WriteRequest{{symbol::release_handle, 0}, data}));
   }
   ++closed;

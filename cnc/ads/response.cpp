@@ -1,6 +1,6 @@
 #include "cnc/ads/response.hpp"
 
-#include <algorithm>
+#include <utility>
 
 namespace millrace::cnc::ads {
 namespace {
@@ -31,6 +31,21 @@ Result<ByteReader> open(BytesView payload) {
     return tl::make_unexpected(code);
   }
   return in;
+}
+
+// What `decode` reads behind the result; protocol_error if bytes are missing.
+template <typename Decode>
+auto decode_rest(BytesView payload, Decode decode)
+    -> Result<decltype(decode(std::declval<ByteReader&>()))> {
+  auto in = open(payload);
+  if (!in) {
+    return tl::make_unexpected(in.error());
+  }
+  auto decoded = decode(*in);
+  if (!in->ok()) {
+    return protocol_error();
+  }
+  return decoded;
 }
 
 }  // namespace
@@ -77,20 +92,14 @@ Bytes encode_info(const Result<DeviceInfo>& info) {
 }
 
 Result<DeviceInfo> decode_info(BytesView payload) {
-  auto in = open(payload);
-  if (!in) {
-    return tl::make_unexpected(in.error());
-  }
-  DeviceInfo info;
-  info.major = in->u8();
-  info.minor = in->u8();
-  info.build = in->u16();
-  const auto name = in->take(info_name_size);
-  if (!in->ok()) {
-    return protocol_error();
-  }
-  info.name.assign(name.begin(), std::ranges::find(name, 0));
-  return info;
+  return decode_rest(payload, [](ByteReader& in) {
+    DeviceInfo info;
+    info.major = in.u8();
+    info.minor = in.u8();
+    info.build = in.u16();
+    info.name = text_in(in.take(info_name_size));
+    return info;
+  });
 }
 
 Bytes encode_state(const Result<DeviceState>& state) {
@@ -102,17 +111,12 @@ Bytes encode_state(const Result<DeviceState>& state) {
 }
 
 Result<DeviceState> decode_state(BytesView payload) {
-  auto in = open(payload);
-  if (!in) {
-    return tl::make_unexpected(in.error());
-  }
-  DeviceState state;
-  state.ads = in->u16();
-  state.device = in->u16();
-  if (!in->ok()) {
-    return protocol_error();
-  }
-  return state;
+  return decode_rest(payload, [](ByteReader& in) {
+    DeviceState state;
+    state.ads = in.u16();
+    state.device = in.u16();
+    return state;
+  });
 }
 
 Bytes encode_handle(const Result<std::uint32_t>& handle) {
@@ -124,15 +128,7 @@ Bytes encode_handle(const Result<std::uint32_t>& handle) {
 }
 
 Result<std::uint32_t> decode_handle(BytesView payload) {
-  auto in = open(payload);
-  if (!in) {
-    return tl::make_unexpected(in.error());
-  }
-  const auto handle = in->u32();
-  if (!in->ok()) {
-    return protocol_error();
-  }
-  return handle;
+  return decode_rest(payload, [](ByteReader& in) { return in.u32(); });
 }
 
 Bytes encode_notification(const std::vector<Stamp>& stamps) {

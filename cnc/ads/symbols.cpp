@@ -13,12 +13,6 @@ std::uint16_t length_of(const std::string& text) {
   return static_cast<std::uint16_t>(text.size());
 }
 
-// The trailing NUL of a name is optional.
-std::string_view name_in(BytesView data) {
-  const auto end = std::ranges::find(data, 0) - data.begin();
-  return {reinterpret_cast<const char*>(data.data()), static_cast<std::size_t>(end)};
-}
-
 Bytes encode_handle(std::uint32_t handle, const Symbol& symbol, std::uint32_t room) {
   ByteWriter out;
   out.u32(handle);
@@ -95,14 +89,14 @@ Result<Bytes> Symbols::read_write(std::uint16_t port, Index index, std::uint32_t
                                   BytesView data) {
   if (index.group == symbol::type_by_name) {
     const Structures structures = structures_of(port);
-    const auto type = data_type(name_in(data), structures);
+    const auto type = data_type(text_in(data), structures);
     return type ? within(read_length, encode(*type, structures))
                 : tl::make_unexpected(ErrorCode::symbol_not_found);
   }
   if (!is_by_name(index.group)) {
     return inner().read_write(port, index, read_length, data);
   }
-  const auto found = directory_.find(port, name_in(data));
+  const auto found = directory_.find(port, text_in(data));
   if (!found) {
     return tl::make_unexpected(ErrorCode::symbol_not_found);
   }

@@ -19,187 +19,111 @@ std::chrono::duration<double> rapid_time(const ChannelOptions& options) {
 
 }  // namespace
 
-struct Channel::State {
-  State(ChannelOptions given, std::shared_ptr<Timers> shared)
-      : options(std::move(given)),
-        timers(shared ? std::move(shared) : std::make_shared<Timers>()),
-        motion({options.axes, options.limits, options.rapid_feed, options.time_scale,
-                options.optional_stop}),
-        queue(options.queue, options.withhold_last_motion),
-        messages(options.messages_read_at_once),
-        interpolator(options.axes.size(), rapid_time(options), messages, *timers),
-        system(options.axes, motion, interpolator, *timers),
-        decoder({memory, macros, motion, queue, interpolator, messages, *timers, stream, system},
-                options.stream_program, options.flush_continue_waits,
-                std::chrono::duration_cast<std::chrono::nanoseconds>(options.cycle *
-                                                                     options.time_scale)) {}
-
-  /// Why no program can start now.
-  std::string refusal() const;
-  AbortedEvent abort(Fault fault, const Place& place);
-  void stop();
-  bool step(const run::Tick& tick, std::size_t& budget);
-
-  ChannelOptions options;
-  std::shared_ptr<Timers> timers;
-  run::Memory memory;
-  run::Macros macros;
-  run::MotionState motion;
-  run::Queue queue;
-  run::MessageBox messages;
-  run::Stream stream;
-  run::Interpolator interpolator;
-  run::SystemVariables system;
-  run::Decoder decoder;
-  std::optional<long> search;
-  ChannelState state = ChannelState::idle;
-};
-
 Channel::Channel(ChannelOptions options, std::shared_ptr<Timers> timers)
-    : state_(std::make_unique<State>(std::move(options), std::move(timers))) {}
-Channel::~Channel() = default;
-Channel::Channel(Channel&&) noexcept = default;
-Channel& Channel::operator=(Channel&&) noexcept = default;
+    : options_(std::move(options)),
+      timers_(timers ? std::move(timers) : std::make_shared<Timers>()),
+      motion_({options_.axes, options_.limits, options_.rapid_feed, options_.time_scale,
+               options_.optional_stop}),
+      queue_(options_.queue, options_.withhold_last_motion),
+      messages_(options_.messages_read_at_once),
+      interpolator_(options_.axes.size(), rapid_time(options_), messages_, *timers_),
+      system_(options_.axes, motion_, interpolator_, *timers_),
+      decoder_(
+          {memory_, macros_, motion_, queue_, interpolator_, messages_, *timers_, stream_, system_},
+          options_.stream_program, options_.flush_continue_waits,
+          std::chrono::duration_cast<std::chrono::nanoseconds>(options_.cycle *
+                                                               options_.time_scale)) {}
 
 tl::expected<void, std::vector<Diagnostic>> Channel::start(const std::string& file,
                                                            const std::string& text) {
-  if (state_->state != ChannelState::idle) {
-    return tl::make_unexpected(std::vector<Diagnostic>{{{file, 0, 0, 0}, 0, state_->refusal()}});
+  if (state_ != ChannelState::idle) {
+    return tl::make_unexpected(std::vector<Diagnostic>{{{file, 0, 0, 0}, 0, refusal()}});
   }
-  const bool streamed = !file.empty() && file == state_->options.stream_program;
+  const bool streamed = !file.empty() && file == options_.stream_program;
   auto program = syntax::parse_program(file, streamed ? "" : text);
   if (!program) {
     return tl::make_unexpected(std::move(program.error()));
   }
-  state_->memory.start_program();
-  state_->motion.reset(state_->interpolator.position());
-  state_->interpolator.start_program();
+  memory_.start_program();
+  motion_.reset(interpolator_.position());
+  interpolator_.start_program();
   if (streamed) {
-    state_->decoder.start_stream({state_->options.skipped_levels, state_->search});
+    decoder_.start_stream({options_.skipped_levels, search_});
   } else {
-    state_->decoder.start(std::make_shared<const syntax::Program>(std::move(*program)),
-                          {state_->options.skipped_levels, state_->search});
+    decoder_.start(std::make_shared<const syntax::Program>(std::move(*program)),
+                   {options_.skipped_levels, search_});
   }
-  state_->state = ChannelState::active;
+  state_ = ChannelState::active;
   return {};
 }
 
-std::string Channel::State::refusal() const {
-  if (state != ChannelState::error) {
+std::string Channel::refusal() const {
+  if (state_ != ChannelState::error) {
     return "a program is running; wait for its end or reset the channel";
   }
-  return decoder.restart_needed() ? "the channel is in a fatal error; restart the controller"
-                                  : "the channel is in error; reset it before the next start";
+  return decoder_.restart_needed() ? "the channel is in a fatal error; restart the controller"
+                                   : "the channel is in error; reset it before the next start";
 }
 
-void Channel::State::stop() {
-  decoder.stop();
-  queue.clear();
-  interpolator.reset();
-  messages.reset();
+void Channel::stop() {
+  decoder_.stop();
+  queue_.clear();
+  interpolator_.reset();
+  messages_.reset();
 }
 
-AbortedEvent Channel::State::abort(Fault fault, const Place& place) {
-  AbortedEvent aborted{{place, fault.id, std::move(fault.text)}, decoder.restart_needed()};
+AbortedEvent Channel::abort(Fault fault, const Place& place) {
+  AbortedEvent aborted{{place, fault.id, std::move(fault.text)}, decoder_.restart_needed()};
   stop();
-  state = ChannelState::error;
+  state_ = ChannelState::error;
   return aborted;
 }
 
 std::optional<AbortedEvent> Channel::abort(Fault fault) {
-  return active() ? std::optional(state_->abort(std::move(fault), decoder_place())) : std::nullopt;
+  return active() ? std::optional(abort(std::move(fault), decoder_place())) : std::nullopt;
 }
 
 void Channel::reset() {
-  state_->stop();
-  state_->stream.clear();
-  if (!state_->decoder.restart_needed()) {
-    state_->state = ChannelState::idle;
+  stop();
+  stream_.clear();
+  if (!decoder_.restart_needed()) {
+    state_ = ChannelState::idle;
   }
 }
 
 void Channel::resume() {
-  if (state_->state == ChannelState::held) {
-    state_->interpolator.resume();
-    state_->state = ChannelState::active;
+  if (state_ == ChannelState::held) {
+    interpolator_.resume();
+    state_ = ChannelState::active;
   }
-}
-
-void Channel::set_feed_override(double factor) {
-  state_->interpolator.set_feed_override(factor);
-}
-
-double Channel::feed_override() const {
-  return state_->interpolator.feed_override();
-}
-
-void Channel::set_single_step(SingleStep step) {
-  state_->interpolator.set_single_step(step);
-}
-
-SingleStep Channel::single_step() const {
-  return state_->interpolator.single_step();
-}
-
-void Channel::set_block_search(std::optional<long> block) {
-  state_->search = block;
-}
-
-bool Channel::searching() const {
-  return state_->decoder.searching();
 }
 
 void Channel::set_optional_stop(bool on) {
-  state_->options.optional_stop = on;
-  state_->motion.set_optional_stop(on);
+  options_.optional_stop = on;
+  motion_.set_optional_stop(on);
 }
 
-bool Channel::optional_stop() const {
-  return state_->options.optional_stop;
-}
-
-void Channel::set_skipped_levels(std::uint16_t levels) {
-  state_->options.skipped_levels = levels;
-}
-
-std::uint16_t Channel::skipped_levels() const {
-  return state_->options.skipped_levels;
-}
-
-tl::expected<void, Fault> Channel::stream(std::string packet) {
-  return state_->stream.write(std::move(packet));
-}
-
-void Channel::read_messages(std::uint64_t number) {
-  state_->messages.read(number);
-}
-
-void Channel::acknowledge(std::uint64_t number) {
-  state_->messages.acknowledge(number);
-}
-
-// Runs both stages once; true if another round could make progress at this time.
-bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
-  const bool moved = interpolator.advance(tick, queue);
-  if (auto failed = interpolator.take_fault()) {
-    tick.emit(abort(std::move(*failed), interpolator.place()));
+bool Channel::step(const run::Tick& tick, std::size_t& budget) {
+  const bool moved = interpolator_.advance(tick, queue_);
+  if (auto failed = interpolator_.take_fault()) {
+    tick.emit(abort(std::move(*failed), interpolator_.place()));
     return false;
   }
-  if (interpolator.finished()) {
+  if (interpolator_.finished()) {
     stop();
-    state = ChannelState::idle;
+    state_ = ChannelState::idle;
     tick.emit(FinishedEvent{});
     return false;
   }
-  state = interpolator.held() ? ChannelState::held : ChannelState::active;
-  auto left = decoder.run(budget, tick);
-  if (!left) {
-    tick.emit(abort(std::move(left.error()), decoder.place()));
+  state_ = interpolator_.held() ? ChannelState::held : ChannelState::active;
+  const std::size_t before = budget;
+  try {
+    budget = decoder_.run(budget, tick);
+  } catch (values::Aborted& aborted) {
+    tick.emit(abort(std::move(aborted.fault), decoder_.place()));
     return false;
   }
-  const bool decoded = *left != budget;
-  budget = *left;
-  return budget > 0 && (moved || decoded);
+  return budget > 0 && (moved || budget != before);
 }
 
 std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& environment,
@@ -212,49 +136,21 @@ std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& envi
     events.push_back(std::move(event));
   };
   const run::Tick tick{now, environment, emit};
-  std::size_t budget = std::min(state_->options.decoder_budget, operations);
-  while (state_->step(tick, budget)) {
+  std::size_t budget = std::min(options_.decoder_budget, operations);
+  while (step(tick, budget)) {
   }
   return events;
 }
 
-const ChannelOptions& Channel::options() const {
-  return state_->options;
-}
-
-ChannelState Channel::state() const {
-  return state_->state;
-}
-
-bool Channel::active() const {
-  return state_->state == ChannelState::active || state_->state == ChannelState::held;
-}
-
 std::vector<AxisPosition> Channel::axes() const {
   std::vector<AxisPosition> axes;
-  const std::vector<double>& position = state_->interpolator.position();
-  const std::vector<double>& target = state_->interpolator.target();
-  const std::vector<double> velocities = state_->interpolator.velocities();
+  const std::vector<double>& position = interpolator_.position();
+  const std::vector<double>& target = interpolator_.target();
+  const std::vector<double> velocities = interpolator_.velocities();
   for (std::size_t axis = 0; axis < position.size(); ++axis) {
-    axes.push_back({state_->options.axes[axis], position[axis], target[axis], velocities[axis]});
+    axes.push_back({options_.axes[axis], position[axis], target[axis], velocities[axis]});
   }
   return axes;
-}
-
-MotionStatus Channel::motion() const {
-  return state_->interpolator.status();
-}
-
-long Channel::block_number() const {
-  return state_->interpolator.place().block;
-}
-
-Place Channel::decoder_place() const {
-  return state_->decoder.place();
-}
-
-VariableDirectory& Channel::variables() {
-  return state_->memory;
 }
 
 std::vector<Diagnostic> check(const std::string& file, const std::string& text) {

@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tl/expected.hpp>
@@ -25,6 +26,7 @@
 #include "cnc/nc/environment.hpp"
 #include "cnc/nc/event.hpp"
 #include "cnc/nc/motion.hpp"
+#include "cnc/nc/run/decoder.hpp"
 #include "cnc/nc/timers.hpp"
 #include "cnc/nc/variable_directory.hpp"
 
@@ -83,9 +85,9 @@ class Channel {
  public:
   /// Channels of one controller share their timers; without `timers` the channel has its own.
   explicit Channel(ChannelOptions options = {}, std::shared_ptr<Timers> timers = nullptr);
-  ~Channel();
-  Channel(Channel&&) noexcept;
-  Channel& operator=(Channel&&) noexcept;
+  ~Channel() = default;
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
 
   /// Parses and starts a main program, or returns all its mistakes. Fails unless the channel is
   /// idle.
@@ -101,53 +103,72 @@ class Channel {
   void resume();
   /// Factor on the feed of all motions, including rapid ones (our choice); 1 is 100 %, 0 stops
   /// them.
-  void set_feed_override(double factor);
-  [[nodiscard]] double feed_override() const;
-  void set_single_step(SingleStep step);
-  [[nodiscard]] SingleStep single_step() const;
+  void set_feed_override(double factor) { interpolator_.set_feed_override(factor); }
+  [[nodiscard]] double feed_override() const { return interpolator_.feed_override(); }
+  void set_single_step(SingleStep step) { interpolator_.set_single_step(step); }
+  [[nodiscard]] SingleStep single_step() const { return interpolator_.single_step(); }
   /// Block search from the next start on. The decoder works as usual, but before the first block
   /// with this number there is no motion, no M function and no #MSG SYN. Then the axes move to its
   /// start by rapid motion (our choice). #FLUSH WAIT before it is fault 50748
   /// (IB/tf5200_programming_manual/207042443, documented).
-  void set_block_search(std::optional<long> block);
-  [[nodiscard]] bool searching() const;
+  void set_block_search(std::optional<long> block) { search_ = block; }
+  [[nodiscard]] bool searching() const { return decoder_.searching(); }
   /// As in the options: M01 from the next block on, the skipped levels from the next start on.
   void set_optional_stop(bool on);
-  [[nodiscard]] bool optional_stop() const;
-  void set_skipped_levels(std::uint16_t levels);
-  [[nodiscard]] std::uint16_t skipped_levels() const;
+  [[nodiscard]] bool optional_stop() const { return options_.optional_stop; }
+  void set_skipped_levels(std::uint16_t levels) { options_.skipped_levels = levels; }
+  [[nodiscard]] std::uint16_t skipped_levels() const { return options_.skipped_levels; }
   /// Adds a packet of whole blocks, each ended by CR and LF, to the input of the streaming program.
   /// $ statements that belong together must be in one packet (our choice). Fault 11012 if the
   /// stream is full.
-  tl::expected<void, Fault> stream(std::string packet);
+  tl::expected<void, Fault> stream(std::string packet) { return stream_.write(std::move(packet)); }
   /// The receiver has read the messages up to this number (MessageEvent::number).
-  void read_messages(std::uint64_t number);
+  void read_messages(std::uint64_t number) { messages_.read(number); }
   /// The operator acknowledges a message; this also marks it as read.
-  void acknowledge(std::uint64_t number);
+  void acknowledge(std::uint64_t number) { messages_.acknowledge(number); }
 
   /// Advances decoder and interpolator to `now` (any monotonic origin). The decoder executes at
   /// most `operations`, and never more than the options allow.
   std::vector<Event> tick(std::chrono::nanoseconds now, Environment& environment,
                           std::size_t operations = std::numeric_limits<std::size_t>::max());
 
-  [[nodiscard]] const ChannelOptions& options() const;
-  [[nodiscard]] ChannelState state() const;
+  [[nodiscard]] const ChannelOptions& options() const { return options_; }
+  [[nodiscard]] ChannelState state() const { return state_; }
   /// A program runs or is on hold.
-  [[nodiscard]] bool active() const;
+  [[nodiscard]] bool active() const {
+    return state_ == ChannelState::active || state_ == ChannelState::held;
+  }
   /// Positions of the axes in the interpolator, also during a motion.
   [[nodiscard]] std::vector<AxisPosition> axes() const;
   /// The current state of the interpolator.
-  [[nodiscard]] MotionStatus motion() const;
+  [[nodiscard]] MotionStatus motion() const { return interpolator_.status(); }
   /// N number of the block in the interpolator (0 = none), and place of the block in the decoder.
-  [[nodiscard]] long block_number() const;
-  [[nodiscard]] Place decoder_place() const;
+  [[nodiscard]] long block_number() const { return interpolator_.place().block; }
+  [[nodiscard]] Place decoder_place() const { return decoder_.place(); }
   /// The variables P, V.P, V.L, V.S and V.CYC; valid as long as the channel.
-  [[nodiscard]] VariableDirectory& variables();
-  [[nodiscard]] const VariableDirectory& variables() const;
+  [[nodiscard]] VariableDirectory& variables() { return memory_; }
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  /// Why no program can start now.
+  [[nodiscard]] std::string refusal() const;
+  AbortedEvent abort(Fault fault, const Place& place);
+  void stop();
+  /// Runs both stages once; true if another round could make progress at this time.
+  bool step(const run::Tick& tick, std::size_t& budget);
+
+  ChannelOptions options_;
+  std::shared_ptr<Timers> timers_;
+  run::Memory memory_;
+  run::Macros macros_;
+  run::MotionState motion_;
+  run::Queue queue_;
+  run::MessageBox messages_;
+  run::Stream stream_;
+  run::Interpolator interpolator_;
+  run::SystemVariables system_;
+  run::Decoder decoder_;
+  std::optional<long> search_;
+  ChannelState state_ = ChannelState::idle;
 };
 
 /// Parses a program without running it, and returns every mistake.

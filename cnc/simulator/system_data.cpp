@@ -1,12 +1,13 @@
 #include "cnc/simulator/system_data.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
 #include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -31,13 +32,10 @@ std::optional<Parts> parts_of(std::string_view text) {
   text.remove_prefix(end);
   if (text.starts_with('[')) {
     const std::size_t close = std::min(text.find(']'), text.size());
-    std::uint32_t index = 0;
-    const char* const last = text.data() + close;
-    const auto [at, error] = std::from_chars(text.data() + 1, last, index);
-    if (close == text.size() || error != std::errc() || at != last) {
+    parts.index = base::text::parse_number<std::uint32_t>(text.substr(1, close - 1));
+    if (close == text.size() || !parts.index) {
       return std::nullopt;
     }
-    parts.index = index;
     text.remove_prefix(close + 1);
   }
   if (text.starts_with('.')) {

@@ -26,13 +26,6 @@ ads::Bytes text_bytes(std::uint32_t size, std::string_view text) {
   return bytes;
 }
 
-/// The characters before the first NUL.
-std::string_view text_in(ads::BytesView bytes) {
-  const auto end = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
-  return {reinterpret_cast<const char*>(bytes.data()),
-          static_cast<std::size_t>(end - bytes.begin())};
-}
-
 /// The bytes of a number that fits its type.
 ads::Bytes number_bytes(Type type, double number) {
   if (type == Type::real64) {
@@ -102,7 +95,7 @@ nc::Value decode(ElementType element, ads::BytesView bytes) {
     case Type::string:
       break;
   }
-  return std::string(text_in(bytes));
+  return std::string(ads::text_in(bytes));
 }
 
 tl::expected<ads::Bytes, nc::Fault> encode(ElementType element, const nc::Value& value) {
@@ -115,7 +108,7 @@ tl::expected<ads::Bytes, nc::Fault> encode(ElementType element, const nc::Value&
 
 ads::Result<ads::Bytes> accept(ElementType element, ads::BytesView written) {
   if (element.type == Type::string) {
-    const std::string_view text = text_in(written);
+    const std::string_view text = ads::text_in(written);
     if (written.size() > element.size || text.size() >= element.size) {
       return tl::unexpected(ads::ErrorCode::invalid_size);
     }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <charconv>
 #include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -146,13 +147,11 @@ std::optional<VariableName> VariableName::parse(std::string_view text) {
     if (close == std::string_view::npos) {
       return std::nullopt;
     }
-    std::uint32_t index = 0;
-    const char* const last = rest.data() + close;
-    const auto [end, error] = std::from_chars(rest.data() + 1, last, index);
-    if (error != std::errc() || end != last) {
+    const auto index = base::text::parse_number<std::uint32_t>(rest.substr(1, close - 1));
+    if (!index) {
       return std::nullopt;
     }
-    name.indices.push_back(index);
+    name.indices.push_back(*index);
     rest.remove_prefix(close + 1);
   }
   const bool member = rest.empty() || (rest.starts_with('.') && rest.size() > 1 &&

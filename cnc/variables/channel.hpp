@@ -8,7 +8,8 @@
 // The functions and their streams: addresses.hpp and layout.hpp.
 #pragma once
 
-#include <string>
+#include <string_view>
+#include <vector>
 
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/sum_codec.hpp"
@@ -24,6 +25,15 @@ struct Location {
   std::uint32_t group = decoder_group;
 };
 
+/// The result of each read.
+using Answers = std::vector<ads::Result<Bytes>>;
+
+/// Reads all items of a port in one request. A controller without sums refuses the whole request
+/// (ads::refuses_sums()).
+boost::asio::awaitable<ads::Result<Answers>> read_together(
+    ads::Client& client, std::uint16_t port, std::vector<ads::SumItem> items,
+    ads::SumOf kind = ads::SumOf::read_writes);
+
 /// The client must outlive the pending requests of the channel. Errors are those of the controller
 /// and of the client (error.hpp).
 class Channel {
@@ -33,6 +43,7 @@ class Channel {
       : client_(client), port_(location.port), group_(location.group + number), number_(number) {}
 
   [[nodiscard]] std::uint32_t number() const { return number_; }
+  [[nodiscard]] std::uint16_t port() const { return port_; }
 
   /// Reads at most `length` bytes of the value.
   boost::asio::awaitable<ads::Result<Bytes>> read(std::string_view name, std::uint32_t length);
@@ -44,25 +55,10 @@ class Channel {
   /// Handles depend on the configuration of the controller. They become invalid at its restart, or
   /// earlier.
   boost::asio::awaitable<ads::Result<std::uint32_t>> handle(std::string_view name);
-  /// Newer controllers only.
-  boost::asio::awaitable<ads::Result<Description>> describe(std::string_view name);
-  /// The variable of a kind with this number, counted from 0, with its name.
-  boost::asio::awaitable<ads::Result<Description>> describe(const IndexStream& index);
-  /// The number of variables of a kind ("V.G", "V.E", "V.A", or "" for all).
-  boost::asio::awaitable<ads::Result<std::uint32_t>> count(std::string_view kind);
-
-  /// The old listing of an NC program's own variables, by the offsets of its two functions: their
-  /// number, and the name of one of them. The name of an array has its largest index.
-  boost::asio::awaitable<ads::Result<std::uint32_t>> old_count(std::uint32_t offset);
-  boost::asio::awaitable<ads::Result<std::string>> old_name(std::uint32_t offset,
-                                                            std::uint32_t index);
 
   /// The same reads as items of a sum.
   [[nodiscard]] ads::SumItem item(std::string_view name, std::uint32_t length) const;
   [[nodiscard]] ads::SumItem item(const ElementOf& element, std::uint32_t length) const;
-  /// Reads all items in one request. A controller without sums refuses the whole request.
-  boost::asio::awaitable<ads::Result<std::vector<ads::Result<Bytes>>>> read(
-      std::vector<ads::SumItem> items);
 
  private:
   [[nodiscard]] ads::Index at(std::uint32_t offset) const { return {group_, offset}; }

@@ -26,12 +26,6 @@ std::vector<std::uint32_t> read_list(ByteReader& in) {
   return values;
 }
 
-// The text up to the first NUL or the end.
-std::string_view text_of(BytesView bytes) {
-  const auto length = std::ranges::find(bytes, 0) - bytes.begin();
-  return {reinterpret_cast<const char*>(bytes.data()), static_cast<std::size_t>(length)};
-}
-
 }  // namespace
 
 Bytes encode(const Description& description, NameInDescription with_name) {
@@ -56,7 +50,7 @@ std::optional<Description> decode_description(BytesView stream) {
   if (!in.ok()) {
     return std::nullopt;
   }
-  description.name = text_of(in.rest());
+  description.name = ads::text_in(in.rest());
   return description;
 }
 
@@ -82,7 +76,7 @@ Bytes encode_name(std::string_view name, BytesView value) {
 }
 
 std::optional<NameStream> decode_name(BytesView stream) {
-  const auto name = text_of(stream);
+  const auto name = ads::text_in(stream);
   if (name.empty() || name.size() >= max_name) {
     return std::nullopt;
   }
@@ -101,7 +95,7 @@ std::optional<IndexStream> decode_index_stream(BytesView stream) {
   if (!in.ok()) {
     return std::nullopt;
   }
-  return IndexStream{index, text_of(in.rest())};
+  return IndexStream{index, ads::text_in(in.rest())};
 }
 
 }  // namespace millrace::cnc::variables

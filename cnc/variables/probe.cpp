@@ -89,7 +89,7 @@ asio::awaitable<Answer> ask_sum(ads::Client& client, Location location) {
   for (const ServiceVariable variable : all_service_variables) {
     items.push_back(channel.item(name_of(variable), read_length(variable)));
   }
-  const auto together = co_await channel.read(std::move(items));
+  const auto together = co_await read_together(client, location.port, std::move(items));
   co_return together ? Answer{"sum commands", "five variables in one request"}
                      : Answer{"sum commands",
                               fmt::format("{}: each variable needs its own request",

@@ -1,12 +1,12 @@
 #include "cnc/variables/readings.hpp"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 
 #include <fmt/format.h>
 
-#include "cnc/ads/sum_codec.hpp"
-#include "cnc/ads/sum_commands.hpp"
-#include "cnc/variables/listing.hpp"
+#include "cnc/variables/names.hpp"
 #include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::variables {
@@ -20,23 +20,21 @@ namespace {
 /// The index group of COM's objects, with the bits that select its directory.
 constexpr std::uint32_t directory_group = 0x130100;
 
-}  // namespace
-
+/// All records of a channel's directory (IB/tf5200_ads_access_to_cnc/855973643, documented); the
+/// directory of channel 1 also has the controller's objects. Errors are those of the controller or
+/// the client, and protocol_error for a directory of more than 10,000 records.
 asio::awaitable<Result<std::vector<DirectoryEntry>>> read_directory(ads::Client& client,
                                                                     std::uint32_t channel) {
   constexpr std::uint32_t most = 10'000;
   constexpr std::uint32_t at_once = 32;
   const std::uint32_t group = directory_group + channel;
   const ads::Index head{group, 0};
-  const auto counted = co_await client.read(com_port, head, 4);
-  if (!counted) {
-    co_return tl::make_unexpected(counted.error());
+  const auto answer = co_await client.read(com_port, head, 4);
+  const auto counted = answer.and_then(decode_number);
+  if (!counted || *counted > most) {
+    co_return tl::make_unexpected(counted ? ErrorCode::protocol_error : counted.error());
   }
-  ads::ByteReader in(*counted);
-  const std::uint32_t count = in.u32();
-  if (!in.exact() || count > most) {
-    co_return tl::make_unexpected(ErrorCode::protocol_error);
-  }
+  const std::uint32_t count = *counted;
   std::vector<DirectoryEntry> entries;
   while (entries.size() < count) {
     const auto next = static_cast<std::uint32_t>(entries.size());
@@ -59,7 +57,36 @@ asio::awaitable<Result<std::vector<DirectoryEntry>>> read_directory(ads::Client&
   co_return entries;
 }
 
-namespace {
+/// The offsets of the old functions that list the variables of NC programs (addresses.hpp).
+struct OldListing {
+  std::string_view family;
+  std::uint32_t count = 0;
+  std::uint32_t name = 0;
+};
+
+constexpr std::array<OldListing, 4> old_listings{{
+    {"P", offset::p_count, offset::p_name},
+    {"V.P", offset::vp_count, offset::vp_name},
+    {"V.L", offset::vl_count, offset::vl_name},
+    {"V.S", offset::vs_count, offset::vs_name},
+}};
+
+/// The functions of a family; null if it is listed in another way.
+const OldListing* old_listing(std::string_view family) {
+  const auto* const found = std::ranges::find(old_listings, family, &OldListing::family);
+  return found == old_listings.end() ? nullptr : found;
+}
+
+/// The description of a variable from the old functions, whose name for an array has its largest
+/// index. `described` is the controller's description of the name without that index. Controllers
+/// that cannot describe by name give REAL64 and READ_WRITE (documented for the old functions).
+Description old_description(std::string name, Result<Description> described) {
+  if (described) {
+    described->name = without_indices(name);
+    return *std::move(described);
+  }
+  return {0, Type::real64, Access::read_write, size_of(Type::real64), {}, std::move(name)};
+}
 
 using Known = Readings::Known;
 
@@ -94,15 +121,6 @@ constexpr std::uint32_t old_name_length = 96;
 
 /// In bytes: five numbers, and one for each dimension.
 constexpr std::uint32_t nameless_length = 64;
-
-Result<std::uint32_t> number_of(const Result<Bytes>& answer) {
-  return answer.and_then([](const Bytes& bytes) -> Result<std::uint32_t> {
-    ads::ByteReader in(bytes);
-    const std::uint32_t number = in.u32();
-    return in.exact() ? Result<std::uint32_t>(number)
-                      : tl::make_unexpected(ErrorCode::protocol_error);
-  });
-}
 
 }  // namespace
 
@@ -179,7 +197,7 @@ asio::awaitable<std::vector<Result<Description>>> Readings::describe(
   std::vector<Result<Description>> descriptions;
   for (std::size_t i = 0; i < names.size(); ++i) {
     auto description = description_of(answers[i]);
-    if (!description && too_old(description.error())) {
+    if (!description && too_old(description.error()) && !family_of(names[i]).empty()) {
       description = co_await describe_from_list(channel, names[i]);
     }
     descriptions.push_back(std::move(description));
@@ -201,19 +219,13 @@ std::vector<Reading> Readings::questions_for(std::uint16_t channel,
 asio::awaitable<Result<Description>> Readings::describe_from_list(std::uint16_t channel,
                                                                   std::string name) {
   const std::pair place{channel, std::string(family_of(name))};
-  if (place.second.empty()) {
-    co_return tl::make_unexpected(ErrorCode::symbol_not_found);
-  }
   auto listing = listings_.find(place);
   if (listing == listings_.end()) {
-    Channel asked(client_, channel, location_);
-    auto found = co_await list(asked, place.second);
-    if (!found) {
-      ++requests_;
-      co_return tl::make_unexpected(found.error());
+    auto variables = co_await list(channel, place.second);
+    if (!variables) {
+      co_return tl::make_unexpected(variables.error());
     }
-    requests_ += found->size() + 1;
-    listing = listings_.insert_or_assign(place, std::move(*found)).first;
+    listing = listings_.insert_or_assign(place, std::move(*variables)).first;
   }
   const auto found = std::ranges::find_if(listing->second, [&](const Description& each) {
     return same_but_for_indices(each.name, name);
@@ -245,7 +257,7 @@ asio::awaitable<void> Readings::use_handles(std::uint16_t channel, std::vector<s
   }
   const auto answers = co_await ask(std::move(questions));
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto handle = number_of(answers[i]);
+    const auto handle = answers[i].and_then(decode_number);
     if (handle) {
       Reading& reading = *known[wanted[i]];
       reading.index.offset = offset::read_by_handle;
@@ -306,7 +318,7 @@ asio::awaitable<Result<Readings::Page>> Readings::list_page(std::uint16_t channe
     how_many.push_back(question(channel, offset::count, 4, encode_name(family)));
   }
   const auto counted = co_await ask(std::move(how_many));
-  const auto total = number_of(counted.front());
+  const auto total = counted.front().and_then(decode_number);
   if (!total) {
     co_return tl::make_unexpected(total.error());
   }
@@ -342,12 +354,28 @@ asio::awaitable<Result<Readings::Page>> Readings::list_page(std::uint16_t channe
   co_return page;
 }
 
-asio::awaitable<Readings::Answers> Readings::read(std::vector<Reading> readings) {
+asio::awaitable<Result<std::vector<Description>>> Readings::list(std::uint16_t channel,
+                                                                 std::string family) {
+  constexpr std::uint32_t at_once = 100;
+  auto page = co_await list_page(channel, family, 0, at_once);
+  std::vector<Description> all;
+  while (page) {
+    std::ranges::move(page->variables, std::back_inserter(all));
+    const auto known = static_cast<std::uint32_t>(all.size());
+    if (page->variables.empty() || known >= page->total) {
+      co_return all;
+    }
+    page = co_await list_page(channel, family, known, at_once);
+  }
+  co_return tl::make_unexpected(page.error());
+}
+
+asio::awaitable<Answers> Readings::read(std::vector<Reading> readings) {
   auto answers = co_await ask(std::move(readings));
   co_return answers;
 }
 
-asio::awaitable<Readings::Answers> Readings::ask(std::vector<Reading> readings) {
+asio::awaitable<Answers> Readings::ask(std::vector<Reading> readings) {
   if (readings.size() > 1 && sums(readings.front().port)) {
     auto answers = co_await ask_in_a_sum(readings);
     if (sums(readings.front().port)) {
@@ -363,36 +391,20 @@ asio::awaitable<Readings::Answers> Readings::ask(std::vector<Reading> readings) 
 }
 
 /// If the controller refuses the whole request, the port is remembered as one without sums.
-asio::awaitable<Readings::Answers> Readings::ask_in_a_sum(std::vector<Reading> readings) {
+asio::awaitable<Answers> Readings::ask_in_a_sum(std::vector<Reading> readings) {
   const std::uint16_t port = readings.front().port;
-  const auto count = static_cast<std::uint32_t>(readings.size());
-  Result<Answers> answers = tl::make_unexpected(ErrorCode::none);
-  ++requests_;
-  if (port == location_.port) {
-    std::vector<ads::SumItem> items;
-    items.reserve(count);
-    for (Reading& reading : readings) {
-      items.push_back({reading.index, reading.length, std::move(reading.input)});
-    }
-    const ads::Index sum{ads::sum::read_write, count};
-    const auto bytes =
-        co_await client_.read_write(port, sum, ads::sum_length(items), ads::encode_sum(items));
-    answers = bytes.and_then([&](const Bytes& all) { return ads::decode_sum(all, items); });
-  } else {
-    std::vector<ads::SumRead> items;
-    items.reserve(count);
-    for (const Reading& reading : readings) {
-      items.push_back({reading.index, reading.length});
-    }
-    const ads::Index sum{ads::sum::read, count};
-    const auto bytes =
-        co_await client_.read_write(port, sum, ads::sum_length(items), ads::encode_sum(items));
-    answers = bytes.and_then([&](const Bytes& all) { return ads::decode_sum(all, items); });
+  const auto kind = port == location_.port ? ads::SumOf::read_writes : ads::SumOf::reads;
+  std::vector<ads::SumItem> items;
+  items.reserve(readings.size());
+  for (Reading& reading : readings) {
+    items.push_back({reading.index, reading.length, std::move(reading.input)});
   }
+  ++requests_;
+  auto answers = co_await read_together(client_, port, std::move(items), kind);
   if (answers) {
     co_return std::move(*answers);
   }
-  if (is_refusal(answers.error()) || answers.error() == ErrorCode::protocol_error) {
+  if (ads::refuses_sums(answers.error())) {
     without_sums_.insert(port);
   }
   co_return Answers(readings.size(), tl::make_unexpected(answers.error()));

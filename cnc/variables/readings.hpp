@@ -23,15 +23,6 @@
 
 namespace millrace::cnc::variables {
 
-// Reads the directory of the task COM from the controller (IB/tf5200_ads_access_to_cnc/855973643,
-// documented).
-
-/// All records of a channel's directory; the directory of channel 1 also has the controller's
-/// objects. Errors are those of the controller or the client, and protocol_error for a directory of
-/// more than 10,000 records.
-boost::asio::awaitable<ads::Result<std::vector<DirectoryEntry>>> read_directory(
-    ads::Client& client, std::uint32_t channel);
-
 /// The client must outlive the pending requests. One request at a time.
 class Readings {
  public:
@@ -46,9 +37,9 @@ class Readings {
 
   /// Reads each value, in one request if the port supports sums. All must have the same port. An
   /// error of the whole request (timeout, link_lost) is the error of each value.
-  boost::asio::awaitable<std::vector<ads::Result<Bytes>>> read(std::vector<Reading> readings);
+  boost::asio::awaitable<Answers> read(std::vector<Reading> readings);
 
-  /// A part of the variables of a family (listing.hpp).
+  /// A part of the variables of a family (names.hpp).
   struct Page {
     /// The number of variables in the whole family.
     std::uint32_t total = 0;
@@ -58,21 +49,25 @@ class Readings {
   /// controller supports sums, three for the families of NC programs.
   boost::asio::awaitable<ads::Result<Page>> list_page(std::uint16_t channel, std::string family,
                                                       std::uint32_t first, std::uint32_t most);
+  /// All of them, page after page.
+  boost::asio::awaitable<ads::Result<std::vector<Description>>> list(std::uint16_t channel,
+                                                                     std::string family);
+  /// The description of each variable. Requested by its name without an index; if the controller is
+  /// too old for that, searched in the list of its family. symbol_not_found if it is in none.
+  boost::asio::awaitable<std::vector<ads::Result<Description>>> describe(
+      std::uint16_t channel, std::vector<std::string> names);
 
   /// False once this port has refused a sum.
   [[nodiscard]] bool sums(std::uint16_t port) const { return !without_sums_.contains(port); }
-  /// Requests sent so far; listings and directories are counted approximately.
+  /// Requests sent so far; a directory counts as one.
   [[nodiscard]] std::uint64_t requests() const { return requests_; }
   /// Call it on a new connection: forgets what was found out about the controller.
   void forget();
 
  private:
-  using Answers = std::vector<ads::Result<Bytes>>;
   boost::asio::awaitable<Answers> ask(std::vector<Reading> readings);
   boost::asio::awaitable<Answers> ask_in_a_sum(std::vector<Reading> readings);
   boost::asio::awaitable<ads::Result<Bytes>> ask_one(Reading reading);
-  boost::asio::awaitable<std::vector<ads::Result<Description>>> describe(
-      std::uint16_t channel, std::vector<std::string> names);
   boost::asio::awaitable<ads::Result<Description>> describe_from_list(std::uint16_t channel,
                                                                       std::string name);
   boost::asio::awaitable<void> use_handles(std::uint16_t channel, std::vector<std::string> names,

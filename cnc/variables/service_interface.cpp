@@ -6,7 +6,6 @@ namespace millrace::cnc::variables {
 namespace {
 
 namespace asio = boost::asio;
-using ads::ErrorCode;
 using ads::Result;
 using Wanted = ServiceReads::Wanted;
 using Values = ServiceReads::Values;
@@ -52,8 +51,7 @@ asio::awaitable<std::vector<Result<Values>>> ServiceReads::read(std::vector<Want
   bool done = false;
   if (sums_ && has_several(wanted)) {
     answers = co_await read_in_a_sum(wanted);
-    done =
-        answers || !(is_refusal(answers.error()) || answers.error() == ErrorCode::protocol_error);
+    done = answers || !ads::refuses_sums(answers.error());
     sums_ = done;
   }
   if (!done) {
@@ -69,8 +67,7 @@ asio::awaitable<std::vector<Result<Values>>> ServiceReads::read(std::vector<Want
   co_return results;
 }
 
-asio::awaitable<Result<ServiceReads::Answers>> ServiceReads::read_in_a_sum(
-    const std::vector<Wanted>& wanted) {
+asio::awaitable<Result<Answers>> ServiceReads::read_in_a_sum(const std::vector<Wanted>& wanted) {
   std::vector<ads::SumItem> items;
   for (const Wanted& one : wanted) {
     const Channel channel(client_, one.channel, location_);
@@ -78,14 +75,11 @@ asio::awaitable<Result<ServiceReads::Answers>> ServiceReads::read_in_a_sum(
       items.push_back(channel.item(name_of(variable), read_length(variable)));
     }
   }
-  // A sum belongs to the port, so any channel can send it.
-  Channel any(client_, wanted.front().channel, location_);
-  auto answers = co_await any.read(std::move(items));
+  auto answers = co_await variables::read_together(client_, location_.port, std::move(items));
   co_return answers;
 }
 
-asio::awaitable<ServiceReads::Answers> ServiceReads::read_one_by_one(
-    const std::vector<Wanted>& wanted) {
+asio::awaitable<Answers> ServiceReads::read_one_by_one(const std::vector<Wanted>& wanted) {
   Answers answers;
   for (const Wanted& one : wanted) {
     Channel channel(client_, one.channel, location_);

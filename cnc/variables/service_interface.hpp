@@ -67,7 +67,6 @@ class ServiceReads {
   }
 
  private:
-  using Answers = std::vector<ads::Result<Bytes>>;
   boost::asio::awaitable<ads::Result<Answers>> read_in_a_sum(const std::vector<Wanted>& wanted);
   boost::asio::awaitable<Answers> read_one_by_one(const std::vector<Wanted>& wanted);
 

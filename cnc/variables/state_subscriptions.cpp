@@ -6,8 +6,8 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
-#include "cnc/ads/sum_commands.hpp"
 #include "cnc/ads/symbols.hpp"
+#include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::variables {
 namespace {
@@ -24,15 +24,6 @@ constexpr std::uint32_t cycle = 10'000;
 ads::AddNotificationRequest request_for(std::uint32_t symbol) {
   return {
       {ads::symbol::value_by_handle, symbol}, state_size, ads::Transmission::on_change, 0, cycle};
-}
-
-Result<std::uint32_t> number_in(const Result<Bytes>& answer) {
-  if (!answer) {
-    return tl::make_unexpected(answer.error());
-  }
-  ads::ByteReader in(*answer);
-  const auto number = in.u32();
-  return in.ok() ? Result<std::uint32_t>(number) : tl::make_unexpected(ErrorCode::protocol_error);
 }
 
 }  // namespace
@@ -159,21 +150,15 @@ asio::awaitable<StateSubscriptions::Handles> StateSubscriptions::symbol_handles(
   for (const std::string& name : names) {
     items.push_back({{ads::symbol::handle_by_name, 0}, state_size, encode_name(name)});
   }
-  const ads::Index sum{ads::sum::read_write, static_cast<std::uint32_t>(items.size())};
-  Bytes question = ads::encode_sum(items);
-  const auto answer =
-      co_await client_.read_write(sda_port, sum, ads::sum_length(items), std::move(question));
-  const auto together =
-      answer.and_then([&](const Bytes& bytes) { return ads::decode_sum(bytes, items); });
+  const auto together = co_await read_together(client_, sda_port, items);
   Handles handles;
   if (together) {
     for (const auto& one : *together) {
-      handles.push_back(number_in(one));
+      handles.push_back(one.and_then(decode_number));
     }
     co_return handles;
   }
-  const bool no_sums =
-      is_refusal(together.error()) || together.error() == ErrorCode::protocol_error;
+  const bool no_sums = ads::refuses_sums(together.error());
   for (const ads::SumItem& item : items) {
     // An error that does not concern this name applies to all further names.
     const bool over = !no_sums || (!handles.empty() && !handles.back() &&
@@ -185,7 +170,7 @@ asio::awaitable<StateSubscriptions::Handles> StateSubscriptions::symbol_handles(
     }
     Bytes name = item.data;
     const auto one = co_await client_.read_write(sda_port, item.index, state_size, std::move(name));
-    handles.push_back(number_in(one));
+    handles.push_back(one.and_then(decode_number));
   }
   co_return handles;
 }

@@ -166,7 +166,7 @@ tl::expected<Bytes, std::string> encode_elements(ElementType type,
 }
 
 std::string decode_text(ads::BytesView bytes) {
-  return {bytes.begin(), std::ranges::find(bytes, 0)};
+  return std::string(ads::text_in(bytes));
 }
 
 tl::expected<ads::Bytes, std::string> encode_text(std::string_view text) {
@@ -180,6 +180,13 @@ tl::expected<ads::Bytes, std::string> encode_text(std::string_view text) {
   }
   ads::ByteWriter out;
   return out.text(text).u8(0).take();
+}
+
+ads::Result<std::uint32_t> decode_number(BytesView bytes) {
+  ads::ByteReader in(bytes);
+  const auto number = in.u32();
+  return in.exact() ? ads::Result<std::uint32_t>(number)
+                    : tl::make_unexpected(ads::ErrorCode::protocol_error);
 }
 
 }  // namespace millrace::cnc::variables

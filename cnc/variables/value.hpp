@@ -63,6 +63,9 @@ std::string decode_text(ads::BytesView bytes);
 /// is never truncated.
 tl::expected<ads::Bytes, std::string> encode_text(std::string_view text);
 
+/// A number of 4 bytes; any other size is a protocol_error.
+ads::Result<std::uint32_t> decode_number(BytesView bytes);
+
 // How to read a value of a controller whose address and type are known (readings.hpp finds them).
 // Pure.
 

@@ -2,10 +2,14 @@
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <thread>
 
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+
+#include "fabric/observer/observer.hpp"
 #include "services/archiver/answering.hpp"
 #include "services/archiver/config.hpp"
-#include "services/archiver/observer_thread.hpp"
 #include "services/archiver/query.hpp"
 #include "services/archiver/writer.hpp"
 #include "services/sdk/command_line.hpp"
@@ -15,6 +19,62 @@ namespace {
 using namespace millrace;
 namespace sdk = services::sdk;
 namespace archiver = services::archiver;
+
+/// Records what an observer of the fabric sees, as it arrives: events of calls, states of channels,
+/// values of machines and events of NC programs. It has its own thread, so that no writer on the
+/// fabric waits for the archive.
+class ObserverThread final : public fabric::observer::ObserverListener {
+ public:
+  /// `writer` must outlive it. Throws std::runtime_error if joining the fabric fails.
+  ObserverThread(const fabric::dds::ParticipantOptions& join, archiver::Config config,
+                 archiver::Writer& writer)
+      : config_(std::move(config)), writer_(writer), participant_(join) {
+    using fabric::observer::Interest;
+    if (config_.record_events || config_.record_channels) {
+      calls_.emplace(participant_, context_.get_executor(), *this, Interest::calls);
+    }
+    if (config_.record_data || config_.record_programs) {
+      data_.emplace(participant_, context_.get_executor(), *this, Interest::data);
+    }
+    thread_ = std::thread([this] { context_.run(); });
+  }
+
+  ~ObserverThread() override {
+    context_.stop();
+    thread_.join();
+  }
+
+ private:
+  void on_entry(fabric::observer::Entry entry) override {
+    if (auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+      const bool secret = config_.without_text.contains(entry.uuid);
+      record(config_.record_events,
+             archiver::EventRow{.event = std::move(*event), .with_text = !secret});
+    } else if (auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+      record(config_.record_channels, std::move(*status));
+    } else if (auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
+      record(config_.record_data, std::move(*sample));
+    } else if (auto* ran = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+      record(config_.record_programs, std::move(*ran));
+    }
+  }
+
+  void record(bool wanted, archiver::Row row) {
+    if (wanted) {
+      writer_.record(std::move(row));
+    }
+  }
+
+  archiver::Config config_;
+  archiver::Writer& writer_;
+  fabric::dds::Participant participant_;
+  boost::asio::io_context context_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      context_.get_executor()};
+  std::optional<fabric::observer::Observer> calls_;
+  std::optional<fabric::observer::Observer> data_;
+  std::thread thread_;
+};
 
 archiver::Config configuration(const std::string& file) {
   if (file.empty()) {
@@ -62,7 +122,7 @@ int serve(int argc, char** argv) {
   program.app().add_option("--config", file, "Settings (archiver.textproto)");
   base::program::add_check(program.app());
   std::optional<archiver::Writer> writer;
-  std::optional<archiver::ObserverThread> observer;
+  std::optional<ObserverThread> observer;
   const std::function<sdk::AsyncHandler()> make = [&] {
     const archiver::Config config = configuration(file);
     const auto report = [log = program.log()](const std::string& news) { log->error("{}", news); };
@@ -78,12 +138,7 @@ int serve(int argc, char** argv) {
                                                        .name = "archiver observer",
                                                        .configuration = options.configuration,
                                                        .trust = options.trust},
-                       archiver::Observed{.events = config.record_events,
-                                          .channels = config.record_channels,
-                                          .data = config.record_data,
-                                          .programs = config.record_programs,
-                                          .without_text = config.without_text},
-                       [&](archiver::Row row) { writer->record(std::move(row)); });
+                       config, *writer);
     }
     return writing_to(*writer);
   };

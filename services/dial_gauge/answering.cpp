@@ -33,10 +33,6 @@ tl::unexpected<std::string> expected_form(std::string_view text) {
 
 }  // namespace
 
-bool is_gauge_name(std::string_view name) {
-  return text::is_name(name);
-}
-
 tl::expected<Request, std::string> parse(std::string_view text) {
   const auto words = text::words(text);
   const auto verb = words.empty() ? std::nullopt : verb_of(words[0]);
@@ -51,7 +47,7 @@ tl::expected<Request, std::string> parse(std::string_view text) {
   if (*verb == Verb::list) {
     return Request{.verb = *verb, .gauge = {}};
   }
-  if (!is_gauge_name(words[1])) {
+  if (!text::is_name(words[1])) {
     return tl::unexpected("no gauge can be called " + text::in_quotes(words[1]));
   }
   return Request{.verb = *verb, .gauge = std::string(words[1]), .bare = bare};
@@ -93,7 +89,7 @@ double seconds(std::chrono::steady_clock::duration duration) {
 }  // namespace
 
 void Answering::add(Gauge gauge, std::unique_ptr<Source> source) {
-  assert(source != nullptr && is_gauge_name(gauge.name));
+  assert(source != nullptr && text::is_name(gauge.name));
   const std::string name = gauge.name;
   gauges_.insert_or_assign(name, Entry{.gauge = std::move(gauge), .source = std::move(source)});
 }

@@ -39,9 +39,6 @@ struct Request {
 /// case-insensitive, the name as configured. The error contains what was expected.
 tl::expected<Request, std::string> parse(std::string_view text);
 
-/// Letters, digits, '_' and '-', 1 to 32.
-bool is_gauge_name(std::string_view name);
-
 inline constexpr std::uint32_t state_unknown_gauge = 11;
 inline constexpr std::uint32_t state_out_of_range = 12;
 inline constexpr std::uint32_t state_no_contact = 13;

@@ -1,31 +1,17 @@
 #include "services/dial_gauge/frame.hpp"
 
-#include <charconv>
 #include <optional>
 #include <utility>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::services::dial_gauge {
 
 namespace {
 
+using base::text::parse_number;
+
 constexpr std::size_t max_frame = 64;
-
-bool starts_with(std::string_view text, std::string_view start) {
-  return text.substr(0, start.size()) == start;
-}
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
-std::optional<unsigned> number(std::string_view digits) {
-  unsigned value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) {
-    return std::nullopt;
-  }
-  return value;
-}
 
 Frame value_or_broken(std::optional<unsigned> channel, std::optional<Nanometres> value,
                       std::string_view text) {
@@ -39,30 +25,30 @@ Frame parse_u_wave(std::string_view text) {
   constexpr std::string_view value_start = "DT1";
   constexpr std::size_t channel_digits = 4;
   constexpr std::size_t value_size = 20;  // "DT10000+00000011.88M"
-  if (starts_with(text, "ST1") || starts_with(text, "TI1")) {
+  if (text.starts_with("ST1") || text.starts_with("TI1")) {
     return StateFrame{};
   }
   const char unit = text.back();
-  if (!starts_with(text, value_start) || text.size() != value_size ||
-      (unit != 'M' && unit != 'I')) {
+  if (!text.starts_with(value_start) || text.size() != value_size || (unit != 'M' && unit != 'I')) {
     return BrokenFrame{std::string(text)};
   }
   const std::string_view rest =
       text.substr(value_start.size(), value_size - value_start.size() - 1);
   return value_or_broken(
-      number(rest.substr(0, channel_digits)),
+      parse_number<unsigned>(rest.substr(0, channel_digits)),
       parse_length(rest.substr(channel_digits), unit == 'M' ? Unit::mm : Unit::inch), text);
 }
 
 Frame parse_digimatic(std::string_view text, Unit unit) {
   constexpr std::size_t value_size = 12;  // "01A+0000.123"
-  if (text.size() == 3 && text[0] == '9' && is_digit(text[1]) && is_digit(text[2])) {
+  if (text.size() == 3 && text[0] == '9' && parse_number<unsigned>(text.substr(1))) {
     return ErrorFrame{.channel = static_cast<unsigned>(text[1] - '0'), .code = text[2]};
   }
   if (text.size() != value_size || text[0] != '0' || text[2] != 'A') {
     return BrokenFrame{std::string(text)};
   }
-  return value_or_broken(number(text.substr(1, 1)), parse_length(text.substr(3), unit), text);
+  return value_or_broken(parse_number<unsigned>(text.substr(1, 1)),
+                         parse_length(text.substr(3), unit), text);
 }
 
 }  // namespace

@@ -93,12 +93,6 @@ tl::expected<void, Response> check_keys(const Request& request, const MailTempla
   return {};
 }
 
-std::string utc(fabric::Time time) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
-                     fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)));
-}
-
 void add_call_values(Values& values, const CallInfo& call, fabric::Time now) {
   values["call.machine"] = call.key.machine;
   values["call.channel"] = std::to_string(call.key.channel);
@@ -126,6 +120,12 @@ Mail make_mail(const Config& config, std::vector<Address> to, fabric::CallId id,
 }
 
 }  // namespace
+
+std::string utc(fabric::Time time) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)));
+}
 
 const std::set<std::string>& call_keys() {
   static const std::set<std::string> keys{"call.machine", "call.channel", "call.id",

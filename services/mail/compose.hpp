@@ -35,6 +35,9 @@ tl::expected<Mail, sdk::Response> compose(const Config& config, const CallInfo& 
 Mail compose(const Config& config, const Rule& rule, const Values& values, fabric::CallId id,
              fabric::Time now);
 
+/// "2026-03-01 07:00:00 UTC"
+std::string utc(fabric::Time time);
+
 /// The keys that every template may use because the call has their values: "call.machine" …
 const std::set<std::string>& call_keys();
 

@@ -137,9 +137,10 @@ class Reader {
       const ConfigPath path{{"template", i}};
       check_recipients(from.to(), path);
       config_.templates.insert_or_assign(
-          from.name(), MailTemplate{.to = {from.to().begin(), from.to().end()},
-                                    .subject = call_text(from.subject(), path / "subject"),
-                                    .text = call_text(from.text(), path / "text")});
+          from.name(),
+          MailTemplate{.to = {from.to().begin(), from.to().end()},
+                       .subject = text_of(from.subject(), path / "subject", call_keys(), true),
+                       .text = text_of(from.text(), path / "text", call_keys(), true)});
     }
   }
 
@@ -151,28 +152,18 @@ class Reader {
     }
   }
 
-  Template call_text(const std::string& text, const ConfigPath& path) {
+  /// `known` are the keys that have a value; with `request`, further ones come with each request.
+  Template text_of(const std::string& text, const ConfigPath& path,
+                   const std::set<std::string>& known, bool request) {
     Template parsed = mistakes_.take(Template::parse(text), path);
     for (const std::string& key : parsed.keys()) {
-      expect_known(key, !key.starts_with(call_prefix), call_keys(), path);
-      mistakes_.expect(key != "to", path, "requests name recipients with {to}; choose another key");
+      mistakes_.expect(
+          (request && !key.starts_with(call_prefix)) || known.contains(key), path,
+          fmt::format("{{{}}} does not exist; known are {}", key, fmt::join(known, " ")));
+      mistakes_.expect(!request || key != "to", path,
+                       "requests name recipients with {to}; choose another key");
     }
     return parsed;
-  }
-
-  Template rule_text(const std::string& text, const ConfigPath& path) {
-    Template parsed = mistakes_.take(Template::parse(text), path);
-    for (const std::string& key : parsed.keys()) {
-      expect_known(key, false, rule_keys(), path);
-    }
-    return parsed;
-  }
-
-  void expect_known(const std::string& key, bool of_request, const std::set<std::string>& known,
-                    const ConfigPath& path) {
-    mistakes_.expect(
-        of_request || known.contains(key), path,
-        fmt::format("{{{}}} does not exist; known are {}", key, fmt::join(known, " ")));
   }
 
   Rule rule(const config::Mail::Rule& from, const ConfigPath& path) {
@@ -187,10 +178,10 @@ class Reader {
     mistakes_.expect(kind != Rule::Kind::no_instance || from.machine_size() == 0, path / "machine",
                      "a service has no machine");
     check_recipients(from.to(), path);
-    Rule rule{
-        .subject = rule_text(from.subject().empty() ? default_subject(kind) : from.subject(),
-                             path / "subject"),
-        .text = rule_text(from.text().empty() ? default_text(kind) : from.text(), path / "text")};
+    Rule rule{.subject = text_of(from.subject().empty() ? default_subject(kind) : from.subject(),
+                                 path / "subject", rule_keys(), false),
+              .text = text_of(from.text().empty() ? default_text(kind) : from.text(), path / "text",
+                              rule_keys(), false)};
     rule.name = from.name();
     rule.kind = kind;
     for (const int event : from.program()) {

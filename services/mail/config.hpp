@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <tl/expected.hpp>
 
+#include "fabric/data.hpp"
 #include "services/mail/message.hpp"
-#include "services/mail/rule.hpp"
 #include "services/mail/template.hpp"
 
 namespace millrace::services::mail {
@@ -51,6 +52,32 @@ struct MailTemplate {
   Template subject;
   Template text;
 };
+
+/// A mail without a call: an NC program ended, a channel waits, a connection is down, a service has
+/// no instance (idl/mail.proto, Rule).
+struct Rule {
+  enum class Kind : std::uint8_t { program, waits, link_down, no_instance };
+
+  std::string name{};
+  Kind kind = Kind::program;
+  /// For kind program: the events.
+  std::set<fabric::ProgramEventKind> events{};
+  /// For the other kinds: how long the condition must last.
+  std::chrono::nanoseconds after{};
+  /// Canonical; the service without an instance.
+  std::string uuid{};
+  /// Empty = every machine.
+  std::set<std::string> machines{};
+  /// Names of recipients.
+  std::vector<std::string> to{};
+  Template subject;
+  Template text;
+  /// The shortest time between two mails about the same channel, machine or service.
+  std::chrono::nanoseconds quiet{};
+};
+
+/// The keys that the subject and text of a rule may use.
+const std::set<std::string>& rule_keys();
 
 struct Config {
   ServerConfig server;

@@ -2,11 +2,16 @@
 #include <csignal>
 #include <optional>
 #include <string_view>
+#include <thread>
 
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "fabric/observer/observer.hpp"
 #include "services/mail/mail_sender.hpp"
-#include "services/mail/rule_thread.hpp"
+#include "services/mail/rule_watch.hpp"
 #include "services/mail/smtp.hpp"
 #include "services/sdk/command_line.hpp"
 
@@ -16,6 +21,92 @@ using namespace millrace;
 namespace program = base::program;
 namespace sdk = services::sdk;
 namespace mail = services::mail;
+
+fabric::Moment moment_now() {
+  return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
+}
+
+/// Watches the fabric for occasions of rules, on its own thread, and passes their mails to the
+/// mail_sender, which must outlive it.
+class RuleThread final : public fabric::observer::ObserverListener {
+ public:
+  /// Throws std::runtime_error if joining the fabric fails.
+  RuleThread(const fabric::dds::ParticipantOptions& join, mail::Config configured,
+             mail::MailSender& sender, program::Log the_log)
+      : config(std::move(configured)),
+        mail_sender(sender),
+        log(std::move(the_log)),
+        watch(config.rules, moment_now()),
+        participant(join) {
+    using fabric::observer::Interest;
+    states.emplace(participant, context.get_executor(), *this, Interest::states);
+    programs.emplace(participant, context.get_executor(), *this, Interest::data);
+    arm();
+    thread = std::thread([this] { context.run(); });
+  }
+
+  ~RuleThread() override {
+    context.stop();
+    thread.join();
+  }
+
+ private:
+  void on_entry(fabric::observer::Entry entry) override {
+    watch.on_entry(entry, moment_now());
+    carry_out();
+  }
+
+  void carry_out() {
+    for (const std::string& line : watch.take_lines()) {
+      log->warn("{}", line);
+    }
+    for (const mail::RuleEvent& occasion : watch.take()) {
+      const mail::Rule& rule = config.rules.at(occasion.rule);
+      const std::string id = occasion.id.to_string();
+      const bool is_new =
+          mail_sender.post(occasion.id, mail::compose(config, rule, occasion.values, occasion.id,
+                                                      std::chrono::system_clock::now()));
+      if (is_new) {
+        log->info("rule {}: mail {} is on its way", rule.name, id);
+      }
+    }
+    arm();
+  }
+
+  void arm() {
+    const auto next = watch.next_time();
+    if (next == armed) {
+      return;
+    }
+    armed = next;
+    timer.cancel();
+    if (!next) {
+      return;
+    }
+    timer.expires_at(*next);
+    timer.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        armed.reset();
+        watch.on_time(moment_now());
+        carry_out();
+      }
+    });
+  }
+
+  const mail::Config config;
+  mail::MailSender& mail_sender;
+  program::Log log;
+  mail::RuleWatch watch;
+  fabric::dds::Participant participant;
+  boost::asio::io_context context;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
+      context.get_executor()};
+  boost::asio::steady_timer timer{context};
+  std::optional<fabric::SteadyTime> armed;
+  std::optional<fabric::observer::Observer> states;
+  std::optional<fabric::observer::Observer> programs;
+  std::thread thread;
+};
 
 mail::Config configuration(const std::string& file) {
   auto config = mail::load(file);
@@ -76,7 +167,7 @@ int serve(int argc, char** argv) {
   program::add_check(service.app());
   std::optional<mail::Smtp> smtp;
   std::optional<mail::MailSender> mail_sender;
-  std::optional<mail::RuleThread> rules;
+  std::optional<RuleThread> rules;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
     const mail::Config config = configuration(file);
     if (const auto secret = mail::password(config.server); !secret) {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
 #include "fabric/words.hpp"
+#include "services/mail/compose.hpp"
 
 namespace millrace::services::mail {
 
@@ -15,12 +15,6 @@ namespace {
 using fabric::ChannelState;
 using fabric::Moment;
 using fabric::Time;
-
-std::string utc_text(Time time) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
-                     fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)));
-}
 
 std::string seconds_text(std::chrono::nanoseconds time) {
   return fmt::format("{:.1f}", std::chrono::duration<double>(time).count());
@@ -214,7 +208,7 @@ void RuleWatch::on_time(Moment now) {
     }
     lasting.told = true;
     Values values = lasting.values;
-    values["since"] = utc_text(lasting.since);
+    values["since"] = utc(lasting.since);
     values["seconds"] = seconds_text(now.wall - lasting.since);
     tell(place, lasting.since, std::move(values), now);
   }
@@ -247,7 +241,7 @@ void RuleWatch::tell(const Place& place, Time at, Values values, Moment now) {
     return;
   }
   values["rule"] = rule.name;
-  values["time"] = utc_text(at);
+  values["time"] = utc(at);
   values["unsaid"] = std::to_string(std::exchange(quiet.unsaid, 0));
   quiet.until = now.steady + rule.quiet;
   for (const std::string& key : rule_keys()) {

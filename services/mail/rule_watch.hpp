@@ -19,7 +19,7 @@
 
 #include "fabric/moment.hpp"
 #include "fabric/observer/entry.hpp"
-#include "services/mail/rule.hpp"
+#include "services/mail/config.hpp"
 
 namespace millrace::services::mail {
 

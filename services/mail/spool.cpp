@@ -1,5 +1,7 @@
 #include "services/mail/spool.hpp"
 
+#include <algorithm>
+#include <array>
 #include <mutex>
 #include <stdexcept>
 
@@ -9,13 +11,37 @@
 
 #include "base/posix/files.hpp"
 #include "base/posix/system.hpp"
-#include "services/mail/spool_schema.hpp"
 
 namespace millrace::services::mail {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The version that this process writes (PRAGMA user_version).
+constexpr int schema_version = 1;
+
+/// Times are nanoseconds since 1970-01-01T00:00:00Z, 0 = none. call is "EPOCH-NUMBER" as in logs,
+/// recipients are one per line; the mail is empty once the server has accepted it.
+constexpr const char* table = R"sql(
+CREATE TABLE mail (
+  call       TEXT    NOT NULL PRIMARY KEY,
+  stage      TEXT    NOT NULL
+             CHECK (stage IN ('waiting', 'handed over', 'accepted', 'refused', 'given up')),
+  made       INTEGER NOT NULL,
+  next       INTEGER NOT NULL,
+  attempts   INTEGER NOT NULL,
+  reply      TEXT    NOT NULL,
+  sender     TEXT    NOT NULL,
+  recipients TEXT    NOT NULL,
+  message    TEXT    NOT NULL
+) STRICT;
+CREATE INDEX mail_stage ON mail (stage, made);
+)sql";
+
+/// In the order of Stage.
+constexpr std::array<std::string_view, 5> stage_names{"waiting", "handed over", "accepted",
+                                                      "refused", "given up"};
 
 /// An operator may be reading the database with sqlite3.
 constexpr int busy_timeout_ms = 5000;
@@ -26,10 +52,111 @@ constexpr const char* put_entry =
     " made = excluded.made, next = excluded.next, attempts = excluded.attempts,"
     " reply = excluded.reply, sender = excluded.sender, recipients = excluded.recipients,"
     " message = excluded.message";
-/// An entry that an earlier start has imported may have changed since.
 constexpr const char* find_entry =
     "SELECT call, stage, made, next, attempts, reply, sender, recipients, message FROM mail"
     " WHERE call = ?";
+
+std::int64_t count(fabric::Time time) {
+  return time.time_since_epoch().count();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+/// The error text for a database that is damaged or not a spool.
+std::string damage(const std::string& file, std::string_view why) {
+  return fmt::format(
+      "{}: damaged, or not the spool of a mail service: {}. It records which calls were sent: "
+      "repair it (sqlite3 has .recover), or move it away; then earlier calls may be sent again",
+      file, why);
+}
+
+/// Prepares an opened database for durable writing, with the current table.
+void prepare(SQLite::Database& database) {
+  const std::string& file = database.getFilename();
+  const int version = database.execAndGet("PRAGMA user_version").getInt();
+  if (version > schema_version) {
+    throw std::runtime_error(
+        fmt::format("{}: written by a newer millrace (schema {}, this one knows up to {})", file,
+                    version, schema_version));
+  }
+  if (version == 0 &&
+      database.execAndGet("SELECT EXISTS (SELECT 1 FROM sqlite_master)").getInt() != 0) {
+    throw std::runtime_error(damage(file, "it is the database of another program"));
+  }
+  if (const std::string state = database.execAndGet("PRAGMA quick_check(1)").getString();
+      state != "ok") {
+    throw std::runtime_error(damage(file, state));
+  }
+  database.exec("PRAGMA journal_mode = WAL");
+  // Each commit is on the disk when it returns, so that a power cut does not send a mail twice.
+  database.exec("PRAGMA synchronous = FULL");
+  if (version == 0) {
+    SQLite::Transaction transaction(database);
+    database.exec(table);
+    database.exec(fmt::format("PRAGMA user_version = {}", schema_version));
+    transaction.commit();
+  }
+}
+
+std::string name_of(Stage stage) {
+  return std::string(stage_names.at(static_cast<std::size_t>(stage)));
+}
+
+fabric::Time time_of(std::int64_t nanoseconds) {
+  return fabric::Time(std::chrono::nanoseconds(nanoseconds));
+}
+
+fabric::CallId call_in(const std::string& text) {
+  const auto call = fabric::parse_call_id(text);
+  if (!call) {
+    throw std::runtime_error(fmt::format("'{}' is not a call", text));
+  }
+  return *call;
+}
+
+/// Binds call, stage, made, next, attempts, reply, sender, recipients and message, in this order.
+void bind(SQLite::Statement& statement, const Entry& entry) {
+  int index = 0;
+  statement.bind(++index, entry.call.to_string());
+  statement.bind(++index, name_of(entry.stage));
+  statement.bind(++index, count(entry.made));
+  statement.bind(++index, count(entry.next));
+  statement.bind(++index, entry.attempts);
+  statement.bind(++index, entry.reply);
+  statement.bind(++index, entry.mail.from);
+  // Addresses have no line ends (message.cpp).
+  statement.bind(++index, fmt::format("{}", fmt::join(entry.mail.to, "\n")));
+  statement.bind(++index, entry.mail.message);
+}
+
+/// Reads the same columns; throws std::runtime_error if they are not a valid entry.
+Entry entry_in(SQLite::Statement& row) {
+  int index = 0;
+  Entry entry{.call = call_in(row.getColumn(index).getString())};
+  const std::string stage = row.getColumn(++index).getString();
+  const auto* const known = std::ranges::find(stage_names, stage);
+  if (known == stage_names.end()) {
+    throw std::runtime_error(
+        fmt::format("call {} has the stage '{}'", entry.call.to_string(), stage));
+  }
+  entry.stage = static_cast<Stage>(known - stage_names.begin());
+  entry.made = time_of(row.getColumn(++index).getInt64());
+  entry.next = time_of(row.getColumn(++index).getInt64());
+  entry.attempts = row.getColumn(++index).getUInt();
+  entry.reply = row.getColumn(++index).getString();
+  entry.mail.from = row.getColumn(++index).getString();
+  entry.mail.to = lines_of(row.getColumn(++index).getString());
+  entry.mail.message = row.getColumn(++index).getString();
+  return entry;
+}
 
 fs::path made(fs::path folder) {
   fs::create_directories(folder);
@@ -48,7 +175,6 @@ struct Spool::Impl {
         opened(base::posix::identity_of(file)) {}
 
   SQLite::Database open() const;
-  void write(const char* statement, const Entry& entry);
   /// Serializes the work, and checks that the file is the one that was opened; the error contains
   /// its name.
   template <typename Work>
@@ -75,12 +201,6 @@ SQLite::Database Spool::Impl::open() const {
     }
     throw std::runtime_error(damage(file.string(), error.what()));
   }
-}
-
-void Spool::Impl::write(const char* statement, const Entry& entry) {
-  SQLite::Statement query(database, statement);
-  bind(query, entry);
-  query.exec();
 }
 
 template <typename Work>
@@ -118,8 +238,8 @@ Spool::Result<Spool::Content> Spool::content() const {
     }
     SQLite::Statement open(impl_->database,
                            "SELECT call, stage, next FROM mail WHERE stage IN (?, ?)");
-    open.bind(1, std::string(name_of(Stage::waiting)));
-    open.bind(2, std::string(name_of(Stage::handed_over)));
+    open.bind(1, name_of(Stage::waiting));
+    open.bind(2, name_of(Stage::handed_over));
     while (open.executeStep()) {
       const fabric::CallId call = call_in(open.getColumn(0).getString());
       if (open.getColumn(1).getString() == name_of(Stage::waiting)) {
@@ -141,7 +261,11 @@ Spool::Result<std::optional<Entry>> Spool::find(fabric::CallId call) const {
 }
 
 Spool::Result<void> Spool::put(const Entry& entry) {
-  return impl_->guarded([&] { impl_->write(put_entry, entry); });
+  return impl_->guarded([&] {
+    SQLite::Statement query(impl_->database, put_entry);
+    bind(query, entry);
+    query.exec();
+  });
 }
 
 Spool::Result<void> Spool::remove(fabric::CallId call) {
@@ -158,9 +282,9 @@ Spool::Result<void> Spool::forget(fabric::Time time) {
     // given up.
     SQLite::Statement query(
         impl_->database, "DELETE FROM mail WHERE stage IN (?, ?) AND message = '' AND made <= ?");
-    query.bind(1, std::string(name_of(Stage::accepted)));
-    query.bind(2, std::string(name_of(Stage::refused)));
-    query.bind(3, static_cast<std::int64_t>(time.time_since_epoch().count()));
+    query.bind(1, name_of(Stage::accepted));
+    query.bind(2, name_of(Stage::refused));
+    query.bind(3, count(time));
     query.exec();
   });
 }

@@ -26,7 +26,6 @@
 #include <fmt/format.h>
 
 #include "cnc/ads/client.hpp"
-#include "cnc/variables/listing.hpp"
 #include "cnc/variables/readings.hpp"
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "tests/support/domain.hpp"
@@ -120,8 +119,8 @@ class Plant {
   void by_name(const Names& names) {
     variables::Channel channel(*client_, 1);
     for (const std::string& name : names) {
-      const auto description = run(variables::find(channel, name));
-      const auto type = variables::element_type(description.value());
+      const auto described = run(readings_->describe(1, {name}));
+      const auto type = variables::element_type(described.front().value());
       const auto bytes = run(channel.read(name, variables::max_stream));
       if (!variables::decode_elements(type.value(), bytes.value())) {
         throw std::runtime_error("no value");

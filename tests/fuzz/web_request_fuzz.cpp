@@ -22,7 +22,7 @@ struct Server {
   actions::UserActions user_actions{
       {.users = {{"anna", {.name = "anna", .may = {millrace::fabric::CommandKind::answer}}}}},
       [](const millrace::fabric::Command&) { return std::optional<millrace::fabric::Outcome>(); },
-      [](const actions::Acknowledgement&, const std::string&, const millrace::fabric::Moment&) {},
+      [](const plant::Acknowledgement&, const millrace::fabric::Moment&) {},
       [this] { return "s" + std::to_string(++secrets); },
       millrace::base::program::no_log()};
   http::Site site{{.plant = plant,

@@ -54,12 +54,6 @@ int listen(std::uint32_t port, unsigned interface) {
   return socket;
 }
 
-std::string text_of(const sockaddr_in& address) {
-  std::array<char, INET_ADDRSTRLEN> text{};
-  return ::inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) != nullptr ? text.data()
-                                                                                      : "";
-}
-
 }  // namespace
 
 AnnouncementReceiver::AnnouncementReceiver(const std::string& interface) {
@@ -99,7 +93,7 @@ void AnnouncementReceiver::take() {
       if (auto who = parse_announcement({packet.data(), static_cast<std::size_t>(size)})) {
         const GuidPrefix prefix = who->prefix;
         heard_.insert_or_assign(prefix,
-                                ReceivedAnnouncement{std::move(*who), domain, text_of(from)});
+                                ReceivedAnnouncement{std::move(*who), domain, address_text(from)});
       }
     }
   }

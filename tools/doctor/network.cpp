@@ -1,6 +1,5 @@
 #include "tools/doctor/network.hpp"
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <sstream>
 
 #include <arpa/inet.h>
+#include <boost/asio/ip/address_v4.hpp>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netdb.h>
@@ -18,6 +18,8 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::tools::doctor {
 
@@ -29,14 +31,11 @@ constexpr int hexadecimal = 16;
 /// 239.255.0.1 as /proc/net/igmp writes it on a little-endian host.
 constexpr std::string_view group_in_proc = "0100FFEF";
 
-std::string address_of(const sockaddr& address) {
-  std::array<char, INET_ADDRSTRLEN> text{};
-  const auto& ipv4 = reinterpret_cast<const sockaddr_in&>(address);
-  return ::inet_ntop(AF_INET, &ipv4.sin_addr, text.data(), text.size()) != nullptr ? text.data()
-                                                                                   : "";
-}
-
 }  // namespace
+
+std::string address_text(const sockaddr_in& address) {
+  return boost::asio::ip::make_address_v4(ntohl(address.sin_addr.s_addr)).to_string();
+}
 
 std::vector<Interface> interfaces_here() {
   ifaddrs* first = nullptr;
@@ -53,7 +52,7 @@ std::vector<Interface> interfaces_here() {
     interface.loopback = (each->ifa_flags & IFF_LOOPBACK) != 0;
     if (each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET &&
         interface.address.empty()) {
-      interface.address = address_of(*each->ifa_addr);
+      interface.address = address_text(reinterpret_cast<const sockaddr_in&>(*each->ifa_addr));
     }
   }
   std::vector<Interface> all;
@@ -72,19 +71,18 @@ std::set<std::uint32_t> domains_in(std::string_view proc_net_udp) {
   for (std::string line; std::getline(lines, line);) {
     std::istringstream(line) >> number >> local;
     const auto colon = local.find(':');
-    if (colon == std::string::npos ||
-        local.find_first_not_of("0123456789ABCDEF", colon + 1) != std::string::npos ||
-        colon + 1 == local.size()) {
+    const auto port = colon == std::string::npos
+                          ? std::nullopt
+                          : base::text::parse_number<std::uint32_t>(
+                                std::string_view(local).substr(colon + 1), hexadecimal);
+    if (!port || *port < first_port) {
       continue;
     }
-    const auto port =
-        static_cast<std::uint32_t>(std::stoul(local.substr(colon + 1), nullptr, hexadecimal));
-    const std::uint32_t domain = (port - first_port) / ports_per_domain;
-    if (port >= first_port && domain <= last_domain_to_guess) {
-      const std::uint32_t offset = (port - first_port) % ports_per_domain;
-      if (offset <= 1 || (offset >= unicast_offset && offset < unicast_offset + 200)) {
-        domains.insert(domain);
-      }
+    const std::uint32_t domain = (*port - first_port) / ports_per_domain;
+    const std::uint32_t offset = (*port - first_port) % ports_per_domain;
+    if (domain <= last_domain_to_guess &&
+        (offset <= 1 || (offset >= unicast_offset && offset < unicast_offset + 200))) {
+      domains.insert(domain);
     }
   }
   return domains;
@@ -208,10 +206,7 @@ std::vector<Peer> probe_peers(const std::vector<std::string>& names, std::uint32
     sockaddr_in address{};
     std::memcpy(&address, found->ai_addr, sizeof address);
     ::freeaddrinfo(found);
-    std::array<char, INET_ADDRSTRLEN> text{};
-    if (::inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) != nullptr) {
-      peer.address = text.data();
-    }
+    peer.address = address_text(address);
     Probe probe(peer);
     probe.send(domain, address);
     constexpr std::chrono::seconds patience{1};

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <netinet/in.h>
+
 namespace millrace::tools::doctor {
 
 /// The multicast discovery of DDS (OMG DDSI-RTPS 2.2, 9.6.1.4, and Cyclone's default ports).
@@ -21,6 +23,9 @@ inline constexpr std::uint32_t unicast_offset = 10;
 constexpr std::uint32_t discovery_port(std::uint32_t domain) {
   return first_port + ports_per_domain * domain;
 }
+
+/// "10.77.0.3"
+std::string address_text(const sockaddr_in& address);
 
 struct Interface {
   std::string name{};

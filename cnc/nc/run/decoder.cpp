@@ -9,9 +9,6 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
-
 constexpr const char* default_report_file = "message.txt";
 
 // True if the operation uses a synchronous external variable.
@@ -72,19 +69,15 @@ bool Decoder::skips(const syntax::Operation& operation) const {
   return operation.skip_level > 0 && (skipped_levels_ >> (operation.skip_level - 1U) & 1U) != 0;
 }
 
-Result<bool> Decoder::read_stream() {
+bool Decoder::read_stream() {
   Stream& stream = state_.around.stream;
   if (stream.empty()) {
     return false;
   }
-  const auto packet = stream.take();
-  if (!packet) {
-    return tl::make_unexpected(packet.error());
-  }
-  auto program = syntax::parse_program(state_.stream_name, *packet);
+  auto program = syntax::parse_program(state_.stream_name, values::must(stream.take()));
   if (!program) {
     const Diagnostic& mistake = program.error().front();
-    return fault(mistake.id, "in the packet, " + mistake.to_string());
+    values::fail(mistake.id, "in the packet, " + mistake.to_string());
   }
   Frame& frame = state_.frame();
   frame.program = std::make_shared<const syntax::Program>(std::move(*program));
@@ -93,7 +86,7 @@ Result<bool> Decoder::read_stream() {
   return true;
 }
 
-Result<bool> Decoder::reach_end(const Tick& tick) {
+bool Decoder::reach_end(const Tick& tick) {
   if (state_.frame().streamed) {
     return read_stream();
   }
@@ -102,7 +95,7 @@ Result<bool> Decoder::reach_end(const Tick& tick) {
   return true;
 }
 
-Result<bool> Decoder::step(const Tick& tick) {
+bool Decoder::step(const Tick& tick) {
   if (state_.frame().position >= state_.frame().routine->operations.size()) {
     return reach_end(tick);
   }
@@ -112,30 +105,22 @@ Result<bool> Decoder::step(const Tick& tick) {
     ++state_.frame().position;
     return true;
   }
-  if (auto numbered = execution.read_block_number(); !numbered) {
-    return tl::make_unexpected(numbered.error());
-  }
+  execution.read_block_number();
   if (!state_.channel_empty() && synchronises(operation, tick.environment)) {
     state_.around.queue.flush();
     return false;
   }
-  const auto outcome = std::visit(execution, operation.statement);
-  if (outcome && *outcome == Outcome::done) {
+  const Outcome outcome = std::visit(execution, operation.statement);
+  if (outcome == Outcome::done) {
     ++state_.frame().position;
   }
-  state_.blocks_read += outcome && *outcome != Outcome::again ? 1U : 0U;
-  return outcome.map([](Outcome what) { return what != Outcome::again; });
+  state_.blocks_read += outcome != Outcome::again ? 1U : 0U;
+  return outcome != Outcome::again;
 }
 
-Result<std::size_t> Decoder::run(std::size_t budget, const Tick& tick) {
-  for (; running() && budget > 0; --budget) {
-    const auto goes_on = step(tick);
-    if (!goes_on) {
-      return tl::make_unexpected(goes_on.error());
-    }
-    if (!*goes_on) {
-      break;
-    }
+std::size_t Decoder::run(std::size_t budget, const Tick& tick) {
+  while (running() && budget > 0 && step(tick)) {
+    --budget;
   }
   return budget;
 }

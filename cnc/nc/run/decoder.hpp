@@ -44,17 +44,17 @@ class Decoder {
   [[nodiscard]] bool restart_needed() const { return state_.restart_needed; }
 
   /// Decodes until it must wait or has executed `budget` operations; returns the rest of the
-  /// budget. A fault aborts the program; its place is place().
-  values::Result<std::size_t> run(std::size_t budget, const Tick& tick);
+  /// budget. A fault aborts the program (values::Aborted); its place is place().
+  std::size_t run(std::size_t budget, const Tick& tick);
 
  private:
   void start(Frame main, const Run& run);
   [[nodiscard]] bool skips(const syntax::Operation& operation) const;
   /// The current routine has no further blocks.
-  values::Result<bool> reach_end(const Tick& tick);
-  values::Result<bool> read_stream();
+  bool reach_end(const Tick& tick);
+  bool read_stream();
   /// True if the decoder may continue, false if it must wait for the next tick.
-  values::Result<bool> step(const Tick& tick);
+  bool step(const Tick& tick);
 
   DecoderState state_;
   std::uint16_t skipped_levels_ = 0;

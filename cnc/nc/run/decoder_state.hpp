@@ -28,10 +28,9 @@ namespace millrace::cnc::nc::run {
 class Library {
  public:
   /// Finds a program by the name in its call: first in the environment, then among the cycles of
-  /// this library (shipped_cycle). A fault if it is in neither, has mistakes, or exceeds the number of
-  /// programs.
-  values::Result<std::shared_ptr<const syntax::Program>> find(const std::string& name,
-                                                              Environment& environment);
+  /// this library (shipped_cycle). A fault if it is in neither, has mistakes, or exceeds the number
+  /// of programs.
+  std::shared_ptr<const syntax::Program> find(const std::string& name, Environment& environment);
   /// Forgets all programs, since files may have changed.
   void clear() { programs_.clear(); }
 

@@ -8,8 +8,8 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
+using values::must;
 
 constexpr int most_uses_of_macros = 1'000;
 
@@ -23,23 +23,27 @@ bool is_string(const Value& value) {
   return std::holds_alternative<std::string>(value);
 }
 
+Value truth(bool value) {
+  return value ? 1.0 : 0.0;
+}
+
 }  // namespace
 
-Result<Value> Evaluator::evaluate(const syntax::Expression& expression) {
+Value Evaluator::evaluate(const syntax::Expression& expression) {
   return std::visit([this](const auto& node) { return value_of(node); }, expression.node);
 }
 
-Result<Value> Evaluator::evaluate_text(const syntax::Expression& expression) {
+Value Evaluator::evaluate_text(const syntax::Expression& expression) {
   const auto* text = std::get_if<syntax::Text>(&expression.node);
-  return text != nullptr ? Result<Value>(text->text) : evaluate(expression);
+  return text != nullptr ? Value(text->text) : evaluate(expression);
 }
 
-Result<double> Evaluator::number(const syntax::Expression& expression) {
-  return evaluate(expression).and_then(values::number);
+double Evaluator::number(const syntax::Expression& expression) {
+  return must(values::number(evaluate(expression)));
 }
 
-Result<long> Evaluator::integer(const syntax::Expression& expression) {
-  return evaluate(expression).and_then(values::integer);
+long Evaluator::integer(const syntax::Expression& expression) {
+  return must(values::integer(evaluate(expression)));
 }
 
 bool Evaluator::is_macro(const syntax::Expression& expression) const {
@@ -47,120 +51,87 @@ bool Evaluator::is_macro(const syntax::Expression& expression) const {
   return text != nullptr && scope_.macros.contains(text->text);
 }
 
-Result<void> Evaluator::count_macro(const std::string& name) {
+void Evaluator::count_macro(const std::string& name) {
   if (++macros_used_ > most_uses_of_macros) {
-    return fault(0, "the block uses more than " + std::to_string(most_uses_of_macros) +
-                        " macros in macros; the last is \"" + name + '"');
+    fail(0, "the block uses more than " + std::to_string(most_uses_of_macros) +
+                " macros in macros; the last is \"" + name + '"');
   }
-  return {};
 }
 
-Result<Value> Evaluator::value_of(const syntax::Number& number) {
+Value Evaluator::value_of(const syntax::Number& number) {
   return number.value;
 }
 
-Result<Value> Evaluator::value_of(const syntax::Text& text) {
+Value Evaluator::value_of(const syntax::Text& text) {
   if (!scope_.macros.contains(text.text)) {
     return text.text;
   }
-  if (auto counted = count_macro(text.text); !counted) {
-    return tl::make_unexpected(counted.error());
-  }
-  if (macro_depth_ == deepest_macro) {
-    return fault(0, "macros are nested deeper than " + std::to_string(deepest_macro) +
-                        " levels, or \"" + text.text + "\" uses itself");
-  }
-  const auto expression = scope_.macros.expression(text.text);
-  if (!expression) {
-    return tl::make_unexpected(expression.error());
-  }
-  ++macro_depth_;
-  auto value = evaluate(**expression);
-  --macro_depth_;
-  return value;
+  count_macro(text.text);
+  const MacroLevel level(macro_depth_, text.text);
+  return evaluate(*scope_.macros.expression(text.text));
 }
 
-Result<Value> Evaluator::value_of(const syntax::Unary& unary) {
-  return number(*unary.operand).map([&](double operand) -> Value {
-    return unary.operation == syntax::UnaryOperator::minus ? -operand
-                                                           : (values::is_true(operand) ? 0.0 : 1.0);
-  });
+Value Evaluator::value_of(const syntax::Unary& unary) {
+  const double operand = number(*unary.operand);
+  return unary.operation == syntax::UnaryOperator::minus ? Value(-operand)
+                                                         : truth(!values::is_true(operand));
 }
 
 // Beside a string, a quoted text is a string even if a macro has its name: V.P.NAME == "AXIS"
 // compares with the text AXIS.
-Result<Value> Evaluator::value_of(const syntax::Binary& binary) {
-  auto left = evaluate_text(*binary.left);
-  auto right = left ? evaluate_text(*binary.right) : left;
-  if (!left || !right) {
-    return left ? right : left;
-  }
+Value Evaluator::value_of(const syntax::Binary& binary) {
+  Value left = evaluate_text(*binary.left);
+  Value right = evaluate_text(*binary.right);
   const bool left_macro = is_macro(*binary.left);
   const bool right_macro = is_macro(*binary.right);
   const bool strings = works_on_strings(binary.operation) &&
-                       ((is_string(*left) && !left_macro) || (is_string(*right) && !right_macro));
+                       ((is_string(left) && !left_macro) || (is_string(right) && !right_macro));
   if (!strings && left_macro) {
     left = evaluate(*binary.left);
   }
   if (!strings && right_macro) {
     right = evaluate(*binary.right);
   }
-  if (!left || !right) {
-    return left ? right : left;
-  }
-  return values::apply(binary.operation, *left, *right);
+  return must(values::apply(binary.operation, left, right));
 }
 
-Result<Value> Evaluator::value_of(const syntax::Call& call) {
+Value Evaluator::value_of(const syntax::Call& call) {
   const bool strings = values::is_string_function(*call.function);
   std::vector<Value> arguments;
   arguments.reserve(call.arguments.size());
   for (const syntax::Expression& expression : call.arguments) {
-    auto argument = strings ? evaluate_text(expression) : evaluate(expression);
-    if (!argument) {
-      return argument;
-    }
-    arguments.push_back(std::move(*argument));
+    arguments.push_back(strings ? evaluate_text(expression) : evaluate(expression));
   }
-  return call.function->call(arguments);
+  return must(call.function->call(arguments));
 }
 
-Result<Value> Evaluator::value_of(const syntax::Query& query) {
+Value Evaluator::value_of(const syntax::Query& query) {
   switch (query.kind) {
     case syntax::QueryKind::exists:
-      return exists(*query.subject).map([](bool there) -> Value { return there ? 1.0 : 0.0; });
+      return truth(exists(*query.subject));
     case syntax::QueryKind::size_of:
-      return size_of(query).map([](double size) -> Value { return size; });
+      return size_of(query);
     default:
-      return read(*query.subject).map([&](const Value& value) -> Value {
-        return is_string(value) == (query.kind == syntax::QueryKind::is_string) ? 1.0 : 0.0;
-      });
+      return truth(is_string(read(*query.subject)) == (query.kind == syntax::QueryKind::is_string));
   }
 }
 
-Result<bool> Evaluator::exists(const syntax::Reference& reference) {
+bool Evaluator::exists(const syntax::Reference& reference) {
   if (const auto* parameter = std::get_if<syntax::CycleParameter>(&reference)) {
-    return integer(*parameter->number).map([this](long number) {
-      return scope_.memory.cycle_argument(number) != nullptr;
-    });
+    return scope_.memory.cycle_argument(integer(*parameter->number)) != nullptr;
   }
-  return name_of(reference).map([this](const std::string& name) {
-    return Memory::owns(name) ? scope_.memory.exists(name) : read_variable(name).has_value();
-  });
+  const std::string name = name_of(reference);
+  return Memory::owns(name) ? scope_.memory.exists(name) : read_variable(name).has_value();
 }
 
 // Elements of a dimension, counted from 1; -1 for an unknown dimension (our choice).
-Result<double> Evaluator::size_of(const syntax::Query& query) {
-  const auto dimension = query.dimension ? integer(*query.dimension) : Result<long>(1);
-  const auto name = name_of(*query.subject);
-  if (!dimension || !name) {
-    return tl::make_unexpected(dimension ? name.error() : dimension.error());
-  }
-  const auto info = scope_.memory.find(*name);
-  const bool known = info && *dimension >= 1 &&
-                     static_cast<std::size_t>(*dimension) <= info->shape.dimensions.size();
+double Evaluator::size_of(const syntax::Query& query) {
+  const long dimension = query.dimension ? integer(*query.dimension) : 1;
+  const auto info = scope_.memory.find(name_of(*query.subject));
+  const bool known = info && dimension >= 1 &&
+                     static_cast<std::size_t>(dimension) <= info->shape.dimensions.size();
   return known
-             ? static_cast<double>(info->shape.dimensions[static_cast<std::size_t>(*dimension) - 1])
+             ? static_cast<double>(info->shape.dimensions[static_cast<std::size_t>(dimension) - 1])
              : -1.0;
 }
 

@@ -12,7 +12,7 @@
 
 namespace millrace::cnc::nc::run {
 
-/// One object for each operation.
+/// One object for each operation. A fault aborts the program (values::Aborted).
 class Evaluator {
  public:
   /// The scopes of names.
@@ -25,44 +25,42 @@ class Evaluator {
   explicit Evaluator(Scope scope) : scope_(scope) {}
 
   /// A quoted text with the name of a macro becomes the macro's value.
-  values::Result<Value> evaluate(const syntax::Expression& expression);
+  Value evaluate(const syntax::Expression& expression);
   /// The same where a string is valid: a quoted text remains a string.
-  values::Result<Value> evaluate_text(const syntax::Expression& expression);
-  values::Result<double> number(const syntax::Expression& expression);
-  values::Result<long> integer(const syntax::Expression& expression);
-  values::Result<Value> read(const syntax::Reference& reference);
-  values::Result<void> write(const syntax::Reference& reference, const Value& value);
+  Value evaluate_text(const syntax::Expression& expression);
+  double number(const syntax::Expression& expression);
+  long integer(const syntax::Expression& expression);
+  Value read(const syntax::Reference& reference);
+  void write(const syntax::Reference& reference, const Value& value);
   /// The name with its indices computed: "V.G.NP[98].V.X", "P12[3]". Not for @P1.
-  values::Result<std::string> name_of(const syntax::Reference& reference);
+  std::string name_of(const syntax::Reference& reference);
   /// Not an overload of name_of(): to choose between the two, Clang copies a Variable, whose
   /// expressions cannot be copied.
-  values::Result<std::string> name_of_variable(const syntax::Variable& variable) {
-    return resolve(variable);
-  }
+  std::string name_of_variable(const syntax::Variable& variable) { return resolve(variable); }
   /// Counts a macro of this operation; a fault beyond the limit (macros that use each other several
   /// times grow without bounds).
-  values::Result<void> count_macro(const std::string& name);
+  void count_macro(const std::string& name);
   /// The name of a program: literal, in a macro or in a variable.
-  values::Result<std::string> name_of(const syntax::Name& name);
+  std::string name_of(const syntax::Name& name);
 
  private:
-  values::Result<Value> value_of(const syntax::Number& number);
-  values::Result<Value> value_of(const syntax::Text& text);
-  values::Result<Value> value_of(const syntax::Unary& unary);
-  values::Result<Value> value_of(const syntax::Binary& binary);
-  values::Result<Value> value_of(const syntax::Call& call);
-  values::Result<Value> value_of(const syntax::Parameter& parameter);
-  values::Result<Value> value_of(const syntax::Variable& variable);
-  values::Result<Value> value_of(const syntax::CycleParameter& parameter);
-  values::Result<Value> value_of(const syntax::Query& query);
-  values::Result<std::string> resolve(const syntax::Parameter& parameter);
-  values::Result<std::string> resolve(const syntax::Variable& variable);
-  values::Result<std::string> resolve(const syntax::CycleParameter& parameter);
-  values::Result<void> append_elements(const std::vector<syntax::Expression>& elements,
-                                       std::string& name);
-  values::Result<Value> read_variable(const std::string& name);
-  values::Result<bool> exists(const syntax::Reference& reference);
-  values::Result<double> size_of(const syntax::Query& query);
+  Value value_of(const syntax::Number& number);
+  Value value_of(const syntax::Text& text);
+  Value value_of(const syntax::Unary& unary);
+  Value value_of(const syntax::Binary& binary);
+  Value value_of(const syntax::Call& call);
+  Value value_of(const syntax::Parameter& parameter);
+  Value value_of(const syntax::Variable& variable);
+  Value value_of(const syntax::CycleParameter& parameter);
+  Value value_of(const syntax::Query& query);
+  std::string resolve(const syntax::Parameter& parameter);
+  std::string resolve(const syntax::Variable& variable);
+  std::string resolve(const syntax::CycleParameter& parameter);
+  /// "[2][0]"
+  std::string indices_of(const std::vector<syntax::Expression>& elements);
+  [[nodiscard]] values::Result<Value> read_variable(const std::string& name) const;
+  bool exists(const syntax::Reference& reference);
+  double size_of(const syntax::Query& query);
   [[nodiscard]] bool is_macro(const syntax::Expression& expression) const;
 
   Scope scope_;

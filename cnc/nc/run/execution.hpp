@@ -17,6 +17,7 @@ namespace millrace::cnc::nc::run {
 /// change that a repetition would make twice.
 enum class Outcome { done, jumped, again };
 
+/// A fault aborts the program (values::Aborted).
 class Execution {
  public:
   Execution(DecoderState& state, const Tick& tick)
@@ -26,34 +27,34 @@ class Execution {
             {state.around.memory, state.around.macros, state.around.system, tick.environment}) {}
 
   /// Reads the block number of the current operation, if it has one.
-  values::Result<void> read_block_number();
+  void read_block_number();
 
-  values::Result<Outcome> operator()(const syntax::Words& words);
+  Outcome operator()(const syntax::Words& words);
 
-  values::Result<Outcome> operator()(const syntax::Jump& jump);
-  values::Result<Outcome> operator()(const syntax::Branch& branch);
-  values::Result<Outcome> operator()(const syntax::For& loop);
-  values::Result<Outcome> operator()(const syntax::EndFor& end);
-  values::Result<Outcome> operator()(const syntax::Switch& selection);
-  values::Result<Outcome> operator()(const syntax::Goto& jump);
+  Outcome operator()(const syntax::Jump& jump);
+  Outcome operator()(const syntax::Branch& branch);
+  Outcome operator()(const syntax::For& loop);
+  Outcome operator()(const syntax::EndFor& end);
+  Outcome operator()(const syntax::Switch& selection);
+  Outcome operator()(const syntax::Goto& jump);
 
-  values::Result<Outcome> operator()(const syntax::SubprogramCall& call);
-  values::Result<Outcome> operator()(const syntax::CycleCall& call);
-  values::Result<Outcome> operator()(const syntax::EndModalCycle& end);
+  Outcome operator()(const syntax::SubprogramCall& call);
+  Outcome operator()(const syntax::CycleCall& call);
+  Outcome operator()(const syntax::EndModalCycle& end);
 
-  values::Result<Outcome> operator()(const syntax::Flush& flush);
-  values::Result<Outcome> operator()(const syntax::WaitFor& wait);
-  values::Result<Outcome> operator()(const syntax::TimerCommand& timer);
-  values::Result<Outcome> operator()(const syntax::TimeCommand& time);
-  values::Result<Outcome> operator()(const syntax::Declarations& declarations);
-  values::Result<Outcome> operator()(const syntax::Deletion& deletion);
-  values::Result<Outcome> operator()(const syntax::UserError& error);
-  values::Result<Outcome> operator()(const syntax::ForgetMacros& forget);
-  values::Result<Outcome> operator()(const syntax::InitExternals& init);
+  Outcome operator()(const syntax::Flush& flush);
+  Outcome operator()(const syntax::WaitFor& wait);
+  Outcome operator()(const syntax::TimerCommand& timer);
+  Outcome operator()(const syntax::TimeCommand& time);
+  Outcome operator()(const syntax::Declarations& declarations);
+  Outcome operator()(const syntax::Deletion& deletion);
+  Outcome operator()(const syntax::UserError& error);
+  Outcome operator()(const syntax::ForgetMacros& forget);
+  Outcome operator()(const syntax::InitExternals& init);
 
-  values::Result<Outcome> operator()(const syntax::Message& message);
-  values::Result<Outcome> operator()(const syntax::SaveMessage& save);
-  values::Result<Outcome> operator()(const syntax::ReportFile& file);
+  Outcome operator()(const syntax::Message& message);
+  Outcome operator()(const syntax::SaveMessage& save);
+  Outcome operator()(const syntax::ReportFile& file);
 
   /// End the current routine, or the whole program.
   void leave_routine();
@@ -61,34 +62,32 @@ class Execution {
 
  private:
   // execution_words.cpp
-  values::Result<void> collect(const syntax::Words& block, std::vector<WordValue>& words);
-  values::Result<void> collect(const syntax::Word& word, std::vector<WordValue>& words);
-  values::Result<void> collect(const syntax::Assignment& assignment, std::vector<WordValue>&);
-  values::Result<void> collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&);
-  values::Result<void> collect(const syntax::MacroUse& macro, std::vector<WordValue>& words);
-  values::Result<void> collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&);
-  values::Result<void> collect(const syntax::QueueMessage& message, std::vector<WordValue>&);
-  values::Result<void> collect(const syntax::QueueInit& init, std::vector<WordValue>&);
-  values::Result<void> change(const syntax::Reference& target, values::BinaryOperator operation,
-                              const Value& operand);
-  values::Result<Value> value_for(const syntax::Reference& target, const syntax::Expression& value);
-  values::Result<Outcome> apply(Meaning meaning);
+  void collect(const syntax::Words& block, std::vector<WordValue>& words);
+  void collect(const syntax::Word& word, std::vector<WordValue>& words);
+  void collect(const syntax::Assignment& assignment, std::vector<WordValue>&);
+  void collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&);
+  void collect(const syntax::MacroUse& macro, std::vector<WordValue>& words);
+  void collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&);
+  void collect(const syntax::QueueMessage& message, std::vector<WordValue>&);
+  void collect(const syntax::QueueInit& init, std::vector<WordValue>&);
+  void change(const syntax::Reference& target, values::BinaryOperator operation,
+              const Value& operand);
+  Value value_for(const syntax::Reference& target, const syntax::Expression& value);
+  Outcome apply(Meaning meaning);
   void take_a_cycle(Motion& motion);
   // execution_control.cpp
   Outcome go_to(std::size_t operation);
-  values::Result<Outcome> enter_loop(const syntax::For& loop, std::size_t begin);
-  values::Result<Outcome> go_to_number(long number);
-  values::Result<Outcome> go_to_label(const std::string& label);
+  Outcome enter_loop(const syntax::For& loop, std::size_t begin);
   // execution_calls.cpp
-  values::Result<Frame> routine_of(const syntax::Name& name, bool local);
-  values::Result<CycleArguments> arguments_of(const syntax::CycleCall& call);
-  values::Result<Outcome> enter(Frame frame, std::optional<CycleArguments> arguments);
-  values::Result<Outcome> repeat_modal_cycle(bool moved);
+  Frame routine_of(const syntax::Name& name, bool local);
+  CycleArguments arguments_of(const syntax::CycleCall& call);
+  Outcome enter(Frame frame, std::optional<CycleArguments> arguments);
+  Outcome repeat_modal_cycle(bool moved);
   // execution_commands.cpp
-  values::Result<void> declare(const syntax::Declaration& declaration);
-  values::Result<Outcome> raise(long id, long recovery_class, std::string text);
+  void declare(const syntax::Declaration& declaration);
+  Outcome raise(long id, long recovery_class, std::string text);
   // execution_messages.cpp
-  values::Result<std::string> text_of(const syntax::FormattedText& text);
+  std::string text_of(const syntax::FormattedText& text);
   Outcome send(MessageEvent message);
 
   void push(Block::Action action) {

@@ -10,8 +10,8 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
+using values::must;
 
 // #FLUSH stops the motion briefly; the vendor gives no time, this is our choice.
 constexpr double flush_stop_seconds = 0.002;
@@ -22,9 +22,9 @@ constexpr long fatal_class = 7;
 
 }  // namespace
 
-Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
+Outcome Execution::operator()(const syntax::Flush& flush) {
   if (flush.kind == syntax::FlushKind::wait && state_.search) {
-    return fault(50748, "#FLUSH WAIT before the block that is searched for");
+    fail(50748, "#FLUSH WAIT before the block that is searched for");
   }
   const bool waits =
       flush.kind == syntax::FlushKind::wait ||
@@ -40,38 +40,32 @@ Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
   return waits && !state_.channel_empty() ? Outcome::again : Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::WaitFor& wait) {
-  return evaluator_.number(wait.condition).map([](double value) {
-    return value > 0.5 ? Outcome::done : Outcome::again;
-  });
+Outcome Execution::operator()(const syntax::WaitFor& wait) {
+  return evaluator_.number(wait.condition) > 0.5 ? Outcome::done : Outcome::again;
 }
 
-Result<Outcome> Execution::operator()(const syntax::TimeCommand& time) {
+Outcome Execution::operator()(const syntax::TimeCommand& time) {
   if (state_.around.queue.full()) {
     return Outcome::again;
   }
-  return evaluator_.number(time.seconds).and_then([this](double seconds) -> Result<Outcome> {
-    if (!(seconds >= 0)) {
-      return fault(0, "#TIME takes seconds from 0 on, not " + values::display(seconds));
-    }
-    push(state_.around.motion.dwell(seconds));
-    return Outcome::done;
-  });
+  const double seconds = evaluator_.number(time.seconds);
+  if (!(seconds >= 0)) {
+    fail(0, "#TIME takes seconds from 0 on, not " + values::display(seconds));
+  }
+  push(state_.around.motion.dwell(seconds));
+  return Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::TimerCommand& timer) {
+Outcome Execution::operator()(const syntax::TimerCommand& timer) {
   if (state_.awaits_timer) {
     state_.awaits_timer = !state_.channel_empty();
     return state_.awaits_timer ? Outcome::again : Outcome::done;
   }
-  const auto id = evaluator_.integer(timer.id);
-  if (!id) {
-    return tl::make_unexpected(id.error());
+  const long id = evaluator_.integer(timer.id);
+  if (id < 0 || id >= static_cast<long>(Timers::count)) {
+    fail(0, "#TIMER: the timers are 0 to 127, there is no " + std::to_string(id));
   }
-  if (*id < 0 || *id >= static_cast<long>(Timers::count)) {
-    return fault(0, "#TIMER: the timers are 0 to 127, there is no " + std::to_string(*id));
-  }
-  const TimerOrder order{timer.action, static_cast<std::size_t>(*id)};
+  const TimerOrder order{timer.action, static_cast<std::size_t>(id)};
   if (!timer.synchronous) {
     carry_out(order, state_.around.timers, tick_.now);
     return Outcome::done;
@@ -84,104 +78,85 @@ Result<Outcome> Execution::operator()(const syntax::TimerCommand& timer) {
   return state_.awaits_timer ? Outcome::again : Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::Declarations& declarations) {
+Outcome Execution::operator()(const syntax::Declarations& declarations) {
   for (const syntax::Declaration& declaration : declarations.variables) {
-    if (auto declared = declare(declaration); !declared) {
-      return tl::make_unexpected(declared.error());
-    }
+    declare(declaration);
   }
   return Outcome::done;
 }
 
-Result<void> Execution::declare(const syntax::Declaration& declaration) {
-  const auto written = evaluator_.name_of(declaration.variable);
-  if (!written) {
-    return tl::make_unexpected(written.error());
-  }
-  const ElementName name = split_name(*written);
+void Execution::declare(const syntax::Declaration& declaration) {
+  const std::string written = evaluator_.name_of(declaration.variable);
+  const ElementName name = split_name(written);
   VariableShape shape{declaration.type, declaration.length, {}};
   for (const long dimension : name.indices) {
     shape.dimensions.push_back(static_cast<std::size_t>(std::max(dimension, 0L)));
   }
   std::vector<Value> initial;
   for (const syntax::Expression& expression : declaration.initial) {
-    auto value = declaration.type == VariableType::string ? evaluator_.evaluate_text(expression)
-                                                          : evaluator_.evaluate(expression);
-    if (!value) {
-      return tl::make_unexpected(value.error());
-    }
-    initial.push_back(std::move(*value));
+    initial.push_back(declaration.type == VariableType::string
+                          ? evaluator_.evaluate_text(expression)
+                          : evaluator_.evaluate(expression));
   }
-  return state_.around.memory.declare(name.variable, shape, initial);
+  must(state_.around.memory.declare(name.variable, shape, initial));
 }
 
-Result<Outcome> Execution::operator()(const syntax::Deletion& deletion) {
+Outcome Execution::operator()(const syntax::Deletion& deletion) {
   for (const syntax::Reference& variable : deletion.variables) {
-    auto deleted = evaluator_.name_of(variable).and_then(
-        [this](const std::string& name) { return state_.around.memory.erase(name); });
-    if (!deleted) {
-      return tl::make_unexpected(deleted.error());
-    }
+    must(state_.around.memory.erase(evaluator_.name_of(variable)));
   }
   return Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::ForgetMacros& /*forget*/) {
+Outcome Execution::operator()(const syntax::ForgetMacros& /*forget*/) {
   state_.around.macros.clear();
   return Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::InitExternals& init) {
+Outcome Execution::operator()(const syntax::InitExternals& init) {
   for (const syntax::Reference& variable : init.variables) {
-    auto done = evaluator_.name_of(variable).and_then(
-        [this](const std::string& name) { return tick_.environment.initialise(name); });
-    if (!done) {
-      return tl::make_unexpected(done.error());
-    }
+    must(tick_.environment.initialise(evaluator_.name_of(variable)));
   }
   return Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::UserError& error) {
+Outcome Execution::operator()(const syntax::UserError& error) {
   long id = 0;
   long recovery_class = error_class;
   std::string details;
   for (const syntax::ErrorParameter& parameter : error.parameters) {
-    const auto value = evaluator_.evaluate_text(parameter.value);
-    const auto number = value ? values::integer(*value) : Result<long>(0);
-    if (!value || (!number && parameter.name.front() != 'P')) {
-      return tl::make_unexpected(value ? number.error() : value.error());
-    }
-    const std::string shown = values::display(*value);
-    if (std::holds_alternative<std::string>(*value) && shown.size() > longest_error_string) {
-      return fault(21462, parameter.name + ": a string of #ERROR has at most 23 characters");
+    const Value value = evaluator_.evaluate_text(parameter.value);
+    const long number = parameter.name.front() == 'P' ? 0 : must(values::integer(value));
+    const std::string shown = values::display(value);
+    if (std::holds_alternative<std::string>(value) && shown.size() > longest_error_string) {
+      fail(21462, parameter.name + ": a string of #ERROR has at most 23 characters");
     }
     if (parameter.name == "ID") {
-      id = *number;
+      id = number;
     } else if (parameter.name == "RC") {
-      recovery_class = *number;
+      recovery_class = number;
     } else {
       details += ' ' + parameter.name + '=' + shown;
     }
   }
   if (id < 1 || id > 1000) {
-    return fault(0, "#ERROR: ID is 1 to 1000, not " + std::to_string(id));
+    fail(0, "#ERROR: ID is 1 to 1000, not " + std::to_string(id));
   }
   return raise(id, recovery_class, "raised by the program with #ERROR" + details);
 }
 
-Result<Outcome> Execution::raise(long id, long recovery_class, std::string text) {
+Outcome Execution::raise(long id, long recovery_class, std::string text) {
   switch (recovery_class) {
     case warning_class:
       warn(std::move(text), static_cast<int>(id));
       return Outcome::done;
     case fatal_class:
       state_.restart_needed = true;
-      return fault(static_cast<int>(id), std::move(text));
+      fail(static_cast<int>(id), std::move(text));
     case error_class:
-      return fault(static_cast<int>(id), std::move(text));
+      fail(static_cast<int>(id), std::move(text));
     default:
-      return fault(0, "#ERROR: RC is 0, 2 or 7, not " + std::to_string(recovery_class));
+      fail(0, "#ERROR: RC is 0, 2 or 7, not " + std::to_string(recovery_class));
   }
 }
 

@@ -8,8 +8,7 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
 
 constexpr double same_case = 0.001;
 
@@ -31,86 +30,63 @@ Outcome Execution::go_to(std::size_t operation) {
   return Outcome::jumped;
 }
 
-Result<Outcome> Execution::operator()(const syntax::Jump& jump) {
+Outcome Execution::operator()(const syntax::Jump& jump) {
   return go_to(jump.target);
 }
 
-Result<Outcome> Execution::operator()(const syntax::Branch& branch) {
-  return evaluator_.number(branch.condition).map([&](double value) {
-    return judge(branch.rule, value) == branch.when ? go_to(branch.target) : Outcome::done;
-  });
+Outcome Execution::operator()(const syntax::Branch& branch) {
+  const double value = evaluator_.number(branch.condition);
+  return judge(branch.rule, value) == branch.when ? go_to(branch.target) : Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::For& loop) {
-  const auto step = evaluator_.number(loop.step);
-  if (step && *step == 0) {
+Outcome Execution::operator()(const syntax::For& loop) {
+  if (evaluator_.number(loop.step) == 0) {
     warn("the step of $FOR is 0: the loop never ends by itself");
   }
-  return evaluator_.evaluate(loop.start)
-      .and_then([&](const Value& start) { return evaluator_.write(loop.counter, start); })
-      .and_then([&] { return enter_loop(loop, state_.frame().position); });
+  evaluator_.write(loop.counter, evaluator_.evaluate(loop.start));
+  return enter_loop(loop, state_.frame().position);
 }
 
-Result<Outcome> Execution::operator()(const syntax::EndFor& end) {
+Outcome Execution::operator()(const syntax::EndFor& end) {
   const auto& loop = std::get<syntax::For>(state_.frame().routine->operations[end.loop].statement);
-  return evaluator_.evaluate(loop.step)
-      .and_then([&](const Value& step) {
-        return change(loop.counter, values::BinaryOperator::add, step);
-      })
-      .and_then([&] { return enter_loop(loop, end.loop); });
+  change(loop.counter, values::BinaryOperator::add, evaluator_.evaluate(loop.step));
+  return enter_loop(loop, end.loop);
 }
 
 // The counter is tested before each pass; with a step of 0 it never passes the end.
-Result<Outcome> Execution::enter_loop(const syntax::For& loop, std::size_t begin) {
-  const auto counter = evaluator_.read(loop.counter).and_then(values::number);
-  const auto end = counter ? evaluator_.number(loop.end) : counter;
-  const auto step = end ? evaluator_.number(loop.step) : end;
-  return step.map([&](double by) {
-    const bool over = (by > 0 && *counter > *end) || (by < 0 && *counter < *end);
-    return go_to(over ? loop.exit : begin + 1);
-  });
+Outcome Execution::enter_loop(const syntax::For& loop, std::size_t begin) {
+  const double counter = values::must(values::number(evaluator_.read(loop.counter)));
+  const double end = evaluator_.number(loop.end);
+  const double by = evaluator_.number(loop.step);
+  const bool over = (by > 0 && counter > end) || (by < 0 && counter < end);
+  return go_to(over ? loop.exit : begin + 1);
 }
 
-Result<Outcome> Execution::operator()(const syntax::Switch& selection) {
-  const auto selector = evaluator_.number(selection.selector);
-  if (!selector) {
-    return tl::make_unexpected(selector.error());
-  }
+Outcome Execution::operator()(const syntax::Switch& selection) {
+  const double selector = evaluator_.number(selection.selector);
   for (const syntax::SwitchCase& candidate : selection.cases) {
-    const auto value = evaluator_.number(candidate.value);
-    if (!value) {
-      return tl::make_unexpected(value.error());
-    }
-    if (std::abs(*value - *selector) < same_case) {
+    if (std::abs(evaluator_.number(candidate.value) - selector) < same_case) {
       return go_to(candidate.target);
     }
   }
   return go_to(selection.otherwise);
 }
 
-Result<Outcome> Execution::operator()(const syntax::Goto& jump) {
-  if (const auto* number = std::get_if<syntax::Expression>(&jump.target)) {
-    return evaluator_.integer(*number).and_then([this](long n) { return go_to_number(n); });
+Outcome Execution::operator()(const syntax::Goto& jump) {
+  const syntax::Routine& routine = *state_.frame().routine;
+  if (const auto* expression = std::get_if<syntax::Expression>(&jump.target)) {
+    const long number = evaluator_.integer(*expression);
+    const auto target = routine.numbers.find(number);
+    if (target == routine.numbers.end()) {
+      fail(0, "$GOTO to N" + std::to_string(number) +
+                  ", but no block of this routine begins with that number and a colon");
+    }
+    return go_to(target->second);
   }
-  return evaluator_.name_of(std::get<syntax::Name>(jump.target))
-      .and_then([this](const std::string& name) { return go_to_label(name); });
-}
-
-Result<Outcome> Execution::go_to_number(long number) {
-  const auto& numbers = state_.frame().routine->numbers;
-  const auto target = numbers.find(number);
-  if (target == numbers.end()) {
-    return fault(0, "$GOTO to N" + std::to_string(number) +
-                        ", but no block of this routine begins with that number and a colon");
-  }
-  return go_to(target->second);
-}
-
-Result<Outcome> Execution::go_to_label(const std::string& label) {
-  const auto& labels = state_.frame().routine->labels;
-  const auto target = labels.find(label);
-  if (target == labels.end()) {
-    return fault(0, "$GOTO to [" + label + "], which is nowhere in this routine");
+  const std::string label = evaluator_.name_of(std::get<syntax::Name>(jump.target));
+  const auto target = routine.labels.find(label);
+  if (target == routine.labels.end()) {
+    fail(0, "$GOTO to [" + label + "], which is nowhere in this routine");
   }
   return go_to(target->second);
 }

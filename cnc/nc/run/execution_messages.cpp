@@ -7,21 +7,15 @@
 
 namespace millrace::cnc::nc::run {
 
-using values::Result;
-
-Result<std::string> Execution::text_of(const syntax::FormattedText& text) {
+std::string Execution::text_of(const syntax::FormattedText& text) {
   std::vector<Value> arguments;
   for (const syntax::Expression& expression : text.values) {
-    auto value = evaluator_.evaluate(expression);
-    if (!value) {
-      return tl::make_unexpected(value.error());
-    }
-    arguments.push_back(std::move(*value));
+    arguments.push_back(evaluator_.evaluate(expression));
   }
-  return values::format(text.format, arguments);
+  return values::must(values::format(text.format, arguments));
 }
 
-Result<Outcome> Execution::operator()(const syntax::Message& message) {
+Outcome Execution::operator()(const syntax::Message& message) {
   if (state_.awaited_message) {
     if (!state_.around.messages.acknowledged(*state_.awaited_message)) {
       return Outcome::again;
@@ -32,14 +26,12 @@ Result<Outcome> Execution::operator()(const syntax::Message& message) {
   if (message.synchronous ? state_.around.queue.full() : state_.around.messages.full()) {
     return Outcome::again;
   }
-  return text_of(message.text).map([&](std::string text) {
-    MessageEvent event{std::move(text), message.receiver, 0, message.acknowledge, message.info};
-    if (message.synchronous) {
-      push(SynchronousMessage{std::move(event)});
-      return Outcome::done;
-    }
+  MessageEvent event{text_of(message.text), message.receiver, 0, message.acknowledge, message.info};
+  if (!message.synchronous) {
     return send(std::move(event));
-  });
+  }
+  push(SynchronousMessage{std::move(event)});
+  return Outcome::done;
 }
 
 Outcome Execution::send(MessageEvent message) {
@@ -52,18 +44,14 @@ Outcome Execution::send(MessageEvent message) {
   return Outcome::again;
 }
 
-Result<Outcome> Execution::operator()(const syntax::SaveMessage& save) {
-  return text_of(save.text).map([&](std::string text) {
-    tick_.emit(SaveEvent{state_.report_file, std::move(text), save.time_stamp, save.line_end});
-    return Outcome::done;
-  });
+Outcome Execution::operator()(const syntax::SaveMessage& save) {
+  tick_.emit(SaveEvent{state_.report_file, text_of(save.text), save.time_stamp, save.line_end});
+  return Outcome::done;
 }
 
-Result<Outcome> Execution::operator()(const syntax::ReportFile& file) {
-  return evaluator_.evaluate_text(file.name).and_then(values::text).map([this](std::string name) {
-    state_.report_file = std::move(name);
-    return Outcome::done;
-  });
+Outcome Execution::operator()(const syntax::ReportFile& file) {
+  state_.report_file = values::must(values::text(evaluator_.evaluate_text(file.name)));
+  return Outcome::done;
 }
 
 }  // namespace millrace::cnc::nc::run

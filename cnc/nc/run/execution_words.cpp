@@ -8,27 +8,24 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
+using values::must;
 
 constexpr std::size_t most_words = 1'000;
 
 }  // namespace
 
-Result<void> Execution::read_block_number() {
-  const auto& number = state_.operation().number;
-  if (!number) {
-    return {};
-  }
-  return evaluator_.integer(*number).map([this](long value) {
+void Execution::read_block_number() {
+  if (const auto& number = state_.operation().number) {
+    const long value = evaluator_.integer(*number);
     state_.frame().block_number = value;
     if (state_.search == value) {
       state_.search.reset();
     }
-  });
+  }
 }
 
-Result<Outcome> Execution::operator()(const syntax::Words& words) {
+Outcome Execution::operator()(const syntax::Words& words) {
   if (state_.around.queue.full()) {
     return Outcome::again;
   }
@@ -40,12 +37,11 @@ Result<Outcome> Execution::operator()(const syntax::Words& words) {
         0);
   }
   std::vector<WordValue> collected;
-  return collect(words, collected)
-      .and_then([&] { return state_.around.motion.interpret(collected); })
-      .and_then([this](Meaning meaning) { return apply(std::move(meaning)); });
+  collect(words, collected);
+  return apply(state_.around.motion.interpret(collected));
 }
 
-Result<Outcome> Execution::apply(Meaning meaning) {
+Outcome Execution::apply(Meaning meaning) {
   const bool with_message = std::ranges::any_of(data_orders_, [](const DataOrder& order) {
     return std::holds_alternative<WriteMessage>(order);
   });
@@ -68,8 +64,7 @@ Result<Outcome> Execution::apply(Meaning meaning) {
   }
   if (meaning.end == BlockEnd::subprogram) {
     if (state_.frames.size() == 1) {
-      return fault(0,
-                   "M17 and M29 end a subprogram, but this is the main program; end it with M30");
+      fail(0, "M17 and M29 end a subprogram, but this is the main program; end it with M30");
     }
     leave_routine();
     return Outcome::jumped;
@@ -88,99 +83,75 @@ void Execution::take_a_cycle(Motion& motion) {
   }
 }
 
-Result<void> Execution::collect(const syntax::Words& block, std::vector<WordValue>& words) {
+void Execution::collect(const syntax::Words& block, std::vector<WordValue>& words) {
   for (const syntax::WordsItem& item : block.items) {
-    auto collected = std::visit([&](const auto& node) { return collect(node, words); }, item);
-    if (!collected) {
-      return collected;
-    }
+    std::visit([&](const auto& node) { collect(node, words); }, item);
   }
-  return {};
 }
 
-Result<void> Execution::collect(const syntax::Word& word, std::vector<WordValue>& words) {
+void Execution::collect(const syntax::Word& word, std::vector<WordValue>& words) {
   if (words.size() == most_words) {
-    return fault(0, "the block has more than " + std::to_string(most_words) + " words");
+    fail(0, "the block has more than " + std::to_string(most_words) + " words");
   }
-  return evaluator_.number(word.value).map([&](double value) {
-    words.push_back({word.address, value});
-  });
+  words.push_back({word.address, evaluator_.number(word.value)});
 }
 
-Result<void> Execution::collect(const syntax::Assignment& assignment, std::vector<WordValue>&) {
-  return value_for(assignment.target, assignment.value).and_then([&](const Value& value) {
-    return assignment.operation ? change(assignment.target, *assignment.operation, value)
-                                : evaluator_.write(assignment.target, value);
-  });
+void Execution::collect(const syntax::Assignment& assignment, std::vector<WordValue>&) {
+  const Value value = value_for(assignment.target, assignment.value);
+  if (assignment.operation) {
+    change(assignment.target, *assignment.operation, value);
+  } else {
+    evaluator_.write(assignment.target, value);
+  }
 }
 
 // A quoted text is a macro or a string: the type of the variable decides.
-Result<Value> Execution::value_for(const syntax::Reference& target,
-                                   const syntax::Expression& value) {
+Value Execution::value_for(const syntax::Reference& target, const syntax::Expression& value) {
   const auto* text = std::get_if<syntax::Text>(&value.node);
   if (text != nullptr && state_.around.macros.contains(text->text)) {
-    const auto present = evaluator_.read(target);
-    if (present && std::holds_alternative<std::string>(*present)) {
-      return text->text;
+    try {
+      if (std::holds_alternative<std::string>(evaluator_.read(target))) {
+        return text->text;
+      }
+    } catch (const values::Aborted&) {
+      // The assignment creates the variable, or fails.
     }
   }
   return evaluator_.evaluate(value);
 }
 
-Result<void> Execution::change(const syntax::Reference& target, values::BinaryOperator operation,
-                               const Value& operand) {
-  return evaluator_.read(target)
-      .and_then([&](const Value& old) { return values::apply(operation, old, operand); })
-      .and_then([&](const Value& value) { return evaluator_.write(target, value); });
+void Execution::change(const syntax::Reference& target, values::BinaryOperator operation,
+                       const Value& operand) {
+  evaluator_.write(target, must(values::apply(operation, evaluator_.read(target), operand)));
 }
 
-Result<void> Execution::collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&) {
-  return state_.around.macros.define(macro.name, macro.text);
+void Execution::collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&) {
+  state_.around.macros.define(macro.name, macro.text);
 }
 
 // Computed when the block is decoded (our choice), written when the interpolator reaches it
 // (documented).
-Result<void> Execution::collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&) {
-  return evaluator_.name_of_variable(assignment.target).and_then([&](const std::string& name) {
-    return evaluator_.evaluate_text(assignment.value).map([&](Value value) {
-      data_orders_.emplace_back(AssignData{name, std::move(value)});
-    });
-  });
+void Execution::collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&) {
+  std::string name = evaluator_.name_of_variable(assignment.target);
+  data_orders_.emplace_back(
+      AssignData{std::move(name), evaluator_.evaluate_text(assignment.value)});
 }
 
-Result<void> Execution::collect(const syntax::QueueMessage& message, std::vector<WordValue>&) {
-  const auto queue = evaluator_.name_of_variable(message.queue);
-  const auto control = queue ? evaluator_.name_of_variable(message.control) : queue;
-  if (!control) {
-    return tl::make_unexpected(control.error());
-  }
-  return evaluator_.evaluate_text(message.value).map([&](Value value) {
-    data_orders_.emplace_back(WriteMessage{*queue, *control, std::move(value)});
-  });
+void Execution::collect(const syntax::QueueMessage& message, std::vector<WordValue>&) {
+  std::string queue = evaluator_.name_of_variable(message.queue);
+  std::string control = evaluator_.name_of_variable(message.control);
+  data_orders_.emplace_back(
+      WriteMessage{std::move(queue), std::move(control), evaluator_.evaluate_text(message.value)});
 }
 
-Result<void> Execution::collect(const syntax::QueueInit& init, std::vector<WordValue>&) {
-  return evaluator_.name_of_variable(init.control).map([&](std::string control) {
-    data_orders_.emplace_back(InitQueue{std::move(control)});
-  });
+void Execution::collect(const syntax::QueueInit& init, std::vector<WordValue>&) {
+  data_orders_.emplace_back(InitQueue{evaluator_.name_of_variable(init.control)});
 }
 
-Result<void> Execution::collect(const syntax::MacroUse& macro, std::vector<WordValue>& words) {
-  if (auto counted = evaluator_.count_macro(macro.name); !counted) {
-    return counted;
-  }
-  if (macro_depth_ == deepest_macro) {
-    return fault(0, "macros are nested deeper than " + std::to_string(deepest_macro) +
-                        " levels, or \"" + macro.name + "\" uses itself");
-  }
-  const auto block = state_.around.macros.words(macro.name);
-  if (!block) {
-    return tl::make_unexpected(block.error());
-  }
-  ++macro_depth_;
-  auto collected = collect(**block, words);
-  --macro_depth_;
-  return collected;
+void Execution::collect(const syntax::MacroUse& macro, std::vector<WordValue>& words) {
+  evaluator_.count_macro(macro.name);
+  const MacroLevel level(macro_depth_, macro.name);
+  collect(*state_.around.macros.words(macro.name), words);
 }
 
 }  // namespace millrace::cnc::nc::run

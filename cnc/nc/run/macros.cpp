@@ -9,77 +9,73 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
 
 // The vendor's limits are settings; these are our choice.
 constexpr std::size_t most_macros = 1'000;
+constexpr int deepest_macro = 10;
 
 // Reads a whole macro text with one of the parsers.
 template <class Node>
-Result<std::shared_ptr<const Node>> read_text(std::string_view name, const std::string& text,
-                                              Node (*parse)(syntax::Cursor&)) {
+std::shared_ptr<const Node> read_text(std::string_view name, const std::string& text,
+                                      Node (*parse)(syntax::Cursor&)) {
   std::vector<Diagnostic> mistakes;
   syntax::Cursor cursor("macro \"" + std::string(name) + '"', text, mistakes);
   auto node = std::make_shared<const Node>(parse(cursor));
   cursor.next_block();
   if (!mistakes.empty()) {
-    return fault(mistakes.front().id, mistakes.front().to_string());
+    fail(mistakes.front().id, mistakes.front().to_string());
   }
   if (!cursor.at_program_end()) {
-    return fault(0, "the macro \"" + std::string(name) + "\" has more than one block");
+    fail(0, "the macro \"" + std::string(name) + "\" has more than one block");
   }
   return node;
 }
 
 }  // namespace
 
-Result<void> Macros::define(const std::string& name, const std::string& text) {
+void Macros::define(const std::string& name, const std::string& text) {
   if (macros_.size() >= most_macros && !macros_.contains(name)) {
-    return fault(0, "there are " + std::to_string(most_macros) +
-                        " macros already; forget them with #INIT MACRO TAB");
+    fail(0, "there are " + std::to_string(most_macros) +
+                " macros already; forget them with #INIT MACRO TAB");
   }
   macros_.insert_or_assign(name, Macro{text, nullptr, nullptr});
-  return {};
 }
 
 const std::string& Macros::text(std::string_view name) const {
   return macros_.find(name)->second.text;
 }
 
-Result<Macros::Macro*> Macros::find(std::string_view name) {
+Macros::Macro& Macros::find(std::string_view name) {
   const auto found = macros_.find(name);
   if (found == macros_.end()) {
-    return fault(0, "there is no macro \"" + std::string(name) + '"');
+    fail(0, "there is no macro \"" + std::string(name) + '"');
   }
-  return &found->second;
+  return found->second;
 }
 
-Result<std::shared_ptr<const syntax::Expression>> Macros::expression(std::string_view name) {
-  return find(name).and_then(
-      [&](Macro* macro) -> Result<std::shared_ptr<const syntax::Expression>> {
-        if (!macro->expression) {
-          auto parsed = read_text(name, macro->text, syntax::parse_expression);
-          if (!parsed) {
-            return parsed;
-          }
-          macro->expression = std::move(*parsed);
-        }
-        return macro->expression;
-      });
+std::shared_ptr<const syntax::Expression> Macros::expression(std::string_view name) {
+  Macro& macro = find(name);
+  if (!macro.expression) {
+    macro.expression = read_text(name, macro.text, syntax::parse_expression);
+  }
+  return macro.expression;
 }
 
-Result<std::shared_ptr<const syntax::Words>> Macros::words(std::string_view name) {
-  return find(name).and_then([&](Macro* macro) -> Result<std::shared_ptr<const syntax::Words>> {
-    if (!macro->words) {
-      auto parsed = read_text(name, macro->text, syntax::parse_words);
-      if (!parsed) {
-        return parsed;
-      }
-      macro->words = std::move(*parsed);
-    }
-    return macro->words;
-  });
+std::shared_ptr<const syntax::Words> Macros::words(std::string_view name) {
+  Macro& macro = find(name);
+  if (!macro.words) {
+    macro.words = read_text(name, macro.text, syntax::parse_words);
+  }
+  return macro.words;
+}
+
+MacroLevel::MacroLevel(int& depth, const std::string& name) : depth_(depth) {
+  if (depth == deepest_macro) {
+    fail(0, "macros are nested deeper than " + std::to_string(deepest_macro) + " levels, or \"" +
+                name + "\" uses itself");
+  }
+  ++depth;
 }
 
 }  // namespace millrace::cnc::nc::run

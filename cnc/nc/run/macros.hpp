@@ -12,20 +12,29 @@
 
 namespace millrace::cnc::nc::run {
 
-/// Deepest nesting of macros; it also ends a macro that uses itself.
-inline constexpr int deepest_macro = 10;
+/// Counts the nesting of macros; a fault beyond ten levels also ends a macro that uses itself.
+class MacroLevel {
+ public:
+  MacroLevel(int& depth, const std::string& name);
+  ~MacroLevel() { --depth_; }
+  MacroLevel(const MacroLevel&) = delete;
+  MacroLevel& operator=(const MacroLevel&) = delete;
+
+ private:
+  int& depth_;
+};
 
 class Macros {
  public:
-  values::Result<void> define(const std::string& name, const std::string& text);
+  void define(const std::string& name, const std::string& text);
   void clear() { macros_.clear(); }
   [[nodiscard]] bool contains(std::string_view name) const { return macros_.contains(name); }
   /// The text of an existing macro.
   [[nodiscard]] const std::string& text(std::string_view name) const;
   /// The macro's text, parsed as an expression or as the words of a block; a fault if it is not
   /// one, or if the macro does not exist. Parsed once, then kept.
-  values::Result<std::shared_ptr<const syntax::Expression>> expression(std::string_view name);
-  values::Result<std::shared_ptr<const syntax::Words>> words(std::string_view name);
+  std::shared_ptr<const syntax::Expression> expression(std::string_view name);
+  std::shared_ptr<const syntax::Words> words(std::string_view name);
 
  private:
   struct Macro {
@@ -33,7 +42,7 @@ class Macros {
     std::shared_ptr<const syntax::Expression> expression;
     std::shared_ptr<const syntax::Words> words;
   };
-  values::Result<Macro*> find(std::string_view name);
+  Macro& find(std::string_view name);
 
   std::map<std::string, Macro, std::less<>> macros_;
 };

@@ -11,8 +11,7 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-using values::fault;
-using values::Result;
+using values::fail;
 
 constexpr double longest_seconds = 1e9;
 constexpr double largest_position = 1e9;
@@ -93,41 +92,38 @@ bool MotionState::read_modal_g(int function) {
   }
 }
 
-Result<void> MotionState::read_g(double number, Draft& draft) {
+void MotionState::read_g(double number, Draft& draft) {
   const int function =
       number == std::floor(number) && number >= 0 && number < 1000 ? static_cast<int>(number) : -1;
   if (function == 4) {
     draft.is_dwell = true;
-    return {};
+  } else if (!read_modal_g(function) && !is_ignored(function)) {
+    fail(20131, "unknown G function G" + values::display(number));
   }
-  if (read_modal_g(function) || is_ignored(function)) {
-    return {};
-  }
-  return fault(20131, "unknown G function G" + values::display(number));
 }
 
-Result<void> MotionState::read_m(double number, Draft& draft) const {
+void MotionState::read_m(double number, Draft& draft) const {
   if (number != std::floor(number) || number < 0 || number > 9999) {
-    return fault(0, "M" + values::display(number) + " is not an M function");
+    fail(0, "M" + values::display(number) + " is not an M function");
   }
   switch (const int function = static_cast<int>(number)) {
     case 0:
       draft.hold = true;
-      return {};
+      break;
     case 1:
       draft.hold = draft.hold || options_.optional_stop;
-      return {};
+      break;
     case 2:
     case 30:
       draft.end = BlockEnd::program;
-      return {};
+      break;
     case 17:
     case 29:
       draft.end = BlockEnd::subprogram;
-      return {};
+      break;
     default:
       draft.functions.push_back(function);
-      return {};
+      break;
   }
 }
 
@@ -141,28 +137,25 @@ std::size_t MotionState::find_axis(const std::string& address) const {
   return static_cast<std::size_t>(axis - options_.axes.begin());
 }
 
-Result<void> MotionState::read_axis(const WordValue& word, Draft& draft) const {
+void MotionState::read_axis(const WordValue& word, Draft& draft) const {
   const std::size_t axis = find_axis(word.address);
   if (axis == options_.axes.size()) {
-    return fault(0, "the channel has no axis " + word.address);
+    fail(0, "the channel has no axis " + word.address);
   }
   if (!(std::abs(word.value) <= largest_position)) {
-    return fault(0,
-                 "the position " + word.address + values::display(word.value) + " is out of range");
+    fail(0, "the position " + word.address + values::display(word.value) + " is out of range");
   }
   draft.axes.emplace_back(axis, word.value);
-  return {};
 }
 
-Result<void> MotionState::read_feed(double feed) {
+void MotionState::read_feed(double feed) {
   if (!(feed > 0)) {
-    return fault(0, "the feed F" + values::display(feed) + " is not above zero");
+    fail(0, "the feed F" + values::display(feed) + " is not above zero");
   }
   feed_ = feed;
-  return {};
 }
 
-Result<bool> MotionState::read_circle_word(const WordValue& word, Draft& draft) {
+bool MotionState::read_circle_word(const WordValue& word, Draft& draft) {
   if (find_axis(word.address) != options_.axes.size()) {
     return false;
   }
@@ -178,39 +171,29 @@ Result<bool> MotionState::read_circle_word(const WordValue& word, Draft& draft) 
     return true;
   }
   if (word.address.starts_with('R')) {
-    return fault(20188, "the only radius with a number is R1, not " + word.address);
+    fail(20188, "the only radius with a number is R1, not " + word.address);
   }
   return false;
 }
 
-Result<void> MotionState::read_word(const WordValue& word, Draft& draft) {
+void MotionState::read_word(const WordValue& word, Draft& draft) {
   if (word.address == "G") {
-    return read_g(word.value, draft);
-  }
-  if (word.address == "M") {
-    return read_m(word.value, draft);
-  }
-  if (draft.is_dwell && (word.address.empty() || word.address == "X")) {
+    read_g(word.value, draft);
+  } else if (word.address == "M") {
+    read_m(word.value, draft);
+  } else if (draft.is_dwell && (word.address.empty() || word.address == "X")) {
     draft.dwell = word.value;
-    return {};
+  } else if (word.address == "F") {
+    read_feed(word.value);
+  } else if (!is_ignored_address(word.address) && !read_circle_word(word, draft)) {
+    read_axis(word, draft);
   }
-  if (word.address == "F") {
-    return read_feed(word.value);
-  }
-  if (is_ignored_address(word.address)) {
-    return {};
-  }
-  return read_circle_word(word, draft).and_then([&](bool done) {
-    return done ? Result<void>() : read_axis(word, draft);
-  });
 }
 
-Result<Meaning> MotionState::interpret(const std::vector<WordValue>& words) {
+Meaning MotionState::interpret(const std::vector<WordValue>& words) {
   Draft draft;
   for (const WordValue& word : words) {
-    if (auto read = read_word(word, draft); !read) {
-      return tl::make_unexpected(read.error());
-    }
+    read_word(word, draft);
   }
   Meaning meaning;
   meaning.end = draft.end;
@@ -219,16 +202,14 @@ Result<Meaning> MotionState::interpret(const std::vector<WordValue>& words) {
   }
   if (draft.is_dwell) {
     if (!draft.dwell || !(*draft.dwell >= 0)) {
-      return fault(0, "G04 needs a time in seconds: G04 X2.5 or G04 2.5");
+      fail(0, "G04 needs a time in seconds: G04 X2.5 or G04 2.5");
     }
     meaning.actions.emplace_back(dwell(*draft.dwell));
   } else if (const bool circle = way_ == Way::clockwise || way_ == Way::counterclockwise;
              draft.has_centre() && !circle) {
-    return fault(0, "I, J and K are the centre of a circle, for which G02 or G03 is needed");
+    fail(0, "I, J and K are the centre of a circle, for which G02 or G03 is needed");
   } else if (!draft.axes.empty() || draft.has_centre()) {
-    if (auto moved = move(draft, meaning); !moved) {
-      return tl::make_unexpected(moved.error());
-    }
+    move(draft, meaning);
   }
   if (draft.hold) {
     meaning.actions.emplace_back(Hold{});

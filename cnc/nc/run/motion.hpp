@@ -51,9 +51,9 @@ class MotionState {
   void reset(const std::vector<double>& position);
   /// M01 stops from the next block on.
   void set_optional_stop(bool on) { options_.optional_stop = on; }
-  /// Fails for an unknown word, an axis that the channel does not have, a missing feed, or an
-  /// impossible circle (circle.hpp).
-  values::Result<Meaning> interpret(const std::vector<WordValue>& words);
+  /// Aborts the program (values::Aborted) for an unknown word, an axis that the channel does not
+  /// have, a missing feed, or an impossible circle (circle.hpp).
+  Meaning interpret(const std::vector<WordValue>& words);
   /// A pause, in the channel's time scale.
   [[nodiscard]] Dwell dwell(double seconds) const { return {scaled(seconds)}; }
   /// Programmed position of the axes, up to the current block of the decoder.
@@ -65,29 +65,28 @@ class MotionState {
   struct Draft;
 
   // motion.cpp
-  values::Result<void> read_word(const WordValue& word, Draft& draft);
-  values::Result<void> read_g(double number, Draft& draft);
+  void read_word(const WordValue& word, Draft& draft);
+  void read_g(double number, Draft& draft);
   /// False if the function is not modal.
   bool read_modal_g(int function);
-  values::Result<void> read_m(double number, Draft& draft) const;
-  values::Result<void> read_feed(double feed);
-  values::Result<void> read_axis(const WordValue& word, Draft& draft) const;
+  void read_m(double number, Draft& draft) const;
+  void read_feed(double feed);
+  void read_axis(const WordValue& word, Draft& draft) const;
   /// I, J, K and R, unless the channel has an axis of that name; false for any other word.
-  values::Result<bool> read_circle_word(const WordValue& word, Draft& draft);
+  bool read_circle_word(const WordValue& word, Draft& draft);
   /// Index of an axis, or the number of axes if the channel does not have it.
   [[nodiscard]] std::size_t find_axis(const std::string& address) const;
   [[nodiscard]] Duration scaled(double seconds) const;
   // motion_path.cpp
-  values::Result<void> move(const Draft& draft, Meaning& meaning);
-  [[nodiscard]] values::Result<std::optional<Arc>> arc_to(const std::vector<double>& target,
-                                                          const Draft& draft) const;
+  void move(const Draft& draft, Meaning& meaning);
+  [[nodiscard]] std::optional<Arc> arc_to(const std::vector<double>& target,
+                                          const Draft& draft) const;
   /// The time in minutes that the slowest axis needs for the motion to a target, along an arc if
   /// there is one.
   [[nodiscard]] double least_time(const std::vector<double>& target,
                                   const std::optional<Arc>& arc) const;
-  [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target) const;
-  [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target,
-                                                  const Arc& arc) const;
+  void check_limits(const std::vector<double>& target) const;
+  void check_limits(const std::vector<double>& target, const Arc& arc) const;
 
   MotionOptions options_;
   std::vector<double> position_;

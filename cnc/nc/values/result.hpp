@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +21,27 @@ using Result = tl::expected<T, Fault>;
 /// A fault with the kernel's error id (0 = none documented).
 [[nodiscard]] inline tl::unexpected<Fault> fault(int id, std::string text) {
   return tl::make_unexpected(Fault{id, std::move(text)});
+}
+
+/// A fault that aborts the running program; thrown below Channel::tick.
+struct Aborted : std::runtime_error {
+  explicit Aborted(Fault why) : std::runtime_error(why.text), fault(std::move(why)) {}
+  Fault fault;
+};
+
+[[noreturn]] inline void fail(int id, std::string text) {
+  throw Aborted({id, std::move(text)});
+}
+
+/// The value; a fault aborts the program.
+template <class T>
+T must(Result<T> result) {
+  if (!result) {
+    throw Aborted(std::move(result.error()));
+  }
+  if constexpr (!std::is_void_v<T>) {
+    return *std::move(result);
+  }
 }
 
 /// `value`, or fault 21883 if it is infinite or NaN.

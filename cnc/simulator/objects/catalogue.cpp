@@ -90,9 +90,9 @@ Catalogue::Catalogue() : variable_(variable_by_handle()), system_data_(bytes_of_
   add_platform(platform);
   add_channel_axes(tables_[{com_port, GroupKind::com_channel, Scope::axis}]);
   add_axes(tables_[{com_port, GroupKind::com_axis, Scope::cnc_axis}]);
-  const Directory directory(platform, commands);
-  directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::cnc}]);
-  directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::channel}]);
+  for (const Scope scope : {Scope::cnc, Scope::channel}) {
+    add_directory(tables_[{com_port, GroupKind::com_directory, scope}], platform, commands);
+  }
 }
 
 ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::Index index,

@@ -1,6 +1,9 @@
 #include "cnc/simulator/objects/directory.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/simulator/objects/group.hpp"
@@ -13,7 +16,15 @@ namespace {
 using ads::Bytes;
 using ads::ErrorCode;
 using ads::Result;
-using Entry = Directory::Entry;
+
+/// The contents of a record.
+struct Entry {
+  std::uint32_t offset = 0;
+  std::uint32_t size = 0;
+  bool writable = false;
+  std::string name;
+  std::string type;
+};
 using Entries = std::vector<Entry>;
 
 constexpr std::size_t record_size = 84;
@@ -90,16 +101,14 @@ Result<Bytes> records(const View& view, const Context& at) {
 
 }  // namespace
 
-Directory::Directory(const ObjectTable& cnc, const ObjectTable& channel)
-    : cnc_(entries_of(cnc)), channel_(entries_of(channel)) {}
-
-void Directory::add_to(ObjectTable& table) const {
-  const auto count = [cnc = cnc_, channel = channel_](const Context& at) -> Result<Bytes> {
-    return encode_u32(static_cast<std::uint32_t>(View(at, *cnc, *channel).size()));
+void add_directory(ObjectTable& table, const ObjectTable& cnc, const ObjectTable& channel) {
+  const auto view = [cnc = entries_of(cnc), channel = entries_of(channel)](const Context& at) {
+    return View(at, *cnc, *channel);
   };
-  const auto read = [cnc = cnc_, channel = channel_](const Context& at) {
-    return records(View(at, *cnc, *channel), at);
+  const auto count = [view](const Context& at) -> Result<Bytes> {
+    return encode_u32(static_cast<std::uint32_t>(view(at).size()));
   };
+  const auto read = [view](const Context& at) { return records(view(at), at); };
   table.add(0, {.name = "number of objects", .type = "DWORD", .length = 4, .read = count});
   table.add_rest({.name = "objects", .type = "RECORD", .length = record_size, .read = read});
 }

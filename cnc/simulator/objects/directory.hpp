@@ -5,38 +5,14 @@
 //   read(553, {0x130101, 1}, 2 * 84);        // the records of the first two
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "cnc/simulator/objects/object.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
-class Directory {
- public:
-  /// Lists the objects of the CNC and those of one channel, which are the same for all. The
-  /// directory of channel 0 has those of the CNC and of all channels; that of channel 1 has those
-  /// of the CNC and its own (documented); any other has its own.
-  Directory(const ObjectTable& cnc, const ObjectTable& channel);
-
-  /// Offset 0 is the number of records. Offset n is the records from n on, as many as fit into the
-  /// client's buffer.
-  void add_to(ObjectTable& table) const;
-
-  /// The contents of a record.
-  struct Entry {
-    std::uint32_t offset = 0;
-    std::uint32_t size = 0;
-    bool writable = false;
-    std::string name;
-    std::string type;
-  };
-
- private:
-  std::shared_ptr<const std::vector<Entry>> cnc_;
-  std::shared_ptr<const std::vector<Entry>> channel_;
-};
+/// Adds to `table` the list of the objects of the CNC and of those of one channel, which are the
+/// same for all. The directory of channel 0 has those of the CNC and of all channels; that of
+/// channel 1 has those of the CNC and its own (documented); any other has its own. Offset 0 is the
+/// number of records. Offset n is the records from n on, as many as fit into the client's buffer.
+void add_directory(ObjectTable& table, const ObjectTable& cnc, const ObjectTable& channel);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -15,6 +15,8 @@ namespace millrace::cnc::simulator::objects {
 
 namespace {
 
+using ads::Bytes;
+using ads::BytesView;
 using ads::ErrorCode;
 using ads::Result;
 
@@ -25,6 +27,157 @@ constexpr std::uint32_t short_text = 20;
 /// from the documented size and the alignment of a REAL64.
 constexpr std::size_t listed_name_size = 92;
 constexpr std::size_t write_size = 120;
+
+/// Bytes of VAR_STRING in the union.
+constexpr std::size_t text_size = old_text_characters + 1;
+
+/// The characters and their NUL, or all bytes if there is no NUL.
+BytesView text_in(BytesView bytes) {
+  const auto nul = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
+  const auto end = nul == bytes.end() ? nul : nul + 1;
+  return bytes.first(static_cast<std::size_t>(end - bytes.begin()));
+}
+
+bool is_text(const Variable& variable) {
+  return variable.declaration().element.type == Type::string;
+}
+
+/// A number is at the front, and so is a string of at most 20 characters with its NUL. A longer
+/// string fails with invalid_size (our choice).
+Result<Bytes> read_old_value(const Variable& variable, std::uint32_t element) {
+  Bytes bytes = variable.bytes(element);
+  if (is_text(variable)) {
+    bytes.resize(text_in(bytes).size());
+    if (bytes.size() > text_size) {
+      return tl::unexpected(ErrorCode::invalid_size);
+    }
+  }
+  bytes.resize(old_value_size, 0);
+  return bytes;
+}
+
+/// `value` has old_value_size bytes.
+Result<void> write_old_value(Variable& variable, std::uint32_t element, BytesView value) {
+  assert(value.size() == old_value_size);
+  if (is_text(variable)) {
+    return variable.write(element, text_in(value.first(text_size)));
+  }
+  return variable.write(element, value.first(variable.declaration().element.size));
+}
+
+/// The variables of one kind in a row.
+struct Listing {
+  std::size_t (*size)(const VirtualChannel&);
+  /// `index` is smaller than size.
+  const Variable& (*at)(const VirtualChannel&, std::size_t index);
+  std::string (*name)(const VirtualChannel&, std::size_t index);
+};
+
+template <Kind kind>
+const Variable& variable_at(const VirtualChannel& channel, std::size_t index) {
+  return channel.store().family(kind).listed_at(index);
+}
+
+/// All variables of a family; of the axes, one entry for each quantity, without the axis.
+template <Kind kind>
+Listing list_family() {
+  return {[](const VirtualChannel& channel) { return channel.store().family(kind).listed(); },
+          variable_at<kind>,
+          [](const VirtualChannel& channel, std::size_t index) {
+            return variable_at<kind>(channel, index).declaration().listed();
+          }};
+}
+
+/// An attribute of the variable whose index, an UNS32, is the input; invalid_data beyond the last
+/// variable. Texts are returned in a buffer of `length` bytes.
+template <typename Fact>
+Object by_index(std::string_view name, std::string_view type, std::uint32_t length, Listing listing,
+                Fact fact) {
+  return {.name = std::string(name),
+          .type = std::string(type),
+          .length = length,
+          .exchange = [listing, fact](const Context& at, BytesView in) {
+            return decode_u32(in).and_then([&](std::uint32_t index) -> Result<Bytes> {
+              if (index >= listing.size(*at.channel)) {
+                return tl::unexpected(ErrorCode::invalid_data);
+              }
+              return fact(*at.channel, index);
+            });
+          }};
+}
+
+/// The axes themselves.
+Listing list_axes() {
+  return {[](const VirtualChannel& channel) { return channel.axes().size(); },
+          [](const VirtualChannel& channel, std::size_t index) -> const Variable& {
+            return channel.store().family(Kind::axis).at(index);
+          },
+          [](const VirtualChannel& channel, std::size_t index) {
+            return channel.axes().at(index).name;
+          }};
+}
+
+/// The number of variables; a Read without input.
+Object count(std::string name, Listing listing) {
+  return {.name = std::move(name),
+          .type = "UNS32",
+          .length = 4,
+          .read = [listing](const Context& at) -> Result<Bytes> {
+            return encode_u32(static_cast<std::uint32_t>(listing.size(*at.channel)));
+          }};
+}
+
+Object name_by_index(std::string_view name, std::uint32_t length, Listing listing) {
+  return by_index(name, "STRING", length, listing,
+                  [listing, length](const VirtualChannel& channel, std::size_t index) {
+                    return encode_buffer(listing.name(channel, index), length);
+                  });
+}
+
+Object text_by_index(std::string_view name, std::uint32_t length, Listing listing,
+                     std::string (*text)(const Declaration&)) {
+  return by_index(name, "STRING", length, listing,
+                  [listing, length, text](const VirtualChannel& channel, std::size_t index) {
+                    return encode_buffer(text(listing.at(channel, index).declaration()), length);
+                  });
+}
+
+Object number_by_index(std::string_view name, Listing listing,
+                       std::uint32_t (*number)(const Declaration&)) {
+  return by_index(
+      name, "UNS32", 4, listing,
+      [listing, number](const VirtualChannel& channel, std::size_t index) -> Result<Bytes> {
+        return encode_u32(number(listing.at(channel, index).declaration()));
+      });
+}
+
+/// EXT_VAR_WERT of a scalar or of the first element of an array.
+Object value_by_index(std::string_view name, Listing listing) {
+  return by_index(name, "EXT_VAR_WERT", old_value_size, listing,
+                  [listing](const VirtualChannel& channel, std::size_t index) {
+                    return read_old_value(listing.at(channel, index), Variable::scalar);
+                  });
+}
+
+/// ReadWrite with a name in, EXT_VAR_WERT out.
+Object value_by_name(std::string name) {
+  return {.name = std::move(name),
+          .type = "EXT_VAR_WERT",
+          .length = old_value_size,
+          .exchange = [](const Context& at, BytesView in) {
+            return decode_name(in)
+                .and_then([&](std::string_view variable) { return find_variable(at, variable); })
+                .and_then([](const Selection& found) -> Result<Bytes> {
+                  return found.element ? read_old_value(*found.variable, *found.element)
+                                       : tl::unexpected(ErrorCode::invalid_data);
+                });
+          }};
+}
+
+/// For example "V_UNS32".
+std::string type_text(const Declaration& declaration) {
+  return fmt::format("V_{}", name_of(declaration.element.type));
+}
 
 Object write_by_name(std::string name) {
   return {.name = std::move(name),
@@ -80,7 +233,7 @@ std::uint32_t size(const Declaration& declaration) {
 }  // namespace
 
 void add_old_external_variables(ObjectTable& table) {
-  const Listing all = list_externals();
+  const Listing all = list_family<Kind::external>();
   table.add(0x27, count("Number V.E parameters", all));
   table.add(0x28, number_by_index("V.E-dim by index", all, dimension));
   table.add(0x29, name_by_index("V.E-name by index", short_text, all));
@@ -94,7 +247,7 @@ void add_old_external_variables(ObjectTable& table) {
 }
 
 void add_old_axis_variables(ObjectTable& table) {
-  const Listing all = list_quantities();
+  const Listing all = list_family<Kind::axis>();
   table.add(0x31, count("V.A-max. number", all));
   table.add(0x32, name_by_index("V.A-name by index", long_text, all));
   table.add(0x33, text_by_index("V.A-type by index", long_text, all, type_text));
@@ -110,7 +263,7 @@ void add_axis_names(ObjectTable& table) {
 }
 
 void add_old_global_variables(ObjectTable& table) {
-  const Listing all = list_globals();
+  const Listing all = list_family<Kind::global>();
   table.add(0x39, count("V.G-max. number", all));
   table.add(0x3A, name_by_index("V.G-name by index", long_text, all));
   table.add(0x3B, text_by_index("V.G-type by index", long_text, all, type_text));
@@ -118,163 +271,6 @@ void add_old_global_variables(ObjectTable& table) {
   table.add(0x3D, text_by_index("V.G-node by index", long_text, all, node_text));
   table.add(0x3E, value_by_name("V.G-read value by name"));
   table.add(0x3F, write_by_name("V.G-write value by name"));
-}
-
-namespace {
-
-using ads::BytesView;
-
-/// Bytes of VAR_STRING in the union.
-constexpr std::size_t text_size = old_text_characters + 1;
-
-/// The characters and their NUL, or all bytes if there is no NUL.
-BytesView text_in(BytesView bytes) {
-  const auto nul = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
-  const auto end = nul == bytes.end() ? nul : nul + 1;
-  return bytes.first(static_cast<std::size_t>(end - bytes.begin()));
-}
-
-bool is_text(const Variable& variable) {
-  return variable.declaration().element.type == Type::string;
-}
-
-}  // namespace
-
-ads::Result<ads::Bytes> read_old_value(const Variable& variable, std::uint32_t element) {
-  ads::Bytes bytes = variable.bytes(element);
-  if (is_text(variable)) {
-    bytes.resize(text_in(bytes).size());
-    if (bytes.size() > text_size) {
-      return tl::unexpected(ads::ErrorCode::invalid_size);
-    }
-  }
-  bytes.resize(old_value_size, 0);
-  return bytes;
-}
-
-ads::Result<void> write_old_value(Variable& variable, std::uint32_t element, BytesView value) {
-  assert(value.size() == old_value_size);
-  if (is_text(variable)) {
-    return variable.write(element, text_in(value.first(text_size)));
-  }
-  return variable.write(element, value.first(variable.declaration().element.size));
-}
-
-namespace {
-
-using ads::Bytes;
-
-template <Kind kind>
-const Variable& variable_at(const VirtualChannel& channel, std::size_t index) {
-  return channel.store().family(kind).listed_at(index);
-}
-
-template <Kind kind>
-Listing list_family() {
-  return {[](const VirtualChannel& channel) { return channel.store().family(kind).listed(); },
-          variable_at<kind>,
-          [](const VirtualChannel& channel, std::size_t index) {
-            return variable_at<kind>(channel, index).declaration().listed();
-          }};
-}
-
-/// An attribute of the variable whose index is the input.
-template <typename Fact>
-Object by_index(std::string_view name, std::string_view type, std::uint32_t length, Listing listing,
-                Fact fact) {
-  return {.name = std::string(name),
-          .type = std::string(type),
-          .length = length,
-          .exchange = [listing, fact](const Context& at, BytesView in) {
-            return decode_u32(in).and_then([&](std::uint32_t index) -> Result<Bytes> {
-              if (index >= listing.size(*at.channel)) {
-                return tl::unexpected(ErrorCode::invalid_data);
-              }
-              return fact(*at.channel, index);
-            });
-          }};
-}
-
-}  // namespace
-
-Listing list_globals() {
-  return list_family<Kind::global>();
-}
-
-Listing list_externals() {
-  return list_family<Kind::external>();
-}
-
-Listing list_quantities() {
-  return list_family<Kind::axis>();
-}
-
-Listing list_axes() {
-  return {[](const VirtualChannel& channel) { return channel.axes().size(); },
-          [](const VirtualChannel& channel, std::size_t index) -> const Variable& {
-            return channel.store().family(Kind::axis).at(index);
-          },
-          [](const VirtualChannel& channel, std::size_t index) {
-            return channel.axes().at(index).name;
-          }};
-}
-
-Object count(std::string name, Listing listing) {
-  return {.name = std::move(name),
-          .type = "UNS32",
-          .length = 4,
-          .read = [listing](const Context& at) -> Result<Bytes> {
-            return encode_u32(static_cast<std::uint32_t>(listing.size(*at.channel)));
-          }};
-}
-
-Object name_by_index(std::string_view name, std::uint32_t length, Listing listing) {
-  return by_index(name, "STRING", length, listing,
-                  [listing, length](const VirtualChannel& channel, std::size_t index) {
-                    return encode_buffer(listing.name(channel, index), length);
-                  });
-}
-
-Object text_by_index(std::string_view name, std::uint32_t length, Listing listing,
-                     std::string (*text)(const Declaration&)) {
-  return by_index(name, "STRING", length, listing,
-                  [listing, length, text](const VirtualChannel& channel, std::size_t index) {
-                    return encode_buffer(text(listing.at(channel, index).declaration()), length);
-                  });
-}
-
-Object number_by_index(std::string_view name, Listing listing,
-                       std::uint32_t (*number)(const Declaration&)) {
-  return by_index(
-      name, "UNS32", 4, listing,
-      [listing, number](const VirtualChannel& channel, std::size_t index) -> Result<Bytes> {
-        return encode_u32(number(listing.at(channel, index).declaration()));
-      });
-}
-
-Object value_by_index(std::string_view name, Listing listing) {
-  return by_index(name, "EXT_VAR_WERT", old_value_size, listing,
-                  [listing](const VirtualChannel& channel, std::size_t index) {
-                    return read_old_value(listing.at(channel, index), Variable::scalar);
-                  });
-}
-
-Object value_by_name(std::string name) {
-  return {.name = std::move(name),
-          .type = "EXT_VAR_WERT",
-          .length = old_value_size,
-          .exchange = [](const Context& at, BytesView in) {
-            return decode_name(in)
-                .and_then([&](std::string_view variable) { return find_variable(at, variable); })
-                .and_then([](const Selection& found) -> Result<Bytes> {
-                  return found.element ? read_old_value(*found.variable, *found.element)
-                                       : tl::unexpected(ErrorCode::invalid_data);
-                });
-          }};
-}
-
-std::string type_text(const Declaration& declaration) {
-  return fmt::format("V_{}", name_of(declaration.element.type));
 }
 
 }  // namespace millrace::cnc::simulator::objects

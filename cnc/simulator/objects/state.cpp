@@ -21,9 +21,22 @@ namespace {
 using ads::Bytes;
 using ads::Result;
 
+/// A read-only value.
+Object value(std::string name, std::string type, std::uint32_t length, Object::Read read,
+             std::string unit = "") {
+  return {.name = std::move(name),
+          .type = std::move(type),
+          .length = length,
+          .unit = std::move(unit),
+          .read = std::move(read)};
+}
+
+/// Of a channel.
 Object value(std::string name, std::string type, std::uint32_t length,
-             Result<Bytes> (*read)(const Context&)) {
-  return {.name = std::move(name), .type = std::move(type), .length = length, .read = read};
+             Bytes (*read)(const VirtualChannel&), std::string unit = "") {
+  return value(
+      std::move(name), std::move(type), length,
+      [read](const Context& at) -> Result<Bytes> { return read(*at.channel); }, std::move(unit));
 }
 
 Result<Bytes> cycles(const Context& at) {
@@ -70,16 +83,6 @@ void add_platform(ObjectTable& table) {
 }
 
 namespace {
-
-/// A read-only value.
-Object value(std::string name, std::string type, std::uint32_t length,
-             Bytes (*read)(const VirtualChannel&), std::string unit = "") {
-  return {.name = std::move(name),
-          .type = std::move(type),
-          .length = length,
-          .unit = std::move(unit),
-          .read = [read](const Context& at) -> Result<Bytes> { return read(*at.channel); }};
-}
 
 Bytes state(const VirtualChannel& channel) {
   return encode_u32(static_cast<std::uint32_t>(channel.control().state()));
@@ -226,15 +229,6 @@ double speed(const Context& at) {
 
 Bytes length(double millimetres) {
   return encode_s32(std::lround(millimetres * tenths_of_a_micrometre_per_mm));
-}
-
-Object value(std::string name, std::string type, std::uint32_t size, Bytes (*read)(const Context&),
-             std::string unit = "") {
-  return {.name = std::move(name),
-          .type = std::move(type),
-          .length = size,
-          .unit = std::move(unit),
-          .read = [read](const Context& at) -> Result<Bytes> { return read(at); }};
 }
 
 /// All axes are linear.

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/text/ascii.hpp"
 #include "cnc/nc/characters.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/names.hpp"
@@ -65,14 +65,13 @@ std::uint32_t take_number(std::string_view word, std::string_view& name) {
       name[word.size()] != '[') {
     return 0;
   }
-  std::uint32_t number = 0;
-  const char* const end = name.data() + name.size();
-  const auto [at, error] = std::from_chars(name.data() + begin, end, number);
-  if (error != std::errc() || end - at < 2 || at[0] != ']' || at[1] != '.') {
+  const std::size_t end = name.find("].");
+  const auto number = base::text::parse_number<std::uint32_t>(name.substr(begin, end - begin));
+  if (end == std::string_view::npos || !number) {
     return 0;
   }
-  name = std::string_view(at + 2, static_cast<std::size_t>(end - at - 2));
-  return number;
+  name.remove_prefix(end + 2);
+  return *number;
 }
 
 }  // namespace

@@ -111,15 +111,6 @@ TEST(Check, FindsUnknownMembersBesideOtherMistakes) {
   EXPECT_EQ(check("test.nc", "V.G.SERVICE.REQ = 3\n$ENDIF\n").size(), 2U);
 }
 
-TEST_F(NcChannel, ContinuesAfterBeingMoved) {
-  Channel first;
-  start(first, "G01 X100 F6000\n#FLUSH WAIT\n#MSG [\"there\"]\nM30\n");
-  first.tick(0s, environment_);
-  Channel sut = std::move(first);
-  EXPECT_EQ(messages(sut, 2s), Texts{"there"});
-  EXPECT_DOUBLE_EQ(sut.axes().front().position, 100);
-}
-
 TEST_F(NcChannel, KeepsItsAxesWhereAResetFindsThem) {
   Channel sut;
   start(sut, "G01 X100 F6000\nM30\n");

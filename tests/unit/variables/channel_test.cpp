@@ -34,14 +34,6 @@ TEST_F(ChannelTest, ReadsAndWritesByHandle) {
   EXPECT_THAT(cnc.values["V.G.A"], ElementsAre(5, 6, 7, 8));
 }
 
-TEST_F(ChannelTest, DescribesAndCounts) {
-  const auto description = wait_for(sut->describe("V.G.A"));
-  ASSERT_TRUE(description);
-  EXPECT_EQ(description->type, Type::uns32);
-  EXPECT_EQ(description->size, 4U);
-  EXPECT_EQ(*wait_for(sut->count("V.G")), 1U);
-}
-
 TEST_F(ChannelTest, ReturnsTheErrorsOfTheController) {
   EXPECT_EQ(wait_for(sut->read("V.G.NONE", 4)).error(), ads::ErrorCode::symbol_not_found);
   Channel second(*client, 2);

@@ -224,6 +224,38 @@ TEST_F(AReading, ListsAPageOfAFamilyInTwoRequests) {
   EXPECT_EQ(tests::wait_for(io, sut->list_page(1, "V.P", 0, 2)).error(), ErrorCode::invalid_offset);
 }
 
+TEST_F(AReading, ListsEveryVariableOfAFamily) {
+  for (int i = 100; i < 350; ++i) {
+    cnc.values["V.G.N" + std::to_string(i)] = {1, 2, 3, 4};
+  }
+  start();
+  const auto all = tests::wait_for(io, sut->list(1, "V.G"));
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->size(), 253U);
+  EXPECT_EQ(all->back().name, "V.P.C");
+  EXPECT_EQ(tests::wait_for(io, sut->list(1, "P")).error(), ErrorCode::invalid_offset);
+  cnc.failure = ErrorCode::invalid_offset;
+  EXPECT_EQ(tests::wait_for(io, sut->list(1, "V.G")).error(), ErrorCode::invalid_offset);
+}
+
+TEST_F(AReading, DescribesAVariableAndItsElementsByName) {
+  start();
+  const auto described = tests::wait_for(io, sut->describe(1, {"V.E.B", "V.E.B[2]", "V.G.NONE"}));
+  EXPECT_EQ(described[0]->size, 4U);
+  EXPECT_EQ(described[0]->type, Type::uns32);
+  EXPECT_EQ(described[1]->size, 4U);
+  EXPECT_EQ(described[2].error(), ErrorCode::symbol_not_found);
+}
+
+TEST_F(AReading, DescribesAVariableOfAnOlderControllerFromItsFamily) {
+  cnc.describes_by_name = false;
+  start();
+  const auto described = tests::wait_for(io, sut->describe(1, {"V.E.B[2]", "V.G.NONE", "V.CYC.X"}));
+  EXPECT_EQ(described[0]->name, "V.E.B");
+  EXPECT_EQ(described[1].error(), ErrorCode::symbol_not_found);
+  EXPECT_EQ(described[2].error(), ErrorCode::invalid_offset);
+}
+
 TEST(ADirectoryRecord, IsReadAsFarAsItGoes) {
   const Bytes bytes = record(0xC, 24, "cnc_version_r", "STRING");
   const auto entry = decode_directory_record(bytes);
@@ -240,16 +272,18 @@ TEST(ADirectoryRecord, IsReadAsFarAsItGoes) {
 }
 
 TEST(ASumOfReads, HasASlotForEachWhateverCameOfIt) {
-  const std::vector<ads::SumRead> items{{{1, 2}, 2}, {{3, 4}, 4}, {{5, 6}, 1}};
-  EXPECT_EQ(ads::encode_sum(items).size(), 36U);
-  EXPECT_EQ(ads::sum_length(items), 19U);
+  constexpr auto reads = ads::SumOf::reads;
+  const std::vector<ads::SumItem> items{{{1, 2}, 2}, {{3, 4}, 4}, {{5, 6}, 1}};
+  EXPECT_EQ(ads::encode_sum(items, reads).size(), 36U);
+  EXPECT_EQ(ads::sum_length(items, reads), 19U);
   const Bytes answer = ads::ByteWriter().u32(0).u32(0x703).u32(0).u16(7).zeros(4).u8(9).take();
-  const auto decoded = ads::decode_sum(answer, items);
+  const auto decoded = ads::decode_sum(answer, items, reads);
   ASSERT_TRUE(decoded);
   EXPECT_EQ(*(*decoded)[0], (Bytes{7, 0}));
   EXPECT_EQ((*decoded)[1].error(), ErrorCode::invalid_offset);
   EXPECT_EQ(*(*decoded)[2], (Bytes{9}));
-  EXPECT_EQ(ads::decode_sum(BytesView(answer).first(18), items).error(), ErrorCode::protocol_error);
+  EXPECT_EQ(ads::decode_sum(BytesView(answer).first(18), items, reads).error(),
+            ErrorCode::protocol_error);
 }
 
 }  // namespace

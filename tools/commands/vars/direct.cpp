@@ -11,7 +11,7 @@
 #include "base/program/command_line.hpp"
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/channel.hpp"
-#include "cnc/variables/listing.hpp"
+#include "cnc/variables/readings.hpp"
 #include "cnc/variables/value.hpp"
 #include "gateway/settings/client_options.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -25,8 +25,8 @@ namespace asio = boost::asio;
 namespace program = base::program;
 using cnc::ads::ErrorCode;
 using cnc::variables::Access;
-using cnc::variables::Channel;
 using cnc::variables::Description;
+using cnc::variables::Readings;
 using gateway::settings::MachineSettings;
 
 constexpr std::string_view service_interface = "V.G.SERVICE.";
@@ -63,13 +63,24 @@ struct TypedReading {
   cnc::variables::ElementType type;
 };
 
+/// A channel of the controller. The client must outlive the pending requests.
+struct Channel {
+  Channel(cnc::ads::Client& client, std::uint16_t the_number)
+      : number(the_number), variables(client, number), readings(client) {}
+  std::uint16_t number;
+  cnc::variables::Channel variables;
+  Readings readings;
+};
+
 asio::awaitable<tl::expected<TypedReading, Failure>> read_one(Channel& channel, std::string name) {
   using cnc::variables::max_stream;
-  auto description = co_await cnc::variables::find(channel, name);
+  std::vector<std::string> names(1, name);
+  auto described = co_await channel.readings.describe(channel.number, std::move(names));
+  auto& description = described.front();
   if (!description) {
     co_return tl::unexpected(failure(name, description.error()));
   }
-  const auto bytes = co_await channel.read(name, static_cast<std::uint32_t>(max_stream));
+  const auto bytes = co_await channel.variables.read(name, static_cast<std::uint32_t>(max_stream));
   if (!bytes) {
     co_return tl::unexpected(failure(name, bytes.error()));
   }
@@ -131,7 +142,7 @@ asio::awaitable<tl::expected<Change, Failure>> write_one(Channel& channel, NewVa
   if (!bytes) {
     co_return tl::unexpected(bytes.error());
   }
-  const auto written = co_await channel.write(value.name, *bytes);
+  const auto written = co_await channel.variables.write(value.name, *bytes);
   if (!written) {
     const bool unknown = cnc::ads::leaves_outcome_unknown(written.error());
     const std::string what = unknown
@@ -149,7 +160,7 @@ asio::awaitable<tl::expected<Change, Failure>> write_one(Channel& channel, NewVa
 
 class Controller final : public Source {
  public:
-  Controller(const MachineSettings& machine, std::uint32_t channel)
+  Controller(const MachineSettings& machine, std::uint16_t channel)
       : client_(io_.get_executor(), client_options(machine)), channel_(client_, channel) {}
   ~Controller() override { client_.close(); }
   Controller(const Controller&) = delete;
@@ -158,7 +169,7 @@ class Controller final : public Source {
   auto connect() { return run(client_.connect()); }
 
   tl::expected<std::vector<Description>, Failure> list(const std::string& family) override {
-    auto found = run(cnc::variables::list(channel_, family));
+    auto found = run(channel_.readings.list(channel_.number, family));
     if (!found) {
       return tl::unexpected(failure(fmt::format("cannot list {}", family), found.error()));
     }
@@ -209,7 +220,7 @@ class Controller final : public Source {
 tl::expected<std::unique_ptr<Source>, Failure> controller(const VarsOptions& options) {
   const MachineSettings machine = machine_of(options);
   warn_of_the_one_connection(machine);
-  auto source = std::make_unique<Controller>(machine, options.channel);
+  auto source = std::make_unique<Controller>(machine, static_cast<std::uint16_t>(options.channel));
   if (const auto up = source->connect(); !up) {
     return tl::unexpected(
         Failure{fmt::format("cannot reach {}: {}", machine.to_string(), up.error().message)});

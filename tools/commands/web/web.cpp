@@ -34,7 +34,6 @@ int print_hash() {
 }
 
 namespace program = base::program;
-using tools::web::live::Web;
 using tools::web::live::WebOptions;
 
 struct Options {
@@ -146,13 +145,13 @@ int serve(const Options& options) {
     return print_hash();
   }
   const WebOptions wanted = web_options(options);
-  Web web(wanted, program::make_log("web", options.level));
   const bool is_v6 = wanted.server.address.find(':') != std::string::npos;
-  program::ready(fmt::format("fabric {} on domain {} at {}://{}{}{}:{}/", wanted.join.fabric,
-                             wanted.join.domain,
-                             wanted.server.certificate.empty() ? "http" : "https", is_v6 ? "[" : "",
-                             wanted.server.address, is_v6 ? "]" : "", web.port()));
-  web.run();
+  tools::web::live::serve(wanted, program::make_log("web", options.level), [&](std::uint16_t port) {
+    program::ready(fmt::format("fabric {} on domain {} at {}://{}{}{}:{}/", wanted.join.fabric,
+                               wanted.join.domain,
+                               wanted.server.certificate.empty() ? "http" : "https",
+                               is_v6 ? "[" : "", wanted.server.address, is_v6 ? "]" : "", port));
+  });
   return program::exit_done;
 }
 

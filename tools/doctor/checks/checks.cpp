@@ -33,8 +33,6 @@ std::string program_text(const Announcement& who) {
                      who.pid.empty() ? "" : ", pid " + safe(who.pid));
 }
 
-namespace {}  // namespace
-
 void at_endpoints(const Findings& found, Report& report) {
   for (const Misfit& misfit : found.misfits) {
     for (const std::string& reason : misfit.reasons) {
@@ -50,8 +48,6 @@ void at_endpoints(const Findings& found, Report& report) {
     report.problem(safe(each), "start a millrace service of this version");
   }
 }
-
-namespace {}  // namespace
 
 void at_versions(const Findings& found, Report& report) {
   for (const auto& [key, status] : found.live.machines()) {

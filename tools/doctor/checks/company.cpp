@@ -180,10 +180,6 @@ void blame_the_network(const Findings& found, Report& report) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// Why an announced participant and this process reject each other; false if trust does not explain
 /// it.
 bool blame_trust(const Findings& found, const ReceivedAnnouncement& each, Report& report) {

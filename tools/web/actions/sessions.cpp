@@ -54,18 +54,6 @@ std::chrono::seconds Throttle::try_now(const Who& who, fabric::SteadyTime now) {
   return std::chrono::seconds(0);
 }
 
-bool same_secret(std::string_view one, std::string_view other) {
-  if (one.size() != other.size()) {
-    return false;
-  }
-  bool same = true;
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    // Without a branch: the time does not depend on the place of a difference.
-    same = static_cast<bool>(static_cast<int>(same) & static_cast<int>(one[i] == other[i]));
-  }
-  return same;
-}
-
 std::string_view cookie_in(std::string_view header, std::string_view name) {
   while (!header.empty()) {
     const std::size_t end = header.find(';');

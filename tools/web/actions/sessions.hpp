@@ -76,9 +76,6 @@ class Throttle {
   std::map<Who, Failures> failures_;
 };
 
-/// Compares in a time that does not depend on the place of a difference.
-bool same_secret(std::string_view one, std::string_view other);
-
 /// The value of the cookie `name` in a header Cookie.
 std::string_view cookie_in(std::string_view header, std::string_view name);
 

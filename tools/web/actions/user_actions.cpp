@@ -1,14 +1,18 @@
 #include "tools/web/actions/user_actions.hpp"
 
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 
 #include <boost/json/array.hpp>
-#include <boost/json/parse.hpp>
 #include <fmt/format.h>
+#include <openssl/crypto.h>
 #include <sys/random.h>
 
+#include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/messages.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/json.hpp"
 
@@ -26,28 +30,112 @@ struct Login {
 };
 
 std::optional<Login> login_of(const std::string& body) {
-  boost::system::error_code error;
-  const boost::json::value value = boost::json::parse(body, error);
-  const auto* object = error ? nullptr : value.if_object();
-  const auto text = [&](const char* name) -> const boost::json::string* {
-    const auto* field = object == nullptr ? nullptr : object->if_contains(name);
-    return field == nullptr ? nullptr : field->if_string();
-  };
-  const auto* user = text("user");
-  const auto* password = text("password");
-  if (user == nullptr || password == nullptr || user->size() > longest_password ||
+  const auto object = http::object_in(body);
+  auto user = object ? http::text_in(*object, "user") : std::nullopt;
+  auto password = object ? http::text_in(*object, "password") : std::nullopt;
+  if (!user || !password || user->size() > longest_password ||
       password->size() > longest_password) {
     return std::nullopt;
   }
-  return Login{{user->data(), user->size()}, {password->data(), password->size()}};
+  return Login{*std::move(user), *std::move(password)};
 }
 
-bool is_json(const http::Request& request) {
-  return request.content_type.starts_with("application/json");
+tl::unexpected<std::string> wrong(std::string what) {
+  return tl::unexpected(std::move(what));
 }
 
-http::Response not_logged_in() {
-  return http::error_response(401, "your session has expired; log in again");
+template <typename Value>
+using Result = tl::expected<Value, std::string>;
+
+Result<std::string> text_in(const boost::json::object& body, const char* name) {
+  auto text = http::text_in(body, name);
+  return text ? Result<std::string>(*std::move(text))
+              : wrong(fmt::format("expected a text \"{}\"", name));
+}
+
+Result<std::uint32_t> number_in(const boost::json::object& body, const char* name,
+                                std::uint32_t last) {
+  const auto* field = body.if_contains(name);
+  boost::system::error_code error;
+  const auto number = field == nullptr ? 0 : field->to_number<std::int64_t>(error);
+  if (field == nullptr || error || number < 1 || number > last) {
+    return wrong(fmt::format("expected a number \"{}\" from 1 to {}", name, last));
+  }
+  return static_cast<std::uint32_t>(number);
+}
+
+/// Channel and call of an answer or retry.
+Result<fabric::Command> about_a_call(const boost::json::object& body, fabric::CommandKind kind) {
+  const auto machine = text_in(body, "machine");
+  const auto channel = number_in(body, "channel", std::numeric_limits<std::uint16_t>::max());
+  const auto call = text_in(body, "call");
+  if (!machine || !channel || !call) {
+    return wrong(!machine ? machine.error() : !channel ? channel.error() : call.error());
+  }
+  const auto id = fabric::parse_call_id(*call);
+  if (!id) {
+    return wrong("\"call\" is not an id of a call; expected one as in 5f3a9c0112d4-17");
+  }
+  return fabric::Command{
+      .kind = kind, .key = {*machine, static_cast<std::uint16_t>(*channel)}, .call = *id};
+}
+
+Result<fabric::Command> an_answer(const boost::json::object& body) {
+  const auto response = text_in(body, "response");
+  const auto state = number_in(body, "state", std::numeric_limits<std::uint32_t>::max());
+  if (!response || !state) {
+    return wrong(!response ? response.error() : state.error());
+  }
+  const auto text = base::text::to_cp1252(*response);
+  if (!text) {
+    return wrong("the response cannot be sent to a controller: " + text.error());
+  }
+  if (text->size() > fabric::max_text || text->find('\0') != std::string::npos) {
+    return wrong(
+        fmt::format("the response has {} bytes; a controller's string holds 127, none of them 0",
+                    text->size()));
+  }
+  return about_a_call(body, fabric::CommandKind::answer).map([&](fabric::Command command) {
+    command.text = *text;
+    command.state = *state;
+    return command;
+  });
+}
+
+Result<fabric::Command> a_drain(const boost::json::object& body) {
+  return text_in(body, "instance").and_then([](const std::string& text) -> Result<fabric::Command> {
+    const auto id = fabric::InstanceId::parse(text);
+    if (!id) {
+      return wrong("\"instance\" is not an id of an instance");
+    }
+    return fabric::Command{.kind = fabric::CommandKind::drain, .instance = *id};
+  });
+}
+
+/// Parses the body of /api/actions/acknowledge. The error names what was expected.
+Result<plant::Acknowledgement> acknowledgement_of(std::string_view body) {
+  const auto object = http::object_in(body);
+  if (!object) {
+    return wrong("expected a JSON object");
+  }
+  plant::Acknowledgement out;
+  const std::array<std::pair<const char*, std::string*>, 4> fields{
+      {{"cause", &out.cause}, {"name", &out.name}, {"since", &out.since}, {"note", &out.note}}};
+  for (const auto& [name, field] : fields) {
+    const auto text = text_in(*object, name);
+    if (!text) {
+      return wrong(text.error());
+    }
+    constexpr std::size_t longest = 500;
+    if (text->size() > longest) {
+      return wrong(fmt::format("\"{}\" has more than {} bytes", name, longest));
+    }
+    *field = *text;
+  }
+  if (out.cause.empty()) {
+    return wrong("expected a \"cause\" that is not empty");
+  }
+  return out;
 }
 
 }  // namespace
@@ -63,7 +151,7 @@ http::Outcome UserActions::answer(const std::vector<std::string>& path,
     response.headers.emplace_back("Allow", "POST");
     return response;
   }
-  if (!is_json(request)) {
+  if (!request.content_type.starts_with("application/json")) {
     // A form of a foreign page can send everything but this.
     return http::error_response(400, "expected Content-Type: application/json");
   }
@@ -155,9 +243,11 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
                                const fabric::Moment& now) {
   const Session* session = sessions_.find(cookie_in(request.cookie, cookie_name), now.steady);
   if (session == nullptr) {
-    return not_logged_in();
+    return http::error_response(401, "your session has expired; log in again");
   }
-  if (!same_secret(request.token, session->token)) {
+  // Compares in a time that does not depend on the place of a difference.
+  if (request.token.size() != session->token.size() ||
+      ::CRYPTO_memcmp(request.token.data(), session->token.data(), request.token.size()) != 0) {
     return http::error_response(403, "the page is outdated; reload it");
   }
   if (what == "acknowledge") {
@@ -188,11 +278,12 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
 /// It changes nothing in the plant, so each logged-in user may do it.
 http::Response UserActions::acknowledge(const std::string& user, const http::Request& request,
                                         const fabric::Moment& now) {
-  const auto said = acknowledgement_of(request.body);
+  auto said = acknowledgement_of(request.body);
   if (!said) {
     return http::error_response(400, said.error());
   }
-  acknowledge_(*said, user, now);
+  said->by = user;
+  acknowledge_(*said, now);
   log_->info("{}: acknowledged {}", user, base::text::safe(said->name));
   return http::json_response(boost::json::object{{"done", true}, {"detail", ""}});
 }
@@ -220,11 +311,25 @@ std::string draw_secret() {
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
     throw std::runtime_error("this system has no random numbers");
   }
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += fmt::format("{:02x}", byte);
+  return fmt::format("{:02x}", fmt::join(bytes, ""));
+}
+
+tl::expected<fabric::Command, std::string> command_of(std::string_view what,
+                                                      std::string_view body) {
+  const auto object = http::object_in(body);
+  if (!object) {
+    return wrong("expected a JSON object");
   }
-  return text;
+  if (what == "answer") {
+    return an_answer(*object);
+  }
+  if (what == "retry") {
+    return about_a_call(*object, fabric::CommandKind::retry);
+  }
+  if (what == "drain") {
+    return a_drain(*object);
+  }
+  return wrong("there is no such action; expected answer, retry, drain or acknowledge");
 }
 
 }  // namespace millrace::tools::web::actions

@@ -29,22 +29,13 @@ struct UserActionsOptions {
   bool secure_cookie = false;
 };
 
-/// A user's acknowledgement of a cause that the page shows.
-struct Acknowledgement {
-  std::string cause{};
-  std::string name{};
-  std::string since{};
-  std::string note{};
-};
-
 class UserActions : public http::ActionHandler {
  public:
   /// Sends a command and waits for its outcome; nothing if none arrives. Runs in the operators'
   /// thread.
   using Issue = std::function<std::optional<fabric::Outcome>(const fabric::Command&)>;
   /// Stores an acknowledgement.
-  using Acknowledge =
-      std::function<void(const Acknowledgement&, const std::string& user, const fabric::Moment&)>;
+  using Acknowledge = std::function<void(const plant::Acknowledgement&, const fabric::Moment&)>;
   /// Draws an unpredictable text.
   using Secret = std::function<std::string()>;
 
@@ -84,9 +75,6 @@ class UserActions : public http::ActionHandler {
 /// The command for a body of /api/actions/WHAT, without id, issuer and time. The error names what
 /// was expected.
 tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
-
-/// Parses the body of /api/actions/acknowledge. The error names what was expected.
-tl::expected<Acknowledgement, std::string> acknowledgement_of(std::string_view body);
 
 /// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.
 std::string draw_secret();

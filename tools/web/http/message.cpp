@@ -1,6 +1,6 @@
 #include "tools/web/http/message.hpp"
 
-#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 
 #include "base/text/ascii.hpp"
 #include "tools/print/json.hpp"
@@ -16,6 +16,18 @@ Response json_response(const boost::json::value& value, unsigned status) {
 
 Response error_response(unsigned status, std::string_view what) {
   return json_response(boost::json::object{{"error", print::utf8(what)}}, status);
+}
+
+std::optional<boost::json::object> object_in(std::string_view body) {
+  boost::system::error_code error;
+  boost::json::value value = boost::json::parse({body.data(), body.size()}, error);
+  return error || !value.is_object() ? std::nullopt : std::optional(std::move(value.get_object()));
+}
+
+std::optional<std::string> text_in(const boost::json::object& object, const char* name) {
+  const auto* field = object.if_contains(name);
+  const auto* text = field == nullptr ? nullptr : field->if_string();
+  return text == nullptr ? std::nullopt : std::optional<std::string>({text->data(), text->size()});
 }
 
 namespace {

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include <boost/json/value.hpp>
+#include <boost/json/object.hpp>
 
 #include "base/posix/system.hpp"
 
@@ -71,6 +71,11 @@ using Outcome = std::variant<Response, StreamLive, Download, Later>;
 Response json_response(const boost::json::value& value, unsigned status = 200);
 /// {"error": what}. `what` names the problem and what to do.
 Response error_response(unsigned status, std::string_view what);
+
+/// Parses a JSON object; nothing if `body` is none.
+std::optional<boost::json::object> object_in(std::string_view body);
+/// A text of an object; nothing if it has none of this name.
+std::optional<std::string> text_in(const boost::json::object& object, const char* name);
 
 // Parses the target of a request. Pure; its input is untrusted.
 //

@@ -38,8 +38,20 @@ bool is_recording_name(std::string_view name) {
   return name.ends_with(ending) || name.ends_with(ending_of_part);
 }
 
-/// Stops reading a file: the request is satisfied or was dropped.
-struct StopReading {};
+/// Reads entries until `use` returns false.
+template <typename Use>
+void read_while(mcap::Source& file, const recording::Filter& filter, const Use& use) {
+  struct Stop {};
+  try {
+    recording::read_entries(file, filter, [&](const recording::Entry& entry) {
+      if (!use(entry)) {
+        throw Stop();
+      }
+    });
+  } catch (const Stop&) {
+    // The request is satisfied or was dropped.
+  }
+}
 
 struct Listed {
   std::string name;
@@ -107,24 +119,18 @@ void describe(boost::json::object& out, mcap::Source& file) {
 void describe_part(boost::json::object& out, mcap::Source& file) {
   Machines machines;
   std::size_t entries = 0;
-  try {
-    recording::read_entries(file, {}, [&](const recording::Entry& entry) {
-      if (entries++ == 0) {
-        print::put_time(out, "start", entry.at);
-      }
-      if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-        machines.insert(status->machine);
-      } else if (const fabric::ChannelKey* const key = recording::channel_of(entry);
-                 key != nullptr && !key->machine.empty()) {
-        machines.insert(key->machine);
-      }
-      if (entries == entries_with_all_machines) {
-        throw StopReading();
-      }
-    });
-  } catch (const StopReading&) {
-    // The rest is long.
-  }
+  read_while(file, {}, [&](const recording::Entry& entry) {
+    if (entries++ == 0) {
+      print::put_time(out, "start", entry.at);
+    }
+    if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+      machines.insert(status->machine);
+    } else if (const fabric::ChannelKey* const key = recording::channel_of(entry);
+               key != nullptr && !key->machine.empty()) {
+      machines.insert(key->machine);
+    }
+    return entries < entries_with_all_machines;
+  });
   put_machines(out, machines);
 }
 
@@ -198,16 +204,10 @@ Recordings::Result<boost::json::object> Recordings::info(const std::string& name
   return source(name).map([&](mcap::FileSource file) {
     recording::HopStatistics hops;
     boost::json::object out = print::json_of(file.size(), mcap::survey(file));
-    try {
-      recording::read_entries(file, {}, [&](const recording::Entry& entry) {
-        if (*stopped_) {
-          throw StopReading();
-        }
-        hops.add(entry);
-      });
-    } catch (const StopReading&) {
-      // stop() was called.
-    }
+    read_while(file, {}, [&](const recording::Entry& entry) {
+      hops.add(entry);
+      return !*stopped_;
+    });
     hops.close();
     out["hops"] = print::hops_json(hops);
     return out;
@@ -222,27 +222,24 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
     plant::CallStore call_store({.ended = 1, .failed = 0}, normal_);
     boost::json::array list;
     bool more = false;
-    try {
-      recording::read_entries(file, {}, [&](const recording::Entry& entry) {
-        const plant::EndedCall* ended = call_store.add(entry);
-        if (*stopped_) {
-          throw StopReading();
-        }
-        if (ended == nullptr || !filter.takes(*ended) || (skip > 0 && skip-- > 0)) {
-          return;
-        }
-        if (list.size() == most) {
-          more = true;
-          throw StopReading();
-        }
-        boost::json::object call = print::json_of(ended->call, ended->instance);
-        call["failed"] = ended->failed;
-        call["result"] = ended->result();
-        list.push_back(std::move(call));
-      });
-    } catch (const StopReading&) {
-      // The next page has the rest.
-    }
+    read_while(file, {}, [&](const recording::Entry& entry) {
+      const plant::EndedCall* ended = call_store.add(entry);
+      if (*stopped_) {
+        return false;
+      }
+      if (ended == nullptr || !filter.takes(*ended) || (skip > 0 && skip-- > 0)) {
+        return true;
+      }
+      more = list.size() == most;
+      if (more) {
+        return false;
+      }
+      boost::json::object call = print::json_of(ended->call, ended->instance);
+      call["failed"] = ended->failed;
+      call["result"] = ended->result();
+      list.push_back(std::move(call));
+      return true;
+    });
     return boost::json::object{{"calls", std::move(list)}, {"more", more}};
   });
 }
@@ -252,20 +249,14 @@ Recordings::Result<boost::json::object> Recordings::alarms(const std::string& na
   return source(name).map([&](mcap::FileSource file) {
     boost::json::array list;
     bool more = false;
-    try {
-      recording::read_entries(file, {.kinds = {"alarm"}}, [&](const recording::Entry& entry) {
-        if (*stopped_) {
-          throw StopReading();
-        }
-        if (list.size() == most) {
-          more = true;
-          throw StopReading();
-        }
-        list.push_back(print::json_of(entry));
-      });
-    } catch (const StopReading&) {
-      // The complete list is in the file.
-    }
+    read_while(file, {.kinds = {"alarm"}}, [&](const recording::Entry& entry) {
+      more = list.size() == most;
+      if (more || *stopped_) {
+        return false;
+      }
+      list.push_back(print::json_of(entry));
+      return true;
+    });
     return boost::json::object{{"alarms", std::move(list)}, {"more", more}};
   });
 }
@@ -274,16 +265,10 @@ Recordings::Result<boost::json::object> Recordings::timeline(const std::string& 
                                                              const fabric::CallId& call) const {
   return source(name).and_then([&](mcap::FileSource file) -> Result<boost::json::object> {
     recording::Call found(call);
-    try {
-      recording::read_entries(file, {.call = call}, [&](const recording::Entry& entry) {
-        if (*stopped_) {
-          throw StopReading();
-        }
-        found.add(entry);
-      });
-    } catch (const StopReading&) {
-      // stop() was called.
-    }
+    read_while(file, {.call = call}, [&](const recording::Entry& entry) {
+      found.add(entry);
+      return !*stopped_;
+    });
     const recording::Timeline timeline = recording::timeline_of(found);
     if (timeline.steps.empty()) {
       return tl::unexpected(

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <limits>
 
 #include <arpa/inet.h>
@@ -104,9 +103,7 @@ bool is_address(std::string_view name) {
 }
 
 std::optional<Response> Site::refusal_of(const Request& request) const {
-  std::string name(name_of_host(request.host));
-  std::ranges::transform(name, name.begin(),
-                         [](unsigned char character) { return std::tolower(character); });
+  const std::string name = plant::small_letters(std::string(name_of_host(request.host)));
   if (!is_address(name) && name != "localhost" && !parts_.names.contains(name)) {
     return error_response(
         403, fmt::format("this server is not called '{}'; start it with --name {} if it is", name,

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <system_error>
 
-#include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <fmt/format.h>
 
 #include "base/posix/files.hpp"
 #include "base/text/times.hpp"
 #include "tools/print/json.hpp"
+#include "tools/web/http/message.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -34,9 +34,7 @@ fs::path usable(const fs::path& folder) {
 }
 
 std::string text_of(const boost::json::object& from, const char* name) {
-  const auto* field = from.if_contains(name);
-  const auto* text = field == nullptr ? nullptr : field->if_string();
-  return text == nullptr ? std::string() : std::string(text->data(), text->size());
+  return http::text_in(from, name).value_or("");
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "tools/web/live/web.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -35,20 +33,13 @@ namespace {
 
 // Resource use of this process.
 
-/// Each is nothing where the system does not report it.
-struct ProcessUse {
-  std::optional<double> cpu_seconds{};
-  std::optional<double> resident_bytes{};
-  std::optional<double> open_files{};
-};
-
 double seconds_of(const timeval& time) {
   constexpr double per_second = 1e6;
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / per_second;
 }
 
-ProcessUse process_use() {
-  ProcessUse use;
+/// Each stays nothing where the system does not report it.
+void put_process_use(metrics::ProgramFigures& use) {
   rusage usage{};
   if (::getrusage(RUSAGE_SELF, &usage) == 0) {
     use.cpu_seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
@@ -65,7 +56,6 @@ ProcessUse process_use() {
   if (!error) {
     use.open_files = static_cast<double>(std::distance(begin(files), end(files)));
   }
-  return use;
 }
 
 // The present findings of `millrace doctor`. An examination joins the fabric for some seconds;
@@ -81,24 +71,22 @@ class Examiner {
 
   /// As `doctor --json`, with the time of the examination; blocks for its length. `lost`: machines
   /// whose gateways the server knows to be gone.
-  boost::json::object report(std::vector<bus::LostMachine> lost);
+  boost::json::object report(std::vector<bus::LostMachine> lost) {
+    if (!examined_ || std::chrono::steady_clock::now() - *examined_ > fresh) {
+      examination_.lost = std::move(lost);
+      const doctor::Findings found = doctor::examine(examination_);
+      last_ = doctor::json_of(found, doctor::diagnose(found));
+      print::put_time(last_, "time", std::chrono::system_clock::now());
+      examined_ = std::chrono::steady_clock::now();
+    }
+    return last_;
+  }
 
  private:
   doctor::Examination examination_;
   std::optional<std::chrono::steady_clock::time_point> examined_;
   boost::json::object last_;
 };
-
-boost::json::object Examiner::report(std::vector<bus::LostMachine> lost) {
-  if (!examined_ || std::chrono::steady_clock::now() - *examined_ > fresh) {
-    examination_.lost = std::move(lost);
-    const doctor::Findings found = doctor::examine(examination_);
-    last_ = doctor::json_of(found, doctor::diagnose(found));
-    print::put_time(last_, "time", std::chrono::system_clock::now());
-    examined_ = std::chrono::steady_clock::now();
-  }
-  return last_;
-}
 
 /// How often browsers get changes.
 constexpr auto tick = std::chrono::milliseconds(250);
@@ -112,25 +100,17 @@ fabric::Moment now() {
 }
 
 /// Browsers send host names in small letters.
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char character) { return std::tolower(character); });
-  return text;
-}
-
 std::set<std::string> names_of(const WebOptions& options) {
-  std::set<std::string> names{lower(base::posix::host_name())};
+  std::set<std::string> names{plant::small_letters(base::posix::host_name())};
   for (const std::string& name : options.names) {
-    names.insert(lower(name));
+    names.insert(plant::small_letters(name));
   }
   return names;
 }
 
-}  // namespace
-
-struct Web::Impl : fabric::observer::ObserverListener {
-  Impl(WebOptions wanted, base::program::Log destination);
-  ~Impl() override;
+struct Web : fabric::observer::ObserverListener {
+  Web(WebOptions wanted, base::program::Log destination);
+  ~Web() override;
 
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
   void on_ignored(const std::string& reason) override { log->warn("{}", reason); }
@@ -165,7 +145,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   fabric::observer::Observer observer;
 };
 
-Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
+Web::Web(WebOptions wanted, base::program::Log destination)
     : options(std::move(wanted)),
       log(std::move(destination)),
       participant(options.join),
@@ -201,7 +181,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
       [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
 }
 
-std::optional<actions::UserActions> Web::Impl::make_user_actions() {
+std::optional<actions::UserActions> Web::make_user_actions() {
   if (options.users.empty()) {
     return std::nullopt;
   }
@@ -211,14 +191,8 @@ std::optional<actions::UserActions> Web::Impl::make_user_actions() {
       actions::UserActionsOptions{
           .users = options.users, .host = base::posix::host_name(), .secure_cookie = secure},
       [this](const fabric::Command& command) { return issue(command); },
-      [this](const actions::Acknowledgement& said, const std::string& user,
-             const fabric::Moment& at) {
-        plant.acknowledge({.cause = said.cause,
-                           .name = said.name,
-                           .since = said.since,
-                           .by = user,
-                           .note = said.note},
-                          at.wall);
+      [this](const plant::Acknowledgement& said, const fabric::Moment& at) {
+        plant.acknowledge(said, at.wall);
         if (acknowledgements) {
           acknowledgements->store(plant.acknowledged());
         }
@@ -226,7 +200,7 @@ std::optional<actions::UserActions> Web::Impl::make_user_actions() {
       actions::draw_secret, log);
 }
 
-void Web::Impl::load_acknowledgements() {
+void Web::load_acknowledgements() {
   if (options.state_folder.empty()) {
     return;
   }
@@ -237,43 +211,41 @@ void Web::Impl::load_acknowledgements() {
 }
 
 /// In the operators' thread: threads may share a DDS participant.
-std::optional<fabric::Outcome> Web::Impl::issue(const fabric::Command& command) {
+std::optional<fabric::Outcome> Web::issue(const fabric::Command& command) {
   const auto heard = bus::issue(participant, {command}, patience_for_a_word);
   const auto word = heard.find(command.id);
   return word == heard.end() ? std::nullopt : std::optional(word->second.outcome);
 }
 
-std::string Web::Impl::metrics_text() const {
+std::string Web::metrics_text() const {
   const ServerCounts counts = server.counts();
-  const ProcessUse use = process_use();
-  return metrics.text(plant, {.version = options.version,
-                              .started = started,
-                              .bus = observer.counts(),
-                              .connections = counts.connections,
-                              .browsers = counts.browsers,
-                              .requests = counts.requests,
-                              .displaced = counts.displaced,
-                              .dropped = counts.dropped,
-                              .certificate_ends = server.certificate_ends(),
-                              .cpu_seconds = use.cpu_seconds,
-                              .resident_bytes = use.resident_bytes,
-                              .open_files = use.open_files});
+  metrics::ProgramFigures figures{.version = options.version,
+                                  .started = started,
+                                  .bus = observer.counts(),
+                                  .connections = counts.connections,
+                                  .browsers = counts.browsers,
+                                  .requests = counts.requests,
+                                  .displaced = counts.displaced,
+                                  .dropped = counts.dropped,
+                                  .certificate_ends = server.certificate_ends()};
+  put_process_use(figures);
+  return metrics.text(plant, figures);
 }
 
-Web::Impl::~Impl() {
+Web::~Web() {
   if (recordings) {
     recordings->stop();
   }
 }
 
-void Web::Impl::run() {
+void Web::run() {
   signals.async_wait([this](const boost::system::error_code&, int) { send_close(); });
   await_hangup();
   schedule_tick();
   io.run();
 }
 
-void Web::Impl::await_hangup() {
+void Web::await_hangup() {
   hangup.async_wait([this](const boost::system::error_code& error, int) {
     if (error) {
       return;
@@ -287,7 +259,7 @@ void Web::Impl::await_hangup() {
   });
 }
 
-void Web::Impl::schedule_tick() {
+void Web::schedule_tick() {
   timer.expires_after(tick);
   timer.async_wait([this](const boost::system::error_code& error) {
     if (error) {
@@ -301,23 +273,19 @@ void Web::Impl::schedule_tick() {
   });
 }
 
-void Web::Impl::send_close() {
+void Web::send_close() {
   server.publish("bye", R"({"reason":"millrace web ends"})");
   timer.expires_after(goodbye);
   timer.async_wait([this](const boost::system::error_code&) { io.stop(); });
 }
 
-Web::Web(WebOptions options, base::program::Log log)
-    : impl_(std::make_unique<Impl>(std::move(options), std::move(log))) {}
+}  // namespace
 
-Web::~Web() = default;
-
-std::uint16_t Web::port() const {
-  return impl_->server.port();
-}
-
-void Web::run() {
-  impl_->run();
+void serve(WebOptions options, base::program::Log log,
+           const std::function<void(std::uint16_t port)>& ready) {
+  Web web(std::move(options), std::move(log));
+  ready(web.server.port());
+  web.run();
 }
 
 }  // namespace millrace::tools::web::live

@@ -1,12 +1,9 @@
 // A running `millrace web`: an observer of the fabric and a server for browsers, in one loop.
-//
-//   Web web(options, log);           // joins, listens
-//   web.run();                       // until a signal
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
+#include <functional>
 #include <set>
 #include <string>
 
@@ -39,21 +36,9 @@ struct WebOptions {
   std::string version{};
 };
 
-class Web {
- public:
-  /// Throws std::runtime_error if it cannot join the fabric or cannot listen.
-  Web(WebOptions options, base::program::Log log);
-  ~Web();
-  Web(const Web&) = delete;
-  Web& operator=(const Web&) = delete;
-
-  [[nodiscard]] std::uint16_t port() const;
-  /// Until SIGINT or SIGTERM.
-  void run();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// Serves until SIGINT or SIGTERM; `ready` is called once browsers can connect. Throws
+/// std::runtime_error if it cannot join the fabric or cannot listen.
+void serve(WebOptions options, base::program::Log log,
+           const std::function<void(std::uint16_t port)>& ready);
 
 }  // namespace millrace::tools::web::live

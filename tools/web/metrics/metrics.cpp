@@ -181,48 +181,42 @@ void Metrics::put_runs(Families& families) const {
 }
 
 void Metrics::put_program(Families& families, const ProgramFigures& program) const {
+  const auto gauge = [&](const char* name, const char* help, std::optional<double> value) {
+    if (value) {
+      families.gauge(name, help).add({}, *value);
+    }
+  };
+  const auto counter = [&](const char* name, const char* help, std::optional<double> value) {
+    if (value) {
+      families.counter(name, help).add({}, *value);
+    }
+  };
   families.gauge("millrace_build_info", "1; the version of millrace web.")
       .add({{"version", program.version}}, 1);
-  families.counter("millrace_observer_samples_total", "Samples that this observer received.")
-      .add({}, static_cast<double>(program.bus.delivered));
-  families
-      .counter("millrace_observer_lost_samples_total",
-               "Samples that were lost before this observer received them.")
-      .add({}, static_cast<double>(program.bus.lost));
-  families.gauge("millrace_web_connections", "Open HTTP connections.")
-      .add({}, static_cast<double>(program.connections));
-  families.gauge("millrace_web_browsers", "Browsers with an open event stream.")
-      .add({}, static_cast<double>(program.browsers));
-  families.counter("millrace_web_requests_total", "HTTP requests.")
-      .add({}, static_cast<double>(program.requests));
-  families
-      .counter("millrace_web_displaced_connections_total",
-               "Connections that were closed because there were too many.")
-      .add({}, static_cast<double>(program.displaced));
-  families
-      .counter("millrace_web_dropped_browsers_total",
-               "Browsers that were dropped because they did not read.")
-      .add({}, static_cast<double>(program.dropped));
-  if (program.certificate_ends) {
-    families
-        .gauge("millrace_certificate_expiry_timestamp_seconds",
-               "When the certificate of millrace web expires.")
-        .add({}, seconds_of(*program.certificate_ends));
-  }
-  families.gauge("process_start_time_seconds", "When millrace web started.")
-      .add({}, seconds_of(program.started));
-  if (program.cpu_seconds) {
-    families.counter("process_cpu_seconds_total", "Processor time of millrace web.")
-        .add({}, *program.cpu_seconds);
-  }
-  if (program.resident_bytes) {
-    families.gauge("process_resident_memory_bytes", "Memory of millrace web.")
-        .add({}, *program.resident_bytes);
-  }
-  if (program.open_files) {
-    families.gauge("process_open_fds", "Open descriptors of millrace web.")
-        .add({}, *program.open_files);
-  }
+  counter("millrace_observer_samples_total", "Samples that this observer received.",
+          static_cast<double>(program.bus.delivered));
+  counter("millrace_observer_lost_samples_total",
+          "Samples that were lost before this observer received them.",
+          static_cast<double>(program.bus.lost));
+  gauge("millrace_web_connections", "Open HTTP connections.",
+        static_cast<double>(program.connections));
+  gauge("millrace_web_browsers", "Browsers with an open event stream.",
+        static_cast<double>(program.browsers));
+  counter("millrace_web_requests_total", "HTTP requests.", static_cast<double>(program.requests));
+  counter("millrace_web_displaced_connections_total",
+          "Connections that were closed because there were too many.",
+          static_cast<double>(program.displaced));
+  counter("millrace_web_dropped_browsers_total",
+          "Browsers that were dropped because they did not read.",
+          static_cast<double>(program.dropped));
+  gauge("millrace_certificate_expiry_timestamp_seconds",
+        "When the certificate of millrace web expires.",
+        program.certificate_ends ? std::optional(seconds_of(*program.certificate_ends))
+                                 : std::nullopt);
+  gauge("process_start_time_seconds", "When millrace web started.", seconds_of(program.started));
+  counter("process_cpu_seconds_total", "Processor time of millrace web.", program.cpu_seconds);
+  gauge("process_resident_memory_bytes", "Memory of millrace web.", program.resident_bytes);
+  gauge("process_open_fds", "Open descriptors of millrace web.", program.open_files);
 }
 
 }  // namespace millrace::tools::web::metrics

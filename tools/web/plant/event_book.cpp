@@ -57,21 +57,7 @@ boost::json::object json_of(const PlantEvent& event) {
 }  // namespace
 
 void EventBook::add(const recording::Entry& entry, const bus::FabricModel& live) {
-  if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
-    add(*news, entry.at, live);
-  } else if (const auto* instance = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
-    add(*instance, live);
-  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    add(*machine, live);
-  } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
-    add(*channel, live);
-  } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
-    add(*event);
-  } else if (const auto* program = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
-    add(*program);
-  } else if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
-    add(*said, entry.at, live);
-  }
+  std::visit([&](const auto& sample) { add(sample, entry.at, live); }, entry.sample);
 }
 
 void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
@@ -96,7 +82,8 @@ void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
 
 /// The instance publishes its own start time, so this holds for those that are older than the
 /// server.
-void EventBook::add(const fabric::InstanceStatus& status, const bus::FabricModel& live) {
+void EventBook::add(const fabric::InstanceStatus& status, fabric::Time /*at*/,
+                    const bus::FabricModel& live) {
   const auto known = live.instances().find(status.instance);
   if (known == live.instances().end() || known->second.status || status.started == fabric::Time{}) {
     return;
@@ -111,7 +98,8 @@ void EventBook::add(const fabric::InstanceStatus& status, const bus::FabricModel
        .who = is.id});
 }
 
-void EventBook::add(const fabric::MachineStatus& status, const bus::FabricModel& live) {
+void EventBook::add(const fabric::MachineStatus& status, fabric::Time /*at*/,
+                    const bus::FabricModel& live) {
   const auto known = live.machines().find({status.machine, status.gateway});
   const bool was_heard = known != live.machines().end() && !known->second.gone;
   if (status.gone) {
@@ -152,7 +140,8 @@ bool EventBook::was_reported_down(const fabric::MachineStatus& status) const {
   return last != events_.rend() && last->kind == "link down";
 }
 
-void EventBook::add(const fabric::ChannelStatus& status, const bus::FabricModel& live) {
+void EventBook::add(const fabric::ChannelStatus& status, fabric::Time /*at*/,
+                    const bus::FabricModel& live) {
   const auto known = live.channels().find(status.key);
   const bool was_known = known != live.channels().end();
   const auto before = was_known ? known->second.state : fabric::ChannelState::idle;
@@ -173,7 +162,8 @@ void EventBook::add(const fabric::ChannelStatus& status, const bus::FabricModel&
   }
 }
 
-void EventBook::add(const fabric::Event& event) {
+void EventBook::add(const fabric::Event& event, fabric::Time /*at*/,
+                    const bus::FabricModel& /*live*/) {
   const auto by = after(event.detail, "answered by ");
   if (by.empty() || event.replayed || std::ranges::any_of(events_, [&](const PlantEvent& each) {
         return each.kind == "call answered" && each.call == event.call;
@@ -189,7 +179,8 @@ void EventBook::add(const fabric::Event& event) {
        .text = std::string(by)});
 }
 
-void EventBook::add(const fabric::ProgramEvent& event) {
+void EventBook::add(const fabric::ProgramEvent& event, fabric::Time /*at*/,
+                    const bus::FabricModel& /*live*/) {
   // A new gateway repeats an error that still stands.
   if (event.kind != fabric::ProgramEventKind::aborted || event.replayed ||
       std::ranges::any_of(events_, [&](const PlantEvent& each) {

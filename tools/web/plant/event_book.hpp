@@ -63,14 +63,16 @@ class EventBook {
 
  private:
   void add(const recording::InstanceNews& news, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::InstanceStatus& status, const bus::FabricModel& live);
-  void add(const fabric::MachineStatus& status, const bus::FabricModel& live);
+  void add(const fabric::InstanceStatus& status, fabric::Time at, const bus::FabricModel& live);
+  void add(const fabric::MachineStatus& status, fabric::Time at, const bus::FabricModel& live);
+  void add(const fabric::ChannelStatus& status, fabric::Time at, const bus::FabricModel& live);
+  void add(const fabric::Event& event, fabric::Time at, const bus::FabricModel& live);
+  void add(const fabric::ProgramEvent& event, fabric::Time at, const bus::FabricModel& live);
+  void add(const recording::AlarmNews& news, fabric::Time at, const bus::FabricModel& live);
+  template <typename Other>
+  void add(const Other& /*no event*/, fabric::Time /*at*/, const bus::FabricModel& /*live*/) {}
   /// The last event of this link is that the connection was lost.
   [[nodiscard]] bool was_reported_down(const fabric::MachineStatus& status) const;
-  void add(const fabric::ChannelStatus& status, const bus::FabricModel& live);
-  void add(const fabric::Event& event);
-  void add(const fabric::ProgramEvent& event);
-  void add(const recording::AlarmNews& news, fabric::Time at, const bus::FabricModel& live);
   void put(PlantEvent event);
   /// One event for all machines of a gateway.
   void put_gateway(std::string_view kind, const fabric::MachineStatus& of, fabric::Time at);

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <boost/json/array.hpp>
-
 #include "tools/print/json.hpp"
+#include "tools/web/plant/throughput.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -51,15 +50,11 @@ namespace {
 /// More durations do not improve a percentile.
 constexpr std::size_t most_durations = 8'192;
 
+/// In ms; -1 without values.
 float share_of(std::vector<std::chrono::nanoseconds>& values, double share) {
-  if (values.empty()) {
-    return -1;
-  }
-  const auto rank = static_cast<std::size_t>(static_cast<double>(values.size()) * share);
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(std::min(rank, values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return std::chrono::duration<float, std::milli>(*place).count();
+  return values.empty()
+             ? -1
+             : std::chrono::duration<float, std::milli>(percentile(values, share)).count();
 }
 
 boost::json::value rounded(float value) {

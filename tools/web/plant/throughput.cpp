@@ -10,7 +10,8 @@ namespace {
 /// Shorter bursts do not allow a rate per second.
 constexpr std::chrono::nanoseconds shortest = std::chrono::seconds(1);
 
-/// The value that `share` of the values do not exceed. Reorders them; needs at least one.
+}  // namespace
+
 std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& values, double share) {
   const auto rank = static_cast<std::size_t>(static_cast<double>(values.size()) * share);
   const auto place =
@@ -18,8 +19,6 @@ std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& value
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
-
-}  // namespace
 
 void Throughput::add(fabric::SteadyTime now, std::optional<std::chrono::nanoseconds> duration,
                      bool failed) {

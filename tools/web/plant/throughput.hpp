@@ -7,10 +7,14 @@
 #include <chrono>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "fabric/moment.hpp"
 
 namespace millrace::tools::web::plant {
+
+/// The value that `share` of the values do not exceed. Reorders them; needs at least one.
+std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& values, double share);
 
 struct Figures {
   double per_second = 0;

@@ -77,21 +77,20 @@ class UserActionsTest : public testing::Test {
   std::vector<std::string> acknowledged;
   std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "dispatched again"};
   int secrets = 0;
-  UserActions sut{
-      {.users = {{"anna",
-                  {.name = "anna",
-                   .password_hash = quick_hash(),
-                   .may = {CommandKind::retry, CommandKind::answer}}}},
-       .host = "hall-pc"},
-      [this](const Command& command) {
-        issued.push_back(command);
-        return word;
-      },
-      [this](const Acknowledgement& said, const std::string& user, const fabric::Moment&) {
-        acknowledged.push_back(user + " takes " + said.cause + ": " + said.note);
-      },
-      [this] { return "secret" + std::to_string(++secrets); },
-      base::program::no_log()};
+  UserActions sut{{.users = {{"anna",
+                              {.name = "anna",
+                               .password_hash = quick_hash(),
+                               .may = {CommandKind::retry, CommandKind::answer}}}},
+                   .host = "hall-pc"},
+                  [this](const Command& command) {
+                    issued.push_back(command);
+                    return word;
+                  },
+                  [this](const plant::Acknowledgement& said, const fabric::Moment&) {
+                    acknowledged.push_back(said.by + " takes " + said.cause + ": " + said.note);
+                  },
+                  [this] { return "secret" + std::to_string(++secrets); },
+                  base::program::no_log()};
 
   static constexpr const char* retry = R"({"machine": "cnc", "channel": 1, "call": "5f-17"})";
 };
