@@ -318,14 +318,18 @@ TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
   confirm(request(1));
   sut->on_instance_gone(once.id, now);
   std::vector<fabric::Cause> causes;
+  const auto take = [&](const Actions& actions) {
+    auto shown = all<PublishStatus>(actions);
+    std::ranges::copy(all<PublishStatus>(confirm(actions)), std::back_inserter(shown));
+    for (const PublishStatus& one : shown) {
+      causes.push_back(one.status.cause);
+      EXPECT_THAT(one.status.reason, testing::HasSubstr("marker"));
+    }
+  };
   for (int second = 0; second < 8; ++second) {
     now.steady += 1s;
-    const auto actions = sut->on_time(now);
-    for (const PublishStatus& shown : all<PublishStatus>(actions)) {
-      causes.push_back(shown.status.cause);
-      EXPECT_THAT(shown.status.reason, testing::HasSubstr("marker"));
-    }
-    confirm(actions);
+    take(sut->on_time(now));
+    take(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 1, 0, ""}, now));
   }
   EXPECT_THAT(causes, ElementsAre(fabric::Cause::instance_lost, fabric::Cause::held_too_long));
 }

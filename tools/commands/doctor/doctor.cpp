@@ -26,12 +26,12 @@ using namespace tools::doctor;
 
 struct Options {
   explicit Options(CLI::App& command) : fabric(command, {.name = "millrace doctor"}) {
-    add_duration(command, "--wait", wait, "Listen for this time; default 2s");
+    add_duration(command, "--wait", wait, "Listen for this time; default 1200ms");
     add_json(command, json);
   }
 
   fabric::profile::FabricFlags fabric;
-  std::chrono::nanoseconds wait = std::chrono::seconds(2);
+  std::chrono::nanoseconds wait = std::chrono::milliseconds(1200);
   bool json = false;
 };
 

@@ -1,4 +1,4 @@
-// A machine: its link, and a row for each of its channels: NC program, then call, service, and duration or rate.
+// A machine: its link, and a row for each of its channels.
 import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
@@ -134,7 +134,7 @@ export function machineTile() {
         replace(mark, level !== 'fine' && shape('look'));
       }
       setAttribute(node, 'data-density', density);
-      setAttribute(node, 'data-unreachable', machine.links.length > 0 && !machine.links.some((link) => link.connected));
+      setAttribute(node, 'data-unreachable', density !== 'strip' && machine.links.length > 0 && !machine.links.some((link) => link.connected));
       linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);
       rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), links: machine.links, now })),
         ({ channel }) => keyOf(channel.machine, channel.channel));

@@ -1,4 +1,4 @@
-// A summary of the services, those with trouble first: instances, load, calls per second, duration, errors.
+// A row for each service, those with trouble first.
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
