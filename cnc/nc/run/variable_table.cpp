@@ -31,8 +31,11 @@ ElementName split_name(std::string_view name) {
     const std::size_t open = element.variable.rfind('[');
     long index = 0;
     const char* end = element.variable.data() + element.variable.size() - 1;
-    if (open == std::string_view::npos ||
-        std::from_chars(element.variable.data() + open + 1, end, index).ptr != end) {
+    if (open == std::string_view::npos) {
+      return element;
+    }
+    const auto read = std::from_chars(element.variable.data() + open + 1, end, index);
+    if (read.ptr != end || read.ec != std::errc{}) {
       return element;
     }
     element.indices.insert(element.indices.begin(), index);

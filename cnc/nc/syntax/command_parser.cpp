@@ -56,7 +56,8 @@ Expression parse_parameter(Cursor& cursor, std::string_view name) {
   const std::string_view digits = cursor.peek().text.substr(name.size());
   unsigned number = 0;
   const char* end = digits.data() + digits.size();
-  if (std::from_chars(digits.data(), end, number).ptr != end) {
+  if (const auto read = std::from_chars(digits.data(), end, number);
+      read.ptr != end || read.ec != std::errc{}) {
     cursor.fail("a number expected behind " + std::string(name));
   }
   cursor.take();

@@ -139,6 +139,7 @@ TEST_F(NcChannel, ListsTheVariablesOfAProgram) {
   EXPECT_EQ(table->name, "V.P.TABLE");
   EXPECT_EQ(table->shape, (VariableShape{VariableType::sgn16, 0, {2, 3}}));
   EXPECT_EQ(variables.read("V.P.TABLE[1][1]"), Value(5.0));
+  EXPECT_FALSE(variables.read("V.P.TABLE[1][18446744073709551617]")) << "2^64 + 1 is not 1";
   EXPECT_FALSE(variables.info(VariableFamily::program, 2));
   EXPECT_FALSE(variables.find("V.P.NOSUCH"));
 }
