@@ -61,6 +61,7 @@ void OutcomeCheck::on(const Answered& fact, Time) {
 void OutcomeCheck::on(const Resumed& fact, Time) {
   if (Story* const story = find(fact.call)) {
     story->misled = story->misled || story->response;
+    story->reopened = story->reopened || story->response || story->over;
   }
 }
 
@@ -103,6 +104,9 @@ std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const Story& story) {
   if (!story.released) {
     outcomes.insert(story.over ? Verdict::withdrawn : Verdict::under_way);
   }
+  if (story.reopened) {
+    outcomes.insert(Verdict::withdrawn);
+  }
   if (!story.response || (!story.released && !story.misled)) {
     return outcomes;
   }
@@ -118,6 +122,10 @@ std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const Story& story) {
   if (story.failed.contains(attempt)) {
     outcomes.insert(Verdict::failed);
     return outcomes;
+  }
+  if (response.attempt == 0 && !story.failed.empty()) {
+    // An observer may not have been told of the newest attempt of this instance.
+    outcomes.insert(Verdict::failed);
   }
   for (const fabric::Reply& reply : story.replies) {
     if (reply.instance == response.instance && reply.attempt == response.attempt &&
