@@ -184,6 +184,16 @@ TEST_F(AdsControllerTest, ReadsAllDueChannelsInOneRequest) {
   EXPECT_EQ(sut->load().requests, before + 1);
 }
 
+TEST_F(AdsControllerTest, ReadsAgainAndAgain) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  for (std::size_t reads = 1; reads <= 20; ++reads) {
+    sut->read(1, ReadSet::state);
+    ASSERT_TRUE(run([&] { return snapshots.size() == reads; }));
+  }
+}
+
 TEST_F(AdsControllerTest, ReadsEachChannelByItselfWithoutSumCommands) {
   with_sums = false;
   serve();
