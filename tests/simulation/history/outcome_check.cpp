@@ -124,7 +124,7 @@ std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const Story& story) {
     return outcomes;
   }
   if (response.attempt == 0 && !story.failed.empty()) {
-    // An observer may not have been told of the newest attempt of this instance.
+    // The gateway may not have published the newest attempt of this instance.
     outcomes.insert(Verdict::failed);
   }
   for (const fabric::Reply& reply : story.replies) {

@@ -46,8 +46,8 @@ class OutcomeCheck final : public Check {
     std::set<std::uint32_t> failed{};
     std::map<fabric::InstanceId, std::uint32_t> attempts{};
     bool over = false;
-    /// Its gateway has restarted with its response, or before it journalled the end that observers
-    /// were told of.
+    /// Its gateway has restarted with its response, or before it journalled the end that it had
+    /// published.
     bool reopened = false;
   };
 
