@@ -83,7 +83,7 @@ void AdsServiceAccess::read(const Link& link, std::uint16_t channel, ReadSet set
 void AdsServiceAccess::send_reads(const Link& link) {
   // Without sums each read takes requests of its own.
   const bool sums = reads_.sums();
-  while (!due_.empty() && (requests_ < most_requests || !sums)) {
+  while (!stopped_ && !due_.empty() && (requests_ < most_requests || !sums)) {
     Reads together;
     std::size_t variables = 0;
     while (!due_.empty() && (together.empty() || sums) &&

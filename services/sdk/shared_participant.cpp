@@ -34,7 +34,7 @@ constexpr const char* heartbeat_thread_name = "heartbeat";
 
 /// How long a process sends heartbeats as a busy one after its last call: the next call often
 /// follows soon.
-constexpr std::chrono::seconds linger{1};
+constexpr std::chrono::seconds busy_after_call{1};
 
 /// A loop without a heartbeat for this time does no work any more: its process must count as gone.
 constexpr std::chrono::seconds longest_busy{5};
@@ -62,7 +62,7 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   void host();
   void publish_heartbeat();
   void await_heartbeat(std::chrono::steady_clock::time_point at);
-  void hurry();
+  void send_heartbeat_soon();
   /// Sends heartbeats for the loop while it has other work.
   void send_while_loop_is_busy();
   void send(const fabric::Heartbeat& heartbeat);
@@ -91,8 +91,8 @@ struct SharedParticipant::Impl final : fabric::endpoints::InstanceCommandsListen
   const fabric::InstanceId process = fabric::InstanceId::random();
   fabric::registry::Heartbeats heartbeats{process};
   std::chrono::steady_clock::time_point busy_until{};
-  /// No request has come since the last heartbeat; the next one hurries.
-  std::atomic<bool> quiet = false;
+  /// No request has come since the last heartbeat; the next one is followed by a heartbeat soon.
+  std::atomic<bool> unrequested = false;
 
   std::mutex heartbeat_lock;
   std::condition_variable changes;
@@ -145,13 +145,13 @@ void SharedParticipant::Impl::host() {
 
 void SharedParticipant::Impl::publish_heartbeat() {
   const auto now = std::chrono::steady_clock::now();
-  bool busy = !quiet.exchange(true);
+  bool busy = !unrequested.exchange(true);
   for (const auto& [id, one] : hosted) {
     const fabric::InstanceLoad load = one->load();
     busy = busy || !load.calls.empty();
     heartbeats.note(load);
   }
-  busy_until = busy ? now + linger : busy_until;
+  busy_until = busy ? now + busy_after_call : busy_until;
   const auto next = now < busy_until
                         ? busy_period()
                         : busy_period() * fabric::endpoints::HeartbeatEndpoint::idle_leases;
@@ -174,7 +174,7 @@ void SharedParticipant::Impl::await_heartbeat(std::chrono::steady_clock::time_po
   });
 }
 
-void SharedParticipant::Impl::hurry() {
+void SharedParticipant::Impl::send_heartbeat_soon() {
   const auto soon = std::chrono::steady_clock::now() + busy_period();
   if (heartbeat_timer.expiry() <= soon) {
     return;
@@ -275,8 +275,8 @@ void SharedParticipant::add_instance(const fabric::InstanceId& id, HostedInstanc
 
 void SharedParticipant::requested() {
   // Many calls come between two heartbeats.
-  if (impl_->quiet.load(std::memory_order_relaxed) && impl_->quiet.exchange(false)) {
-    asio::post(impl_->context, [impl = impl_.get()] { impl->hurry(); });
+  if (impl_->unrequested.load(std::memory_order_relaxed) && impl_->unrequested.exchange(false)) {
+    asio::post(impl_->context, [impl = impl_.get()] { impl->send_heartbeat_soon(); });
   }
 }
 

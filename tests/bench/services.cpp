@@ -5,7 +5,6 @@
 //
 // The services answer the length of the text. One caller in place of a gateway calls them in turn.
 // Exit code 1 if a goal is missed.
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -15,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/bench/gateway/series.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
@@ -24,7 +24,7 @@
 namespace {
 
 using namespace millrace;
-using Clock = std::chrono::steady_clock;
+using bench::Clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr double goal_c = 1.1;
@@ -41,11 +41,6 @@ double seconds_since(Clock::time_point start) {
   return Seconds(Clock::now() - start).count();
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 bool print(const std::string& what, double value, double goal, bool met) {
   fmt::print("{}: {:.3g}, goal {:g}{}\n", what, value, goal, met ? "" : ", missed");
   return met;
@@ -55,14 +50,14 @@ struct Service {
   const char* language;
   std::string uuid;
   tests::Process process;
-  std::vector<double> microseconds{};
+  bench::Series times{};
 
   void call(tests::Caller& caller) {
     const fabric::Request request = caller.request(uuid, "hello");
     const auto start = Clock::now();
     caller.publish(request);
     const fabric::Reply reply = caller.await_reply(request);
-    microseconds.push_back(1e6 * seconds_since(start));
+    times.add(Clock::now() - start);
     caller.withdraw(request);
     if (reply.text != "5") {
       throw std::runtime_error(fmt::format("{} answered {:?}", language, reply.text));
@@ -70,10 +65,9 @@ struct Service {
   }
 
   double print() {
-    std::sort(microseconds.begin(), microseconds.end());
-    const double middle = microseconds[microseconds.size() / 2];
-    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us, {:.1f} MiB\n", language, middle,
-               microseconds[microseconds.size() * 99 / 100], bench::resident_mib(process.pid()));
+    const double middle = times.median();
+    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us, {:.1f} MiB\n", language, middle, times.p99(),
+               bench::resident_mib(process.pid()));
     return middle;
   }
 };
@@ -103,25 +97,25 @@ class Bench {
 
   /// Of a service in Python, from its start until it is ready.
   double start_time() {
-    std::vector<double> times;
+    bench::Series times;
     for (int i = 0; i < starts; ++i) {
       const auto begin = Clock::now();
       const Service service = in_python();
-      times.push_back(seconds_since(begin));
+      times.add(Clock::now() - begin);
     }
-    return median(times);
+    return times.median() / 1e6;
   }
 
   static double import_time() {
-    std::vector<double> times;
+    bench::Series times;
     for (int i = 0; i < starts; ++i) {
       tests::Process program({python, "-c",
                               "import time; t = time.perf_counter(); import millrace; "
-                              "print(1000 * (time.perf_counter() - t))"});
+                              "print(1e6 * (time.perf_counter() - t))"});
       program.wait();
-      times.push_back(std::stod(program.output()));
+      times.add_microseconds(std::stod(program.output()));
     }
-    return median(times);
+    return times.median() / 1e3;
   }
 
   [[nodiscard]] tests::Caller caller() const { return tests::Caller(domain_.number()); }
@@ -157,7 +151,7 @@ bool measure_calls(Bench& bench, std::size_t calls) {
     for (Service& service : services) {
       if (i == calls / 10) {
         // The calls so far were the warm-up.
-        service.microseconds.clear();
+        service.times = {};
       }
       service.call(caller);
     }
@@ -230,7 +224,7 @@ int measure_memory(Seconds time) {
       return EXIT_SUCCESS;
     }
     service.call(caller);
-    service.microseconds.clear();
+    service.times = {};
     std::this_thread::sleep_until(start + calls * period);
   }
 }

@@ -3,6 +3,7 @@
 //
 //   const browser = await Browser.start();
 //   const page = await browser.open(web.url, { view: '#/calls' });
+import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
@@ -29,6 +30,13 @@ export class Browser {
       ],
     });
     return browser;
+  }
+
+  /** Fails for the complaints since the last check. */
+  expectNoComplaints() {
+    const { complaints } = this;
+    this.complaints = [];
+    assert.deepEqual(complaints, []);
   }
 
   /** A new tab at a view of the page, shown when the page has its first data. */

@@ -44,11 +44,7 @@ after(async () => {
   await plant.stop();
 });
 
-afterEach(() => {
-  const { complaints } = browser;
-  browser.complaints = [];
-  assert.deepEqual(complaints, []);
-});
+afterEach(() => browser.expectNoComplaints());
 
 const row = (name) => `tr[data-variable="1/${name}"]`;
 const line = (name) => `.line[data-variable="1/${name}"]`;

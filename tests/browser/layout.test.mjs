@@ -12,11 +12,7 @@ before(async () => {
 
 after(() => browser?.stop());
 
-afterEach(() => {
-  const { complaints } = browser;
-  browser.complaints = [];
-  assert.deepEqual(complaints, []);
-});
+afterEach(() => browser.expectNoComplaints());
 
 /** Who serves whom on the invented plant, and how busy each is. */
 const served = [['a', 'lathe_1', 2, 4.7], ['a', 'mill_2', 1, 0.6], ['a', 'mill_2', 2, 4.6], ['b', 'lathe_1', 2, 4.6], ['b', 'mill_2', 2, 4.7], ['c', 'lathe_1', 1, 1.1]];

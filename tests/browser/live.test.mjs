@@ -22,11 +22,7 @@ after(async () => {
   await plant.stop();
 });
 
-afterEach(() => {
-  const { complaints } = browser;
-  browser.complaints = [];
-  assert.deepEqual(complaints, []);
-});
+afterEach(() => browser.expectNoComplaints());
 
 /** What the row shows whose request has this text in it, once it is there. */
 async function rowWith(page, text) {

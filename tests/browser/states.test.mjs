@@ -13,11 +13,7 @@ before(async () => {
 
 after(() => browser?.stop());
 
-afterEach(() => {
-  const { complaints } = browser;
-  browser.complaints = [];
-  assert.deepEqual(complaints, []);
-});
+afterEach(() => browser.expectNoComplaints());
 
 const sizes = [[1920, 1080], [1024, 768], [390, 844]];
 

@@ -174,7 +174,7 @@ class Fabric {
   void refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance);
   void find(const PairPointer& pair, bool of_instance);
   /// An instance that is not heard has got a request, after which a heartbeat should come soon.
-  void miss_soon(const PairPointer& pair);
+  void lose_after_request(const PairPointer& pair);
   void lose_known(const PairPointer& pair, bool of_instance);
   void discover(const PairPointer& pair, bool reader);
   void look_around(EndNumber gateway);

@@ -17,13 +17,13 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
     if (ends_[pair->instance]->identity.id == request.assigned && !pair->of_instance.heard) {
-      miss_soon(pair);
+      lose_after_request(pair);
     }
   }
   return true;
 }
 
-void Fabric::miss_soon(const PairPointer& pair) {
+void Fabric::lose_after_request(const PairPointer& pair) {
   agenda_.after(random_.between(conditions.lease * 4 / 5, conditions.lease * 6 / 5),
                 {.parties = parties(*pair), .timer = true},
                 [this, pair, epoch = pair->of_instance.epoch] {

@@ -12,56 +12,56 @@ std::vector<std::string> OutcomeCheck::on(const Fact& fact, Time now) {
   return {};
 }
 
-OutcomeCheck::Story* OutcomeCheck::find(const fabric::CallId& call) {
-  const auto found = stories_.find(call);
-  return found == stories_.end() ? nullptr : &found->second;
+OutcomeCheck::KnownCall* OutcomeCheck::find(const fabric::CallId& call) {
+  const auto found = known_.find(call);
+  return found == known_.end() ? nullptr : &found->second;
 }
 
 void OutcomeCheck::on(const Claimed& fact, Time) {
-  stories_.try_emplace(fact.call, fact.call, fact.gateway);
+  known_.try_emplace(fact.call, fact.call, fact.gateway);
   last_[fact.key][fact.gateway] = fact.call;
 }
 
 void OutcomeCheck::on(const EventPublished& fact, Time now) {
   const fabric::Event& event = fact.event;
-  Story* const story = find(event.call);
-  if (story == nullptr) {
+  KnownCall* const known = find(event.call);
+  if (known == nullptr) {
     return;
   }
   using enum fabric::EventKind;
   if (event.kind == lost || event.kind == held || event.kind == refused) {
-    story->failed.insert(event.attempt);
+    known->failed.insert(event.attempt);
   }
-  story->observed.add({.at = fabric::Time(now), .sample = event});
+  known->observed.add({.at = fabric::Time(now), .sample = event});
 }
 
 void OutcomeCheck::on(const Dispatched& fact, Time) {
-  if (Story* const story = find(fact.call)) {
-    story->attempts[fact.instance] = fact.attempt;
+  if (KnownCall* const known = find(fact.call)) {
+    known->attempts[fact.instance] = fact.attempt;
   }
 }
 
 void OutcomeCheck::on(const Replied& fact, Time now) {
-  Story* const story = find(fact.reply.call);
-  if (story == nullptr) {
+  KnownCall* const known = find(fact.reply.call);
+  if (known == nullptr) {
     return;
   }
   if (fact.reply.kind == fabric::ReplyKind::final) {
-    story->replies.push_back(fact.reply);
+    known->replies.push_back(fact.reply);
   }
-  story->observed.add({.at = fabric::Time(now), .sample = fact.reply});
+  known->observed.add({.at = fabric::Time(now), .sample = fact.reply});
 }
 
 void OutcomeCheck::on(const Answered& fact, Time) {
-  if (Story* const story = find(fact.call)) {
-    story->response = fact.answer;
+  if (KnownCall* const known = find(fact.call)) {
+    known->response = fact.answer;
   }
 }
 
 void OutcomeCheck::on(const Resumed& fact, Time) {
-  if (Story* const story = find(fact.call)) {
-    story->misled = story->misled || story->response;
-    story->reopened = story->reopened || story->response || story->over;
+  if (KnownCall* const known = find(fact.call)) {
+    known->misled = known->misled || known->response;
+    known->reopened = known->reopened || known->response || known->over;
   }
 }
 
@@ -70,19 +70,19 @@ void OutcomeCheck::on(const WriteAsked& fact, Time) {
   // REQUEST_STATE releases the program.
   const bool may_release = fact.variable != gateway::Variable::response ||
                            fact.completion_signal == fabric::CompletionSignal::response;
-  Story* const story = find(fact.call);
-  if (story != nullptr && may_release) {
-    story->misled = story->misled || story->response;
+  KnownCall* const known = find(fact.call);
+  if (known != nullptr && may_release) {
+    known->misled = known->misled || known->response;
   }
 }
 
 void OutcomeCheck::on(const WriteDone& fact, Time) {
-  Story* const story = find(fact.call);
-  if (story != nullptr && fact.answer) {
-    story->released = true;
+  KnownCall* const known = find(fact.call);
+  if (known != nullptr && fact.answer) {
+    known->released = true;
   }
   for (const auto& [gateway, call] : last_[fact.key]) {
-    Story* const other = gateway == fact.gateway ? nullptr : find(call);
+    KnownCall* const other = gateway == fact.gateway ? nullptr : find(call);
     if (other != nullptr && !other->over) {
       other->misled = true;
     }
@@ -90,44 +90,44 @@ void OutcomeCheck::on(const WriteDone& fact, Time) {
 }
 
 void OutcomeCheck::on(const Ended& fact, Time) {
-  if (Story* const story = find(fact.call)) {
-    story->over = true;
+  if (KnownCall* const known = find(fact.call)) {
+    known->over = true;
   }
 }
 
 void OutcomeCheck::on(const JournalLost& fact, Time) {
-  std::erase_if(stories_, [&](const auto& one) { return one.second.gateway == fact.gateway; });
+  std::erase_if(known_, [&](const auto& one) { return one.second.gateway == fact.gateway; });
 }
 
-std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const Story& story) {
+std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const KnownCall& known) {
   std::set<Verdict> outcomes;
-  if (!story.released) {
-    outcomes.insert(story.over ? Verdict::withdrawn : Verdict::under_way);
+  if (!known.released) {
+    outcomes.insert(known.over ? Verdict::withdrawn : Verdict::under_way);
   }
-  if (story.reopened) {
+  if (known.reopened) {
     outcomes.insert(Verdict::withdrawn);
   }
-  if (!story.response || (!story.released && !story.misled)) {
+  if (!known.response || (!known.released && !known.misled)) {
     return outcomes;
   }
-  const gateway::Answer& response = *story.response;
+  const gateway::Answer& response = *known.response;
   if (response.instance == fabric::InstanceId{}) {
     outcomes.insert(Verdict::settled);
     return outcomes;
   }
   // Some services do not count attempts.
-  const auto given = story.attempts.find(response.instance);
+  const auto given = known.attempts.find(response.instance);
   const std::uint32_t attempt =
-      response.attempt != 0 || given == story.attempts.end() ? response.attempt : given->second;
-  if (story.failed.contains(attempt)) {
+      response.attempt != 0 || given == known.attempts.end() ? response.attempt : given->second;
+  if (known.failed.contains(attempt)) {
     outcomes.insert(Verdict::failed);
     return outcomes;
   }
-  if (response.attempt == 0 && !story.failed.empty()) {
+  if (response.attempt == 0 && !known.failed.empty()) {
     // The gateway may not have published the newest attempt of this instance.
     outcomes.insert(Verdict::failed);
   }
-  for (const fabric::Reply& reply : story.replies) {
+  for (const fabric::Reply& reply : known.replies) {
     if (reply.instance == response.instance && reply.attempt == response.attempt &&
         reply.text == response.text && reply.state == response.state) {
       const bool failed =
@@ -140,9 +140,9 @@ std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const Story& story) {
 
 std::vector<std::string> OutcomeCheck::at_the_end() {
   std::vector<std::string> violations;
-  for (const auto& [id, story] : stories_) {
-    const Verdict observed = story.observed.outcome();
-    const std::set<Verdict> outcomes = outcomes_of(story);
+  for (const auto& [id, known] : known_) {
+    const Verdict observed = known.observed.outcome();
+    const std::set<Verdict> outcomes = outcomes_of(known);
     if (!outcomes.contains(observed)) {
       std::vector<std::string_view> names;
       for (const Verdict one : outcomes) {

@@ -30,8 +30,9 @@ class OutcomeCheck final : public Check {
  private:
   using Verdict = tools::recording::Outcome;
 
-  struct Story {
-    explicit Story(const fabric::CallId& call, GatewayNumber of) : observed(call), gateway(of) {}
+  struct KnownCall {
+    explicit KnownCall(const fabric::CallId& call, GatewayNumber of)
+        : observed(call), gateway(of) {}
 
     tools::recording::Call observed;
     GatewayNumber gateway;
@@ -63,10 +64,10 @@ class OutcomeCheck final : public Check {
   void on(const JournalLost& fact, Time now);
   template <typename Other>
   void on(const Other&, Time) {}
-  Story* find(const fabric::CallId& call);
-  static std::set<Verdict> outcomes_of(const Story& story);
+  KnownCall* find(const fabric::CallId& call);
+  static std::set<Verdict> outcomes_of(const KnownCall& known);
 
-  std::map<fabric::CallId, Story> stories_;
+  std::map<fabric::CallId, KnownCall> known_;
   /// The last call that each gateway has accepted in a channel.
   std::map<Key, std::map<GatewayNumber, fabric::CallId>> last_;
 };

@@ -270,12 +270,7 @@ TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanRun) {
 TEST_F(CoreCallsTest, KeepsTimeAndReasonOfABlockedCallOverARestart) {
   start();
   link_up();
-  auto once = instance(1);
-  once.name = "marker";
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
-  confirm(request(1));
-  sut->on_instance_gone(once.id, now);
+  lose_instance_of_a_call();
   now.steady += 2s;
   const auto actions = sut->on_time(now);
   const auto held = all<PublishStatus>(actions);
@@ -311,12 +306,7 @@ TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
   policies.everywhere.lost = Rule{4s, 0};
   start(policies);
   link_up();
-  auto once = instance(1);
-  once.name = "marker";
-  once.delivery = fabric::Delivery::at_most_once;
-  sut->on_instance_ready(once, now);
-  confirm(request(1));
-  sut->on_instance_gone(once.id, now);
+  lose_instance_of_a_call();
   std::vector<fabric::Cause> causes;
   const auto take = [&](const Actions& actions) {
     auto shown = all<PublishStatus>(actions);

@@ -62,6 +62,16 @@ class CoreCallsTest : public testing::Test {
     return all;
   }
 
+  /// An instance "marker", which runs a call at most once, gets the one of channel 1 and is gone.
+  void lose_instance_of_a_call() {
+    auto once = instance(1);
+    once.name = "marker";
+    once.delivery = fabric::Delivery::at_most_once;
+    sut->on_instance_ready(once, now);
+    confirm(request(1));
+    sut->on_instance_gone(once.id, now);
+  }
+
   /// A call from its request to the read after its answer; returns the actions of all steps.
   Actions answered_call(std::uint16_t channel) {
     const fabric::ChannelKey key{"cnc", channel};
