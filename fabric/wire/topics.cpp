@@ -18,8 +18,10 @@ constexpr std::int32_t last_only = 1;
 constexpr std::int32_t last_of_a_key = 32;
 
 /// Requests of one channel, and replies to it by one instance: a slow recorder, or one that
-/// discovers the writer only now, gets them although the calls are over.
-constexpr std::int32_t calls_in_flight = 128;
+/// discovers the writer only now, gets them although the calls are over. While a writer is busy
+/// Cyclone never asks its readers what they have received, so it keeps this many of each key, with
+/// 4 kB each.
+constexpr std::int32_t calls_in_flight = 16;
 
 /// The event topic has no key, so the depth is what may be on its way at once.
 constexpr std::int32_t events_in_flight = 8192;

@@ -28,11 +28,12 @@ class Writer {
   /// it for each sample of a volatile topic, in its own thread.
   tl::expected<void, std::string> hold(const Value& value);
 
-  /// Withdraws the sample of this key: existing readers see it disposed, later ones see nothing.
+  /// Disposes this key; existing and later readers see that. It stays registered: Cyclone 0.10.2
+  /// loses about 1 kB of memory whenever a writer unregisters a key.
   void withdraw(const Value& value);
 
   /// Unregisters this key: existing readers see the sample orphaned, unless another writer has the
-  /// key too; later readers see nothing of this writer.
+  /// key too; later readers see nothing of this writer. For what happens seldom, see withdraw().
   void unregister(const Value& value);
 
   /// Asserts that its process runs, like a sample does; for a writer with a lease. Samples of a
@@ -92,7 +93,6 @@ template <typename Value>
 void Writer<Value>::withdraw(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_dispose(writer_, &*sample);
-    dds_unregister_instance(writer_, &*sample);
   }
 }
 

@@ -5,11 +5,9 @@
 //   for (const auto& request : answered.due(now)) …    // withdraw them
 //
 // The next request of a channel to the same instance replaces the previous one on the fabric, so
-// withdrawing each answered request first would tell no reader anything new: it would cost two
-// messages a call, and above about a thousand DDS instances a second, which Cyclone frees at most,
-// memory without limit. The remaining requests are withdrawn once they have been quiet for a while,
-// so that a process that joins later finds only pending calls; the number at a time is limited to
-// what Cyclone keeps up with.
+// withdrawing each answered request first would tell no reader anything new and cost two messages a
+// call. The remaining requests are withdrawn once they have been quiet for a while, so that a
+// process that joins later finds only pending calls; not all at a time, so that calls do not wait.
 #pragma once
 
 #include <cstddef>

@@ -7,6 +7,7 @@
 
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tests/bench/process_use.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -323,6 +324,28 @@ TEST_F(Endpoints, LetAChannelCallAgainAfterAWithdrawal) {
     }));
     sut->withdraw(key_of(sent));
   }
+}
+
+TEST_F(Endpoints, KeepNoMemoryOfWithdrawnRequests) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  std::uint64_t number = 0;
+  const auto withdraw_requests = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      const Request sent = request(++number, service->end.identity());
+      ASSERT_TRUE(sut->publish(sent));
+      sut->withdraw(key_of(sent));
+      ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+      service->heard.requests.clear();
+      service->heard.withdrawn.clear();
+    }
+  };
+  withdraw_requests(500);
+  const double before = bench::resident_mib(::getpid());
+  withdraw_requests(5'000);
+  const double grown = bench::resident_mib(::getpid()) - before;
+  EXPECT_TRUE(bench::keeps_what_is_freed || grown < 2.0) << grown << " MiB more";
 }
 
 TEST_F(Endpoints, ReportThatAnInstanceDrains) {
