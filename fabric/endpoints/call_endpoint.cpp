@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
 #include "fabric/endpoints/channel_status_writer.hpp"
@@ -25,6 +26,9 @@ SteadyTime steady_now() {
   return std::chrono::steady_clock::now();
 }
 
+/// A person does not see the difference, and a call is mostly over by then.
+constexpr std::chrono::milliseconds status_pause{20};
+
 }  // namespace
 
 struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
@@ -36,14 +40,17 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
         liveness(executor, {.on_load = [this](auto writer, const InstanceLoad& load, bool is_theirs,
                                               SteadyTime) { take(writer, load, is_theirs); },
                             .announce = [this] { announce(); }}),
-        kind(own_kind) {}
+        kind(own_kind),
+        status_timer(executor) {}
 
   void open();
   void close();
   void check_readers();
-  /// Publishes events and states for observers at the end of a turn of the loop, so that they share
-  /// datagrams: one datagram for each of them, to each observer, costs more than the call.
+  /// Publishes events for observers at the end of a turn of the loop, so that they share datagrams:
+  /// one datagram for each of them, to each observer, costs more than the call.
   void flush();
+  /// Publishes the last status of each channel, at most every `status_pause`.
+  void flush_statuses_soon();
   void drain_discovery();
   void update();
   void note_dropped();
@@ -84,6 +91,10 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   std::uint64_t reported_dropped = 0;
   std::optional<RequestWriters> request_writers;
   std::optional<ChannelStatusWriter> channels;
+  boost::asio::steady_timer status_timer;
+  /// The timer runs.
+  bool statuses_wait = false;
+  SteadyTime statuses_flushed{};
   std::optional<wire::Writer<MachineStatus>> machines;
   std::optional<wire::Writer<Event>> events;
 };
@@ -125,14 +136,28 @@ void CallEndpoint::Impl::open() {
 
 void CallEndpoint::Impl::flush() {
   events->flush();
-  if (channels) {
-    channels->flush();
+}
+
+void CallEndpoint::Impl::flush_statuses_soon() {
+  if (!channels->has_readers() || std::exchange(statuses_wait, true)) {
+    return;
   }
+  status_timer.expires_at(statuses_flushed + status_pause);
+  status_timer.async_wait([weak = weak_from_this()](boost::system::error_code) {
+    if (const auto alive = weak.lock()) {
+      alive->statuses_wait = false;
+      alive->statuses_flushed = steady_now();
+      alive->channels->flush();
+    }
+  });
 }
 
 void CallEndpoint::Impl::close() {
   listener = nullptr;
   flush();
+  if (channels) {
+    channels->flush();
+  }
   request_writers.reset();
   replies.reset();
   liveness.close();
@@ -284,12 +309,9 @@ void CallEndpoint::withdraw(const RequestKey& key) {
   impl_->request_writers->withdraw(key);
 }
 
-tl::expected<void, std::string> CallEndpoint::publish(const ChannelStatus& status) {
-  auto put = impl_->channels->write(status);
-  if (impl_->channels->has_readers()) {
-    impl_->flush_post->post();
-  }
-  return put;
+void CallEndpoint::publish(const ChannelStatus& status) {
+  impl_->channels->write(status);
+  impl_->flush_statuses_soon();
 }
 
 tl::expected<void, std::string> CallEndpoint::publish(const MachineStatus& status) {
@@ -312,7 +334,6 @@ void CallEndpoint::assert_machines() {
 
 void CallEndpoint::unregister(const ChannelKey& key) {
   impl_->channels->unregister(key);
-  impl_->flush_post->post();
 }
 
 void CallEndpoint::unregister(const MachineStatus& status) {

@@ -2,11 +2,11 @@
 //
 //   ChannelStatusWriter status_writer(participant, [&] { post.post(); });   // which calls status_writer.update_readers()
 //   status_writer.write(status);
+//   status_writer.flush();
 //
-// While there is no reader, a change is stored and not written: a call changes the status of its
-// channel five times, and each write costs Cyclone 2 us. A new reader gets the status at once, as
-// from Cyclone itself. Writes wait for flush(), so that the status samples of a turn share
-// datagrams.
+// A status waits until flush(), which is called seldom, and a newer one of its channel replaces it:
+// a call changes the status of its channel five times, and each write costs Cyclone 2 us. While there
+// is no reader it waits for one; a new reader gets the status at once, as from Cyclone itself.
 #pragma once
 
 #include <functional>
@@ -28,22 +28,27 @@ class ChannelStatusWriter {
       : readers_(std::move(changed)),
         writer_(participant, partition, {.listener = listener().get(), .batched = true}) {}
 
-  tl::expected<void, std::string> write(const ChannelStatus& status) {
-    if (has_readers_) {
-      return writer_.write(status);
-    }
-    unwritten_.insert_or_assign(status.key, status);
-    return {};
-  }
+  void write(const ChannelStatus& status) { unwritten_.insert_or_assign(status.key, status); }
 
-  /// The channel is not ours any more.
+  /// The channel is not ours any more; its last status is written.
   void unregister(const ChannelKey& key) {
-    unwritten_.erase(key);
+    if (const auto last = unwritten_.extract(key); has_readers_ && !last.empty()) {
+      static_cast<void>(writer_.write(last.mapped()));
+    }
     writer_.unregister(ChannelStatus{.key = key});
+    writer_.flush();
   }
 
-  /// Sends what was written.
-  void flush() { writer_.flush(); }
+  /// Writes what waits. A status that cannot be written is lost; the next one follows it.
+  void flush() {
+    if (has_readers_) {
+      for (const auto& [key, status] : unwritten_) {
+        static_cast<void>(writer_.write(status));
+      }
+      unwritten_.clear();
+      writer_.flush();
+    }
+  }
 
   /// There is a reader, as of the last update_readers().
   [[nodiscard]] bool has_readers() const { return has_readers_; }
@@ -51,13 +56,7 @@ class ChannelStatusWriter {
   /// Readers have come or gone.
   void update_readers() {
     has_readers_ = readers_.present();
-    if (has_readers_) {
-      for (const auto& [key, status] : unwritten_) {
-        writer_.write(status);
-      }
-      unwritten_.clear();
-      flush();
-    }
+    flush();
   }
 
  private:

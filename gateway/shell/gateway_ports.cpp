@@ -45,9 +45,7 @@ void Gateway::publish(const fabric::Event& event) {
 }
 
 void Gateway::publish(const fabric::ChannelStatus& status) {
-  if (const auto published = call_endpoint_.publish(status); !published) {
-    log_->debug("{}: a status is lost: {}", status.key.to_string(), published.error());
-  }
+  call_endpoint_.publish(status);
 }
 
 void Gateway::publish(const fabric::MachineStatus& status) {

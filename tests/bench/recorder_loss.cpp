@@ -92,7 +92,7 @@ class Load : public fabric::endpoints::CallEndpointListener {
       throw std::runtime_error(fmt::format("{} calls were not answered", open_.size()));
     }
     for (std::uint16_t channel = 1; channel <= options.channels; ++channel) {
-      publish(fabric::ChannelStatus{
+      end_.publish(fabric::ChannelStatus{
           .key = {"cnc", channel}, .state = fabric::ChannelState::idle, .since = now()});
     }
     return sent_;

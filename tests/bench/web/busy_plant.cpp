@@ -143,7 +143,7 @@ void BusyPlant::tell(const fabric::ChannelKey& key, fabric::ChannelState state,
     status.instance = *instance_;
     status.uuid = uuid;
   }
-  publish(status);
+  end_.publish(status);
 }
 
 }  // namespace millrace::bench
