@@ -47,10 +47,15 @@ bool measure_call() {
   Series threaded;
   Series dozing;
   Series raw;
+  Series datagrams;
+  double datagram = 0;
   Series nats;
   Series grpc;
   Series lcm;
   for (std::size_t round = 0; round < rounds; ++round) {
+    const Datagrams udp = measure_datagrams(calls, message_size);
+    datagrams.add(udp.round_trips);
+    datagram += udp.microseconds / rounds;
     {
       const tests::Domain domain;
       measure_raw(domain.number(), warm_up, 1, 1);
@@ -74,6 +79,7 @@ bool measure_call() {
   const double floor = raw.median();
   fmt::print("one call at a time, {} x {} calls, microseconds\n", rounds, calls);
   fmt::print("  {:<34}{:>10}{:>10}{:>10}\n", "", "median", "p99", "ratio");
+  print("UDP ping-pong of two processes", datagrams, floor);
   print("raw Cyclone ping-pong (listener)", raw, floor);
   print("gateway: accepted -> reply received", ours, floor);
   print("the same, sleeping without spinning", dozing, floor);
@@ -87,6 +93,8 @@ bool measure_call() {
       print(name, *series, floor);
     }
   }
+  fmt::print("  one datagram, sent and received in one thread: {:.1f} us of processor time\n",
+             datagram);
   const double ratio = ours.median() / floor;
   const double tail = ours.p99() / raw.p99();
   fmt::print("  median ratio {:.2f}   {}\n  p99 ratio {:.2f}   {}\n", ratio,

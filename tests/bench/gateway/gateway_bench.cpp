@@ -64,6 +64,8 @@ void serve_peer(const PeerOptions& options) {
     serve_gateway(options);
   } else if (options.kind == "lcm") {
     serve_lcm(options);
+  } else if (options.kind == "udp") {
+    serve_udp(options);
   } else if (options.kind == "nats") {
     serve_nats(options);
   } else {

@@ -180,9 +180,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
     }
   }
   void publish(const fabric::Event& event) override { static_cast<void>(end.publish(event)); }
-  void publish(const fabric::ChannelStatus& status) override {
-    end.publish(status);
-  }
+  void publish(const fabric::ChannelStatus& status) override { end.publish(status); }
   void publish(const fabric::MachineStatus&) override {}
   void publish(const fabric::DataSample&) override {}
   void publish(const fabric::ProgramEvent&) override {}

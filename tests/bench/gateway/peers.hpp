@@ -49,6 +49,8 @@ void serve_raw(const PeerOptions& options);
 void serve_polling(const PeerOptions& options);
 void serve_grpc(const PeerOptions& options);
 void serve_lcm(const PeerOptions& options);
+/// Sends each datagram back.
+void serve_udp(const PeerOptions& options);
 /// Echoes in a NATS queue group, with a subscription for each of `count`, through the server at
 /// `port`.
 void serve_nats(const PeerOptions& options);
@@ -69,6 +71,15 @@ tests::Process launch_peer(const PeerOptions& options);
 void peer_is_ready(const std::string& word = {});
 /// Never returns: a peer is killed.
 void wait_for_ever();
+
+struct Datagrams {
+  /// Between two processes.
+  Series round_trips;
+  /// Processor time to send and receive one in one thread.
+  double microseconds = 0;
+};
+/// What each message of DDS costs at least: `count` of `size` bytes over the loopback.
+Datagrams measure_datagrams(std::size_t count, std::size_t size);
 
 // Round trips of other systems on this host, with messages of `size` bytes both ways. Nothing if
 // they are not built in, or do not work here.
