@@ -147,7 +147,7 @@ struct Origin {
 };
 
 constexpr const char* last_of_each_key = "reliable, transient local, keep last 1";
-constexpr const char* last_calls = "reliable, transient local, keep last 128";
+constexpr const char* last_calls = "reliable, transient local, keep last 16";
 
 /// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
 /// compares).
@@ -163,7 +163,7 @@ constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
     {"millrace/outcome", "millrace::Outcome", "reliable, transient local, keep last 256"},
     {"millrace/v4/machine", "millrace::MachineStatus", last_of_each_key},
     {"millrace/data", "millrace::DataSample", "reliable, transient local, keep last 32"},
-    {"millrace/program", "millrace::ProgramEvent", last_calls},
+    {"millrace/program", "millrace::ProgramEvent", "reliable, transient local, keep last 128"},
     {"millrace/alarm", "millrace::Alarm", last_of_each_key},
 }};
 
