@@ -16,8 +16,6 @@ find_package(SQLiteCpp REQUIRED)
 find_package(CURL 7.88 REQUIRED)
 find_package(OpenSSL 3.0 REQUIRED)
 find_package(prometheus-cpp REQUIRED CONFIG)
-# The lines over time of `millrace web`; it goes into the program.
-find_path(MILLRACE_DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(JEMALLOC REQUIRED IMPORTED_TARGET jemalloc)

@@ -114,8 +114,8 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
   await picture(plantPage, 'aborted');
   await plantPage.close();
   // The bars share the time axis of the lines.
-  const [lane, plot] = await page.evaluate(() => ['.band-lane', '.line canvas'].map((each) => document.querySelector(each).getBoundingClientRect().toJSON()));
-  assert.ok(lane.left > plot.left && lane.right <= plot.right + 1, JSON.stringify([lane, plot]));
+  const [lane, plot] = await page.evaluate(() => ['.band-lane', '.plot-field'].map((each) => document.querySelector(each).getBoundingClientRect().toJSON()));
+  assert.ok(Math.abs(lane.left - plot.left) <= 1 && Math.abs(lane.right - plot.right) <= 1, JSON.stringify([lane, plot]));
   await page.setViewport({ width: 1280, height: 600 });
   await picture(page, 'data');
   const { runs } = await (await fetch(`${web.url}/api/programs/runs?machine=cnc`)).json();

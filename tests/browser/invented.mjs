@@ -187,6 +187,46 @@ export function heldTimeline() {
   };
 }
 
+/** A recorded call with each kind of detail, as /api/recordings/NAME/calls/CALL tells it. */
+export function recordedTimeline() {
+  const timeline = heldTimeline();
+  const details = {
+    'instance lost': 'laser marker (pid 31802 on vm) is lost; the call goes to another instance',
+    'held for an operator': 'laser marker (pid 31802 on vm) is lost during this call, which must not run twice; an operator must answer or retry it',
+    'reply at the gateway': 'answered by anna@hall-3',
+  };
+  timeline.steps = timeline.steps.map((step) => ({ ...step, ...(details[step.hop] && { detail: details[step.hop] }) }));
+  const more = [['declined by the instance', 'it runs at most 4 calls at once'], ['late reply dropped', 'no response within 30 s; the NC program goes on waiting'],
+    ['reply refused', 'the service\'s answer has 900 bytes, at most 127 fit; the program gets state 3'],
+    ['withdrawn by the program', 'the NC program withdrew the request']];
+  timeline.steps.push(...more.map(([hop, detail]) => ({ time: ago(1), hop, attempt: 2, by_service: false, instance: 'f', detail })));
+  return timeline;
+}
+
+/** Findings of different kinds, as /api/doctor tells them. */
+export const diagnoses = () => ({
+  healthy: false, fabric: 'plant', domain: 151, interface: 'eth0', multicast: true, time: ago(1), clocks: [{ host: 'hall-3', asked: 'sq', ahead_ms: 1.2, error_ms: 0.1 }],
+  programs: [{ name: 'sq', host: 'vm', pid: '7', addresses: 'udp/10.0.0.5:7410', fabrics: ['plant'], gateway: false, heard: true, serves: [uuids.root], self: false }],
+  diagnoses: [
+    ['problem', 'lathe_1/3 waits for 560a, and no service has this UUID: no service has the UUID 560a; did you mean 560b, one character differs',
+      'start the service, or correct the UUID in the program'],
+    ['problem', 'mill_2 has no connection: 10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?',
+      'check the controller at 10.0.0.7 and the gateway\'s log on hall-3'],
+    ['problem', 'mill_2/3 has a blocked at-most-once call: sq (pid 7 on vm) is lost during this call, which must not run twice; an operator must answer or retry it',
+      'millrace answer mill_2/3 RESPONSE --state N, or millrace retry mill_2/3; its service has no running instance: start it before you retry'],
+    ['problem', 'gateway on vm, pid 8: the journal disk full; the gateway accepts no new call until the journal is writable',
+      'free space on the disk, or restore the folder; the gateway then continues by itself'],
+    ['problem', 'the writer of millrace/event of sq on vm, pid 7 matches no millrace process: durability: volatile is offered, transient local is requested',
+      'give it the QoS and types of docs/reference/wire.md and idl/millrace.idl, or the same version of millrace'],
+    ['warning', 'the gateway of lathe_1 is millrace 0.0.9, this is millrace 0.1.0', 'install one version on all hosts'],
+    ['warning', 'lathe_1 is connected over plain ADS: any host on its network can read and change the traffic',
+      'configure `secure` for lathe_1 in gateway.textproto on vm (docs/how-to/secure-ads.md)'],
+    ['warning', 'the clock of hall-3 is 152 ms ahead of this host\'s (± 1.00 ms, asked sq)', 'synchronise the hosts (chrony, NTP): times in recordings do not agree'],
+    ['fine', 'on this fabric: 3 other programs on 2 hosts', ''], ['fine', 'interface eth0 (10.0.0.5) is up', ''],
+    ['fine', 'lathe_1 is connected to its gateway on vm over plain ADS', ''],
+  ].map(([severity, what, advice]) => ({ severity, what, advice })),
+});
+
 /** Ten minutes of values of lathe_1 and its NC programs, by path of the API. */
 export function dataOfLathe() {
   const seconds = Array.from({ length: 600 }, (_, i) => 600 - i);
@@ -231,8 +271,7 @@ export async function serve(snapshot, history = historyOf(), more = {}) {
     } else if (pathname in json) {
       response.writeHead(200, { 'Content-Type': 'application/json' }).end(JSON.stringify(json[pathname]));
     } else {
-      // The library is Debian's, as in the program.
-      const file = pathname === '/lib/dygraph.min.js' ? '/usr/share/javascript/dygraphs/dygraph.min.js' : join(page, pathname === '/' ? 'index.html' : pathname);
+      const file = join(page, pathname === '/' ? 'index.html' : pathname);
       response.writeHead(200, { 'Content-Type': types[extname(file)], 'Content-Security-Policy': policy }).end(readFileSync(file));
     }
   });

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
-import { dataOfLathe, heldTimeline, historyOf, plantWith, recordings, serve, uuids } from './invented.mjs';
+import { dataOfLathe, diagnoses, heldTimeline, historyOf, plantWith, recordedTimeline, recordings, serve, uuids } from './invented.mjs';
 
 let browser;
 
@@ -114,16 +114,36 @@ test('a call that was blocked for minutes shows its other steps, with names and 
   }
 });
 
+for (const [what, view, ready] of [['a recorded call', '#/recordings/shift_1.mcap/5f3a9c0112d4-17', '.steps'], ['diagnostics', '#/doctor', '.finding']]) {
+  test(`in German, ${what} has no English sentence`, async () => {
+    const more = { '/api/recordings/shift_1.mcap/calls/5f3a9c0112d4-17': recordedTimeline(), '/api/doctor': diagnoses(), ...recordings() };
+    for (const language of ['de', 'en']) {
+      await withPage({ more }, { view, language }, async (page) => {
+        await page.waitForSelector(ready);
+        // Lines with a word that only English has; names of files are English.
+        const lines = await page.$eval('main', (main) => main.innerText.replace(/docs\/\S+/g, '').split('\n').filter((line) => /\b(the|is|are|has|of|and|this|with|to|not|on|at)\b/i.test(line)));
+        if (language === 'en') {
+          assert.ok(lines.length > 5, 'the words are those of the English page');
+        } else {
+          assert.deepEqual(lines, []);
+          assert.deepEqual(await page.$$eval('main [lang=en]', (nodes) => nodes.map((node) => node.textContent)), []);
+        }
+        await picture(page, `${ready.slice(1)}-${language}`, true);
+      });
+    }
+  });
+}
+
 test('values are drawn with words for states, and what a reader draws over with the mouse is shown alone', async () => {
   await withPage({ more: dataOfLathe() }, { view: '#/data?machine=lathe_1&span=600' }, async (page) => {
     const state = '.line[data-variable="1/fast/state"]';
-    await page.waitForSelector(`${state} canvas`);
+    await page.waitForSelector(`${state} .plot-line[d^=M]`);
     assert.equal(await textOf(page, `${state} strong`), 'error (6)');
     assert.equal(await textOf(page, 'tr[data-variable="1/fast/state"] .cell-value'), 'error (6)');
-    const axisOf = (name) => page.$$eval(`.line[data-variable="1/fast/${name}"] .dygraph-axis-label-y`, (labels) => labels.map((label) => label.textContent.trim()).filter(Boolean));
+    const axisOf = (name) => page.$$eval(`.line[data-variable="1/fast/${name}"] .plot-y`, (labels) => labels.map((label) => label.textContent.trim()).filter(Boolean));
     assert.deepEqual(await axisOf('state'), ['–', 'deselected', 'selected', 'ready', 'active', 'hold', 'error']);
     assert.deepEqual(await axisOf('V.E.READY'), ['FALSE', 'TRUE']);
-    const area = await (await page.$(`${state} .plot-area`)).boundingBox();
+    const area = await (await page.$(`${state} .plot-field`)).boundingBox();
     const middle = area.y + area.height / 2;
     await page.mouse.move(area.x + area.width / 2, middle);
     await page.mouse.down();
@@ -136,7 +156,7 @@ test('values are drawn with words for states, and what a reader draws over with 
     await picture(page, 'data-zoomed');
     const address = await page.evaluate(() => location.hash);
     await page.reload();
-    await page.waitForSelector(`${state} canvas`);
+    await page.waitForSelector(`${state} .plot-line[d^=M]`);
     assert.equal(await page.evaluate(() => location.hash), address, 'the link shows the same');
     await page.click('.filter button');
     await page.waitForFunction(() => !location.hash.includes('zoom'));

@@ -246,7 +246,7 @@ test('a service is one row; it unfolds to its lines and instances, and its link 
   assert.ok(await page.$$eval('.service-row:not(.service-labels)', (rows) => rows.every((row) => row.offsetHeight >= 28 && row.offsetHeight <= 36)));
   assert.ok(await page.$eval(`${service} .service-more`, (node) => node.hidden));
   await page.click(`${service} .service-toggle`);
-  await page.waitForSelector(`${service} .plot canvas`);
+  await page.waitForSelector(`${service} .plot-field .plot-line[d^=M]`);
   await page.waitForSelector(`${service} tr[data-instance]`);
   assert.match(await textOf(page, `${service} .service-uuid`), new RegExp(squareRootUuid));
   await page.click(`${service} .service-toggle`);
@@ -268,7 +268,7 @@ test('a service shows which channel an instance has served in the last minute', 
   await page.close();
 });
 
-for (const [view, ready] of [['plant', '.machine'], [`services/${squareRootUuid}`, '.plot canvas'], ['calls', 'tr[data-call]'], ['doctor', '.finding']]) {
+for (const [view, ready] of [['plant', '.machine'], [`services/${squareRootUuid}`, '.plot-field .plot-line[d^=M]'], ['calls', 'tr[data-call]'], ['doctor', '.finding']]) {
   for (const dark of [false, true]) {
     const [name] = view.split('/');
     test(`axe finds nothing in the view ${name}, ${dark ? 'dark' : 'light'}`, async () => {

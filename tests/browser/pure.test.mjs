@@ -5,13 +5,14 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { acknowledgeKey, acknowledgementOf, assess, callStateOf, concernKey, concernName, nextConcernIn, otherChannels, stateOf } from './page/attention.js';
 import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
-import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
+import { isNumber, Line, pathOf, placeOf, qualityOf, rangeOf, ticks, timeTicks, variablesOf } from './page/lines.js';
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model, toolOf } from './page/model.js';
 import german from './page/texts/de.js';
+import { findings } from './page/texts/de_findings.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
 import { age, duration, fineClock, milliseconds } from './page/time.js';
-import { layOut, marksOf, scaleOf, ticks } from './page/waterfall.js';
+import { layOut, marksOf, scaleOf } from './page/waterfall.js';
 
 const noon = Date.UTC(2026, 2, 1, 12);
 const iso = (ms) => new Date(ms).toISOString();
@@ -216,10 +217,27 @@ test('reasons of a gateway are in German where the page has the sentence', () =>
     'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)');
   assert.equal(german.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
     'sq1 (Prozess 7 auf hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
+  assert.equal(german.reason('no service has the UUID 560; did you mean 560b, one character is missing; it is malformed: 3 characters, a UUID has 36'),
+    'Kein Dienst hat die UUID 560. Ist 560b gemeint? (ein Zeichen fehlt) Sie ist keine gültige UUID: 3 Zeichen, eine UUID hat 36.');
   assert.equal(german.reason('connection refused'), '');
+  assert.equal(german.reason('press has no connection: 10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?'),
+    'press hat keine Verbindung: 10.0.0.7:48898: keine Verbindung in 2000 ms. Ist der Rechner eingeschaltet? Blockiert eine Firewall?');
+  assert.equal(german.reason('on this fabric: 1 other program on 2 hosts'), 'In dieser Fabric: 1 weiterer Prozess auf 2 Rechnern.');
+  assert.equal(german.reason('the service\'s answer is empty, which does not release an NC program that waits for RESPONSE; the program gets state 3'),
+    'Die Antwort des Dienstes ist leer; ein NC-Programm, das auf RESPONSE wartet, läuft damit nicht weiter. Das NC-Programm erhält Zustand 3.');
   assert.equal(english.reason('all 3 instances are busy'), '');
   assert.equal(english.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
     'sq1 (hall, pid 7) exited during this call, which may run only once.');
+});
+
+test('a plot has round marks, room around its values, and gaps where they are unknown', () => {
+  assert.deepEqual(ticks(-0.3, 6.7, 4), [0, 2, 4, 6]);
+  assert.deepEqual(timeTicks(noon, noon + 300_000, 5).map((time) => time - noon), [0, 60_000, 120_000, 180_000, 240_000, 300_000]);
+  assert.ok(timeTicks(noon, noon + 86_400_000, 8).length > 2);
+  assert.deepEqual([rangeOf([null, 5, 15], false), rangeOf([null, 5, 10], true), rangeOf([7], false), rangeOf([null], true)], [[4, 16], [0, 11], [6.3, 7.7], [0, 0.1]]);
+  const [x, y] = [(i) => 10 * i, (value) => value];
+  assert.equal(pathOf([1, 2, null, 3, undefined], x, y), 'M0.00 1.00h0L10.00 2.00M30.00 3.00h0');
+  assert.equal(pathOf([1, 2], x, y, true), 'M0.00 1.00h0H10.00V2.00');
 });
 
 test('a gateway that is gone is one cause with all its machines, as long as the first of them', () => {
@@ -340,13 +358,10 @@ test('services with problems come first, then the busiest', () => {
     .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
 });
 
-/** Sentences of these sources that are no reason of a channel, a link or an alarm: answers to commands, parts of the log. */
+/** Sentences of these sources that the page does not show as a reason, a detail or a finding: answers to commands, parts of the log. */
 const noReasons = new Set([
-  'the NC program withdrew the request', 'the NC program replaced the request', 'another writer set RESPONSE_STATE to {}',
-  'the NC program made a new request', 'no write was requested', 'all reads and writes end before the connection is restored', '{} after {} ms', '{} s',
-  'the answer in the journal {}', '{}; the program gets state {}', 'answered by {}', 'the gateway',
-  'the gateway was restarted before it responded; the request is read again', 'the call has its response already',
-  'the NC program has stopped waiting', 'the answer {}', '{}; nothing is written', 'the response is being written to the controller',
+  'no write was requested', 'all reads and writes end before the connection is restored', '{} after {} ms', '{} s',
+  'the gateway', 'the answer {}', '{}; nothing is written', 'the response is being written to the controller',
   '{}; start the service, then retry', 'the gateway does not accept this request, so there is no call to act on: {}',
   'no call is pending on this channel', 'the channel has another call now: {}', 'the call\'s response is being written',
   'millrace: no service has this UUID', '{}: {}; move it away or choose another journal folder', 'instance {}', '{} (pid {} on {})',
@@ -370,6 +385,13 @@ const noReasons = new Set([
   'LastGet is {}, not {} as this gateway wrote it: an NC program has initialised the queue (SSDQInit), or another reader uses it; continuing after {}',
   'LastFilled is {}, but element {} was read already: an NC program has initialised the queue (SSDQInit); continuing after LastGet, {}',
   'element {} does not hold the message that was read from it: an NC program has initialised the queue (SSDQInit), or another reader uses it; continuing after LastGet',
+  // Names and words in findings, which are the same in German, and errors of the caller of a service.
+  'a program', 'the {}', 'ahead of', '{} {}{}', '{} as {}{}', 'transient local', 'manual by participant', 'manual by topic', '{} ms', 'best effort', 'latency budget',
+  'liveliness lease', 'destination order', 'by reception', 'by source time', 'learn the own GUID', 'other program', 'the program', 'the gateway\'s configuration (queue {})',
+  'the service\'s answer contains a NUL byte', 'the service\'s answer has {} bytes, at most {} fit', 'another gateway has the channel now',
+  'the call was cancelled while it ran, and it must not run twice', 'a request with state 0 is not a call; expected 1 or more',
+  'the request has {} bytes, at most {} fit', 'call {} is still pending in channel {}',
+  'a gateway serves machine \'{}\' on this fabric: a call in {} could replace one of its calls; choose a machine name that no gateway serves',
 ]);
 
 /** The sentences in a C++ source but for those of its log, with {} for each value. */
@@ -387,22 +409,34 @@ function sentencesOf(source) {
 /** Whether a text contains this sentence, with anything in the place of its values. */
 const partOf = (sentence) => new RegExp(sentence.split('{}').map((part) => part.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')).join('.*'));
 
-test('each reason of a gateway has a German sentence, with all its values', () => {
+/** The sentences of these sources, with their files, that none of the German ones stands for. */
+function missingOf(files) {
   const root = process.env.MILLRACE_SOURCE;
-  const rooms = ['channel', 'core', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
-    .filter((file) => file.endsWith('.cpp') && file !== 'subscriptions.cpp').map((file) => `gateway/${room}/${file}`));
-  const files = [...rooms, 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp', 'gateway/shell/certificate_alarms.cpp', 'gateway/shell/ads_controller.cpp',
-    'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/stream.cpp', 'cnc/ads/link.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
-    'cnc/ads/requester.cpp', 'cnc/variables/probe.cpp', 'fabric/observer/observer.cpp'];
-  const known = reasons.map(([sentence]) => sentence);
-  const missing = files.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))
+  const all = files.flatMap((file) => (file.endsWith('.cpp') ? [file] : readdirSync(`${root}/${file}`).filter((name) => name.endsWith('.cpp')).map((name) => `${file}/${name}`)));
+  const known = [...reasons, ...findings].map(([sentence]) => sentence);
+  return all.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))
     .filter((sentence) => !noReasons.has(sentence) && !known.some((one) => partOf(sentence).test(one))).map((sentence) => `${file}: ${sentence}`));
-  assert.deepEqual(missing, [], 'add them to texts/de_reasons.js, or to noReasons if the page never shows them');
-  for (const sentence of known) {
+}
+
+test('each reason of a gateway, each detail of a step and each finding of the doctor has a German sentence', () => {
+  const missing = missingOf(['gateway/channel', 'gateway/core', 'gateway/dispatch',
+    ...readdirSync(`${process.env.MILLRACE_SOURCE}/gateway/machines`).filter((file) => file.endsWith('.cpp') && file !== 'subscriptions.cpp').map((file) => `gateway/machines/${file}`),
+    'gateway/queues', 'gateway/programs', 'gateway/data/sampler.cpp', 'gateway/response.cpp', 'gateway/text.cpp', 'gateway/journal/journal_writer.cpp',
+    'gateway/shell/certificate_alarms.cpp', 'gateway/shell/ads_controller.cpp', 'gateway/shell/ads_service_access.cpp', 'gateway/shell/ads_message_queue.cpp', 'cnc/ads/client.cpp',
+    'cnc/ads/stream.cpp', 'cnc/ads/link.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp', 'cnc/ads/requester.cpp', 'cnc/variables/probe.cpp', 'fabric/observer/observer.cpp',
+    'services/sdk/call_scheduler.cpp', 'tools/caller', 'tools/replay/data_plan.cpp', 'tools/doctor', 'tools/doctor/checks', 'fabric/endpoints/discovery.cpp']);
+  assert.deepEqual(missing, [], 'add them to texts/de_reasons.js or de_findings.js, or to noReasons if the page never shows them');
+});
+
+test('a German sentence has all values, and no other sentence takes its place', () => {
+  for (const [sentence, wanted] of [...reasons, ...findings]) {
     const values = [...sentence.matchAll(/\{\}/g)].map((_, i) => `<${i}>`);
-    let next = 0;
-    const said = german.reason(sentence.replace(/\{\}/g, () => values[next++]));
-    assert.ok(said && !said.includes('{') && !said.includes('undefined'), sentence);
+    const filled = (text) => {
+      let next = 0;
+      return text.replace(/\{(\d?)\}/g, (_, number) => values[number === '' ? next++ : Number(number)]);
+    };
+    assert.equal(german.reason(filled(sentence)), filled(wanted));
+    assert.ok(values.every((value) => filled(wanted).includes(value)) && !filled(wanted).includes('undefined'), wanted);
   }
 });
 
@@ -487,9 +521,9 @@ test('a call that was blocked for a moment has a whole axis', () => {
 });
 
 test('an axis has round steps', () => {
-  assert.deepEqual(ticks(940), [0, 200, 400, 600, 800]);
-  assert.deepEqual(ticks(0), [0]);
-  assert.ok(ticks(0.0123).length <= 6);
+  assert.deepEqual(ticks(0, 940), [0, 200, 400, 600, 800]);
+  assert.deepEqual(ticks(0, 0), [0]);
+  assert.ok(ticks(0, 0.0123).length <= 6);
 });
 
 test('a restarted gateway replaces its predecessor', () => {

@@ -45,7 +45,7 @@ const states = {
   matrix: { view: `#/services/${uuids.root}`, ready: '.matrix' },
   calls: { view: '#/calls', ready: 'tr[data-call]' },
   call: { change: withMarker, view: '#/calls/5f3a9c0112d4-17', ready: '.lane[data-attempt="2"] .bar' },
-  data: { view: '#/data?machine=lathe_1&span=600', ready: '.line canvas' },
+  data: { view: '#/data?machine=lathe_1&span=600', ready: '.line .plot-line[d^=M]' },
   recordings: { view: '#/recordings', ready: '.recordings' },
 };
 

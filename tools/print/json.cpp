@@ -1,5 +1,6 @@
 #include "tools/print/json.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <boost/json/array.hpp>
@@ -19,6 +20,17 @@ using fabric::as;
 using fabric::Kind;
 using fabric::Leaf;
 
+void append_string(std::string& text, std::string_view content) {
+  const bool is_plain = std::ranges::none_of(content, [](char letter) {
+    return static_cast<unsigned char>(letter) < ' ' || letter == '"' || letter == '\\';
+  });
+  if (is_plain) {
+    text.append("\"").append(content).append("\"");
+  } else {
+    text += boost::json::serialize(boost::json::string(content));
+  }
+}
+
 void append(std::string& text, const boost::json::value& value) {
   if (const auto* const array = value.if_array()) {
     text += '[';
@@ -31,11 +43,15 @@ void append(std::string& text, const boost::json::value& value) {
     text += '{';
     bool first = true;
     for (const auto& [key, each] : *object) {
-      text += (first ? "" : ",") + boost::json::serialize(boost::json::string(key)) + ':';
+      text += first ? "" : ",";
+      append_string(text, key);
+      text += ':';
       append(text, each);
       first = false;
     }
     text += '}';
+  } else if (const auto* const string = value.if_string()) {
+    append_string(text, *string);
   } else if (const auto* const number = value.if_double()) {
     text += std::isfinite(*number) ? fmt::format("{}", *number) : "null";
   } else {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -88,8 +89,12 @@ class Examiner {
   boost::json::object last_;
 };
 
-/// How often browsers get changes.
-constexpr auto tick = std::chrono::milliseconds(250);
+/// How often samples are processed: a wake-up for each would cost more than the sample. Shorter
+/// than what the observer takes for a stall of this process
+/// (fabric/endpoints/liveness_monitor.cpp).
+constexpr auto turn = std::chrono::milliseconds(25);
+/// How many turns from one message for browsers to the next.
+constexpr int turns_per_tick = 10;
 /// For the outcome of a command.
 constexpr auto patience_for_a_word = std::chrono::seconds(2);
 /// For browsers to read the last event.
@@ -118,7 +123,9 @@ struct Web : fabric::observer::ObserverListener {
   void load_acknowledgements();
   void run();
   void await_hangup();
-  void schedule_tick();
+  void schedule_turn();
+  void process_samples();
+  void publish_changes();
   void send_close();
   [[nodiscard]] std::string metrics_text() const;
   std::optional<fabric::Outcome> issue(const fabric::Command& command);
@@ -126,6 +133,8 @@ struct Web : fabric::observer::ObserverListener {
   WebOptions options;
   base::program::Log log;
   boost::asio::io_context io{1};
+  /// The observer's loop. It runs in turns, so that samples do not wake this process.
+  boost::asio::io_context samples{1};
   /// Before everything else that needs descriptors: Cyclone's select() supports 1024.
   fabric::dds::Participant participant;
   fabric::Time started = std::chrono::system_clock::now();
@@ -140,6 +149,9 @@ struct Web : fabric::observer::ObserverListener {
   Server server;
   const base::loop::Watchdog watchdog{io.get_executor()};
   boost::asio::steady_timer timer{io};
+  int turns = 0;
+  const boost::asio::executor_work_guard<boost::asio::io_context::executor_type> more_samples{
+      samples.get_executor()};
   boost::asio::signal_set signals{io, SIGINT, SIGTERM};
   boost::asio::signal_set hangup{io, SIGHUP};
   fabric::observer::Observer observer;
@@ -175,7 +187,7 @@ Web::Web(WebOptions wanted, base::program::Log destination)
             .action_handler = user_actions ? &*user_actions : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
-      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
+      observer(participant, samples.get_executor(), *this, fabric::observer::Interest::everything) {
   load_acknowledgements();
   server.on_greeting(
       [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
@@ -241,7 +253,7 @@ Web::~Web() {
 void Web::run() {
   signals.async_wait([this](const boost::system::error_code&, int) { send_close(); });
   await_hangup();
-  schedule_tick();
+  schedule_turn();
   io.run();
 }
 
@@ -259,18 +271,32 @@ void Web::await_hangup() {
   });
 }
 
-void Web::schedule_tick() {
-  timer.expires_after(tick);
+void Web::schedule_turn() {
+  timer.expires_after(turn);
   timer.async_wait([this](const boost::system::error_code& error) {
     if (error) {
       return;
     }
-    plant.set_counts(observer.counts());
-    if (const auto changes = plant.changes(now())) {
-      server.publish("changes", print::json_text(*changes));
+    process_samples();
+    if (++turns % turns_per_tick == 0) {
+      publish_changes();
     }
-    schedule_tick();
+    schedule_turn();
   });
+}
+
+/// For one turn at most, so that browsers are served during a flood.
+void Web::process_samples() {
+  const auto until = std::chrono::steady_clock::now() + turn;
+  while (samples.poll_one() > 0 && std::chrono::steady_clock::now() < until) {
+  }
+}
+
+void Web::publish_changes() {
+  plant.set_counts(observer.counts());
+  if (const auto changes = plant.changes(now())) {
+    server.publish("changes", print::json_text(*changes));
+  }
 }
 
 void Web::send_close() {

@@ -68,7 +68,6 @@ function chooseTheme(name) {
     // Without storage the choice is lost on reload.
   }
   setAttribute(document.documentElement, 'data-theme', known === 'auto' ? (isDark.matches ? 'dark' : 'light') : known);
-  view?.themeChanged?.();
 }
 
 function storedTheme() {

@@ -1,4 +1,4 @@
-// Machine data as lines over time, assembled from the responses of the server. Pure.
+// Lines over time: their shape and their axes; and machine data as lines, assembled from the responses of the server. Pure.
 //
 //   const line = new Line('1/axes/V.A.ACT_POS.X');
 //   line.take(series);                        // of /api/data/history
@@ -107,4 +107,50 @@ export function placeOf(started, ended, from, to) {
   const right = Math.min(ended, to);
   return right < from || left > to || !(right >= left) ? null
     : { left: (left - from) / (to - from), width: (right - left) / (to - from) };
+}
+
+export const isKnown = (value) => value !== null && value !== undefined;
+
+/** The path of a line; unknown values interrupt it. `x(i)` and `y(value)` are the places; with `step` a value holds until the next. */
+export function pathOf(values, x, y, step = false) {
+  let path = '';
+  let isOpen = false;
+  values.forEach((value, i) => {
+    if (isKnown(value)) {
+      const [left, top] = [x(i).toFixed(2), y(value).toFixed(2)];
+      // A single value between two unknown ones is a dot.
+      path += !isOpen ? `M${left} ${top}h0` : step ? `H${left}V${top}` : `L${left} ${top}`;
+    }
+    isOpen = isKnown(value);
+  });
+  return path;
+}
+
+/** The shown range of values, with some room above and below; `withZero`: from 0 on. */
+export function rangeOf(values, withZero) {
+  const known = withZero ? [0, ...values.filter(isKnown)] : values.filter(isKnown);
+  const [low, high] = known.length === 0 ? [0, 1] : [Math.min(...known), Math.max(...known)];
+  const room = (high - low || Math.abs(high) || 1) / 10;
+  return [withZero && low === 0 ? 0 : low - room, high + room];
+}
+
+function multiples(step, from, to) {
+  const first = Math.ceil(from / step - 1e-9);
+  return Array.from({ length: Math.max(0, Math.floor(to / step + 1e-9) - first + 1) }, (_, i) => (first + i) * step);
+}
+
+/** Round marks of an axis, at most `count` and one. */
+export function ticks(from, to, count = 5) {
+  if (!(to > from)) {
+    return [from];
+  }
+  const rough = (to - from) / count;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return multiples([1, 2, 5, 10].map((factor) => factor * power).find((each) => each >= rough), from, to);
+}
+
+/** Round times between `from` and `to`, at most `count` and one. */
+export function timeTicks(from, to, count) {
+  const seconds = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1800, 3600];
+  return multiples(1000 * (seconds.find((each) => 1000 * each * count >= to - from) ?? seconds.at(-1)), from, to);
 }

@@ -2,6 +2,7 @@
 // lane for the gateway, one for each attempt.
 //
 //   const { start, end, lanes } = layOut(timeline);
+import { ticks } from './lines.js';
 import { milliseconds } from './time.js';
 
 const endsAttempt = new Set(['reply at the gateway', 'late reply dropped', 'reply refused', 'declined by the instance', 'instance lost', 'withdrawn by the program', 'written back']);
@@ -137,7 +138,7 @@ export function scaleOf({ start, end, lanes }) {
 export function marksOf({ at, pieces }, start, count = 5) {
   const marks = [];
   for (const { from, to } of pieces) {
-    for (const tick of ticks(to - from, Math.max(1, Math.round(count * (at(to) - at(from)))))) {
+    for (const tick of ticks(0, to - from, Math.max(1, Math.round(count * (at(to) - at(from)))))) {
       const place = at(from + tick);
       // Marks too close to another one or to the end are unreadable.
       if (marks.length === 0 || (place - marks.at(-1).place > 0.07 && place < 0.93)) {
@@ -146,15 +147,4 @@ export function marksOf({ at, pieces }, start, count = 5) {
     }
   }
   return marks;
-}
-
-/** Round marks of an axis from 0 to `total` milliseconds, at most `count`. */
-export function ticks(total, count = 5) {
-  if (!(total > 0)) {
-    return [0];
-  }
-  const rough = total / count;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((each) => each >= rough);
-  return Array.from({ length: Math.floor(total / step + 1e-9) + 1 }, (_, i) => i * step);
 }

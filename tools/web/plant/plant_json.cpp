@@ -124,8 +124,9 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
     out["program"] = program_json(*program);
   }
   const auto throughput = channel_pace_.find(status.key);
-  const Figures figures =
-      throughput == channel_pace_.end() ? Figures{} : throughput->second.figures(now.steady);
+  const Figures figures = throughput == channel_pace_.end()
+                              ? Figures{}
+                              : throughput->second.figures(now.steady, counting_since_);
   out["calls_per_second"] = figures.per_second;
   put_duration(out, "recent_mean_ms", figures.mean);
   return out;
@@ -135,8 +136,9 @@ boost::json::object PlantModel::service_json(const bus::KnownInstance& instance,
                                              const fabric::Moment& now) const {
   boost::json::object out = print::json_of(instance.identity, instance.status);
   const auto throughput = instance_pace_.find(instance.identity.id);
-  const Figures figures =
-      throughput == instance_pace_.end() ? Figures{} : throughput->second.figures(now.steady);
+  const Figures figures = throughput == instance_pace_.end()
+                              ? Figures{}
+                              : throughput->second.figures(now.steady, counting_since_);
   out["calls_per_second"] = figures.per_second;
   out["errors_per_second"] = figures.errors_per_second;
   put_duration(out, "p50_ms", figures.p50);
@@ -160,7 +162,7 @@ boost::json::object PlantModel::json_of(const EndedCall& ended) const {
 }
 
 boost::json::object PlantModel::totals(const fabric::Moment& now) const {
-  const Figures figures = throughput_.figures(now.steady);
+  const Figures figures = throughput_.figures(now.steady, counting_since_);
   boost::json::object out{{"calls", ended_},
                           {"failed", failed_},
                           {"other_states", other_states_},

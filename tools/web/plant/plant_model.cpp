@@ -164,6 +164,9 @@ void PlantModel::mark_callers_of(const recording::InstanceNews& news) {
 void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
   const recording::Call& call = ended.call;
   const fabric::InstanceId instance = call.instance();
+  if (ended_ == 0) {
+    counting_since_ = now.steady;
+  }
   ++ended_;
   failed_ += ended.failed ? 1U : 0U;
   other_states_ += ended.other_state ? 1U : 0U;

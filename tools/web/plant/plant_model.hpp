@@ -148,6 +148,8 @@ class PlantModel {
   std::set<fabric::ChannelKey> moving_channels_;
   std::set<fabric::InstanceId> moving_instances_;
   Throughput throughput_;
+  /// When the first call ended.
+  fabric::SteadyTime counting_since_{};
   std::uint64_t ended_ = 0;
   std::uint64_t failed_ = 0;
   std::uint64_t other_states_ = 0;

@@ -22,20 +22,17 @@ std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& value
 
 void Throughput::add(fabric::SteadyTime now, std::optional<std::chrono::nanoseconds> duration,
                      bool failed) {
-  if (!first_) {
-    first_ = now;
-  }
   recent_.push_back({now, duration, failed});
   while (recent_.front().at < now - window_) {
     recent_.pop_front();
   }
   if (recent_.size() > most) {
     recent_.pop_front();
-    first_ = recent_.front().at;
+    complete_since_ = recent_.front().at;
   }
 }
 
-Figures Throughput::figures(fabric::SteadyTime now) const {
+Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) const {
   Figures figures;
   std::size_t calls = 0;
   std::size_t errors = 0;
@@ -55,8 +52,9 @@ Figures Throughput::figures(fabric::SteadyTime now) const {
   if (calls == 0) {
     return figures;
   }
+  const auto since = std::max(begun, complete_since_.value_or(begun));
   const double span = std::chrono::duration<double>(
-                          std::clamp<std::chrono::nanoseconds>(now - *first_, shortest, window_))
+                          std::clamp<std::chrono::nanoseconds>(now - since, shortest, window_))
                           .count();
   figures.per_second = static_cast<double>(calls) / span;
   figures.errors_per_second = static_cast<double>(errors) / span;

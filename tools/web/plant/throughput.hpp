@@ -1,7 +1,7 @@
 // Number of calls, of failures, and durations over the last seconds. Pure.
 //
 //   throughput.add(now, call.duration(), call_failed);
-//   throughput.figures(now).per_second
+//   throughput.figures(now, begun).per_second
 #pragma once
 
 #include <chrono>
@@ -36,8 +36,9 @@ class Throughput {
       : window_(window) {}
 
   void add(fabric::SteadyTime now, std::optional<std::chrono::nanoseconds> duration, bool failed);
-  /// Per second of the window, or since the first call if that is shorter.
-  [[nodiscard]] Figures figures(fabric::SteadyTime now) const;
+  /// Per second of the window, or since `begun` if that is shorter, when the first of all calls was
+  /// counted: a new instance does not add to the sum before those that it relieves are slower.
+  [[nodiscard]] Figures figures(fabric::SteadyTime now, fabric::SteadyTime begun) const;
   /// Whether a call is in the window.
   [[nodiscard]] bool is_moving(fabric::SteadyTime now) const;
 
@@ -50,7 +51,8 @@ class Throughput {
 
   std::chrono::nanoseconds window_;
   std::deque<One> recent_;
-  std::optional<fabric::SteadyTime> first_;
+  /// Earlier calls were forgotten, since there were too many.
+  std::optional<fabric::SteadyTime> complete_since_;
 };
 
 }  // namespace millrace::tools::web::plant

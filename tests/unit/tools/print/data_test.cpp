@@ -33,7 +33,7 @@ TEST(AValue, IsShownAsItsTypeWritesIt) {
 
 TEST(Json, HasNumbersInTheirShortestForm) {
   const std::string text =
-      R"({"a \"b\"":[10,-0.5,1e+300,{}],"n":null,"t":[true,"x",[]],"u":18446744073709551615})";
+      R"({"a \"b\"":[10,-0.5,1e+300,{}],"n":null,"t":[true,"x\\\n\u0001ä",[]],"u":18446744073709551615})";
   EXPECT_EQ(json_text(boost::json::parse(text)), text);
   EXPECT_EQ(json_text(boost::json::value(10.0)), "10");
   EXPECT_EQ(json_text(boost::json::value(0.0)), "0");

@@ -240,6 +240,28 @@ TEST_F(APlantModel, CountsRatesDownWithoutCalls) {
   EXPECT_EQ(first(*idle, "channels").at("calls_per_second"), 0.0);
 }
 
+TEST_F(APlantModel, ShowsTheSameRateOfAServiceWhenANewInstanceTakesHalfOfItsCalls) {
+  add({instance(Change::ready)});
+  for (int i = 1; i <= 240; ++i) {
+    const double time = i * 100.0;
+    if (i == 200) {
+      add({instance(Change::ready, 0x22)}, time);
+    }
+    std::vector<Entry> entries = one_call(static_cast<std::uint64_t>(i), time);
+    for (Entry& entry : entries) {
+      if (auto* event = std::get_if<fabric::Event>(&entry.sample); event && i > 200 && i % 2 == 0) {
+        event->instance = id(0x22);
+      }
+    }
+    add(entries, time);
+  }
+  double sum = 0;
+  for (const auto& service : sut.services(after(24'000))) {
+    sum += service.at("calls_per_second").as_double();
+  }
+  EXPECT_NEAR(sum, 10, 0.2);
+}
+
 TEST_F(APlantModel, SendsTheFailedAndTheNewestOfManyCallsAndCountsTheRest) {
   for (std::uint64_t i = 1; i <= 120; ++i) {
     std::vector<Entry> entries = one_call(i, static_cast<double>(i));

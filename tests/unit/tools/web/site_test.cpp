@@ -66,12 +66,12 @@ TEST_F(ASite, ServesThePageCompressedAndOnlyOnce) {
   EXPECT_EQ(again.status, 304U);
   EXPECT_THAT(*again.body, IsEmpty());
   EXPECT_THAT(*answer(get("/index.html")).body, HasSubstr("<html"));
-  EXPECT_EQ(answer(get("/lib/dygraph.min.js")).content_type, "text/javascript; charset=utf-8");
+  EXPECT_EQ(answer(get("/parts/plot.js")).content_type, "text/javascript; charset=utf-8");
 }
 
 // In all languages; tests/browser checks the part that one reader gets.
-TEST_F(ASite, HasAPageOfAtMost376KilobytesWithAllViewsAndLanguages) {
-  EXPECT_LE(pages.size(), 376'000U);
+TEST_F(ASite, HasAPageOfAtMost264KilobytesWithAllViewsAndLanguages) {
+  EXPECT_LE(pages.size(), 264'000U);
 }
 
 TEST_F(ASite, HasNoOtherPages) {

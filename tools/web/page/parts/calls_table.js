@@ -4,7 +4,7 @@ import { element, Keyed } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, fineClock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { chooser, tableHead, visible } from './marks.js';
+import { chooser, explained, tableHead, visible } from './marks.js';
 
 const text = words.calls;
 const columns = ['time', 'channel', 'service', 'request', 'response', 'duration', 'instance', 'result'];
@@ -42,7 +42,7 @@ function callRow(call, hrefOf, dayOf) {
     cell('instance', element('span', { title: where }, where)),
     cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'person' : 'fine') }, shape(result.name), result.word),
       attempts, call.replayed && element('span', { class: 'replayed' }, ` ${text.replayed}`),
-      call.detail && element('span', { class: 'detail', lang: 'en' }, ` ${visible(call.detail)}`)));
+      call.detail && [' ', explained(call.detail, 'detail')]));
 }
 
 /** A row for missing calls. */

@@ -2,7 +2,7 @@
 import { element, Keyed, setAttribute, setText } from '../dom.js';
 import { milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { visible } from './marks.js';
+import { inReadersLanguage, visible } from './marks.js';
 
 const text = words.events;
 const levels = { 'instance ended': 'look', 'last instance ended': 'person', 'gateway gone': 'person', 'link down': 'person', 'program aborted': 'person', 'call held': 'person', problem: 'person' };
@@ -17,7 +17,7 @@ function sentenceOf(event, kind, model) {
     channel: `${machines[0]}/${event.channel}`,
     service: model.serviceName(event.uuid),
     error: event.error,
-    text: words.reason(event.text ?? '') || event.text,
+    text: inReadersLanguage(event.text ?? ''),
   }) ?? kind);
 }
 

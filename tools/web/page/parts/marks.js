@@ -35,6 +35,14 @@ export function reasonOf(reason) {
   return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
 }
 
+/** A sentence of a program, in the reader's language if there is a translation. */
+export const inReadersLanguage = (sentence) => words.reason(sentence) || sentence;
+
+/** The same as an element. */
+export function explained(sentence, className = null, tag = 'span') {
+  return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, visible(inReadersLanguage(sentence)));
+}
+
 /** Escapes control characters and direction marks as the commands do: \x1b. */
 export function visible(text) {
   return String(text ?? '').replace(/[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu,

@@ -211,7 +211,7 @@ export default {
     pid: (pid) => `Prozess ${pid}`,
     delivery: { 'at-least-once': 'mindestens einmal', 'at-most-once': 'höchstens einmal' },
     plots: { rate: 'Aufrufe pro Sekunde', time: 'Dauer eines Aufrufs, ms' },
-    plotLabels: { time: 'Zeit', calls: 'Aufrufe/s', errors: 'Fehler/s', p50: 'p50', p99: 'p99' },
+    plotLabels: { calls: 'Aufrufe/s', errors: 'Fehler/s', p50: 'p50', p99: 'p99' },
     plotSays: (what, last, low, high) => `${what}: jetzt ${last}, von ${low} bis ${high} im gezeigten Zeitraum`,
     matrix: 'Kanäle je Instanz',
     matrixNote: 'Aufrufe pro Sekunde in der letzten Minute. · keine Aufrufe, – nicht zuständig.',

@@ -1,11 +1,13 @@
 // Die Gründe, die ein Gateway auf Englisch nennt, auf Deutsch; texts/reasons.js beschreibt die Form. Fehlertexte von ADS und
 // vom Betriebssystem bleiben, wie sie sind.
+import { findings } from './de_findings.js';
 import { rewording } from './reasons.js';
 
 export const reasons = [
   // Kein Dienst: gateway/dispatch/near_miss.cpp, dispatcher.cpp
-  ['{}; it is malformed: {}', '{} Sie ist keine gültige UUID: {}.'],
-  ['{}; did you mean {}, {}', '{} Ist {} gemeint? ({})'],
+  ['no service has the UUID {}; did you mean {}, {}; it is malformed: {}', 'Kein Dienst hat die UUID {}. Ist {} gemeint? ({}) Sie ist keine gültige UUID: {}.'],
+  ['no service has the UUID {}; it is malformed: {}', 'Kein Dienst hat die UUID {}. Sie ist keine gültige UUID: {}.'],
+  ['no service has the UUID {}; did you mean {}, {}', 'Kein Dienst hat die UUID {}. Ist {} gemeint? ({})'],
   ['{} characters differ', '{} Zeichen sind anders'],
   ['one character is missing', 'ein Zeichen fehlt'],
   ['one character is too many', 'ein Zeichen ist zu viel'],
@@ -38,20 +40,51 @@ export const reasons = [
   ['the only instance is busy', 'Die einzige Instanz ist belegt.'],
   ['all {} instances are busy', 'Alle {} Instanzen sind belegt.'],
   ['{} declines it: {}', '{} lehnt den Aufruf ab: {}'],
+  ['it is leaving', 'sie beendet sich'],
+  ['it declined this attempt before', 'sie hat diesen Versuch bereits abgelehnt'],
+  ['it runs at most {} calls at once', 'sie führt höchstens {} Aufrufe gleichzeitig aus'],
   ['dispatched again by {}', 'Wiederholt von {}.'],
   ['resumed from the journal', 'Aus dem Journal wiederaufgenommen.'],
   ['no response within {}; the NC program goes on waiting', 'Keine Antwort innerhalb von {}; das NC-Programm wartet weiter.'],
   ['its instance is lost, and the call must not run twice; the NC program goes on waiting',
     'Seine Instanz ist ausgefallen, und er darf nicht zweimal laufen; das NC-Programm wartet weiter.'],
 
+  // Ende eines Aufrufs: gateway/text.cpp, gateway/channel/, tools/caller/
+  ['the NC program withdrew the request', 'Das NC-Programm hat die Anfrage zurückgezogen.'],
+  ['the NC program replaced the request', 'Das NC-Programm hat die Anfrage ersetzt.'],
+  ['the NC program made a new request', 'Das NC-Programm hat eine neue Anfrage gestellt.'],
+  ['the NC program has stopped waiting', 'Das NC-Programm wartet nicht mehr.'],
+  ['another writer set RESPONSE_STATE to {}', 'RESPONSE_STATE wurde von anderer Seite auf {} gesetzt.'],
+  ['the gateway was restarted before it responded; the request is read again', 'Das Gateway wurde vor der Antwort neu gestartet; die Anfrage wird erneut gelesen.'],
+  ['the call has its response already', 'Der Aufruf ist bereits beantwortet.'],
+  ['answered by the gateway', 'Beantwortet vom Gateway.'],
+  ['answered by {}', 'Beantwortet von {}.'],
+  ['{}; the program gets state {}', '{} Das NC-Programm erhält Zustand {}.'],
+  ['the answer in the journal {}', 'Die Antwort im Journal {}.'],
+  ['has state 0, which does not release the NC program', 'hat Zustand 0, mit dem das NC-Programm nicht weiterläuft'],
+  ['is empty, which does not release an NC program that waits for RESPONSE', 'ist leer; ein NC-Programm, das auf RESPONSE wartet, läuft damit nicht weiter'],
+  ['has {} bytes, at most {} fit', 'hat {} Bytes, höchstens {} sind möglich'],
+  ['has a NUL at byte {}, where a CNC string would end', 'enthält bei Byte {} ein NUL, mit dem eine Zeichenkette der CNC endet'],
+  ['the caller leaves', 'Der Aufrufer beendet sich.'],
+  ['the response is of an unknown kind', 'Die Art der Antwort ist unbekannt.'],
+  ['its instance is lost, and the call must not run twice', 'Seine Instanz ist ausgefallen, und er darf nicht zweimal laufen.'],
+  ['no response within {}: {}', 'Keine Antwort innerhalb von {}: {}'],
+  ['the instance that has the call has not responded', 'Die Instanz hat den Aufruf nicht beantwortet.'],
+  ['withdrawn, as in the recording', 'Zurückgezogen wie in der Aufzeichnung.'],
+
+  // Läufe von NC-Programmen: gateway/programs/
+  ['seen when the connection was restored', 'nach Wiederherstellung der Verbindung gesehen'],
+  ['running when the gateway began to watch', 'lief bereits, als das Gateway startete'],
+  ['the replay has ended', 'die Wiedergabe ist beendet'],
+  ['not read yet', 'noch nicht gelesen'],
+  ['another gateway may publish it', 'sendet vielleicht ein anderes Gateway'],
+
   // Antworten, die nicht geschrieben werden können: gateway/response.cpp, open_call_answer.cpp
   ['{}; an operator must answer or retry it', '{} Ein Maschinenbediener muss den Aufruf beantworten oder wiederholen.'],
-  ['the service\'s answer has state 0, which does not release the NC program', 'Die Antwort des Dienstes hat Zustand 0, mit dem das NC-Programm nicht weiterläuft.'],
-  ['the service\'s answer is empty, which does not release an NC program that waits for RESPONSE',
-    'Die Antwort des Dienstes ist leer; ein NC-Programm, das auf RESPONSE wartet, läuft damit nicht weiter.'],
-  ['the service\'s answer has {} bytes, at most {} fit', 'Die Antwort des Dienstes hat {} Bytes, höchstens {} sind möglich.'],
-  ['the service\'s answer has a NUL at byte {}, where a CNC string would end',
-    'Die Antwort des Dienstes enthält bei Byte {} ein NUL, mit dem eine Zeichenkette der CNC endet.'],
+  ['the service\'s answer {}', 'Die Antwort des Dienstes {}.'],
+  ['contains a NUL byte', 'enthält ein NUL-Zeichen'],
+  ['the service answered with state 0, which would not release the program', 'Der Dienst hat mit Zustand 0 geantwortet, mit dem das NC-Programm nicht weiterliefe.'],
+  ['the service answered without a text, which would not release the program', 'Der Dienst hat ohne Text geantwortet; damit liefe das NC-Programm nicht weiter.'],
   ['the service\'s answer is of a kind that this gateway does not know', 'Die Art der Antwort des Dienstes ist diesem Gateway unbekannt.'],
   ['the service\'s answer cannot be written: {}', 'Die Antwort des Dienstes kann nicht geschrieben werden: {}.'],
 
@@ -187,4 +220,4 @@ export const reasons = [
 ];
 
 /** Der Satz auf Deutsch; leer, wenn er keine Übersetzung hat. */
-export const inGerman = rewording(reasons);
+export const inGerman = rewording([...reasons, ...findings]);

@@ -215,7 +215,7 @@ export default {
     pid: (pid) => `pid ${pid}`,
     delivery: { 'at-least-once': 'at least once', 'at-most-once': 'at most once' },
     plots: { rate: 'Calls per second', time: 'Call duration, ms' },
-    plotLabels: { time: 'Time', calls: 'calls/s', errors: 'errors/s', p50: 'p50', p99: 'p99' },
+    plotLabels: { calls: 'calls/s', errors: 'errors/s', p50: 'p50', p99: 'p99' },
     plotSays: (what, last, low, high) => `${what}: now ${last}, from ${low} to ${high} in the time shown`,
     matrix: 'Channels by instance',
     matrixNote: 'Calls per second in the last minute. · no calls, – not its channel.',

@@ -1,10 +1,11 @@
 // Rewords or translates sentences of the fabric. {} stands for a value; the new sentence has the values in the same order, or
-// with a number ({1}). Values that match a sentence are reworded, too. The first match counts, so exact patterns come first.
+// with a number ({1}). Values that match a sentence are reworded, too. Of several matching sentences, the longest counts.
 const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
 
 /** Returns a function that rewords a sentence; its result is empty if no pair matches. */
 export function rewording(pairs) {
-  const patterns = pairs.map(([from, to]) => [new RegExp(`^${from.split('{}').map(escaped).join('(.+?)')}$`, 's'), to]);
+  const fixed = ([from]) => from.replaceAll('{}', '').length;
+  const patterns = [...pairs].sort((a, b) => fixed(b) - fixed(a)).map(([from, to]) => [new RegExp(`^${from.split('{}').map(escaped).join('(.+?)')}$`, 's'), to]);
   return function reword(sentence) {
     for (const [pattern, to] of patterns) {
       const found = pattern.exec(sentence);

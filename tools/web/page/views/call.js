@@ -1,7 +1,7 @@
 // One call with its waterfall. While the call is in progress, the view follows it.
 import { get } from '../api.js';
 import { element, replace, slot } from '../dom.js';
-import { facts, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
+import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { milliseconds } from '../time.js';
@@ -30,8 +30,8 @@ export function callView(app, id, path, back) {
   const nameOf = (instance) => {
     const known = app.model.services.get(instance);
     // The name of an instance that is gone is in the gateway's text about the attempt.
-    return known?.name ? `${known.name} @ ${known.host}`
-      : shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance && step.detail)?.detail ?? instance;
+    const told = shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance)?.detail;
+    return known?.name ? `${known.name} @ ${known.host}` : told ? inReadersLanguage(told) : instance;
   };
   const ended = (timeline) => timeline.steps.some((step) => step.hop === 'written back' || step.hop === 'withdrawn by the program');
 

@@ -7,7 +7,7 @@ import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds, moment, period } from '../time.js';
 import { plot } from '../parts/plot.js';
-import { chooser, scrolling, tableHead, visible } from '../parts/marks.js';
+import { chooser, explained, scrolling, tableHead, visible } from '../parts/marks.js';
 import { number, words } from '../words.js';
 
 const text = words.data;
@@ -27,9 +27,8 @@ const outcomes = {
 
 const mark = ([form, level], word) => element('span', { class: 'result', 'data-level': level }, shape(form), word);
 const replayed = (is) => is && element('span', { class: 'replayed' }, ` ${words.calls.replayed}`);
-/** Why a value is not good; a gateway's texts are English. */
-const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone)
-  : reason && element('span', { class: 'detail', lang: 'en' }, visible(reason)));
+/** Why a value is not good. */
+const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone) : reason && explained(reason, 'detail'));
 const beginOf = (run) => milliseconds(run.started ?? run.told);
 
 /** Names of the values of a variable from 0 on; null for numbers. */
@@ -82,7 +81,6 @@ function lineCard(app, id, type, zoomed) {
         replace(list, (value.changes ?? []).slice(-6).reverse().map((change) => element('li', {}, `${clock(change.at - offset)}  ${visible(change.text)}`)));
       }
     },
-    redraw: drawn.redraw,
   };
 }
 
@@ -177,7 +175,7 @@ function runRow(app) {
       if (node.dataset.told !== fresh) {
         node.dataset.told = fresh;
         replace(cells.outcome, mark(outcomes[run.state] ?? outcomes.unknown, text.outcomes[run.state] ?? run.state), replayed(run.replayed),
-          run.detail && element('span', { class: 'detail', lang: 'en' }, visible(run.detail)));
+          run.detail && explained(run.detail, 'detail'));
       }
     },
   };
@@ -217,12 +215,7 @@ export function dataView(app, query) {
     bands, plots,
     part(text.programs, runColumns, text.runColumns, table, noRuns),
     part(text.values, ['variable', 'value', 'quality', 'read', 'group', 'every'], text.columns, values, noValues));
-  const cards = new Map();
-  const shownLines = new Keyed(plots, (datum) => {
-    const card = lineCard(app, datum.line.id, datum.line.now?.type, (from, to) => zoomTo([from, to].map((time) => Math.round(time + app.clockOffset()))));
-    cards.set(datum.line.id, card);
-    return card;
-  });
+  const shownLines = new Keyed(plots, (datum) => lineCard(app, datum.line.id, datum.line.now?.type, (from, to) => zoomTo([from, to].map((time) => Math.round(time + app.clockOffset())))));
   const shownBands = new Keyed(bands, band);
   const rows = new Keyed(values, () => variableRow(tick));
   const runRows = new Keyed(table, () => runRow(app));
@@ -365,9 +358,6 @@ export function dataView(app, query) {
     },
     leave() {
       timers.forEach(clearInterval);
-    },
-    themeChanged() {
-      cards.forEach((card) => card.redraw());
     },
   };
 }

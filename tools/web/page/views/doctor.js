@@ -1,6 +1,6 @@
 // The findings of `millrace doctor`: problems first, with what to do.
 import { get } from '../api.js';
-import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
+import { explained, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
 import { element, replace } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, milliseconds } from '../time.js';
@@ -13,8 +13,8 @@ const shapeOf = { problem: 'held', warning: 'look', fine: 'well' };
 function finding(each) {
   return element('li', { class: 'finding', 'data-level': level[each.severity] },
     element('span', { class: 'result', 'data-level': level[each.severity] }, shape(shapeOf[each.severity]), text.severity[each.severity]),
-    element('div', { lang: 'en' }, element('p', { class: 'finding-what' }, visible(each.what)),
-      each.advice && element('p', { class: 'finding-advice' }, element('span', { class: 'label', lang: document.documentElement.lang }, text.todo), visible(each.advice))));
+    element('div', {}, explained(each.what, 'finding-what', 'p'),
+      each.advice && element('p', { class: 'finding-advice' }, element('span', { class: 'label' }, text.todo), explained(each.advice))));
 }
 
 function role(program) {

@@ -243,11 +243,6 @@ export function servicesView(app, open) {
     leave() {
       clearTimeout(timer);
     },
-    themeChanged() {
-      if (history) {
-        draw();
-      }
-    },
   };
   return view;
 }
