@@ -73,16 +73,26 @@ bool names_interface(std::string_view list) {
 }
 
 /// The group is that of DDS, which the listening processes join; the port is that of this domain.
-std::string announcing(std::uint32_t domain, std::string_view extra) {
+std::string announcing(std::uint32_t domain) {
   constexpr std::uint32_t base_port = 7400;
   constexpr std::uint32_t domain_gain = 250;
-  const bool has_index = extra.find("<ParticipantIndex>") != std::string_view::npos;
   return fmt::format(
       ",<General><AllowMulticast>false</AllowMulticast></General>"
-      "<Discovery>{}<SPDPInterval>400ms</SPDPInterval>"
+      "<Discovery><SPDPInterval>400ms</SPDPInterval>"
       R"(<Peers><Peer Address="239.255.0.1:{}"/></Peers></Discovery>)",
-      has_index ? "" : "<ParticipantIndex>none</ParticipantIndex>",
       base_port + domain_gain * domain);
+}
+
+// Cyclone 0.10 sends each announcement to the address of every process that it has ever found
+// (as_disc; Cyclone 11 removes them). If each process took a new port, a service would send
+// thousands of datagrams a second after thousands of tools, and find no process any more.
+std::string ports_element(Ports ports) {
+  return ports == Ports::any
+             ? ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>"
+             : fmt::format(
+                   ",<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+                   "<MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex></Discovery>",
+                   lowest_ports);
 }
 
 /// A configuration with its own discovery settings is not changed.
@@ -100,7 +110,8 @@ bool uses_uri(const ParticipantOptions& options) {
   return options.configuration.empty();
 }
 
-std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri) {
+std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri,
+                                  Ports ports) {
   const std::string_view extra = uses_uri(options) ? uri : options.configuration;
   std::string list(settings);
   if (options.trust) {
@@ -110,6 +121,9 @@ std::string cyclone_configuration(const ParticipantOptions& options, std::string
   if (usual && options.finding == Finding::discovers) {
     list += hearing;
   }
+  if (usual && extra.find("<ParticipantIndex>") == std::string_view::npos) {
+    list += ports_element(ports);
+  }
   if (!names_interface(extra)) {
     list.insert(0, loopback);
   }
@@ -118,7 +132,7 @@ std::string cyclone_configuration(const ParticipantOptions& options, std::string
     list += extra;
   }
   if (usual && options.finding == Finding::announces) {
-    list += announcing(options.domain, extra);
+    list += announcing(options.domain);
   }
   return list;
 }

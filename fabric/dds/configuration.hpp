@@ -1,6 +1,7 @@
 // The Cyclone configuration of a fabric, as text.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -12,12 +13,21 @@ namespace millrace::fabric::dds {
 /// Cyclone adds interfaces up, and one named in both is an error.
 bool uses_uri(const ParticipantOptions& options);
 
+/// The UDP ports of a process, unless its profile or CYCLONEDDS_URI chooses them.
+enum class Ports : std::uint8_t {
+  /// The first free ones of this many pairs from 7410 + 250 × domain on.
+  lowest,
+  any,
+};
+inline constexpr std::uint32_t lowest_ports = 100;
+
 /// Our settings, then those of `options`; then `uri` (the value of CYCLONEDDS_URI) if `options` has
 /// none. A comma-separated list in which a later setting wins. The loopback interface is added
 /// unless the list names an interface, directly or in a file. A participant that only announces
 /// itself does so in the group of its domain, unless `options` has another way of finding others
 /// (peers, no multicast, other ports), or `uri` applies.
-std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri);
+std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri,
+                                  Ports ports = Ports::lowest);
 
 // The log of Cyclone while a process runs: lines on standard error, in Cyclone's format. Repeated
 // lines (a rejected participant tries once a second) appear at growing intervals.

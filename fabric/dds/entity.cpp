@@ -11,8 +11,8 @@ namespace millrace::fabric::dds {
 
 namespace {
 
-/// The role that may write a topic, as in fabric/trust/permissions.cpp; empty if the role alone does not
-/// decide. The fabric or the UUID may also be wrong.
+/// The role that may write a topic, as in fabric/trust/permissions.cpp; empty if the role alone
+/// does not decide. The fabric or the UUID may also be wrong.
 std::string role_needed(std::string_view what) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> roles{
       {{"write millrace/command", "operator"},

@@ -89,7 +89,12 @@ void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
     report_ignored(uri);
   }
   const std::string configuration = cyclone_configuration(options, uri);
-  const dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
+  dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
+  const std::string other = cyclone_configuration(options, uri, Ports::any);
+  if (domain < 0 && other != configuration &&
+      log.text().find("participant index") != std::string::npos) {
+    domain = dds_create_domain(options.domain, other.c_str());
+  }
   if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
     fail(options.domain, domain, log);
   }

@@ -92,7 +92,7 @@ std::string peers_element(const config::Fabric& profile) {
 std::string ports_element(const config::Fabric& profile) {
   const bool wanted = profile.has_processes_per_host() || profile.peers_size() > 0;
   if (!wanted && profile.multicast()) {
-    return "<ParticipantIndex>none</ParticipantIndex>";
+    return "";
   }
   const std::uint32_t processes =
       profile.has_processes_per_host() ? profile.processes_per_host() : default_processes;

@@ -1,3 +1,5 @@
+#include "base/program/retrying_sink.hpp"
+
 #include <array>
 #include <future>
 #include <memory>
@@ -12,7 +14,6 @@
 #include <spdlog/logger.h>
 #include <unistd.h>
 
-#include "base/program/retrying_sink.hpp"
 #include "tests/support/await.hpp"
 
 namespace millrace::base::program {

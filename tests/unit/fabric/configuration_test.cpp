@@ -69,6 +69,16 @@ TEST(CycloneConfiguration, HasAServiceAnnounceItselfByMulticast) {
   EXPECT_THAT(dds::cyclone_configuration({}, ""), Not(HasSubstr("239.255.0.1")));
 }
 
+TEST(CycloneConfiguration, LeavesThePortsToASettingThatChoosesThem) {
+  const std::string lowest = "<MaxAutoParticipantIndex>100<";
+  EXPECT_THAT(dds::cyclone_configuration({}, ""), HasSubstr(lowest));
+  EXPECT_THAT(dds::cyclone_configuration({.configuration = "<A/>"}, ""), HasSubstr(lowest));
+  EXPECT_THAT(dds::cyclone_configuration({}, "", dds::Ports::any), Not(HasSubstr(lowest)));
+  const std::string few = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
+  EXPECT_THAT(dds::cyclone_configuration({.configuration = few}, ""), Not(HasSubstr(lowest)));
+  EXPECT_THAT(dds::cyclone_configuration({}, "<A/>"), Not(HasSubstr(lowest)));
+}
+
 TEST(CycloneConfiguration, LeavesDiscoveryOfAServiceToTheUsersSettings) {
   for (const std::string users :
        {"<Discovery><Peers><Peer Address=\"10.0.0.1\"/></Peers></Discovery>",

@@ -1,10 +1,15 @@
 #include "fabric/dds/participant.hpp"
 
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/configuration.hpp"
 #include "tests/support/domain.hpp"
 
 namespace millrace::fabric {
@@ -36,6 +41,49 @@ TEST(Participant, SharesADomainWithOthersOfItsProcess) {
   const dds::Participant second(options);
   first.reset();
   EXPECT_EQ(reason(options), "none");
+}
+
+using boost::asio::ip::udp;
+
+class PortsOfParticipants : public testing::Test {
+ protected:
+  /// Takes this pair's port for announcements, if it is free.
+  bool take(std::uint32_t pair) {
+    const auto port = static_cast<std::uint16_t>(7410 + 250 * domain.number() + 2 * pair);
+    udp::socket socket(context, udp::v4());
+    boost::system::error_code error;
+    socket.bind({udp::v4(), port}, error);
+    if (!error) {
+      taken.push_back(std::move(socket));
+    }
+    return !error;
+  }
+
+  const tests::Domain domain;
+  boost::asio::io_context context;
+  std::vector<udp::socket> taken;
+};
+
+// Cyclone never forgets a port that it has found.
+TEST_F(PortsOfParticipants, AreThoseOfAProcessThatHasLeft) {
+  for (const auto finding : {dds::Finding::discovers, dds::Finding::announces}) {
+    const dds::Participant sut({.domain = domain.number(), .finding = finding});
+    EXPECT_FALSE(take(0));
+    EXPECT_TRUE(take(1));
+    taken.clear();
+  }
+  EXPECT_TRUE(take(0));
+}
+
+TEST_F(PortsOfParticipants, AreAnyOnAHostWithMoreProcesses) {
+  for (std::uint32_t pair = 0; pair < dds::lowest_ports; ++pair) {
+    take(pair);
+  }
+  EXPECT_EQ(reason({.domain = domain.number()}), "none");
+  EXPECT_THAT(reason({.domain = domain.number(),
+                      .configuration = "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+                                       "</Discovery>"}),
+              HasSubstr("participant index"));
 }
 
 TEST(Participant, ReportsCyclonesReasonWhyItCannotJoin) {

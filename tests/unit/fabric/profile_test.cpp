@@ -34,8 +34,7 @@ TEST(Profile, FillsTheOptionsOfAParticipant) {
 TEST(Profile, StaysOnLoopbackWithMulticastByDefault) {
   EXPECT_EQ(profile::cyclone_configuration(config::Fabric()),
             R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
-            R"(<AllowMulticast>spdp</AllowMulticast></General>)"
-            R"(<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>)");
+            R"(<AllowMulticast>spdp</AllowMulticast></General><Discovery></Discovery>)");
 }
 
 TEST(Profile, NamesAnInterfaceByItsAddressToo) {

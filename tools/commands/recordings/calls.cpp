@@ -1,12 +1,11 @@
 // millrace recording calls: the calls of a recording, or one of them over every hop.
-#include "tools/commands/calls/call_list.hpp"
-
 #include <limits>
 
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
+#include "tools/commands/calls/call_list.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/recordings/recordings.hpp"
 #include "tools/print/entry_text.hpp"

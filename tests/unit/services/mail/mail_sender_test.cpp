@@ -1,3 +1,5 @@
+#include "services/mail/mail_sender.hpp"
+
 #include <deque>
 #include <filesystem>
 #include <future>
@@ -10,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "services/mail/answering.hpp"
-#include "services/mail/mail_sender.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/kept_alarms.hpp"
 #include "tests/support/temporary_folder.hpp"

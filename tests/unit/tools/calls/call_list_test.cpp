@@ -1,8 +1,9 @@
+#include "tools/commands/calls/call_list.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/commands/calls/call_list.hpp"
 
 namespace millrace::tools::commands::calls {
 namespace {
