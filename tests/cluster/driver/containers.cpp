@@ -16,8 +16,6 @@ namespace millrace::tests::cluster {
 
 namespace {
 
-const std::filesystem::path all_namespaces = "/run/netns";
-
 /// The network namespace of the engine.
 std::string engine_namespace() {
   const std::filesystem::path engine = std::getenv("MILLRACE_ENGINE");
@@ -84,7 +82,8 @@ Containers::Containers(const std::vector<std::string>& names, std::uint64_t seed
   for (const std::string& name : names) {
     const std::size_t number = ports.size() + 1;
     bridges_[name] = fmt::format("host-{}", number);
-    ports.push_back({name, all_namespaces / network_namespace_, fmt::format("port-{}", number)});
+    ports.push_back({name, std::filesystem::path("/run/netns") / network_namespace_,
+                     fmt::format("port-{}", number)});
   }
   write_compose_file(names);
   try {

@@ -38,8 +38,8 @@ Message await_one(const char* what, std::mutex& lock, std::vector<Message>& from
 
 }  // namespace
 
-LcmProgram::LcmProgram(std::string uuid, const std::string& name)
-    : uuid_(std::move(uuid)),
+LcmProgram::LcmProgram(std::string served, const std::string& name)
+    : uuid_(std::move(served)),
       number_(drawn()),
       lcm_(lcm_create("udpm://239.255.76.67:7667?ttl=0")) {
   if (lcm_ == nullptr) {
