@@ -30,6 +30,7 @@
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/unit/ads/memory_device.hpp"
 
 namespace {
@@ -38,8 +39,8 @@ namespace asio = boost::asio;
 namespace ads = millrace::cnc::ads;
 namespace variables = millrace::cnc::variables;
 using asio::ip::tcp;
-using Clock = std::chrono::steady_clock;
-using Microseconds = std::chrono::duration<double, std::micro>;
+using millrace::bench::Clock;
+using millrace::bench::Series;
 
 constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 constexpr double goal = 2.0;
@@ -108,19 +109,9 @@ class Servers {
   std::thread thread_;
 };
 
-struct Series {
-  std::string what;
-  std::vector<double> microseconds;
-
-  void add(Clock::duration time) { microseconds.push_back(Microseconds(time).count()); }
-  double quantile(double share) {
-    const auto place =
-        static_cast<std::ptrdiff_t>(share * static_cast<double>(microseconds.size() - 1));
-    std::ranges::nth_element(microseconds, microseconds.begin() + place);
-    return microseconds[static_cast<std::size_t>(place)];
-  }
-  void print() { fmt::print("{:<22}{:>10.1f}{:>10.1f}\n", what, quantile(0.5), quantile(0.99)); }
-};
+void print(const char* what, Series& times) {
+  fmt::print("{:<22}{:>10.1f}{:>10.1f}\n", what, times.median(), times.p99());
+}
 
 asio::awaitable<void> ping(tcp::socket& socket, int count, Series& series) {
   const std::array<char, request_size> request{};
@@ -178,8 +169,8 @@ asio::awaitable<void> measure(const Servers& servers, int rounds, int count, Ser
 int main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::max(std::atoi(argv[1]), 1) : 5;
   const int count = argc > 2 ? std::max(std::atoi(argv[2]), 1) : 10'000;
-  Series raw{"raw TCP ping-pong", {}};
-  Series named{"ADS read by name", {}};
+  Series raw;
+  Series named;
   {
     const Servers servers;
     asio::io_context io(1);
@@ -193,9 +184,9 @@ int main(int argc, char** argv) {
   fmt::print("{} x {} round trips of {} and {} bytes, in microseconds\n", rounds, count,
              request_size, response_size);
   fmt::print("{:<22}{:>10}{:>10}\n", "", "median", "p99");
-  raw.print();
-  named.print();
-  const auto ratio = named.quantile(0.5) / raw.quantile(0.5);
+  print("raw TCP ping-pong", raw);
+  print("ADS read by name", named);
+  const auto ratio = named.median() / raw.median();
   fmt::print("ratio of the medians  {:>10.2f}   goal: at most {:.1f}\n", ratio, goal);
   return ratio <= goal ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -17,6 +17,7 @@
 
 #include "base/posix/system.hpp"
 #include "services/archiver/archive.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace {
 
@@ -79,26 +80,19 @@ double bare_writes_per_second(const fs::path& folder, std::chrono::duration<doub
 }  // namespace
 
 int main(int argc, char** argv) {
-  const fs::path parent = argc > 1 ? fs::path(argv[1]) : fs::temp_directory_path();
+  if (argc > 1) {
+    ::setenv("TMPDIR", argv[1], 1);
+  }
   const std::chrono::duration<double> length(argc > 2 ? std::atof(argv[2]) : 3.0);
-  std::string name = (parent / "archiver-rows-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    fmt::print(stderr, "archiver_rows: {}\n", base::posix::last_error(name));
-    return 2;
-  }
-  const fs::path folder = name;
+  const tests::TemporaryFolder folder;
   bool reached = true;
-  {
-    fmt::print("bare file          {:>9.0f} durable writes/s\n",
-               bare_writes_per_second(folder, length));
-    archiver::Archive archive(folder / "archive", {}, now());
-    for (const std::size_t batch :
-         {std::size_t{1}, std::size_t{16}, goal_batch, std::size_t{1024}}) {
-      const double rows = rows_per_second(archive, batch, length);
-      fmt::print("batches of {:>6}  {:>9.0f} durable rows/s\n", batch, rows);
-      reached = reached && (batch != goal_batch || rows >= goal);
-    }
+  fmt::print("bare file          {:>9.0f} durable writes/s\n",
+             bare_writes_per_second(folder.path(), length));
+  archiver::Archive archive(folder.path() / "archive", {}, now());
+  for (const std::size_t batch : {std::size_t{1}, std::size_t{16}, goal_batch, std::size_t{1024}}) {
+    const double rows = rows_per_second(archive, batch, length);
+    fmt::print("batches of {:>6}  {:>9.0f} durable rows/s\n", batch, rows);
+    reached = reached && (batch != goal_batch || rows >= goal);
   }
-  fs::remove_all(folder);
   return reached ? 0 : 1;
 }

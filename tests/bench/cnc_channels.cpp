@@ -10,21 +10,20 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include "tests/bench/process_use.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace {
 
+using millrace::bench::processor_seconds;
 using millrace::tests::binary;
 using millrace::tests::Process;
 using millrace::tests::TemporaryFolder;
@@ -50,22 +49,6 @@ struct Counts {
   double cpu_share = 0;
 };
 
-/// Processor time of a process so far, in seconds.
-double processor_time(pid_t pid) {
-  std::ifstream file(fmt::format("/proc/{}/stat", pid));
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  std::istringstream words(text.substr(text.rfind(')') + 2));
-  std::string word;
-  constexpr int before_user_time = 11;
-  for (int i = 0; i < before_user_time; ++i) {
-    words >> word;
-  }
-  double user = 0;
-  double system = 0;
-  words >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
-
 Counts run(const Workload& workload, int channels, Seconds duration) {
   const TemporaryFolder folder;
   const auto program = folder.path() / "load.nc";
@@ -79,10 +62,10 @@ Counts run(const Workload& workload, int channels, Seconds duration) {
   Process cnc(command);
   cnc.await("^ready: ");
   const auto begin = std::chrono::steady_clock::now();
-  const double used_before = processor_time(cnc.pid());
+  const double used_before = processor_seconds(cnc.pid());
   std::this_thread::sleep_for(duration);
   const Seconds passed = std::chrono::steady_clock::now() - begin;
-  const double used = processor_time(cnc.pid()) - used_before;
+  const double used = processor_seconds(cnc.pid()) - used_before;
   cnc.terminate();
   cnc.wait();
   const std::string log = cnc.error_output();

@@ -8,8 +8,8 @@
 // exit code 1 if it has grown by more than 256 kB since then.
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -23,6 +23,7 @@
 #include "cnc/ads/symbols.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
+#include "tests/bench/process_use.hpp"
 #include "tests/support/process.hpp"
 
 namespace {
@@ -92,13 +93,7 @@ void use(asio::io_context& io, std::uint16_t port, int connections) {
 
 /// In kB.
 long resident_memory(pid_t pid) {
-  std::ifstream file(fmt::format("/proc/{}/status", pid));
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("VmRSS:")) {
-      return std::stol(line.substr(6));
-    }
-  }
-  throw std::runtime_error("the process has no resident memory");
+  return std::lround(1024 * millrace::bench::resident_mib(pid));
 }
 
 }  // namespace

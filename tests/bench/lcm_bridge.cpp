@@ -5,14 +5,13 @@
 // Both are square roots in separate processes, called in turn by one caller in place of a gateway,
 // in a network of the benchmark's own. Prints medians and 99th percentiles in microseconds; exit
 // code 1 if the median through the bridge is more than twice that of the direct one.
-#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
 
+#include "tests/bench/series.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/own_network.hpp"
@@ -21,22 +20,21 @@
 namespace {
 
 using namespace millrace;
-using Clock = std::chrono::steady_clock;
-using Microseconds = std::chrono::duration<double, std::micro>;
+using bench::Clock;
 
 constexpr double goal = 2;
 
 struct Service {
   const char* what;
   std::string uuid;
-  std::vector<double> times{};
+  bench::Series times{};
 
   void call(tests::Caller& caller) {
     const fabric::Request request = caller.request(uuid, "2");
     const auto start = Clock::now();
     caller.publish(request);
     const fabric::Reply reply = caller.await_reply(request);
-    times.push_back(Microseconds(Clock::now() - start).count());
+    times.add(Clock::now() - start);
     caller.withdraw(request);
     if (reply.text != "1.414214") {
       throw std::runtime_error(fmt::format("{} answered {:?}", what, reply.text));
@@ -45,11 +43,8 @@ struct Service {
 
   /// The median.
   double print() {
-    std::sort(times.begin(), times.end());
-    const double median = times[times.size() / 2];
-    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us\n", what, median,
-               times[times.size() * 99 / 100]);
-    return median;
+    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us\n", what, times.median(), times.p99());
+    return times.median();
   }
 };
 
@@ -72,8 +67,8 @@ int measure(std::size_t calls) {
   for (std::size_t i = 0; i < calls + calls / 10; ++i) {
     if (i == calls / 10) {
       // The calls so far were the warm-up.
-      dds.times.clear();
-      lcm.times.clear();
+      dds.times = {};
+      lcm.times = {};
     }
     dds.call(caller);
     lcm.call(caller);

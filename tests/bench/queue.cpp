@@ -23,7 +23,6 @@
 #include <utility>
 #include <vector>
 
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
@@ -36,6 +35,7 @@
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace {
 
@@ -66,14 +66,14 @@ class Client {
     options.target = {{127, 0, 0, 1, 1, 1}};
     options.source.net_id = {{127, 0, 0, 1, 3, 1}};
     client_.emplace(io_.get_executor(), options);
-    if (const auto up = run(client_->connect()); !up) {
+    if (const auto up = tests::wait_for(io_, client_->connect()); !up) {
       throw std::runtime_error(up.error().message);
     }
   }
 
   cnc::ads::Bytes read(const std::string& name, std::uint32_t length) {
-    return run(client_->read_write(port, {cnc::ads::symbol::value_by_name, 0}, length,
-                                   cnc::variables::encode_name(name)))
+    return tests::wait_for(io_, client_->read_write(port, {cnc::ads::symbol::value_by_name, 0},
+                                                    length, cnc::variables::encode_name(name)))
         .value();
   }
   std::pair<std::uint32_t, std::uint32_t> control() {
@@ -83,36 +83,22 @@ class Client {
     return {filled, in.u32()};
   }
   cnc::ads::Index place_of(const std::string& name) {
-    const auto bytes = run(client_->read_write(port, {cnc::ads::symbol::place_by_name, 0}, 12,
-                                               cnc::variables::encode_name(name)))
-                           .value();
+    const auto bytes =
+        tests::wait_for(io_, client_->read_write(port, {cnc::ads::symbol::place_by_name, 0}, 12,
+                                                 cnc::variables::encode_name(name)))
+            .value();
     cnc::ads::ByteReader in(bytes);
     const std::uint32_t group = in.u32();
     return {group, in.u32()};
   }
   void write(cnc::ads::Index place, std::uint32_t value) {
-    if (!run(client_->write(port, place, cnc::ads::ByteWriter().u32(value).take()))) {
+    if (!tests::wait_for(io_,
+                         client_->write(port, place, cnc::ads::ByteWriter().u32(value).take()))) {
       throw std::runtime_error("the controller refuses a write");
     }
   }
 
  private:
-  template <typename T>
-  T run(asio::awaitable<T> work) {
-    std::optional<T> result;
-    asio::co_spawn(
-        io_,
-        [](asio::awaitable<T> what, std::optional<T>& to) -> asio::awaitable<void> {
-          to.emplace(co_await std::move(what));
-        }(std::move(work), result),
-        [](std::exception_ptr) {});
-    while (!result) {
-      io_.restart();
-      io_.run_one();
-    }
-    return std::move(*result);
-  }
-
   asio::io_context io_{1};
   std::optional<cnc::ads::Client> client_;
 };

@@ -21,13 +21,13 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/json/parse.hpp>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "tests/bench/event_of.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tools/mcap/file.hpp"
 #include "tools/recording/reader.hpp"
 
@@ -308,21 +308,15 @@ int measure(const fs::path& folder, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string name = (fs::temp_directory_path() / "recorder-loss-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    fmt::print(stderr, "recorder_loss: cannot make a folder for the recording\n");
-    return 2;
-  }
-  int result = 2;
   try {
+    const tests::TemporaryFolder folder;
     Options options;
     options.seconds = argc > 1 ? std::atof(argv[1]) : options.seconds;
     options.channels = argc > 2 ? static_cast<std::uint16_t>(std::atoi(argv[2])) : options.channels;
     options.calls_per_second = argc > 3 ? std::atof(argv[3]) : 0;
-    result = measure(name, options);
+    return measure(folder.path(), options);
   } catch (const std::exception& error) {
     fmt::print(stderr, "recorder_loss: {}\n", error.what());
+    return 2;
   }
-  fs::remove_all(name);
-  return result;
 }

@@ -15,7 +15,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "tests/bench/series.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tools/recorder/recording_file.hpp"
 
 namespace {
@@ -23,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace millrace;
 using namespace millrace::tools;
-using Clock = std::chrono::steady_clock;
+using bench::Clock;
 
 constexpr double goal_rate = 100'000;
 constexpr double goal_ms = 100;
@@ -119,17 +121,16 @@ double write_bare(const fs::path& file, std::uint64_t bytes) {
 
 /// Milliseconds of the whole process; the median of seven.
 double log_info(const fs::path& file) {
-  std::vector<double> times;
+  bench::Series times;
   for (int i = 0; i < 7; ++i) {
     const auto start = Clock::now();
     tests::Process process({tests::binary("millrace"), "recording", "info", file.string()});
     if (process.wait() != 0) {
       throw std::runtime_error(process.error_output());
     }
-    times.push_back(1000 * seconds_since(start));
+    times.add(Clock::now() - start);
   }
-  std::ranges::sort(times);
-  return times[times.size() / 2];
+  return times.median() / 1000;
 }
 
 int measure(const fs::path& folder, double gibibytes) {
@@ -152,18 +153,14 @@ int measure(const fs::path& folder, double gibibytes) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const fs::path parent = argc > 1 ? fs::path(argv[1]) : fs::temp_directory_path();
-  std::string name = (parent / "recording-write-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    fmt::print(stderr, "recording_write: cannot make a folder in {}\n", parent.string());
-    return 2;
+  if (argc > 1) {
+    ::setenv("TMPDIR", argv[1], 1);
   }
-  int result = 2;
   try {
-    result = measure(name, argc > 2 ? std::atof(argv[2]) : 1.0);
+    const tests::TemporaryFolder folder;
+    return measure(folder.path(), argc > 2 ? std::atof(argv[2]) : 1.0);
   } catch (const std::exception& error) {
     fmt::print(stderr, "recording_write: {}\n", error.what());
+    return 2;
   }
-  fs::remove_all(name);
-  return result;
 }

@@ -15,10 +15,10 @@
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tools/recorder/recording_file.hpp"
 #include "tools/recording/statistics.hpp"
 
@@ -122,17 +122,11 @@ int measure(const fs::path& folder, std::size_t calls) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string name = (fs::temp_directory_path() / "replay-timing-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    fmt::print(stderr, "replay_timing: cannot make a folder for the recording\n");
-    return 2;
-  }
-  int result = 2;
   try {
-    result = measure(name, static_cast<std::size_t>(argc > 1 ? std::atoi(argv[1]) : 4000));
+    const tests::TemporaryFolder folder;
+    return measure(folder.path(), static_cast<std::size_t>(argc > 1 ? std::atoi(argv[1]) : 4000));
   } catch (const std::exception& error) {
     fmt::print(stderr, "replay_timing: {}\n", error.what());
+    return 2;
   }
-  fs::remove_all(name);
-  return result;
 }

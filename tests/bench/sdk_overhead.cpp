@@ -5,7 +5,6 @@
 // Within one domain object a DDS write returns when its sample has arrived, so the times are upper
 // bounds: they contain one write each. Prints medians and 99th percentiles in microseconds, memory
 // and processor time of each service when idle; exit code 1 if a goal is missed.
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -21,6 +20,7 @@
 #include "fabric/wire/writer.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/bench/process_use.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -28,8 +28,7 @@
 namespace {
 
 using namespace millrace;
-using Clock = std::chrono::steady_clock;
-using Microseconds = std::chrono::duration<double, std::micro>;
+using bench::Clock;
 
 constexpr double goal_median = 20;
 constexpr double goal_memory_mib = 16;
@@ -38,23 +37,12 @@ constexpr auto idle_time = std::chrono::seconds(5);
 const std::string uuid = "weather";
 const std::string batch_uuid = "2b1f6e0c-5d0b-4f0c-9a8e-6a1f0c8b7d11";
 
-struct Samples {
-  const char* what;
-  std::vector<double> times{};
-
-  void add(Clock::time_point from, Clock::time_point to) {
-    times.push_back(Microseconds(to - from).count());
-  }
-
-  /// True if the goal is met.
-  bool print() {
-    std::sort(times.begin(), times.end());
-    const double median = times[times.size() / 2];
-    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us, goal {:.0f} us\n", what, median,
-               times[times.size() * 99 / 100], goal_median);
-    return median <= goal_median;
-  }
-};
+/// True if the goal is met.
+bool print(const char* what, bench::Series& times) {
+  fmt::print("{}: median {:.1f} us, 99 % {:.1f} us, goal {:.0f} us\n", what, times.median(),
+             times.p99(), goal_median);
+  return times.median() <= goal_median;
+}
 
 /// When the last reply arrived; the listener runs in the thread that writes the reply.
 struct Arrival {
@@ -92,8 +80,8 @@ bool measure_calls(std::uint64_t calls) {
   fabric::wire::Reader<fabric::Reply> replies(participant, partition, fabric::wire::Keep::last,
                                               {.listener = listener.get()});
 
-  Samples in{"request written to handler entered"};
-  Samples out{"handler left to reply arrived"};
+  bench::Series in;
+  bench::Series out;
   fabric::Request request{.key = {.machine = "cnc", .channel = 1},
                           .assigned = service.identity().id,
                           .uuid = uuid,
@@ -108,12 +96,12 @@ bool measure_calls(std::uint64_t calls) {
       return false;
     }
     arrival.count.wait(before);
-    in.add(start, entered);
-    out.add(left, arrival.at);
+    in.add(entered.load() - start);
+    out.add(arrival.at.load() - left.load());
     replies.take();
   }
-  const bool in_met = in.print();
-  return out.print() && in_met;
+  const bool in_met = print("request written to handler entered", in);
+  return print("handler left to reply arrived", out) && in_met;
 }
 
 struct Idle {

@@ -14,8 +14,8 @@
 
 #include <fmt/format.h>
 
-#include "tests/bench/gateway/series.hpp"
 #include "tests/bench/process_use.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"

@@ -27,18 +27,18 @@
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/trust/folder.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/own_network.hpp"
 #include "tests/support/process.hpp"
-#include "tests/support/run_until.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace {
 
 using namespace millrace;
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
-using Microseconds = std::chrono::duration<double, std::micro>;
+using bench::Clock;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 using Flags = std::vector<std::string>;
 namespace fs = std::filesystem;
@@ -54,11 +54,6 @@ void run(Flags command) {
   if (process.wait(allowed) != 0) {
     throw std::runtime_error(process.error_output());
   }
-}
-
-double median_of(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values.at(values.size() / 2);
 }
 
 /// The fabric under one protection, and its measurements.
@@ -85,14 +80,12 @@ class Row : public fabric::endpoints::CallEndpointListener {
                  fabric::endpoints::CallEndpoint::Of::tool);
   }
 
-  /// Starts one process; returns the milliseconds until it can be called.
-  double join() {
+  /// Starts one process and waits until it can be called.
+  void join() {
     const auto start = Clock::now();
     processes_.emplace_back(services_);
     await(1);
-    const double took = Milliseconds(Clock::now() - start).count();
-    joins_.push_back(took);
-    return took;
+    joins_.add(Clock::now() - start);
   }
   void leave() {
     for (tests::Process& process : processes_) {
@@ -133,21 +126,20 @@ class Row : public fabric::endpoints::CallEndpointListener {
             context_, [&] { return answered_ == number_; }, allowed)) {
       throw std::runtime_error(what_ + ": a call is not answered");
     }
-    times_.push_back(Microseconds(Clock::now() - start).count());
+    times_.add(Clock::now() - start);
     end_->withdraw(fabric::key_of(request));
   }
-  void forget_calls() { times_.clear(); }
+  void forget_calls() { times_ = {}; }
 
   /// Whether the goals are met.
-  bool print(const Row& unprotected) {
-    std::ranges::sort(times_);
-    const double ratio = median_of(times_) / median_of(unprotected.times_);
-    const double more = median_of(joins_) - median_of(unprotected.joins_);
+  bool print(Row& unprotected) {
+    const double ratio = times_.median() / unprotected.times_.median();
+    const double more = (joins_.median() - unprotected.joins_.median()) / 1000;
     fmt::print(
         "{:<12} call: median {:.1f} us, 99 % {:.1f} us, {:.2f} x (goal {:.1f}); joins in "
         "{:.0f} ms, {:+.0f} ms (goal {:.0f}); all in {:.1f} s (goal {:.0f})\n",
-        what_, median_of(times_), times_.at(times_.size() * 99 / 100), ratio, goal_,
-        median_of(joins_), more, most_joining_more, all_ / 1000, most_for_all / 1000);
+        what_, times_.median(), times_.p99(), ratio, goal_, joins_.median() / 1000, more,
+        most_joining_more, all_ / 1000, most_for_all / 1000);
     return ratio <= goal_ && more <= most_joining_more && all_ <= most_for_all;
   }
 
@@ -193,8 +185,8 @@ class Row : public fabric::endpoints::CallEndpointListener {
   std::set<fabric::InstanceId> ready_;
   std::uint64_t number_ = 0;
   std::uint64_t answered_ = 0;
-  std::vector<double> times_;
-  std::vector<double> joins_;
+  bench::Series times_;
+  bench::Series joins_;
   double all_ = 0;
   std::optional<fabric::endpoints::CallEndpoint> end_;
   std::vector<tests::Process> processes_;

@@ -21,43 +21,29 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/readings.hpp"
 #include "fabric/endpoints/variable_endpoints.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace {
 
 namespace asio = boost::asio;
 namespace variables = millrace::cnc::variables;
 using namespace millrace;
-using Clock = std::chrono::steady_clock;
+using bench::Clock;
+using bench::Series;
 using Names = std::vector<std::string>;
 
 constexpr double goal = 1.5;
 constexpr std::size_t all_variables = 1000;
-
-class Series {
- public:
-  void add(Clock::duration time) {
-    microseconds_.push_back(std::chrono::duration<double, std::micro>(time).count());
-  }
-  double at(double share) {
-    const auto place =
-        static_cast<std::ptrdiff_t>(share * static_cast<double>(microseconds_.size() - 1));
-    std::ranges::nth_element(microseconds_, microseconds_.begin() + place);
-    return microseconds_[static_cast<std::size_t>(place)];
-  }
-
- private:
-  std::vector<double> microseconds_;
-};
 
 /// The plant, and both connections to it.
 class Plant {
@@ -84,7 +70,7 @@ class Plant {
     options.tcp_port = static_cast<std::uint16_t>(std::stoi(port));
     options.target = {{127, 0, 0, 1, 1, 1}};
     client_.emplace(io_.get_executor(), options);
-    if (const auto up = run(client_->connect()); !up) {
+    if (const auto up = tests::wait_for(io_, client_->connect()); !up) {
       throw std::runtime_error(up.error().message);
     }
     readings_.emplace(*client_);
@@ -103,13 +89,13 @@ class Plant {
   /// With handles, which are opened beforehand.
   std::vector<variables::Reading> look_up(const Names& names) {
     std::vector<variables::Reading> known;
-    for (auto& one : run(readings_->look_up(1, names))) {
+    for (auto& one : tests::wait_for(io_, readings_->look_up(1, names))) {
       known.push_back(one.value());
     }
     return known;
   }
   void by_handle(const std::vector<variables::Reading>& known) {
-    for (const auto& bytes : run(readings_->read(known))) {
+    for (const auto& bytes : tests::wait_for(io_, readings_->read(known))) {
       if (!variables::decode_elements(known.front().type, bytes.value())) {
         throw std::runtime_error("no value");
       }
@@ -119,9 +105,9 @@ class Plant {
   void by_name(const Names& names) {
     variables::Channel channel(*client_, 1);
     for (const std::string& name : names) {
-      const auto described = run(readings_->describe(1, {name}));
+      const auto described = tests::wait_for(io_, readings_->describe(1, {name}));
       const auto type = variables::element_type(described.front().value());
-      const auto bytes = run(channel.read(name, variables::max_stream));
+      const auto bytes = tests::wait_for(io_, channel.read(name, variables::max_stream));
       if (!variables::decode_elements(type.value(), bytes.value())) {
         throw std::runtime_error("no value");
       }
@@ -160,18 +146,6 @@ class Plant {
  private:
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_.path() / name) << text;
-  }
-
-  template <typename Result>
-  Result run(asio::awaitable<Result> work) {
-    std::optional<Result> result;
-    asio::co_spawn(io_, std::move(work),
-                   [&](const std::exception_ptr&, Result one) { result = std::move(one); });
-    io_.restart();
-    while (!result) {
-      io_.run_one();
-    }
-    return std::move(*result);
   }
 
   tests::Domain domain_;
@@ -226,13 +200,13 @@ double compare(Plant& plant, std::size_t together, int rounds, int count) {
                                             "gateway, the same question again"};
   fmt::print("{} variable{}{:>34}{:>10}\n", together, together == 1 ? " " : "s", "median", "p99");
   for (std::size_t i = 0; i < what.size(); ++i) {
-    fmt::print("  {:<36}{:>8.1f}{:>10.1f}\n", what.at(i), series.at(i).at(0.5),
-               series.at(i).at(0.99));
+    fmt::print("  {:<36}{:>8.1f}{:>10.1f}\n", what.at(i), series.at(i).median(),
+               series.at(i).p99());
   }
-  const double ratio = series[2].at(0.5) / series[1].at(0.5);
+  const double ratio = series[2].median() / series[1].median();
   fmt::print("  ratio {:.2f} to ADS by name   goal: at most {:.1f}\n", ratio, goal);
   fmt::print("  ratio {:.2f} to ADS by handle, {:.2f} of the same question again\n",
-             series[2].at(0.5) / series[0].at(0.5), series[3].at(0.5) / series[0].at(0.5));
+             series[2].median() / series[0].median(), series[3].median() / series[0].median());
   return ratio;
 }
 

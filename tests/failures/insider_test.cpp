@@ -14,13 +14,11 @@
 #include "fabric/wire/codec.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/history/execution_log.hpp"
-#include "tests/failures/hostile_line.hpp"
+#include "tests/failures/hostile.hpp"
 
 namespace millrace::tests::failures {
 namespace {
 
-using testing::AllOf;
-using testing::AnyOf;
 using testing::Each;
 using testing::Field;
 

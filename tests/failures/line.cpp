@@ -13,7 +13,7 @@
 #include "fabric/endpoints/gateway_monitor.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/support/await.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::tests::failures {
 

@@ -11,7 +11,7 @@
 
 #include "base/posix/system.hpp"
 #include "tests/bench/process_use.hpp"
-#include "tests/failures/hostile_line.hpp"
+#include "tests/failures/hostile.hpp"
 
 namespace millrace::tests::failures {
 namespace {

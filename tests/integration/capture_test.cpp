@@ -24,8 +24,6 @@
 namespace millrace::tests::integration {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
 
 /// The UUID of millrace-slow-service.
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";

@@ -173,7 +173,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{"NoMachine", "millrace-gateway", {"--machine", "cnc"}, "NAME=HOST:PORT/NETID"},
         WrongUse{"NoDomain", "millrace-gateway", {"--domain", "300"}, "300"},
         WrongUse{"NoThread", "millrace-square-root", {"--concurrency", "0"}, "concurrency"},
-        WrongUse{"NoChannel", "millrace-square-root", {"--channel", "cnc"}, "MACHINE/N"}),
+        WrongUse{"NoChannel", "millrace-square-root", {"--channel", "cnc/0"}, "MACHINE/N"},
+        WrongUse{"Pattern", "millrace-square-root", {"--uuid", "a*"}, "wildcard"}),
     [](const testing::TestParamInfo<WrongUse>& use) { return use.param.name; });
 
 }  // namespace

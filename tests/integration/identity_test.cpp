@@ -24,10 +24,7 @@ namespace millrace::tests::integration {
 namespace {
 
 using namespace std::chrono_literals;
-using fabric::Authorization;
-using fabric::ParticipantIdentity;
 using testing::AllOf;
-using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 namespace wire = fabric::wire;

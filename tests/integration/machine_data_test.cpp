@@ -60,38 +60,6 @@ TEST(MachineData, IsStaleWithoutItsControllerAndGoodAgainWithIt) {
   watch.await("state  mode=1  cnc_number_of_channel_r=3$");
 }
 
-TEST(MachineData, ChangesWithAReloadedConfiguration) {
-  Chain sut;
-  Process cnc = sut.cnc();
-  Process gateway =
-      sut.configured_gateway(machine("data { name: \"one\" variable: \"mode\" period_ms: 50 }"));
-  Process watch = sut.millrace({"data", "--watch"});
-  watch.await("one  mode=1");
-
-  sut.configure(machine("data { name: \"two\" channel: 2 variable: \"state\" period_ms: 50 }"));
-  gateway.signal(SIGHUP);
-
-  watch.await("cnc/1  one  not published any more");
-  watch.await("cnc/2  two  state=2");
-}
-
-TEST(MachineData, IsRecorded) {
-  Chain sut;
-  Process cnc = sut.cnc({"--run", Chain::program(1, moving)});
-  const std::string file = (sut.folder() / "run.mcap").string();
-  Process record = sut.millrace({"record", "-o", file});
-  record.await("^ready: ");
-  Process gateway = sut.configured_gateway(machine(axes));
-  Process watch = sut.millrace({"data", "--watch", "--count", "10"});
-  ASSERT_EQ(watch.wait(), 0) << watch.error_output();
-  record.terminate();
-  ASSERT_EQ(record.wait(), 0) << record.error_output();
-
-  Process cat = sut.millrace({"recording", "cat", file, "--kind", "data", "--channel", "1"});
-  ASSERT_EQ(cat.wait(), 0) << cat.error_output();
-  EXPECT_THAT(cat.output(), HasSubstr("data        cnc/1  axes  V.A.ACT_POS.X="));
-}
-
 TEST(MachineData, IsReplayedWithAMarkAndRetractedAtTheEnd) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, moving)});
@@ -169,25 +137,6 @@ TEST(MachineData, IsCheckedBeforeAGatewayRuns) {
   EXPECT_THAT(ask.error_output(), HasSubstr("cnc/1: data axes: V.E.NONE: 0x710 symbol not found"));
   EXPECT_THAT(ask.error_output(), HasSubstr("not checked: off (127.0.0.1:1, 1.1.1.1.1.1)"));
   EXPECT_THAT(ask.error_output(), Not(HasSubstr("V.A.ACT_POS.X")));
-}
-
-TEST(MachineData, IsPublishedByTheGatewayThatTakesItsMachineOver) {
-  Chain sut;
-  Process cnc = sut.cnc();
-  const std::string configuration =
-      machine("data { name: \"state\" variable: \"mode\" period_ms: 50 always: true }");
-  Process first = sut.configured_gateway(configuration);
-  Process watch = sut.millrace({"data", "--watch"});
-  watch.await("state  mode=1$");
-  Process second = sut.configured_gateway(configuration);
-  second.await_error("stands by");
-
-  first.kill();
-  second.await_error("link up");
-
-  Process again = sut.millrace({"data", "--watch", "--count", "3"});
-  EXPECT_EQ(again.wait(), 0) << again.error_output();
-  EXPECT_THAT(again.output(), HasSubstr("state  mode=1\n"));
 }
 
 TEST(MachineData, NeedsNoSumCommands) {

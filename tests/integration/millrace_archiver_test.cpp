@@ -79,27 +79,6 @@ TEST_F(Archiver, KeepsWhatProgramsPut) {
   EXPECT_THAT(show({"export", "--format", "csv"}), HasSubstr("tool 5 changed; Ma\xC3\x9F ok"));
 }
 
-TEST_F(Archiver, AddsNoSecondRowWhenACallIsRepeatedAfterACrash) {
-  fabric::Request request;
-  {
-    Process sut = start();
-    ASSERT_TRUE(caller.await_instance(uuid));
-    request = caller.request(uuid, "PUT a=1");
-    caller.publish(request);
-    EXPECT_EQ(caller.await_reply(request).text, "OK 1");
-    sut.kill();
-  }
-  ASSERT_TRUE(caller.await_no_instance(uuid));
-  const Process sut = start();
-  ASSERT_TRUE(caller.await_instance(uuid));
-  caller.forget_reply(request);
-  request.assigned = caller.identity(uuid).id;
-  request.attempt = 2;
-  caller.publish(request);
-  EXPECT_EQ(caller.await_reply(request).text, "OK 1");
-  EXPECT_EQ(caller.call(uuid, "PUT a=2").text, "OK 2");
-}
-
 TEST_F(Archiver, RecordsCallsAndChannelStates) {
   const Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
@@ -152,25 +131,6 @@ TEST_F(Archiver, RecordsThatAChannelsGatewayIsGone) {
     await_row("channel", "running", gateway);
   }
   await_row("channel", "its gateway is gone");
-}
-
-TEST_F(Archiver, AnswersCallsWhileItsOldFilesAreRead) {
-  std::ofstream(config, std::ios::app) << "rotate_mib: 1\n";
-  const Process sut = start();
-  ASSERT_TRUE(caller.await_instance(uuid));
-  EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");
-  SQLite::Database reader((folder.path() / "archive/archive-000001.db").string(),
-                          SQLite::OPEN_READONLY);
-  SQLite::Statement reading(reader, "SELECT id FROM put");
-  ASSERT_TRUE(reading.executeStep());
-  const std::string text = "PUT a=\"" + std::string(110, 'x') + '"';
-  int number = 1;
-  const auto next = folder.path() / "archive/archive-000002.db";
-  while (!std::filesystem::exists(next)) {
-    ASSERT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
-    ASSERT_LT(number, 10'000);
-  }
-  EXPECT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
 }
 
 TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessReleasesItsLock) {
@@ -227,14 +187,6 @@ TEST_F(Archiver, KeepsADamagedFileAndAnswersFromTheNext) {
   EXPECT_THAT(caller.call(uuid, "PUT a=2").text, StartsWith("OK "));
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "archive/archive-000002.db"));
   sut.await_error("archive-000001.db is damaged");
-}
-
-TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
-  const Process first = start();
-  Process second({binary("millrace-archiver"), "--config", config.string(), "--domain",
-                  std::to_string(domain.number())});
-  EXPECT_EQ(second.wait(), 1);
-  EXPECT_THAT(second.error_output(), HasSubstr("another archiver writes into this folder"));
 }
 
 /// Channels with continuous calls, which the next instance continues.
@@ -351,14 +303,6 @@ TEST(ArchiverCommands, ExportLeavesItsFileAsItWasUnlessAllIsWell) {
   std::getline(std::ifstream(file), content);
   EXPECT_THAT(content, StartsWith("id,at,machine"));
   EXPECT_FALSE(std::filesystem::exists(file + ".part"));
-}
-
-TEST(ArchiverCommands, NameTheFileThatCannotBeRead) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.path() / "archive-000001.db") << "no database";
-  Process sut({binary("millrace-archiver"), "query", "--folder", folder.path().string()});
-  EXPECT_EQ(sut.wait(), 1);
-  EXPECT_THAT(sut.error_output(), HasSubstr("archive-000001.db: file is not a database"));
 }
 
 TEST(ArchiverCommands, WriteNothingWhereNothingCanBeRead) {

@@ -12,7 +12,6 @@
 namespace millrace::tests::integration {
 namespace {
 
-using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 

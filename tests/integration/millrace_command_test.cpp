@@ -222,12 +222,6 @@ TEST_F(TheCommand, ReportsACallThatHasWaitedLongerThanAMinuteByItsExitCode) {
   EXPECT_EQ(exit_code, 5);
 }
 
-TEST_F(TheCommand, ReportsAFabricWithoutAGatewayByItsExitCode) {
-  Process service = chain.square_root();
-  EXPECT_THAT(run({"status"}).output(), HasSubstr("no gateway reports on this fabric"));
-  EXPECT_EQ(exit_code, 3);
-}
-
 TEST_F(TheCommand, ReportsAFrozenInstanceByItsExitCode) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();

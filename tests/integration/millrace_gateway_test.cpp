@@ -1,4 +1,4 @@
-// The program millrace-gateway from a user's view: flags, ready line, exit codes, whole calls.
+// The program millrace-gateway from a user's view: flags, ready line, exit codes, Secure ADS.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -35,17 +35,6 @@ class MillraceGateway : public testing::Test {
     Process service({binary("millrace-square-root"), "--domain", std::to_string(domain_.number())});
     service.await("^ready: ");
     return service;
-  }
-
-  /// A virtual CNC on a free port that runs the square root program.
-  Process cnc() {
-    return Process({binary("millrace-cnc"), "--listen", "127.0.0.1:0", "--dir",
-                    folder_.path().string(), "--speed", "0", "--exit-when-idle", "--run",
-                    std::string("1=") + MILLRACE_TEST_DATA + "/nc/square_root.nc"});
-  }
-
-  static std::string machine(Process& cnc) {
-    return "cnc=127.0.0.1:" + cnc.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
   }
 
   Domain domain_;
@@ -107,29 +96,6 @@ TEST_F(MillraceGateway, WarnsOfPlainAdsOverANetwork) {
       {"--machine", "saw=127.0.0.1:1/10.0.0.6.1.1", "--machine", "press=0.0.0.0:1/10.0.0.5.1.1"});
   sut.await_error("press \\(0\\.0\\.0\\.0:1, .*\\): plain ADS: any host on its network");
   EXPECT_THAT(sut.error_output(), Not(ContainsRegex("saw [^\n]*: plain ADS")));
-}
-
-TEST_F(MillraceGateway, EndsWithExitCode2ForAnInvalidMachine) {
-  Process sut = gateway({"--machine", "press"});
-  EXPECT_EQ(sut.wait(), 2);
-  EXPECT_THAT(sut.error_output(), HasSubstr("expected NAME=HOST:PORT/NETID"));
-}
-
-TEST_F(MillraceGateway, PassesACallToItsServiceAndTheAnswerBack) {
-  Process service = square_root();
-  Process controller = cnc();
-  Process sut = gateway({"--machine", machine(controller)});
-  EXPECT_EQ(controller.wait(), 0) << controller.error_output();
-  EXPECT_THAT(controller.output(), HasSubstr("response = 1.732051"));
-  sut.await_error("link up, channel 1");
-}
-
-TEST_F(MillraceGateway, ServesACallWhoseServiceStartsLater) {
-  Process controller = cnc();
-  Process sut = gateway({"--machine", machine(controller)});
-  sut.await_error("no service has the UUID 560AACBF");
-  Process service = square_root();
-  EXPECT_EQ(controller.wait(), 0) << controller.error_output();
 }
 
 TEST_F(MillraceGateway, RefusesAJournalThatAnotherGatewayUses) {

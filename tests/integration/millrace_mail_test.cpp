@@ -182,27 +182,6 @@ TEST_F(Mail, DoesNotWaitForTheServersGoodbye) {
   EXPECT_EQ(accepted(), 1U);
 }
 
-TEST_F(Mail, RetriesMailsThatTheServerRefusesForNow) {
-  start();
-  answer("data 451 4.7.1 greylisted");
-  const fabric::Reply reply = call("done program=A parts=1");
-  EXPECT_EQ(reply.text, "sent later: 451 4.7.1 greylisted");
-  EXPECT_EQ(reply.state, 2U);
-  // Refused once more while it waits, then accepted.
-  sut->await_error("\\(attempt 3\\)");
-  EXPECT_EQ(accepted(), 0U);
-  answer("");
-  await_mail(1);
-  sut->await_error("the mail server has its mail: 250");
-  // No mail is left that this process or the next could send again.
-  sut->terminate();
-  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
-  ASSERT_TRUE(caller.await_no_instance(uuid));
-  start_service();
-  EXPECT_EQ(call("done program=B parts=2").state, 1U);
-  EXPECT_EQ(accepted(), 2U);
-}
-
 TEST_F(Mail, SendsOtherMailsWhileTheServerStallsOnSome) {
   open_server();
   configure("user: 'press' password_file: 'password' timeout_ms: 1000");
@@ -268,23 +247,6 @@ TEST_F(Mail, SendsNoMailTwiceWhenItIsKilledBeforeTheServersConfirmation) {
   caller.withdraw(again);
   EXPECT_EQ(call("done program=B parts=1").state, 1U);
   EXPECT_EQ(accepted(), 2U);
-}
-
-TEST_F(Mail, AnswersARepeatedCallAfterACrashAsBeforeAndSendsNothing) {
-  start();
-  const fabric::Request request = caller.request(uuid, "done program=A parts=1");
-  caller.publish(request);
-  EXPECT_EQ(caller.await_reply(request).state, 1U);
-  sut->kill();
-  ASSERT_TRUE(caller.await_no_instance(uuid));
-  start_service();
-  fabric::Request again = request;
-  again.assigned = caller.identity(uuid).id;
-  again.attempt = 2;
-  caller.forget_reply(request);
-  caller.publish(again);
-  EXPECT_EQ(caller.await_reply(again).text, "OK");
-  EXPECT_EQ(accepted(), 1U);
 }
 
 TEST_F(Mail, DoesNotSendAgainWhenTheConnectionBreaksAfterTheMail) {
@@ -357,22 +319,6 @@ TEST_F(Mail, AllowsNoRequestToWriteHeadersOrAddresses) {
             Not(HasSubstr("\nBcc:")), HasSubstr("Subject: =?utf-8?Q?")));
 }
 
-TEST_F(Mail, AnswersAnyRequestWithAState) {
-  start();
-  EXPECT_EQ(call("").state, 10U);
-  EXPECT_EQ(call("../../etc/passwd").state, 10U);
-  EXPECT_EQ(call("$(reboot) `id`").state, 10U);
-  EXPECT_EQ(call("unknown a=1").text, "ERROR: unknown template 'unknown'; known are done full");
-  EXPECT_EQ(call("done program=A").text, "ERROR: template 'done' needs parts=...");
-  EXPECT_EQ(call("done program=A parts=1 x=2").state, 12U);
-  EXPECT_EQ(call(std::string(127, '\xFF')).state, 10U);
-  EXPECT_EQ(call(std::string(127, '\x01')).state, 10U);
-  EXPECT_EQ(accepted(), 0U);
-  // As long as a request can be, and with every character that the controller can show.
-  EXPECT_EQ(call("full text=\"" + std::string(115, '\xFC') + "\"").state, 1U);
-  EXPECT_EQ(accepted(), 1U);
-}
-
 TEST_F(Mail, ChecksItsConfiguration) {
   configure("user: 'press'");
   Process bad({binary("millrace-mail"), "--check", "--config", config.string()});
@@ -391,27 +337,6 @@ TEST_F(Mail, ChecksItsConfiguration) {
                       std::to_string(domain.number())});
   EXPECT_EQ(not_served.wait(), 2);
   EXPECT_THAT(not_served.error_output(), HasSubstr("cannot read the password"));
-}
-
-TEST_F(Mail, NamesADamagedDatabaseAndEnds) {
-  const fs::path database = folder.path() / "mail.spool" / "spool.db";
-  fs::create_directories(database.parent_path());
-  write(database, std::string(5000, 'x'));
-  open_server();
-  configure();
-  Process damaged({binary("millrace-mail"), "--config", config.string(), "--domain",
-                   std::to_string(domain.number())});
-  EXPECT_EQ(damaged.wait(), 1);
-  EXPECT_THAT(damaged.error_output(),
-              AllOf(HasSubstr(database.string()), HasSubstr("not the spool of a mail service")));
-}
-
-TEST_F(Mail, DoesNotShareItsSpool) {
-  start();
-  Process second({binary("millrace-mail"), "--config", config.string(), "--domain",
-                  std::to_string(domain.number())});
-  EXPECT_EQ(second.wait(), 1);
-  EXPECT_THAT(second.error_output(), HasSubstr("another mail service uses this spool"));
 }
 
 }  // namespace

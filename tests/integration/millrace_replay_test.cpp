@@ -125,16 +125,6 @@ TEST_F(Replay, NamesAMissingService) {
   EXPECT_EQ(replay.output(), "");
 }
 
-TEST_F(Replay, NeverUsesAChannelThatALiveGatewayServes) {
-  Process service = chain.square_root();
-  Process cnc = chain.cnc();
-  Process gateway = chain.gateway();
-  gateway.await_error("cnc");
-  const Process replay = run({"replay", "--to-services", "--channel", "cnc=cnc", demo_recording});
-  EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(replay.error_output(), HasSubstr("a gateway serves machine 'cnc'"));
-}
-
 TEST_F(Replay, StandsInForAService) {
   Process replay = chain.millrace({"replay", "--as-service", "--verify", demo_recording});
   replay.await("^ready: ");

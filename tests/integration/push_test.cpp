@@ -28,15 +28,6 @@ class Notifications : public testing::Test {
     return "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" " +
            more + " }\n";
   }
-  /// The same at the port of a previous one.
-  Process cnc_at(std::uint16_t port, const std::string& connections) {
-    const auto file = sut.folder() / "cnc.textproto";
-    std::ofstream(file) << connections << "\n";
-    Process process({binary("millrace-cnc"), "--listen", "127.0.0.1:" + std::to_string(port),
-                     "--channels", "2", "--dir", sut.folder().string(), "--config", file.string()});
-    process.await("^ready: ");
-    return process;
-  }
   /// Waits until `millrace machines` prints this.
   void await_of_the_machine(const std::string& pattern) {
     std::string said;
@@ -54,13 +45,6 @@ class Notifications : public testing::Test {
 
   Chain sut;
 };
-
-TEST_F(Notifications, AreGrantedByAVirtualCnc) {
-  Process cnc = this->cnc("");
-  Process gateway = sut.gateway();
-  gateway.await_error("cnc .*: pushed: the controller sends notifications");
-  await_of_the_machine("\"watch\":\"pushed\"");
-}
 
 // Only safety reads, of all channels in one request.
 TEST_F(Notifications, CostAnIdleMachineOfTenChannelsFiveRequestsASecondAtMost) {
@@ -99,16 +83,6 @@ TEST_F(Notifications, FollowANewConfiguration) {
   gateway.signal(SIGHUP);
   await_of_the_machine("\"channels\":1[,}]");
   await_of_the_machine("\"watch\":\"pushed\"");
-}
-
-TEST_F(Notifications, AreRequestedAgainAfterAReconnect) {
-  Process first = this->cnc("connections { notifications { by_handle: SERVICE_NOT_SUPPORTED } }");
-  Process gateway = sut.gateway();
-  gateway.await_error("polled: .*0x701");
-  first.kill();
-  gateway.await_error("link down");
-  Process second = cnc_at(sut.port(), "");
-  gateway.await_error("pushed: ");
 }
 
 TEST_F(Notifications, ThatAreRequiredButRefusedCauseAWarning) {

@@ -105,16 +105,6 @@ class AMessageQueue : public testing::Test {
   Chain chain_;
 };
 
-TEST_F(AMessageQueue, OfThreeElementsPassesEachMessageToItsService) {
-  Process sut = service();
-  Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
-  Process reader = gateway();
-  EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
-  EXPECT_THAT(controller.output(), HasSubstr("[ch1] all are read\n"));
-  ASSERT_TRUE(await_texts(200)) << reader.error_output();
-  EXPECT_EQ(texts(), messages(200));
-}
-
 TEST_F(AMessageQueue, CausesAWarningOnlyWithoutAJournal) {
   const std::string queue = "queue { name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"c0ffee00\" }";
   Process controller = cnc(3, "messages.nc");
@@ -180,23 +170,6 @@ TEST_F(AMessageQueue, RepeatsUnderTheSameIdWhenItsServiceIsKilled) {
   for (const auto& [text, ids] : calls) {
     EXPECT_THAT(ids, SizeIs(1)) << text;
   }
-}
-
-TEST_F(AMessageQueue, ThatIsNotReadAbortsItsProgram) {
-  Process controller = cnc(3, "three_messages_too_many.nc", {"--exit-when-idle"});
-  EXPECT_NE(controller.wait(), 0);
-  EXPECT_THAT(controller.error_output() + controller.output(), HasSubstr("SD.ALARMS is full"));
-}
-
-TEST_F(AMessageQueue, WithASlowServiceCausesAWarningBeforeItIsFullAndLosesNothing) {
-  Process sut = service({"--work", "700"});
-  Process controller = cnc(9, "seven_messages.nc", {"--exit-when-idle"});
-  Process reader = gateway("drain: WHEN_ANSWERED");
-  reader.await_error("[67] of 8 messages that fit into SD.ALARMS have no response yet");
-  EXPECT_LT(executions().size(), 4U);
-  EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
-  EXPECT_EQ(texts(), messages(7));
-  reader.await_error("SD.ALARMS has room again");
 }
 
 TEST_F(AMessageQueue, OfASlowServiceWaitsInTheJournalAsFarAsItMay) {
@@ -296,20 +269,6 @@ TEST_F(AMessageQueue, IsReadByASecondGatewayWhenTheFirstIsGone) {
   auto all = texts();
   all.erase(std::unique(all.begin(), all.end()), all.end());
   EXPECT_EQ(all, messages(200)) << second.error_output();
-}
-
-TEST_F(AMessageQueue, OfAnUnknownNameIsReportedOnce) {
-  Process controller = cnc(3, "two_messages.nc");
-  Process reader = gateway("array: \"SD.NONE\"");
-  reader.await_error("cnc\\.ALARMS/1: SD\\.NONE cannot be read: SD\\.NONE\\[1\\]: .*0x710");
-}
-
-TEST_F(AMessageQueue, GoesToAServiceThatNamesItsMachineOrTheQueue) {
-  Process named = service({"--channel", "cnc.ALARMS/1"});
-  Process other = chain_.slow_service({"--channel", "other/1"});
-  Process controller = cnc(4, "two_messages.nc");
-  Process reader = gateway();
-  ASSERT_TRUE(await_texts(2)) << reader.error_output();
 }
 
 }  // namespace

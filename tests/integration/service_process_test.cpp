@@ -72,14 +72,6 @@ TEST_F(ServiceProcess, AnnouncesTheOptionsOfItsCommandLine) {
   EXPECT_EQ(instance.pid, static_cast<std::uint32_t>(sut.pid()));
 }
 
-TEST_F(ServiceProcess, LeavesInOrderWhenItIsTerminated) {
-  Process sut = start();
-  ASSERT_TRUE(caller.await_instance(uuid));
-  sut.terminate();
-  EXPECT_EQ(sut.wait(), base::program::exit_done);
-  EXPECT_TRUE(caller.await_no_instance(uuid));
-}
-
 TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
   Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
@@ -114,15 +106,6 @@ TEST_F(ServiceProcess, UsesCyclonesVariableIfItHasNoProfile) {
                tests::binary("millrace-square-root"), "--domain", std::to_string(domain.number())});
   EXPECT_EQ(sut.wait(), base::program::exit_failed);
   EXPECT_THAT(sut.error_output(), HasSubstr("NoSuchElement"));
-}
-
-TEST_F(ServiceProcess, RefusesAWrongCommandLine) {
-  Process sut = start({"--channel", "cnc/0"});
-  EXPECT_EQ(sut.wait(), base::program::exit_usage);
-  EXPECT_THAT(sut.error_output(), HasSubstr("--channel: 'cnc/0' is not a channel"));
-  Process other = start({"--uuid", "a*"});
-  EXPECT_EQ(other.wait(), base::program::exit_usage);
-  EXPECT_THAT(other.error_output(), HasSubstr("wildcard"));
 }
 
 }  // namespace

@@ -7,11 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
-#include "base/openssl/signed_text.hpp"
-#include "fabric/participant_identity.hpp"
-#include "fabric/trust/permissions.hpp"
 #include "tests/integration/trusted_chain.hpp"
 
 namespace millrace::tests::integration {
@@ -146,53 +142,6 @@ TEST_F(Trust, OfAnotherPkiIsIgnored) {
   EXPECT_LE(lines, 2U) << said;
 }
 
-// The identity CA signs no permissions, so a participant with one of its certificates cannot
-// either.
-TEST_F(Trust, CannotBeSignedByItsSubject) {
-  namespace openssl = base::openssl;
-  const fs::path folder = fs::path(sut.plant()) / "screen";
-  const auto certificate = openssl::Certificate::read(content_of(folder / "certificate.pem"));
-  const auto key = openssl::Key::read(content_of(folder / "key.pem"));
-  ASSERT_TRUE(certificate && key);
-  using fabric::trust::Access;
-  std::ofstream(folder / "permissions.p7s")
-      << openssl::sign_text(fabric::trust::permissions_document(
-                                {{Access::write, "*", "*"}, {Access::read, "*", "*"}},
-                                certificate->subject(), certificate->from(), certificate->until()),
-                            *certificate, *key);
-  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2),
-              AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
-}
-
-// Before identities existed: the owner of such a folder is whatever program uses it.
-TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
-  const fabric::trust::Participant holder{
-      .name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}};
-  auto grants = fabric::trust::grants_of(holder, "millrace");
-  std::erase_if(grants, [](const fabric::trust::Grant& grant) {
-    return grant.topic == fabric::identity_topic_name;
-  });
-  sut.sign_permissions(holder.name, grants);
-  const auto named = AllOf(HasSubstr("permissions.p7s: was made by an earlier version of millrace"),
-                           HasSubstr("`millrace trust renew`"));
-  EXPECT_THAT(refusal("millrace-square-root", sut.as("square-root"), 2), named);
-  EXPECT_THAT(sut.ask({"doctor"}, sut.as("square-root"), 2), named);
-  sut.trust({"renew", sut.plant(), "square-root"});
-  Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
-}
-
-// Files from one PKI that do not belong together.
-TEST_F(Trust, MixedFromTwoParticipantsIsRefused) {
-  const fs::path plant = sut.plant();
-  fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
-           fs::copy_options::overwrite_existing);
-  EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen"), 2),
-              AllOf(HasSubstr("permissions.p7s: is made for CN=office"), HasSubstr("CN=screen")));
-  EXPECT_THAT(sut.ask({"services", "-i"}, sut.profile(sut.plant()), 2),
-              HasSubstr("is a PKI folder with the private keys"));
-}
-
 TEST_F(Trust, CanGrantMoreWhenItIsIssuedAgain) {
   EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
               HasSubstr("the earlier one allows what it states"));
@@ -252,13 +201,6 @@ TEST_F(Trust, EndsForARunningProcessWhenItsCertificateExpires) {
   EXPECT_THAT(service.error_output(), Not(HasSubstr("internal error")));
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr("no service is on fabric"));
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("square-root"), 2), HasSubstr("expired on"));
-}
-
-// Operators have the names in their certificates, in outcomes and logs.
-TEST_F(Trust, NamesTheIssuerOfACommandByItsCertificate) {
-  Process service = sut.square_root(sut.as("square-root"));
-  static_cast<void>(sut.ask({"drain", root_uuid}, sut.as("office")));
-  service.await_error("office \\(.* commands this instance to leave");
 }
 
 TEST_F(Trust, IsExplainedByTheDoctor) {

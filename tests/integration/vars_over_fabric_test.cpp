@@ -12,7 +12,7 @@
 #include "fabric/wire/reader.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tools/bus/operator.hpp"
 
 namespace millrace::tests::integration {
@@ -22,13 +22,9 @@ using fabric::VariableReply;
 using fabric::VariableRequest;
 using testing::AllOf;
 using testing::ContainsRegex;
-using testing::Each;
-using testing::Ge;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Le;
 using testing::Not;
-using testing::SizeIs;
 
 std::string machine(const std::string& more = {}) {
   return "machine { name: \"press\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
@@ -123,26 +119,6 @@ TEST_F(VariablesOverTheFabric, ThatCannotBeReadAreNamedWithTheReason) {
   EXPECT_THAT(errors, HasSubstr("has answered for press/3 within 500 ms"));
   vars({"read", "V.E.LIMIT", "--timeout", "500ms"}, "lathe");
   EXPECT_THAT(errors, AllOf(HasSubstr("has answered for lathe/1"), HasSubstr("millrace machines")));
-}
-
-TEST_F(VariablesOverTheFabric, AreNotWrittenByAValueThatDoesNotFit) {
-  Process cnc = start_cnc();
-  Process gateway = start_gateway();
-  for (const auto& [flags, reason] : std::vector<std::pair<Flags, std::string>>{
-           {{"V.E.TABLE[0]", "40000"}, "expected -32768 to 32767"},
-           {{"V.E.TABLE", "1", "2"}, "2 values for 3 elements"},
-           {{"V.E.ON", "yes"}, "expected TRUE or FALSE"},
-           {{"V.E.NOTE", std::string(21, 'x')}, "holds 20"},
-           {{"V.E.NOTE", "中"}, "cannot be sent to a controller"},
-           {{"V.E.COUNT", "5"}, "V.E.COUNT is not written: it is READ_ONLY"},
-           {{"V.A.ABS.X", "5"}, "V.A.ABS.X is not written: it is READ_ONLY"},
-           {{"V.E.NONE", "1"}, "V.E.NONE is not written: 0x710"}}) {
-    Flags command{"write"};
-    command.insert(command.end(), flags.begin(), flags.end());
-    vars(command);
-    EXPECT_EQ(exit_code, 1);
-    EXPECT_THAT(errors, HasSubstr(reason));
-  }
 }
 
 TEST_F(VariablesOverTheFabric, AreWrittenOnlyWhereConfiguredAndTheServiceInterfaceNever) {
@@ -285,39 +261,6 @@ TEST_F(ManyPanels, AreRefusedExcessRequestsAndServedAfterwards) {
   const auto reply = answer(panel, {.names = {"V.E.LIMIT"}});
   ASSERT_TRUE(reply);
   EXPECT_TRUE(reply->done) << reply->reason;
-}
-
-TEST_F(ManyPanels, CostTheControllerOneRequest) {
-  Process cnc = start_cnc();
-  // Equal requests within a second are read once; the channels are polled as rarely as possible.
-  Process gateway =
-      start_gateway("poll { active_ms: 1000 idle_ms: 1000 } variable_requests_per_second: 1000");
-  fabric::wire::Reader<fabric::MachineStatus> machines(participant, "millrace",
-                                                       fabric::wire::Keep::all);
-  std::vector<std::unique_ptr<Panel>> panels;
-  for (int i = 0; i < 8; ++i) {
-    panels.push_back(std::make_unique<Panel>(participant, io));
-  }
-  std::size_t answers = 0;
-  std::vector<std::uint32_t> requests;
-  const auto end = std::chrono::steady_clock::now() + patience;
-  while (requests.size() < 4 && std::chrono::steady_clock::now() < end) {
-    for (const auto& panel : panels) {
-      const auto reply = answer(*panel, {.names = {"V.E.LIMIT", "V.E.TABLE"}});
-      ASSERT_TRUE(reply && reply->done);
-      ++answers;
-    }
-    for (const auto& status : machines.take()) {
-      if (status.valid && status.value.connected && answers > panels.size()) {
-        requests.push_back(status.value.requests_per_second);
-      }
-    }
-  }
-  EXPECT_GT(answers, 200U);
-  ASSERT_THAT(requests, SizeIs(Ge(2U)));
-  // In each second one question, and the reads of two channels; at first their descriptions.
-  requests.erase(requests.begin());
-  EXPECT_THAT(requests, Each(Le(12U)));
 }
 
 TEST_F(ManyPanels, AreNotifiedWhenTheControllerDoesNotAnswer) {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "tests/simulation/exhaustive/walk.hpp"
+#include "tests/simulation/exhaustive/small_plant.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 
 namespace millrace::tests::simulation {

@@ -13,7 +13,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "tests/simulation/exhaustive/walk.hpp"
+#include "tests/simulation/exhaustive/small_plant.hpp"
 #include "tests/simulation/shrink.hpp"
 #include "tests/simulation/world.hpp"
 

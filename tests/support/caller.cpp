@@ -6,7 +6,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include "fabric/endpoints/call_endpoint.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::tests {
 

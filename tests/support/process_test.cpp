@@ -1,11 +1,16 @@
 #include "tests/support/process.hpp"
 
 #include <csignal>
+#include <memory>
+#include <set>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/domain.hpp"
 
 namespace millrace::tests {
 namespace {
@@ -51,6 +56,17 @@ TEST(Process, ShowsAllOutputWhenTheProcessEndsBeforeTheLine) {
 
 TEST(Process, RefusesAMissingProgram) {
   EXPECT_THROW(Process({"/no/such/program"}), std::system_error);
+}
+
+TEST(Domain, GivesEachHolderItsOwn) {
+  std::vector<std::unique_ptr<Domain>> sut;
+  std::set<std::uint32_t> numbers;
+  for (int i = 0; i < 5; ++i) {
+    sut.push_back(std::make_unique<Domain>());
+    numbers.insert(sut.back()->number());
+  }
+  EXPECT_EQ(numbers.size(), sut.size());
+  EXPECT_FALSE(numbers.contains(0));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 
 #include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/gateway/peers.hpp"
-#include "tests/bench/gateway/series.hpp"
 #include "tests/bench/process_use.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/bench/gateway/peers.hpp"
-#include "tests/bench/gateway/series.hpp"
+#include "tests/bench/series.hpp"
 
 namespace millrace::bench {
 

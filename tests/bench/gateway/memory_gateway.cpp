@@ -19,9 +19,9 @@
 #include "gateway/shell/wake_timer.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
-#include "tests/support/run_until.hpp"
 #include "tests/support/service_interface.hpp"
 #include "tests/support/silent_link.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::bench {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
-#include "tests/bench/gateway/series.hpp"
+#include "tests/bench/series.hpp"
 
 namespace millrace::bench {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tests/bench/gateway/raw_dds.hpp"
-#include "tests/bench/gateway/series.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/process.hpp"
 
 namespace millrace::bench {

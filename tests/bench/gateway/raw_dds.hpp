@@ -13,7 +13,7 @@
 #include <string>
 
 #include "fabric/dds/entity.hpp"
-#include "tests/bench/gateway/series.hpp"
+#include "tests/bench/series.hpp"
 
 namespace millrace::bench {
 

@@ -12,7 +12,7 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/server.hpp"
 #include "tests/bench/gateway/measurements.hpp"
-#include "tests/bench/gateway/series.hpp"
+#include "tests/bench/series.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/ads/memory_device.hpp"
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "tests/bench/event_of.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::bench {
 namespace {

@@ -61,8 +61,6 @@ class ContainerTask : public Task {
     wait();
   }
   void terminate() override { run({"docker", "kill", "--signal", "TERM", name_}); }
-  void pause() override { run({"docker", "pause", name_}); }
-  void resume() override { run({"docker", "unpause", name_}); }
   [[nodiscard]] pid_t pid() const override {
     return std::stoi(run({"docker", "inspect", "--format", "{{.State.Pid}}", name_}));
   }

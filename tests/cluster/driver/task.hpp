@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <csignal>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,9 +43,6 @@ class Task {
   virtual void kill() { process_.kill(); }
   /// Like an operator (SIGTERM).
   virtual void terminate() { process_.terminate(); }
-  /// Freezes the program until resume().
-  virtual void pause() { process_.signal(SIGSTOP); }
-  virtual void resume() { process_.signal(SIGCONT); }
 
   /// The id of the program's process, as this process sees it; the program must run.
   [[nodiscard]] virtual pid_t pid() const { return process_.pid(); }

@@ -1,15 +1,55 @@
 // I8: the resources of the programs do not grow with the number of calls.
 #include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <stdexcept>
+#include <string>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/types.h>
 
 #include "tests/bench/process_use.hpp"
-#include "tests/cluster/driver/resources.hpp"
 #include "tests/cluster/scenarios/scenario.hpp"
 
 namespace millrace::tests::cluster {
+
+// The resources of a process, from /proc.
+
+struct Resources {
+  /// Resident memory.
+  std::size_t bytes = 0;
+  std::size_t threads = 0;
+  std::size_t descriptors = 0;
+};
+
+/// Throws std::runtime_error if there is no such process.
+Resources resources_of(pid_t process);
+
+Resources resources_of(pid_t process) {
+  const std::filesystem::path proc = "/proc/" + std::to_string(process);
+  std::ifstream status(proc / "status");
+  if (!status) {
+    throw std::runtime_error("there is no process " + std::to_string(process));
+  }
+  Resources found;
+  std::string name;
+  while (status >> name) {
+    if (name == "VmRSS:") {
+      constexpr std::size_t kibibyte = 1024;
+      status >> found.bytes;
+      found.bytes *= kibibyte;
+    } else if (name == "Threads:") {
+      status >> found.threads;
+    }
+  }
+  const std::filesystem::directory_iterator descriptors(proc / "fd");
+  found.descriptors = static_cast<std::size_t>(std::distance(begin(descriptors), end(descriptors)));
+  return found;
+}
+
 namespace {
 
 constexpr std::uint32_t channels = 4;
@@ -49,4 +89,5 @@ TEST_P(ALongRun, UsesNoMoreMemoryThreadsAndDescriptorsThanAtItsBeginning) {
 INSTANTIATE_TEST_SUITE_P(Cluster, ALongRun, testing::ValuesIn(backends), name_of);
 
 }  // namespace
+
 }  // namespace millrace::tests::cluster

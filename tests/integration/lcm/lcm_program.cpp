@@ -20,22 +20,6 @@ std::int64_t drawn() {
   return static_cast<std::int64_t>(random()) << 30 | random();
 }
 
-/// Waits for a first message and removes it.
-template <typename Message>
-Message await_one(const char* what, std::mutex& lock, std::vector<Message>& from) {
-  Message one;
-  await(what, [&] {
-    const std::lock_guard held(lock);
-    if (from.empty()) {
-      return false;
-    }
-    one = from.front();
-    from.erase(from.begin());
-    return true;
-  });
-  return one;
-}
-
 }  // namespace
 
 LcmProgram::LcmProgram(std::string served, const std::string& name)
@@ -98,9 +82,6 @@ void LcmProgram::take(const std::string& channel, const std::string& bytes) {
   } else if (const auto drain = decode<drain_t>(bytes);
              drain && drain->program == number_ && channel.starts_with("MILLRACE_DRAIN.")) {
     ++drains_;
-  } else if (const auto withdrawal = decode<withdrawal_t>(bytes);
-             withdrawal && withdrawal->program == number_) {
-    withdrawals_.push_back(*withdrawal);
   }
 }
 
@@ -115,11 +96,17 @@ void LcmProgram::change(const std::function<void(presence_t&)>& change) {
 }
 
 request_t LcmProgram::await_request() {
-  return await_one("a request", lock_, requests_);
-}
-
-withdrawal_t LcmProgram::await_withdrawal() {
-  return await_one("a withdrawal", lock_, withdrawals_);
+  request_t one;
+  await("a request", [&] {
+    const std::lock_guard held(lock_);
+    if (requests_.empty()) {
+      return false;
+    }
+    one = requests_.front();
+    requests_.erase(requests_.begin());
+    return true;
+  });
+  return one;
 }
 
 reply_t LcmProgram::reply_to(const request_t& request, const std::string& text,

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/integration/lcm/lcm.hpp"
+#include "tests/integration/lcm/lcm_program.hpp"
 #include "tests/support/await.hpp"
 
 namespace millrace::tests::integration {

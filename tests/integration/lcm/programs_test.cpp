@@ -1,10 +1,12 @@
 // millrace-lcm and LCM programs: they start, answer, fall silent, are killed, leave.
 #include <fstream>
+#include <functional>
 #include <optional>
 
 #include <gmock/gmock.h>
 
-#include "tests/integration/lcm/lcm.hpp"
+#include "fabric/lcm/message.hpp"
+#include "tests/integration/lcm/lcm_program.hpp"
 #include "tests/support/await.hpp"
 
 namespace millrace::tests::integration {
@@ -51,16 +53,6 @@ TEST_F(Lcm, ServesAnNcProgramThroughAGateway) {
   cnc.await("20 calls answered");
 }
 
-TEST_F(Lcm, StopsServingAProgramThatFallsSilent) {
-  start();
-  {
-    const LcmProgram program(uuid);
-    ASSERT_TRUE(caller().await_instance(uuid));
-  }
-  EXPECT_TRUE(caller().await_no_instance(uuid));
-  sut->await_error("is gone: silent for 1000 ms; 0 of its calls go to other instances");
-}
-
 TEST_F(Lcm, DispatchesACallToAnotherProgramWhenTheFirstIsKilled) {
   start();
   Process first({MILLRACE_LCM_COUNTDOWN});
@@ -100,28 +92,6 @@ TEST_F(Lcm, ResumesACallThatItsProgramContinuedWhenTheBridgeWasKilled) {
               AllOf(HasSubstr("\"4\", state 1, attempt 2"), Not(HasSubstr("\"still 4\""))));
 }
 
-TEST_F(Lcm, NotifiesAProgramThatItsCallIsWithdrawn) {
-  start();
-  LcmProgram program(uuid);
-  const fabric::Request request = ask("text");
-  const request_t heard = program.await_request();
-  EXPECT_EQ(heard.text, "text");
-  caller().withdraw(request);
-  EXPECT_EQ(program.await_withdrawal().call.id, heard.call.id);
-  // It behaves as if it had not received the withdrawal, and gets it again.
-  EXPECT_EQ(program.await_withdrawal().call.id, heard.call.id);
-  program.answer(heard, "late");
-  sut->await_error("was answered after it was cancelled; nothing is sent");
-  EXPECT_EQ(
-      [&] {
-        const fabric::Request next = caller().request(uuid, "next");
-        caller().publish(next);
-        program.answer(program.await_request(), "on time");
-        return caller().await_reply(next).text;
-      }(),
-      "on time");
-}
-
 TEST_F(Lcm, StopsAProgramInCppWhenItsCallIsCancelled) {
   start();
   const Process program({MILLRACE_LCM_COUNTDOWN});
@@ -144,38 +114,6 @@ TEST_F(Lcm, DrainsAProgramOnAnOperatorsCommand) {
   EXPECT_EQ(drain.wait(), 0) << drain.error_output();
   EXPECT_EQ(program.wait(), 0);
   EXPECT_TRUE(caller().await_no_instance(countdown_uuid));
-}
-
-TEST_F(Lcm, UnregistersADrainingProgramWhenItHasAnsweredEverything) {
-  start();
-  LcmProgram program(uuid);
-  const fabric::Request request = ask("last");
-  const request_t heard = program.await_request();
-  program.change([](presence_t& presence) { presence.draining = 1; });
-  // A draining program gets no new calls.
-  EXPECT_TRUE(caller().await_no_instance(uuid));
-  program.answer(heard, "done");
-  EXPECT_EQ(caller().await_reply(request).text, "done");
-  sut->await_error("has answered all its calls and is not served any more");
-}
-
-TEST_F(Lcm, DistributesCallsAmongTwoProgramsOfAUuid) {
-  start();
-  LcmProgram one(uuid, "one");
-  LcmProgram other(uuid, "other");
-  Process first = call(uuid, "first");
-  Process second = call(uuid, "second");
-  // Each has one call, and not that of the other.
-  const request_t for_one = one.await_request();
-  const request_t for_other = other.await_request();
-  EXPECT_NE(for_one.call.id, for_other.call.id);
-  one.answer(for_one, "of one: " + for_one.text);
-  other.answer(for_other, "of other: " + for_other.text);
-  EXPECT_EQ(first.wait(), 0);
-  EXPECT_EQ(second.wait(), 0);
-  const std::string both = first.output() + second.output();
-  EXPECT_THAT(
-      both, AllOf(HasSubstr("of one: " + for_one.text), HasSubstr("of other: " + for_other.text)));
 }
 
 TEST_F(Lcm, RepeatsALostRequest) {
@@ -223,15 +161,69 @@ TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   EXPECT_EQ(program.drains(), 0U);
 }
 
-TEST_F(Lcm, ReportsAWrongConfiguration) {
-  std::ofstream(config) << "url: 'tcpq://localhost'";
-  Process check({binary("millrace-lcm"), "--config", config.string(), "--check"});
-  EXPECT_EQ(check.wait(), 2);
-  EXPECT_THAT(check.error_output(), HasSubstr(":1:1: url: expected udpm://ADDRESS:PORT?ttl=N"));
-  std::ofstream(config) << "mirror { }";
-  Process good({binary("millrace-lcm"), "--config", config.string(), "--check"});
-  EXPECT_EQ(good.wait(), 0);
-  EXPECT_THAT(good.output(), HasSubstr("serves any UUID that a program announces, mirrors"));
+// Valid and invalid answers of LCM programs.
+
+/// A program's reaction to a call.
+class LcmAnswer : public Lcm {
+ protected:
+  using Say = std::function<void(LcmProgram&, const request_t&)>;
+
+  /// Returns the NC program's answer for this reaction.
+  fabric::Reply answer(const Say& say) {
+    if (!sut) {
+      start();
+      program.emplace(uuid);
+    }
+    const fabric::Request request = ask("text");
+    say(*program, program->await_request());
+    const fabric::Reply reply = caller().await_reply(request);
+    caller().withdraw(request);
+    return reply;
+  }
+
+  std::optional<LcmProgram> program;
+};
+
+TEST_F(LcmAnswer, CountsOnlyFromTheProgramThatGotTheRequest) {
+  std::optional<LcmProgram> stranger;
+  const auto say = [&](LcmProgram& asked, const request_t& request) {
+    stranger.emplace(uuid, "stranger");
+    // In its own name, announced before or not, and in the name of the program that was asked.
+    stranger->answer(request, "mine");
+    stranger->send(asked.reply_to(request, "forged"));
+    sut->await_error("answers (attempt 1 of )?call " + request.call.id +
+                     ", (which was not dispatched to it|but)");
+    sut->await_error("with the number of program");
+    asked.answer(request, "the answer");
+  };
+  EXPECT_EQ(answer(say).text, "the answer");
+}
+
+TEST_F(LcmAnswer, ArrivesDuringAFloodThatIsLoggedOnce) {
+  const auto say = [&](LcmProgram& asked, const request_t& request) {
+    LcmProgram stranger(uuid, "stranger");
+    const reply_t forged = asked.reply_to(request, "forged");
+    constexpr int many = 20'000;
+    for (int i = 0; i < many; ++i) {
+      stranger.publish(stranger.reply_channel(), "nonsense");
+      stranger.send(forged);
+      stranger.publish("MILLRACE_PRESENCE", "nonsense");
+      stranger.publish("CAMERA." + std::to_string(i), std::string(1000, 'p'));
+    }
+    asked.answer(request, "the answer");
+  };
+  EXPECT_EQ(answer(say).text, "the answer");
+  const auto warned = [&](const std::string& what) {
+    const std::string log = sut->error_output();
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = log.find(what, at)) != std::string::npos; ++at) {
+      ++count;
+    }
+    return count;
+  };
+  EXPECT_EQ(warned("is not a reply: "), 1U);
+  EXPECT_EQ(warned("is not a presence message: "), 1U);
+  EXPECT_EQ(warned("with the number of program"), 1U);
 }
 
 }  // namespace

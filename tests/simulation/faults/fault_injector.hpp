@@ -60,7 +60,6 @@ class FaultInjector {
   /// Calls `undo` after a while, at the latest at the end of all faults.
   void for_a_while(std::function<void()> undo);
 
-  // faults/fault_injector_machines.cpp
   void cut_link();
   void silence_link();
   void slow_link();
@@ -68,7 +67,6 @@ class FaultInjector {
   void lose_requests();
   void reset_channel();
   void switch_controller_off();
-  // faults/fault_injector_processes.cpp
   void kill_gateway();
   void cut_gateway_power();
   void stop_gateway();
@@ -80,11 +78,9 @@ class FaultInjector {
   void step_clock();
   void reload_gateway();
   void part_gateways();
-  // faults/fault_injector_fabric.cpp
   void cut_path();
   void cut_off();
   void lose_samples();
-  // faults/fault_injector_strangers.cpp
   void stranger_speaks();
   void speak_for_another();
   void speak_again();

@@ -133,7 +133,6 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void came_up();
   void send(const RequestPointer& request);
   void refuse_unsent(std::uint16_t channel, bool is_write);
-  // ads_link_answers.cpp
   void execute(const RequestPointer& request);
   void apply(const RequestPointer& request);
   void sample(const RequestPointer& request, std::size_t next);
@@ -141,7 +140,6 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void answered(const RequestPointer& request);
   void timed_out(const RequestPointer& request);
   void fail(const Request& request, bool timeout);
-  // ads_link_notifications.cpp
   void begin_notifying(std::uint16_t channel);
   void sample_later(std::uint16_t channel);
   void take_sample(std::uint16_t channel);

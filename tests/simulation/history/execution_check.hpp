@@ -79,4 +79,11 @@ class ExecutionCheck final : public Check {
   std::vector<std::string> violations_;
 };
 
+// A call goes to one instance that is present, takes new calls and has room for it.
+
+class DispatchCheck final : public Check {
+ public:
+  std::vector<std::string> on(const Fact& fact, Time now) override;
+};
+
 }  // namespace millrace::tests::simulation

@@ -5,11 +5,9 @@
 #include <fmt/format.h>
 
 #include "tests/simulation/history/answer_check.hpp"
-#include "tests/simulation/history/dispatch_check.hpp"
 #include "tests/simulation/history/execution_check.hpp"
 #include "tests/simulation/history/outcome_check.hpp"
 #include "tests/simulation/history/queue_check.hpp"
-#include "tests/simulation/history/reply_check.hpp"
 
 namespace millrace::tests::simulation {
 

@@ -14,7 +14,7 @@ namespace {
 
 /// The program's messages: before each call, and with each answer.
 constexpr std::string_view next_call = "next";
-constexpr std::string_view answer = "answer ";
+constexpr std::string_view answer_word = "answer ";
 
 /// As in a slow or busy channel.
 constexpr std::size_t most_operations = 6;
@@ -183,7 +183,7 @@ void InterpretedProgram::on_message(const std::string& text) {
     return;
   }
   std::uint32_t state = 0;
-  const char* const begin = text.data() + answer.size();
+  const char* const begin = text.data() + answer_word.size();
   const auto [rest, error] = std::from_chars(begin, text.data() + text.size(), state);
   ++answered_;
   history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,

@@ -90,7 +90,6 @@ class ServiceProcess final : public Member, private InstanceListener {
   };
   using RunPointer = std::shared_ptr<Run>;
   void say(fabric::Reply reply);
-  // service_handlers.cpp
   void handle(const RunPointer& run);
   void say_meanwhile(const RunPointer& run, const services::sdk::Response& response);
   void finish(const RunPointer& run);

@@ -12,7 +12,6 @@
 namespace millrace::cnc::ads {
 namespace {
 
-using testing::SizeIs;
 using namespace std::chrono_literals;
 
 const Bytes eight_bytes{1, 2, 3, 4, 5, 6, 7, 8};
@@ -59,15 +58,6 @@ TEST_F(ClientRequest, SendsTheRequestedRead) {
   expect_success();
 }
 
-TEST_F(ClientRequest, AnswersAStateRequestOfTheController) {
-  begin();
-  send(*peer, encode_packet(foreign_request(10000, 1), {}));
-  const auto answer = header_of(*receive(*peer));
-  EXPECT_TRUE(answer.is_response());
-  EXPECT_EQ(answer.error, ErrorCode::none);
-  expect_success();
-}
-
 TEST_F(ClientRequest, DoesNotMistakeARequestWithThePendingIdForItsAnswer) {
   begin();
   send(*peer,
@@ -83,61 +73,11 @@ TEST_F(ClientRequest, IgnoresARouterNote) {
   EXPECT_EQ(sut->counters().foreign, 1U);
 }
 
-TEST_F(ClientRequest, DropsAndCountsAResponseWithAStaleId) {
-  begin();
-  auto stale = response_header(header_of(request));
-  stale.invoke_id -= 1000;
-  send(*peer, encode_packet(stale, encode_data(Bytes(8))));
-  expect_success();
-  EXPECT_EQ(sut->counters().late, 1U);
-}
-
-TEST_F(ClientRequest, DropsItsOwnFrameSentBack) {
-  begin();
-  send(*peer, request);
-  expect_success();
-  EXPECT_EQ(sut->counters().foreign, 1U);
-}
-
-TEST_F(ClientRequest, ReportsTheErrorOfARouter) {
-  begin();
-  send(*peer, response_to(request, {}, ErrorCode::target_port_not_found));
-  EXPECT_EQ(error(), ErrorCode::target_port_not_found);
-  EXPECT_TRUE(sut->up());
-}
-
-TEST_F(ClientRequest, ShowsAShortRead) {
-  begin();
-  send(*peer, response_to(request, encode_data(Bytes{1, 2, 3, 4})));
-  EXPECT_THAT(*finish(read), SizeIs(4));
-}
-
 TEST_F(ClientRequest, RefusesMoreDataThanRequested) {
   begin();
   send(*peer, response_to(request, encode_data(Bytes(16))));
   EXPECT_EQ(error(), ErrorCode::protocol_error);
   EXPECT_TRUE(sut->up());
-}
-
-TEST_F(ClientRequest, UnderstandsAnErrorOf4Bytes) {
-  begin();
-  send(*peer, response_to(request, encode_result(tl::make_unexpected(ErrorCode::invalid_group))));
-  EXPECT_EQ(error(), ErrorCode::invalid_group);
-}
-
-TEST_F(ClientRequest, RefusesALengthWithoutItsData) {
-  begin();
-  ByteWriter lie;
-  send(*peer, response_to(request, lie.u32(0).u32(240).take()));
-  EXPECT_EQ(error(), ErrorCode::protocol_error);
-}
-
-TEST_F(ClientRequest, UnderstandsAnAnswerThatComesByteByByte) {
-  begin();
-  for (const auto byte : response_to(request, encode_data(eight_bytes))) {
-    send(*peer, {byte});
-  }
-  EXPECT_EQ(*finish(read), eight_bytes);
 }
 
 TEST_F(ClientRequest, UnderstandsAHundredAnswersInOneSegmentOutOfOrder) {

@@ -164,13 +164,6 @@ TEST(Exchange, AnswersOtherRequestsWithError6) {
   EXPECT_EQ(headers_in(sut.take_output()).at(0).error, ErrorCode::target_port_not_found);
 }
 
-TEST(Exchange, ARequestWithThePendingIdDoesNotDisturb) {
-  auto sut = make();
-  const auto id = sut.begin(552, Command::read_state, {});
-  EXPECT_FALSE(sut.receive({request_to_us(Command::read_state, id), {}}));
-  EXPECT_TRUE(sut.receive({response(id, Command::read_state), encode_state(DeviceState{5, 0})}));
-}
-
 TEST(Exchange, DropsMirroredFramesNotificationsAndFramesForOthers) {
   auto sut = make();
   const Header mirrored{controller, us, Command::read, flags::ads_command, ErrorCode::none, 100};

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "cnc/ads/address.hpp"
+#include "cnc/ads/error.hpp"
 #include "tests/support/hex_vectors.hpp"
 
 namespace millrace::cnc::ads {
@@ -189,6 +191,58 @@ TEST(Packet, WithLengthsThatDisagreeIsRefused) {
 TEST(Packet, CutShortIsRefused) {
   const auto bytes = frame_vector("read_request");
   EXPECT_FALSE(decode_packet(BytesView(bytes).subspan(frame_header_size, 31)));
+}
+
+TEST(NetId, IsSixNumbersWithDots) {
+  const auto sut = NetId::parse("5.62.130.0.1.255");
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->bytes, (std::array<std::uint8_t, 6>{5, 62, 130, 0, 1, 255}));
+  EXPECT_EQ(sut->to_string(), "5.62.130.0.1.255");
+}
+
+TEST(NetId, IsNothingElse) {
+  for (const auto* text :
+       {"", "1.2.3.4.5", "1.2.3.4.5.6.7", "1.2.3.4.5.256", "1.2.3.4.5.", "1.2.3.4.5.x",
+        " 1.2.3.4.5.6", "1.2.3.4.5.6 ", "1..3.4.5.6", "1.2.3.4.5.-6", "host"}) {
+    EXPECT_FALSE(NetId::parse(text)) << text;
+  }
+}
+
+TEST(AmsAddress, IsWrittenAsNetIdAndPort) {
+  EXPECT_EQ((Address{*NetId::parse("127.0.0.1.1.1"), 552}).to_string(), "127.0.0.1.1.1:552");
+}
+
+TEST(AdsError, HasItsNumberAndItsText) {
+  EXPECT_EQ(describe(ErrorCode::symbol_not_found), "0x710 symbol not found");
+  EXPECT_EQ(describe(ErrorCode{0x274D}), "0x274d TCP: connection refused");
+}
+
+TEST(AdsError, WithoutATextHasItsNumber) {
+  EXPECT_EQ(describe(ErrorCode{0x7FF}), "ADS error 0x7ff");
+  EXPECT_EQ(describe(ErrorCode{0xFFFE0000}), "ADS error 0xfffe0000");
+}
+
+TEST(AdsError, OfOurOwnHasItsTextOnly) {
+  EXPECT_EQ(describe(ErrorCode::link_down), "not connected to the controller");
+}
+
+TEST(AdsError, OfOurOwnCannotComeFromTheWire) {
+  EXPECT_EQ(from_wire(0xFFFF0001), ErrorCode::protocol_error);
+  EXPECT_EQ(from_wire(0x745), ErrorCode::timeout);
+}
+
+TEST(AdsError, LeavesTheOutcomeOfAWriteUnknownUnlessTheControllerRefusedIt) {
+  for (const auto code : {ErrorCode::timeout, ErrorCode::link_lost, ErrorCode::cancelled,
+                          ErrorCode::device_timeout, ErrorCode::protocol_error}) {
+    EXPECT_TRUE(leaves_outcome_unknown(code)) << describe(code);
+    EXPECT_FALSE(is_refusal(code)) << describe(code);
+  }
+  for (const auto code : {ErrorCode::invalid_size, ErrorCode::symbol_not_found}) {
+    EXPECT_FALSE(leaves_outcome_unknown(code)) << describe(code);
+    EXPECT_TRUE(is_refusal(code)) << describe(code);
+  }
+  EXPECT_FALSE(leaves_outcome_unknown(ErrorCode::link_down)) << "nothing was sent";
+  EXPECT_FALSE(leaves_outcome_unknown(ErrorCode::busy));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <malloc.h>
 
 #include "cnc/ads/client.hpp"
+#include "cnc/ads/faults.hpp"
 #include "cnc/ads/server.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/ads/memory_device.hpp"
@@ -14,11 +15,14 @@
 namespace millrace::cnc::ads {
 namespace {
 
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
 namespace asio = boost::asio;
 using testing::HasSubstr;
 using tests::run_until;
 using tests::wait_for;
-using namespace std::chrono_literals;
 
 class ServerFaults : public testing::Test {
  protected:
@@ -56,41 +60,6 @@ TEST_F(ServerFaults, AnswersInSingleBytes) {
   connect();
   sut->set_faults({.segment = 1});
   EXPECT_EQ(*read(), (Bytes{1, 2, 3, 4}));
-}
-
-TEST_F(ServerFaults, AnswersLate) {
-  start();
-  connect();
-  sut->set_faults({.delay = 30ms});
-  const auto before = std::chrono::steady_clock::now();
-  EXPECT_EQ(*read(), (Bytes{1, 2, 3, 4}));
-  EXPECT_GE(std::chrono::steady_clock::now() - before, 30ms);
-}
-
-TEST_F(ServerFaults, AnswersOutOfOrder) {
-  start();
-  connect();
-  sut->set_faults({.delay = 5ms, .out_of_order = true});
-  std::vector<std::string> order;
-  for (const auto* name : {"first", "second"}) {
-    asio::co_spawn(io, client->read(552, {1, 1}, 4), [&order, name](std::exception_ptr, Data data) {
-      EXPECT_TRUE(data);
-      order.emplace_back(name);
-    });
-  }
-  EXPECT_TRUE(run_until(io, [&] { return order.size() == 2; }));
-  EXPECT_THAT(order, testing::ElementsAre("second", "first"));
-}
-
-TEST_F(ServerFaults, DropsAnswersUntilTheClientGivesUp) {
-  client_options.timeout = 20ms;
-  client_options.silent_timeouts = 2;
-  start();
-  connect();
-  sut->set_faults({.drop_every = 1});
-  EXPECT_EQ(read().error(), ErrorCode::timeout);
-  EXPECT_EQ(read().error(), ErrorCode::timeout);
-  EXPECT_FALSE(client->up());
 }
 
 TEST_F(ServerFaults, RefusesConnections) {
@@ -151,6 +120,37 @@ TEST_F(ServerFaults, AThousandConnectionsLeaveNothingBehind) {
   connect_and_leave(1000);
   EXPECT_EQ(open_files(), files);
   EXPECT_LT(mallinfo2().uordblks, memory + 10'000) << "that would be 10 bytes for each connection";
+}
+
+constexpr FaultyLine::Time start(1h);
+
+TEST(FaultyLine, DelaysEachAnswer) {
+  FaultyLine sut;
+  sut.push({1}, {.delay = 10ms}, start);
+  sut.push({2}, {.delay = 10ms}, start + 1ms);
+  EXPECT_EQ(sut.size(), 2U);
+  EXPECT_EQ(sut.next_due(), start + 10ms);
+  EXPECT_THAT(sut.take(start + 9ms), IsEmpty());
+  EXPECT_THAT(sut.take(start + 10ms), ElementsAre(1));
+  EXPECT_THAT(sut.take(start + 11ms), ElementsAre(2));
+  EXPECT_EQ(sut.next_due(), std::nullopt);
+  EXPECT_EQ(sut.size(), 0U);
+}
+
+TEST(FaultyLine, DropsEveryNthAnswer) {
+  FaultyLine sut;
+  for (std::uint8_t i = 1; i <= 6; ++i) {
+    sut.push({i}, {.drop_every = 3}, start);
+  }
+  EXPECT_THAT(sut.take(start), ElementsAre(1, 2, 4, 5));
+}
+
+TEST(FaultyLine, ReordersAnswers) {
+  FaultyLine sut;
+  for (std::uint8_t i = 1; i <= 4; ++i) {
+    sut.push({i}, {.delay = 10ms, .out_of_order = true}, start);
+  }
+  EXPECT_THAT(sut.take(start + 20ms), ElementsAre(2, 4, 1, 3));
 }
 
 }  // namespace

@@ -31,27 +31,22 @@ class ServerTest : public testing::Test {
   RawPeer connect() { return wait_for(io, RawPeer::connect(sut->tcp_port())); }
   void send(RawPeer& peer, Bytes bytes) { wait_for(io, peer.send(std::move(bytes))); }
   std::optional<Bytes> receive(RawPeer& peer) { return wait_for(io, peer.receive()); }
+  /// A peer that requests a megabyte that often and reads nothing.
+  RawPeer connect_and_read_nothing(int requests) {
+    device.values[{0x122301, 0x48}] = Bytes(1'000'000);
+    auto greedy = connect();
+    auto request = vector("read_request");
+    request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
+    for (int i = 0; i < requests; ++i) {
+      send(greedy, request);
+    }
+    return greedy;
+  }
 
   asio::io_context io;
   MemoryDevice device;
   std::optional<Server> sut;
 };
-
-TEST_F(ServerTest, AnswersARequest) {
-  start();
-  auto peer = connect();
-  send(peer, vector("read_request"));
-  EXPECT_EQ(receive(peer), vector("read_response"));
-}
-
-TEST_F(ServerTest, AnswersARequestThatComesByteByByte) {
-  start();
-  auto peer = connect();
-  for (const auto byte : vector("read_request")) {
-    send(peer, {byte});
-  }
-  EXPECT_EQ(receive(peer), vector("read_response"));
-}
 
 TEST_F(ServerTest, ExecutesEachOfAHundredRequestsInOneSegmentOnce) {
   start();
@@ -81,29 +76,12 @@ TEST_F(ServerTest, ClosesOnlyTheConnectionThatBreaksTheProtocol) {
   EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
 }
 
-TEST_F(ServerTest, AnswersRouterFramesBetweenRequests) {
-  start();
-  auto peer = connect();
-  send(peer, vector("port_connect"));
-  EXPECT_EQ(receive(peer)->size(), 14U);
-  send(peer, encode_frame(FrameKind::router_note, Bytes(4)));
-  send(peer, vector("read_request"));
-  EXPECT_EQ(receive(peer), vector("read_response"));
-}
-
 // Requests ten times what a socket and the server may buffer, and reads none of it.
 TEST_F(ServerTest, DoesNotReadFromAPeerThatReadsNothing) {
   ServerOptions options;
   options.max_output = 10'000;
   start(options);
-  constexpr std::size_t value_size = 1'000'000;
-  device.values[{0x122301, 0x48}] = Bytes(value_size);
-  auto greedy = connect();
-  auto request = vector("read_request");
-  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
-  for (int i = 0; i < 200; ++i) {
-    send(greedy, request);
-  }
+  const auto greedy = connect_and_read_nothing(200);
   auto other = connect();
   send(other, vector("read_request"));
   EXPECT_EQ(receive(other)->size(), 50U);
@@ -121,14 +99,6 @@ TEST_F(ServerTest, ContinuesWhenAPeerReadsAgain) {
   for (int i = 0; i < 1000; ++i) {
     ASSERT_EQ(receive(peer), vector("read_response"));
   }
-}
-
-TEST_F(ServerTest, ForgetsAConnectionThatItsPeerCloses) {
-  start();
-  auto peer = connect();
-  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
-  peer.close();
-  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
 }
 
 TEST_F(ServerTest, RefusesOneConnectionTooManyAndDisturbsNoOther) {
@@ -213,14 +183,7 @@ TEST_F(ServerTest, ClosesAConnectionWhosePeerReadsNothingForTheIdleTime) {
   ServerOptions options;
   options.idle_time = std::chrono::milliseconds(100);
   start(options);
-  constexpr std::size_t value_size = 1'000'000;
-  device.values[{0x122301, 0x48}] = Bytes(value_size);
-  auto greedy = connect();
-  auto request = vector("read_request");
-  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
-  for (int i = 0; i < 20; ++i) {
-    send(greedy, request);
-  }
+  const auto greedy = connect_and_read_nothing(20);
   ASSERT_TRUE(run_until(io, [&] { return device.calls > 1; }));
   EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
 }
@@ -250,14 +213,7 @@ TEST_F(ServerTest, IsDrainedAtOnceWithoutConnections) {
 
 TEST_F(ServerTest, WaitsNoLongerThanTheLimitForAPeerThatReadsNothing) {
   start();
-  constexpr std::size_t value_size = 1'000'000;
-  device.values[{0x122301, 0x48}] = Bytes(value_size);
-  auto greedy = connect();
-  auto request = vector("read_request");
-  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
-  for (int i = 0; i < 20; ++i) {
-    send(greedy, request);
-  }
+  const auto greedy = connect_and_read_nothing(20);
   ASSERT_TRUE(run_until(io, [&] { return device.calls > 1; }));
   std::optional<bool> drained;
   sut->drain(std::chrono::milliseconds(20), [&](bool all) { drained = all; });

@@ -13,7 +13,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-using testing::Not;
 
 constexpr Time from{1'700'000'000s};
 constexpr Time until = from + 24h;

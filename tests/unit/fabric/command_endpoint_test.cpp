@@ -4,7 +4,7 @@
 
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
 namespace millrace::fabric {

@@ -5,13 +5,12 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/codec.hpp"
 #include "tests/support/domain.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::fabric {
 namespace {
 
 using testing::HasSubstr;
-using testing::IsEmpty;
 using wire::Codec;
 
 Time at(int seconds) {

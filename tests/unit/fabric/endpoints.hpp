@@ -13,7 +13,7 @@
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -64,6 +64,20 @@ class Endpoints : public testing::Test {
   bool until(const std::function<bool()>& done) { return tests::run_until(context, done); }
   bool until_ready(const InstanceIdentity& who) {
     return until([&] { return gateway.ready.contains(who.id); });
+  }
+  /// A service that the gateway knows.
+  std::unique_ptr<Instance> start_known(const std::string& uuid = square_root) {
+    auto service = start(identity(uuid));
+    EXPECT_TRUE(until_ready(service->end.identity()));
+    return service;
+  }
+  /// A request that the service has received.
+  Request deliver(endpoints::CallEndpoint& sut, const Instance& service, std::uint64_t number) {
+    const std::size_t before = service.heard.requests.size();
+    Request sent = request(number, service.end.identity());
+    EXPECT_TRUE(sut.publish(sent));
+    EXPECT_TRUE(until([&] { return service.heard.requests.size() > before; }));
+    return sent;
   }
   /// The two directions are independent; this sample arrives after all that was sent before.
   bool until_heard(endpoints::CallEndpoint& sut, Instance& instance, std::uint64_t number) {

@@ -21,8 +21,7 @@ class SilentEndpoints : public Endpoints {
 
 TEST_F(Endpoints, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
   auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
   ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
   sut.reset();
@@ -45,8 +44,7 @@ Request of_epoch(std::uint64_t epoch, Request request) {
 // its call withdrew that of the other.
 TEST_F(Endpoints, WithdrawNoCallOfAnotherGateway) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   dds::Participant elsewhere(processes.here());
   RecordingGateway other_gateway;
   endpoints::CallEndpoint other(elsewhere, context.get_executor(), other_gateway);
@@ -104,11 +102,8 @@ TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
 
 TEST_F(Endpoints, NotifyAServiceThatAGatewayIsGone) {
   auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  const auto service = start_known();
+  const Request sent = deliver(*sut, *service, 1);
   sut.reset();
   ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
   EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
@@ -117,11 +112,8 @@ TEST_F(Endpoints, NotifyAServiceThatAGatewayIsGone) {
 
 TEST_F(SilentEndpoints, NotifyAServiceThatAGatewayFellSilentAndRequestsAgain) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  const auto service = start_known();
+  const Request sent = deliver(*sut, *service, 1);
   ASSERT_EQ(dds_domain_set_deafmute(here.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
   ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
   EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));

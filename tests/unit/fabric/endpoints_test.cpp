@@ -21,13 +21,10 @@ constexpr endpoints::Receiving directly = endpoints::Receiving::directly;
 
 TEST_F(Endpoints, CarryACallAndItsAnswer) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   EXPECT_EQ(gateway.ready.begin()->second, service->end.identity());
 
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  const Request sent = deliver(*sut, *service, 1);
   const Request& heard = service->heard.requests.front();
   EXPECT_EQ(heard.call, sent.call);
   EXPECT_EQ(heard.text, "4");
@@ -43,8 +40,7 @@ TEST_F(Endpoints, CarryCallsThatAreDispatchedTogether) {
   // More than fit into a datagram.
   constexpr std::uint16_t calls = 200;
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   for (std::uint16_t channel = 1; channel <= calls; ++channel) {
     const ChannelKey key{.machine = "cnc", .channel = channel};
     ASSERT_TRUE(sut->publish(request(channel, service->end.identity(), key)));
@@ -150,11 +146,8 @@ TEST_F(Endpoints, KeepTwoServicesApart) {
 
 TEST_F(Endpoints, NotifyARunningServiceOfAWithdrawal) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  const auto service = start_known();
+  const Request sent = deliver(*sut, *service, 1);
 
   sut->withdraw(key_of(sent));
   ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
@@ -207,11 +200,8 @@ TEST_F(AStrangerBesideEndpoints, WithdrawsNoRequestThatItsInstanceHasNotReadYet)
 
 TEST_F(AStrangerBesideEndpoints, WithdrawsARequestInItsOwnNameOnly) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  const auto service = start_known();
+  const Request sent = deliver(*sut, *service, 1);
   dispose(sent);
   ASSERT_TRUE(stranger->write(withdrawal_of(key_of(sent))));
   ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
@@ -220,11 +210,8 @@ TEST_F(AStrangerBesideEndpoints, WithdrawsARequestInItsOwnNameOnly) {
 
 TEST_F(AStrangerBesideEndpoints, HidesNoWithdrawal) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  const auto service = start_known();
+  const Request sent = deliver(*sut, *service, 1);
   dispose(sent);
   sut->withdraw(key_of(sent));
   EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
@@ -315,8 +302,7 @@ TEST_F(Endpoints, LetAServiceThatReceivesDirectlyLeaveWhileRequestsArrive) {
 
 TEST_F(Endpoints, LetAChannelCallAgainAfterAWithdrawal) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   for (std::uint64_t number = 1; number <= 20; ++number) {
     const Request sent = request(number, service->end.identity());
     ASSERT_TRUE(sut->publish(sent));
@@ -370,8 +356,7 @@ TEST_F(Endpoints, ReportThatAnInstanceLeft) {
 
 TEST_F(Endpoints, RefuseWhatDoesNotFit) {
   const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto service = start_known();
   Request long_text = request(1, service->end.identity());
   long_text.text.assign(max_text + 1, 'x');
   EXPECT_EQ(sut->publish(long_text).error(), "the text has 128 bytes, at most 127 fit");

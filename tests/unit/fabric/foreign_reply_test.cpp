@@ -12,8 +12,8 @@
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "idl/millrace.h"
-#include "tests/support/run_until.hpp"
 #include "tests/support/unchecked_reply_writer.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 

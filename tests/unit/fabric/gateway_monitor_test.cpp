@@ -9,7 +9,7 @@
 
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/wire/writer.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 

@@ -10,7 +10,7 @@
 #include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/reply_endpoint.hpp"
 #include "fabric/registry/heartbeats.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -20,7 +20,6 @@ namespace {
 using registry::Heartbeats;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::Field;
 using testing::IsEmpty;
 using testing::SizeIs;
 using tests::run_until;

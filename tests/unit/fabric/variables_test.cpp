@@ -10,7 +10,7 @@
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
 namespace millrace::fabric {

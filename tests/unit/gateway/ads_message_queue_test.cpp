@@ -16,7 +16,6 @@
 #include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 #include "cnc/variables/value.hpp"
-#include "tests/support/run_until.hpp"
 #include "tests/support/wait_for.hpp"
 
 namespace millrace::gateway {

@@ -18,10 +18,7 @@ using namespace std::chrono_literals;
 class ChannelAnswer : public testing::Test {
  protected:
   channel::Channel& sut() { return *fixture.sut; }
-  void reply(const fabric::Reply& reply) {
-    sut().on_reply(reply, fixture.now);
-    fixture.settle();
-  }
+  void reply(const fabric::Reply& reply) { fixture.receive(reply); }
   ChannelFixture fixture;
 };
 
@@ -104,10 +101,8 @@ TEST_F(ChannelAnswer, WithdrawsNothingFromTheInstanceItCameFrom) {
 TEST_F(ChannelAnswer, OfOneInstanceWithdrawsTheAttemptOfTheOther) {
   fixture.dispatched_call();
   const fabric::Reply first = fixture.reply("1.414", 1);
-  sut().suspend({{}, "the instance is lost"}, false, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(2, 2), fixture.now);
-  fixture.settle();
+  fixture.suspend("the instance is lost", false);
+  fixture.assign(2, 2);
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1))) << "it does not know the other's call";
   reply(first);
   EXPECT_EQ(sut().status().answered, 1U);
@@ -117,8 +112,7 @@ TEST_F(ChannelAnswer, OfOneInstanceWithdrawsTheAttemptOfTheOther) {
 
 TEST_F(ChannelAnswer, OfAnOperatorWithdrawsTheAttemptOfTheInstance) {
   fixture.dispatched_call();
-  sut().answer_locally({response("by hand", 7), "an operator"}, fixture.now);
-  fixture.settle();
+  fixture.answer("by hand", 7, "an operator");
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(fixture.withdrawn, ElementsAre(instance(1)));
 }
@@ -168,18 +162,15 @@ TEST_F(ChannelAnswer, ReadsAgainWhenTheJournalTookLong) {
   // Between the polls that continue, the program gives up and sends another request.
   fixture.now.steady += 50ms;
   fixture.call("3", 2);
-  sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
-  fixture.settle();
+  fixture.confirm();
   EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=1.414"));
   EXPECT_EQ(fixture.channel.values().request_state, 2U);
 }
 
 TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
   fixture.dispatched_call();
-  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(2, 2), fixture.now);
-  fixture.settle();
+  fixture.suspend("instance 1 is lost", false);
+  fixture.assign(2, 2);
   reply(fixture.reply("first", 1, 1));
   reply(fixture.reply("second", 1, 2));
   EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=first", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
@@ -187,10 +178,7 @@ TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
 }
 
 TEST_F(ChannelAnswer, OfABlockedCallIsWrittenWhenItsInstanceReturnsWithIt) {
-  fixture.delivery = fabric::Delivery::at_most_once;
-  fixture.dispatched_call();
-  sut().suspend({{}, "lost"}, true, fixture.now);
-  fixture.settle();
+  fixture.blocked_call();
   reply(fixture.reply("1.414", 1));
   EXPECT_EQ(fixture.channel.values().response_state, 1U);
 }
@@ -220,10 +208,8 @@ TEST_F(ChannelAnswer, OfAnInstanceWithoutTheCallIsRarelyLogged) {
 
 TEST_F(ChannelAnswer, ThatIsLateIsReportedOnceForEachInstance) {
   fixture.dispatched_call();
-  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(2, 2), fixture.now);
-  fixture.settle();
+  fixture.suspend("instance 1 is lost", false);
+  fixture.assign(2, 2);
   reply(fixture.reply("second", 1, 2));
   for (int i = 0; i < 3; ++i) {
     reply(fixture.reply("first", 1, 1));
@@ -261,10 +247,8 @@ TEST_F(ChannelAnswer, ThatDeclinesTheCallIsTheCauseThatItWaits) {
 // begun it.
 TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
   fixture.dispatched_call();
-  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(1, 2), fixture.now);
-  fixture.settle();
+  fixture.suspend("instance 1 is lost", false);
+  fixture.assign(1, 2);
   auto declined = fixture.reply("no room", 0);
   declined.kind = fabric::ReplyKind::declined;
   declined.attempt = 1;
@@ -296,8 +280,7 @@ TEST_F(ChannelAnswer, ToACallThatIsOverIsNotWrittenToTheNextOneOfTheSameInstance
   const fabric::Reply late = fixture.reply("1.414", 1);
   fixture.call("3", 2);
   fixture.wait(20ms);
-  sut().assign(fixture.assignment(), fixture.now);
-  fixture.settle();
+  fixture.assign();
   reply(late);
   EXPECT_THAT(fixture.writes, IsEmpty());
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
@@ -403,10 +386,8 @@ TEST_F(ChannelAnswer, IsNotGivenToTheSameRequestMadeAgainAfterAnInterimState) {
 
 TEST_F(ChannelAnswer, IsNotPrecededByInterimStatesOfAnInstanceThatHasLostTheCall) {
   fixture.dispatched_call();
-  sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(2, 2), fixture.now);
-  fixture.settle();
+  fixture.suspend("instance 1 is lost", false);
+  fixture.assign(2, 2);
   reply(fixture.interim("half way", 5, 1));
   EXPECT_THAT(fixture.writes, IsEmpty());
   reply(fixture.interim("begun", 4, 2));
@@ -443,8 +424,7 @@ TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
 TEST_F(ChannelAnswer, OfTheGatewayItselfToAProgramThatWaitsForTheTextEndsWithTheText) {
   fixture.completion_signal = fabric::CompletionSignal::response;
   fixture.dispatched_call();
-  sut().answer_locally({response("by hand", 7), "an operator"}, fixture.now);
-  fixture.settle();
+  fixture.answer("by hand", 7, "an operator");
   EXPECT_THAT(fixture.writes,
               ElementsAre("REQUEST_STATE=0", "RESPONSE_STATE=7", "RESPONSE=by hand"));
 }
@@ -482,18 +462,15 @@ TEST_F(ChannelAnswer, IgnoresAnInterimStateOf0) {
 TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerRestartedInBetween) {
   fixture.dispatched_call();
   fixture.before_action = [&] { fixture.journal_works = fixture.writes.empty(); };
-  fixture.sut->on_reply(fixture.reply("1.414", 1), fixture.now);
-  fixture.settle();
+  fixture.receive(fixture.reply("1.414", 1));
   ASSERT_EQ(fixture.writes, std::vector<std::string>{"RESPONSE=1.414"});
   ASSERT_THAT(fixture.unconfirmed, testing::SizeIs(1)) << "the clearing cannot be journalled";
   fixture.before_action = [] {};
   fixture.journal_works = true;
-  fixture.sut->on_link_down("the controller is off", fixture.now);
-  fixture.settle();
+  fixture.link_down("the controller is off");
   fixture.channel.reset();
   fixture.call();
-  fixture.sut->on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
-  fixture.settle();
+  fixture.confirm();
   fixture.link_up();
   fixture.wait(std::chrono::milliseconds(20));
   EXPECT_EQ(fixture.channel.values().response_state, 1U);

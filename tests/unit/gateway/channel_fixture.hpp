@@ -133,7 +133,44 @@ class ChannelFixture final : public Outputs {
     link_up();
     call();
     wait(std::chrono::milliseconds(20));
-    sut->assign(assignment(), now);
+    assign();
+  }
+
+  // Events of the channel, each with everything that follows at once.
+
+  void assign(std::uint8_t number = 1, std::uint32_t attempt = 1) {
+    sut->assign(assignment(number, attempt), now);
+    settle();
+  }
+  void receive(const fabric::Reply& reply) {
+    sut->on_reply(reply, now);
+    settle();
+  }
+  void suspend(const std::string& reason, bool blocked) {
+    sut->suspend({{}, reason}, blocked, now);
+    settle();
+  }
+  /// The instance of an at-most-once call is lost.
+  void blocked_call() {
+    delivery = fabric::Delivery::at_most_once;
+    dispatched_call();
+    suspend("lost", true);
+  }
+  void answer(const std::string& text, std::uint32_t state, const std::string& by) {
+    sut->answer_locally({response(text, state), by}, now);
+    settle();
+  }
+  void retry(const std::string& by) {
+    sut->retry(by, now);
+    settle();
+  }
+  /// The journal has the first of the unconfirmed entries.
+  void confirm() {
+    sut->on_recorded(unconfirmed.front().ticket.number, now);
+    settle();
+  }
+  void link_down(const std::string& reason) {
+    sut->on_link_down(reason, now);
     settle();
   }
 

@@ -8,7 +8,6 @@ namespace millrace::gateway {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using enum fabric::EventKind;
 using namespace std::chrono_literals;
@@ -108,8 +107,7 @@ TEST_F(ChannelRequest, OfAChannelThatWasIdleBeforeItsLinkBrokeIsReadBeforeItIsRe
   fixture.link_up();
   fixture.wait(20ms);
   ASSERT_EQ(sut().status().state, fabric::ChannelState::idle);
-  sut().on_link_down("cable", fixture.now);
-  fixture.settle();
+  fixture.link_down("cable");
   static_cast<void>(sut().on_link_up(fixture.now));
   EXPECT_NE(sut().status().state, fabric::ChannelState::idle);
 }
@@ -126,17 +124,6 @@ TEST_F(ChannelRequest, OfAForeignUuidIsForgottenWhenItGoes) {
   fixture.call();
   fixture.wait(20ms);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(unserved, unserved));
-}
-
-TEST_F(ChannelRequest, ThatWasLeftIsAcceptedWhenAnInstanceAppears) {
-  fixture.served = false;
-  fixture.link_up();
-  fixture.call();
-  fixture.wait(20ms);
-  fixture.served = true;
-  sut().offer_again(fixture.now);
-  fixture.settle();
-  EXPECT_NE(sut().call(), nullptr);
 }
 
 TEST_F(ChannelRequest, ThatIsLeftAgainForTheSameReasonIsNotReportedAgain) {
@@ -177,8 +164,7 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
   fixture.dispatched_call();
   EXPECT_THAT(fixture.published, IsEmpty());
   ASSERT_EQ(fixture.unconfirmed.size(), 1U);
-  sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
-  fixture.settle();
+  fixture.confirm();
   ASSERT_EQ(fixture.published.size(), 1U);
   EXPECT_EQ(fixture.published.front().assigned, instance(1));
   EXPECT_EQ(fixture.published.front().attempt, 1U);
@@ -193,8 +179,7 @@ TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttem
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().cause, fabric::Cause::instance_lost);
   EXPECT_EQ(sut().status().reason, "instance 1 is lost");
-  sut().assign(fixture.assignment(2, 2), fixture.now);
-  fixture.settle();
+  fixture.assign(2, 2);
   ASSERT_EQ(fixture.published.size(), 2U);
   EXPECT_EQ(fixture.published[1].call, fixture.published[0].call);
   EXPECT_EQ(fixture.published[1].attempt, 2U);
@@ -205,8 +190,7 @@ TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttem
 
 TEST_F(ChannelRequest, IsPublishedAgainUnchangedToAnInstanceThatCameBack) {
   fixture.dispatched_call();
-  sut().assign(fixture.assignment(1, 1), fixture.now);
-  fixture.settle();
+  fixture.assign(1, 1);
   ASSERT_EQ(fixture.published.size(), 2U);
   EXPECT_EQ(fixture.published[1].attempt, 1U);
   EXPECT_EQ(sut().status().repeated, 0U);
@@ -216,18 +200,15 @@ TEST_F(ChannelRequest, IsPublishedAgainUnchangedToAnInstanceThatCameBack) {
 TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
   fixture.journal_works = false;
   fixture.dispatched_call();
-  sut().suspend({{}, "lost"}, false, fixture.now);
-  fixture.settle();
-  sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
-  fixture.settle();
+  fixture.suspend("lost", false);
+  fixture.confirm();
   EXPECT_THAT(fixture.published, IsEmpty());
 }
 
 TEST_F(ChannelRequest, BlockedForAnOperatorIsReported) {
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend({{}, "it must not run twice"}, true, fixture.now);
-  fixture.settle();
+  fixture.suspend("it must not run twice", true);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, lost, held));
 }
@@ -273,8 +254,7 @@ TEST_F(ChannelRequest, IsPolledEveryTenMillisecondsWhileIdle) {
 
 TEST_F(ChannelRequest, IsNotPolledWhileTheLinkIsDown) {
   fixture.link_up();
-  sut().on_link_down("connection refused", fixture.now);
-  fixture.settle();
+  fixture.link_down("connection refused");
   const auto reads = fixture.reads;
   fixture.wait(1s);
   EXPECT_EQ(fixture.reads, reads);
@@ -284,8 +264,7 @@ TEST_F(ChannelRequest, IsNotPolledWhileTheLinkIsDown) {
 
 TEST_F(ChannelRequest, SurvivesALinkThatIsDownForAWhile) {
   fixture.dispatched_call();
-  sut().on_link_down("gone", fixture.now);
-  fixture.settle();
+  fixture.link_down("gone");
   fixture.wait(1s);
   fixture.link_up();
   fixture.wait(1s);

@@ -105,10 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Delays, ClearingKernel,
 class Visibility : public testing::Test {
  protected:
   channel::Channel& sut() { return *fixture->sut; }
-  void reply(const fabric::Reply& reply) {
-    sut().on_reply(reply, fixture->now);
-    fixture->settle();
-  }
+  void reply(const fabric::Reply& reply) { fixture->receive(reply); }
   std::optional<ChannelFixture> fixture{std::in_place};
 };
 
@@ -169,8 +166,7 @@ TEST_F(ALateRelease, OfARepeatedCallIsNotFollowedByItsSecondAnswer) {
   fixture->call();
   fixture->wait(7ms);
   ASSERT_EQ(fixture->offers, 2U);
-  sut().assign(fixture->assignment(), fixture->now);
-  fixture->settle();
+  fixture->assign();
   fixture->wait(5ms);
   reply(fixture->reply("1.414", 1));
   fixture->wait(10ms);
@@ -266,8 +262,7 @@ TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnectio
   fixture->call();
   fixture->wait(200ms);
   ASSERT_NE(sut().call(), nullptr);
-  sut().assign(fixture->assignment(), fixture->now);
-  fixture->settle();
+  fixture->assign();
   reply(fixture->interim("half way", 50));
   reply(fixture->reply("1.414", 1));
   fixture->wait(30ms);
@@ -338,8 +333,7 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
   for (std::uint32_t state = 1; state <= 4; ++state) {
     fixture->call("3", state);
     fixture->wait(20ms);
-    sut().assign(fixture->assignment(), fixture->now);
-    fixture->settle();
+    fixture->assign();
     if (state < 4) {
       reply(fixture->reply("1.732", 1));
       fixture->wait(100ms);
@@ -375,8 +369,7 @@ TEST_F(Visibility, AControllerIsNotExpectedToShowZeroAfterAnAnswerThatWasWritten
   fixture->writes.clear();
   fixture->call("3", 2);
   fixture->wait(20ms);
-  sut().assign(fixture->assignment(), fixture->now);
-  fixture->settle();
+  fixture->assign();
   reply(fixture->reply("1.732", 1));
   fixture->wait(5s);
   EXPECT_THAT(fixture->writes, testing::Contains("RESPONSE_STATE=1"));

@@ -1,6 +1,11 @@
 #include "tests/unit/gateway/core_calls_test.hpp"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/channel/answered_requests.hpp"
+#include "gateway/core/lost_services.hpp"
+#include "gateway/dispatch/near_miss.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -10,6 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 using namespace std::chrono_literals;
+using channel::AnsweredRequests;
 
 TEST_F(CoreCallsTest, ReadsEachChannelOfANewLink) {
   start();
@@ -93,18 +99,6 @@ TEST_F(CoreCallsTest, DispatchesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   EXPECT_THAT(all<Publish>(confirm(request(2))), IsEmpty());
   const fabric::Reply reply = answer_to(first.front().request);
   EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
-}
-
-TEST_F(CoreCallsTest, DispatchesTheCallsOfALostInstanceToAnother) {
-  start_with(instance(1));
-  confirm(request(1));
-  sut->on_instance_ready(instance(2), now);
-  sut->on_instance_gone(instance(1).id, now);
-  now.steady += 2s;
-  const auto published = all<Publish>(confirm(sut->on_time(now)));
-  ASSERT_THAT(published, SizeIs(1));
-  EXPECT_EQ(published.front().request.assigned, instance(2).id);
-  EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
 TEST_F(CoreCallsTest, AcceptsNothingWhileTheJournalIsFull) {
@@ -371,5 +365,174 @@ TEST_F(CoreCallsTest, WithdrawsAnAnsweredRequestBeforeItReleasesTheChannel) {
   EXPECT_THAT(all<RetractStatus>(actions), SizeIs(1));
 }
 
+const std::string served = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+TEST(ExplainUnserved, NamesTheCharacterThatIsMissingInTheVendorsOwnSample) {
+  EXPECT_EQ(dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
+            "no service has the UUID 560AACBF-6335-44a9-895A-B27F3ED5E47; did you mean "
+            "560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is missing; it is malformed: 35 "
+            "characters, a UUID has 36");
+}
+
+TEST(ExplainUnserved, CountsWhatElseIsDifferent) {
+  EXPECT_THAT(dispatch::explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E47", {served}),
+              testing::EndsWith("5e47, one character differs"));
+  EXPECT_THAT(dispatch::explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E48", {served}),
+              testing::EndsWith("5e47, 2 characters differ"));
+  EXPECT_THAT(dispatch::explain_unserved("560AACBF-6335-44a9-895A-8B27F3ED5E477", {served}),
+              testing::HasSubstr("5e47, one character is too many"));
+}
+
+TEST(ExplainUnserved, MakesNoGuessThatIsFarOff) {
+  EXPECT_EQ(dispatch::explain_unserved("11111111-1111-1111-1111-111111111111", {served}),
+            "no service has the UUID 11111111-1111-1111-1111-111111111111");
+}
+
+TEST(ExplainUnserved, PrefersTheNearest) {
+  const std::string nearest = "560aacbf-6335-44a9-895a-8b27f3ed5e4f";
+  EXPECT_THAT(
+      dispatch::explain_unserved("560aacbf-6335-44a9-895a-8b27f3ed5e4", {nearest, served, nearest}),
+      testing::HasSubstr("did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e4f"));
+}
+
+TEST(ExplainUnserved, ReportsAnEmptyUuid) {
+  EXPECT_THAT(dispatch::explain_unserved("", {served}),
+              testing::StartsWith("V.G.SERVICE.UUID is empty"));
+}
+
+TEST(ExplainUnserved, KeepsAnIdentifierThatIsNoUuid) {
+  EXPECT_EQ(dispatch::explain_unserved("square_root", {served}),
+            "no service has the UUID square_root");
+}
+
+TEST(Malformed, NamesWhatIsWrong) {
+  EXPECT_EQ(dispatch::malformed(served), "");
+  EXPECT_EQ(dispatch::malformed("{560AACBF-6335-44a9-895A-8B27F3ED5E47}"), "");
+  EXPECT_EQ(dispatch::malformed("560aacbf-6335-44a9-895a-8b27f3ed5e4g"),
+            "'g' is not a hexadecimal digit");
+  EXPECT_EQ(dispatch::malformed("560aacbf-633-544a9-895a-8b27f3ed5e47"),
+            "its dashes are in the wrong places");
+}
+
+fabric::RequestKey request(std::uint16_t channel, std::uint8_t instance = 1) {
+  fabric::RequestKey key{{"cnc", channel}, 7, {}};
+  key.instance.bytes.fill(instance);
+  return key;
+}
+
+class AnsweredRequestsTest : public testing::Test {
+ protected:
+  AnsweredRequests sut;
+  SteadyTime now{1h};
+};
+
+TEST_F(AnsweredRequestsTest, WithdrawsARequestOnceItHasBeenQuiet) {
+  sut.add(request(1), now);
+  ASSERT_EQ(sut.next_time(), now + AnsweredRequests::quiet);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet - 1ms), IsEmpty());
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+}
+
+TEST_F(AnsweredRequestsTest, WithdrawsNoRequestThatTheNextOneReplaces) {
+  sut.add(request(1), now);
+  sut.replace(request(1));
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
+}
+
+TEST_F(AnsweredRequestsTest, KeepsTheRequestOfAnotherInstanceOfTheSameChannel) {
+  sut.add(request(1, 1), now);
+  sut.add(request(1, 2), now);
+  sut.replace(request(1, 2));
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1, 1)));
+}
+
+TEST_F(AnsweredRequestsTest, WithdrawsEachRequestAfterItsOwnQuietTime) {
+  sut.add(request(1), now);
+  sut.add(request(2), now + 500ms);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
+  ASSERT_EQ(sut.next_time(), now + 500ms + AnsweredRequests::quiet);
+  EXPECT_THAT(sut.due(*sut.next_time()), ElementsAre(request(2)));
+}
+
+TEST_F(AnsweredRequestsTest, CountsTheQuietFromTheLastAnswer) {
+  sut.add(request(1), now);
+  sut.add(request(1), now + 900ms);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
+  EXPECT_THAT(sut.due(now + 900ms + AnsweredRequests::quiet), SizeIs(1));
+}
+
+TEST_F(AnsweredRequestsTest, LimitsTheWithdrawalsAtOnce) {
+  for (std::uint16_t channel = 1; channel <= AnsweredRequests::at_once + 1; ++channel) {
+    sut.add(request(channel), now);
+  }
+  const SteadyTime first = now + AnsweredRequests::quiet;
+  EXPECT_THAT(sut.due(first), SizeIs(AnsweredRequests::at_once));
+  ASSERT_EQ(sut.next_time(), first + AnsweredRequests::pause);
+  EXPECT_THAT(sut.due(*sut.next_time()), SizeIs(1));
+}
+
+TEST_F(AnsweredRequestsTest, GivesUpAllOfAChannel) {
+  sut.add(request(1, 1), now);
+  sut.add(request(1, 2), now);
+  sut.add(request(2, 1), now);
+  EXPECT_THAT(sut.take({"cnc", 1}), ElementsAre(request(1, 1), request(1, 2)));
+  EXPECT_THAT(sut.take_all(), ElementsAre(request(2, 1)));
+}
+
 }  // namespace
 }  // namespace millrace::gateway
+
+namespace millrace::gateway::core {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+fabric::InstanceIdentity instance(std::uint8_t number) {
+  fabric::InstanceIdentity one;
+  one.id.bytes.fill(number);
+  one.uuid = "weather";
+  one.name = "w" + std::to_string(number);
+  return one;
+}
+
+Moment after(std::chrono::seconds time) {
+  return {SteadyTime(time), fabric::Time(time)};
+}
+
+TEST(LostServices, NameTheLastInstanceOfAServiceUntilAnotherOneComes) {
+  LostServices sut;
+  EXPECT_FALSE(sut.on_ready(instance(1)));
+  EXPECT_FALSE(sut.on_ready(instance(2)));
+  EXPECT_FALSE(sut.on_gone(instance(1).id, after(std::chrono::seconds(1))));
+  const auto lost = sut.on_gone(instance(2).id, after(std::chrono::seconds(2)));
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(lost->uuid, "weather");
+  EXPECT_EQ(lost->last.name, "w2");
+  EXPECT_EQ(lost->since, fabric::Time(std::chrono::seconds(2)));
+  EXPECT_TRUE(sut.on_ready(instance(3)));
+  EXPECT_FALSE(sut.on_ready(instance(3)));
+}
+
+TEST(LostServices, HaveNoneThatLeftInOrderOrWasNeverThere) {
+  LostServices sut;
+  auto draining = instance(1);
+  sut.on_ready(draining);
+  draining.draining = true;
+  sut.on_ready(draining);
+  EXPECT_FALSE(sut.on_gone(draining.id, after(std::chrono::seconds(1))));
+  EXPECT_FALSE(sut.on_gone(instance(9).id, after(std::chrono::seconds(1))));
+}
+
+TEST(LostServices, AreForgottenAfterAQuarterOfAnHour) {
+  LostServices sut;
+  sut.on_ready(instance(1));
+  ASSERT_TRUE(sut.on_gone(instance(1).id, after(std::chrono::seconds(0))));
+  EXPECT_THAT(sut.on_time(after(LostServices::kept - std::chrono::seconds(1))), IsEmpty());
+  EXPECT_THAT(sut.on_time(after(LostServices::kept)), ElementsAre("weather"));
+  EXPECT_FALSE(sut.on_ready(instance(2)));
+}
+
+}  // namespace
+}  // namespace millrace::gateway::core

@@ -6,7 +6,11 @@
 #include <utility>
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include "gateway/core/timers.hpp"
+#include "gateway/machines/stall_detector.hpp"
+#include "tests/unit/gateway/core_calls_test.hpp"
 #include "tests/unit/gateway/ports.hpp"
 
 namespace millrace::gateway::core {
@@ -14,6 +18,9 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
 
 constexpr auto lease = 2s;
 
@@ -201,8 +208,8 @@ TEST_P(EachInput, DetectsAStandstillFirst) {
   EXPECT_THAT(said, Contains(HasSubstr("this gateway stood still for 4.0 s")));
 }
 
-const fabric::ChannelKey first{"cnc", 1};
-const fabric::InstanceId instance = gateway_id(7);
+const fabric::ChannelKey first_channel{"cnc", 1};
+const fabric::InstanceId an_instance = gateway_id(7);
 
 INSTANTIATE_TEST_SUITE_P(
     Of, EachInput,
@@ -216,38 +223,189 @@ INSTANTIATE_TEST_SUITE_P(
         Input{"on_other_event", [](Core& core) { core.on_other_event(); }},
         Input{"on_link_up", [](Core& core) { core.on_link_up("cnc", {1}); }},
         Input{"on_link_down", [](Core& core) { core.on_link_down("cnc", "cable"); }},
-        Input{"on_read", [](Core& core) { core.on_read(first, {}); }},
-        Input{"on_read_failed", [](Core& core) { core.on_read_failed(first, "refused"); }},
-        Input{"on_write", [](Core& core) { core.on_write(first, WriteOutcome::written, ""); }},
+        Input{"on_read", [](Core& core) { core.on_read(first_channel, {}); }},
+        Input{"on_read_failed", [](Core& core) { core.on_read_failed(first_channel, "refused"); }},
+        Input{"on_write",
+              [](Core& core) { core.on_write(first_channel, WriteOutcome::written, ""); }},
         Input{"on_watched",
               [](Core& core) {
                 core.on_subscribed("cnc", {{1, "", false}});
               }},
         Input{"on_told",
-              [](Core& core) { core.on_notification(first, Variable::request_state, 1); }},
+              [](Core& core) { core.on_notification(first_channel, Variable::request_state, 1); }},
         Input{"on_answer_of_the_link", [](Core& core) { core.on_answer("cnc", {}); }},
-        Input{"on_variable_request", [](Core& core) { core.on_variable_request({.key = first}); }},
-        Input{"on_queue_answer", [](Core& core) { core.on_queue_answer(first, {}); }},
-        Input{"on_queue_event", [](Core& core) { core.on_queue_event(first); }},
+        Input{"on_variable_request",
+              [](Core& core) { core.on_variable_request({.key = first_channel}); }},
+        Input{"on_queue_answer", [](Core& core) { core.on_queue_answer(first_channel, {}); }},
+        Input{"on_queue_event", [](Core& core) { core.on_queue_event(first_channel); }},
         Input{"on_recorded",
               [](Core& core) {
-                core.on_recorded({Ticket::Owner::channel, first, 1});
+                core.on_recorded({Ticket::Owner::channel, first_channel, 1});
               }},
         Input{"on_journal_trouble", [](Core& core) { core.on_journal_error("full"); }},
-        Input{"on_instance_ready", [](Core& core) { core.on_instance_ready({.id = instance}); }},
-        Input{"on_instance_gone", [](Core& core) { core.on_instance_gone(instance); }},
+        Input{"on_instance_ready", [](Core& core) { core.on_instance_ready({.id = an_instance}); }},
+        Input{"on_instance_gone", [](Core& core) { core.on_instance_gone(an_instance); }},
         Input{"on_load", [](Core& core) { core.on_load(fabric::InstanceLoad{}); }},
-        Input{"on_reply", [](Core& core) { core.on_reply({.key = first}); }},
+        Input{"on_reply", [](Core& core) { core.on_reply({.key = first_channel}); }},
         Input{"set_interest", [](Core& core) { core.set_readers({}); }},
         Input{"on_machine", [](Core& core) { core.on_machine({.machine = "other"}); }},
-        Input{"on_machine_gone", [](Core& core) { core.on_machine_gone("other", instance); }},
+        Input{"on_machine_gone", [](Core& core) { core.on_machine_gone("other", an_instance); }},
         Input{"on_channel",
               [](Core& core) {
                 core.on_channel({.key = {"other", 1}});
               }},
-        Input{"on_answer", [](Core& core) { core.on_answer(first, {}, {}); }},
-        Input{"on_retry", [](Core& core) { core.on_retry(first, {}, "operator"); }}),
+        Input{"on_answer", [](Core& core) { core.on_answer(first_channel, {}, {}); }},
+        Input{"on_retry", [](Core& core) { core.on_retry(first_channel, {}, "operator"); }}),
     [](const auto& one) { return one.param.name; });
+
+class TimersOfChannels : public testing::Test {
+ protected:
+  const SteadyTime start{1h};
+  const fabric::ChannelKey first{"cnc", 1};
+  const fabric::ChannelKey second{"cnc", 2};
+  Timers sut;
+};
+
+TEST_F(TimersOfChannels, AreDueOnceInTheOrderOfTheirTimes) {
+  sut.set(first, start + 2s);
+  sut.set(second, start + 1s);
+  EXPECT_EQ(sut.next(), start + 1s);
+  EXPECT_THAT(sut.take_due(start), IsEmpty());
+  EXPECT_THAT(sut.take_due(start + 2s), ElementsAre(second, first));
+  EXPECT_THAT(sut.take_due(start + 2s), IsEmpty());
+  EXPECT_EQ(sut.next(), std::nullopt);
+}
+
+TEST_F(TimersOfChannels, AreDueEarlierIfTheyAreSetEarlier) {
+  sut.set(first, start + 2s);
+  sut.set(first, start + 1s);
+  EXPECT_EQ(sut.next(), start + 1s);
+  EXPECT_THAT(sut.take_due(start + 1s), ElementsAre(first));
+  EXPECT_EQ(sut.next(), std::nullopt);
+}
+
+TEST_F(TimersOfChannels, AreLeftWhereTheyStandIfTheyAreSetLater) {
+  sut.set(first, start + 1s);
+  sut.set(first, start + 2s);
+  EXPECT_THAT(sut.take_due(start + 1s), ElementsAre(first));
+  sut.set(first, start + 2s);
+  EXPECT_EQ(sut.next(), start + 2s);
+}
+
+TEST_F(TimersOfChannels, AreDueInOneOrderAtOneTime) {
+  sut.set(second, start);
+  sut.set(first, start);
+  EXPECT_THAT(sut.take_due(start), ElementsAre(first, second));
+}
+
+TEST_F(TimersOfChannels, AreNotDueOnceTheChannelIsRemoved) {
+  sut.set(first, start);
+  sut.remove(first);
+  sut.remove(second);
+  EXPECT_EQ(sut.next(), std::nullopt);
+  EXPECT_THAT(sut.take_due(start), IsEmpty());
+}
 
 }  // namespace
 }  // namespace millrace::gateway::core
+
+namespace millrace::gateway {
+namespace {
+
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+using namespace std::chrono_literals;
+
+// Samples without readers are not formatted, which changes nothing else.
+constexpr Readers no_readers{.events = false, .statuses = false, .min_level = Level::error};
+
+class ReadersTest : public CoreCallsTest {
+ protected:
+  void start_before(const Readers& readers) {
+    start();
+    sut->set_readers(readers, now);
+    link_up();
+    sut->on_instance_ready(instance(1), now);
+  }
+};
+
+TEST_F(ReadersTest, GetTheEventsStatesAndLinesOfACall) {
+  start_before({});
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<EmitEvent>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<PublishStatus>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<Log>(actions), Not(IsEmpty()));
+}
+
+TEST_F(ReadersTest, ThatAreAbsentGetNothingAndTheCallIsStillAnswered) {
+  start_before(no_readers);
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<EmitEvent>(actions), IsEmpty());
+  EXPECT_THAT(all<PublishStatus>(actions), IsEmpty());
+  EXPECT_THAT(all<Log>(actions), IsEmpty());
+  EXPECT_THAT(all<Write>(actions), SizeIs(3)) << "RESPONSE, REQUEST_STATE, RESPONSE_STATE";
+}
+
+TEST_F(ReadersTest, OfTheLogOnlyGetLinesOfTheirLevel) {
+  start_before({.events = false, .statuses = false, .min_level = Level::info});
+  EXPECT_THAT(all<Log>(answered_call(1)), IsEmpty()) << "calls are debug";
+  sut->set_readers({.events = false, .statuses = false, .min_level = Level::debug}, now);
+  EXPECT_THAT(all<Log>(answered_call(2)), Not(IsEmpty()));
+}
+
+TEST_F(ReadersTest, ThatBeginGetEveryChannelAsItIs) {
+  start_before(no_readers);
+  confirm(request(1));
+  const auto shown = all<PublishStatus>(sut->set_readers({}, now));
+  ASSERT_THAT(shown, SizeIs(2));
+  EXPECT_EQ(shown[0].status.state, fabric::ChannelState::running);
+  EXPECT_EQ(shown[0].status.uuid, uuid);
+  EXPECT_EQ(shown[0].status.instance, instance(1).id);
+  EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not read yet";
+}
+
+TEST_F(ReadersTest, ThatBeginAgainGetWhatHasChangedAndSinceWhen) {
+  start_before({});
+  confirm(request(1));
+  sut->set_readers(no_readers, now);
+  const fabric::Time given = now.wall;
+  now.steady += std::chrono::seconds(5);
+  now.wall += std::chrono::seconds(5);
+  sut->on_time(now);
+  const auto shown = all<PublishStatus>(sut->set_readers({}, now));
+  ASSERT_THAT(shown, SizeIs(1)) << "DDS has the last status of the other channel";
+  EXPECT_EQ(shown[0].status.since, given);
+  EXPECT_EQ(shown[0].status.calls, 1U);
+}
+
+constexpr SteadyTime begin{1000s};
+
+class StallDetectorTest : public testing::Test {
+ protected:
+  machines::StallDetector sut{400ms};
+};
+
+TEST_F(StallDetectorTest, SendsEightHeartbeatsALease) {
+  EXPECT_EQ(sut.heartbeat(begin), begin + 50ms);
+}
+
+TEST_F(StallDetectorTest, ToleratesHalfALease) {
+  const SteadyTime due = sut.heartbeat(begin);
+  EXPECT_FALSE(sut.take_overdue(begin + 200ms));
+  EXPECT_EQ(sut.take_overdue(begin + 201ms), begin + 201ms - due);
+}
+
+TEST_F(StallDetectorTest, ReportsEachStandstillOnce) {
+  const SteadyTime due = sut.heartbeat(begin);
+  EXPECT_EQ(sut.take_overdue(due + 5s), 5s);
+  EXPECT_FALSE(sut.take_overdue(due + 5s));
+  EXPECT_EQ(sut.take_overdue(due + 5s + 1s), 1s);
+}
+
+TEST_F(StallDetectorTest, IsNotLateBeforeItsHeartbeat) {
+  EXPECT_FALSE(sut.take_overdue(begin));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

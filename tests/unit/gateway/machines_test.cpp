@@ -1,6 +1,10 @@
 #include "tests/unit/gateway/machines.hpp"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/machines/claims.hpp"
+#include "gateway/machines/machine_status_writer.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -8,9 +12,11 @@ namespace {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::IsNull;
+using testing::NotNull;
 using testing::Pair;
 
-const std::string other = "gateway 000000000002 (pid 1 on host7)";
+const std::string other_gateway = "gateway 000000000002 (pid 1 on host7)";
 
 TEST_F(MachinesTest, ServesAfterItHasListened) {
   EXPECT_FALSE(linked);
@@ -95,7 +101,7 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
 // A regression: a gateway that had stood still received the state of a call before its dispatch,
@@ -106,7 +112,7 @@ TEST_F(MachinesTest, InheritsACallWhoseLastKnownStateIsWaiting) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
 // A regression: it was overwritten by the channel's state from a gateway without a link, or from
@@ -120,7 +126,7 @@ TEST_F(MachinesTest, InheritsACallThatAnotherGatewayDoesNotHave) {
   sut.on_channel(nothing, time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
 TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
@@ -143,7 +149,7 @@ TEST_F(MachinesTest, InheritsACallThatTheOtherGatewayHasFromItsJournal) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 0), time);
   sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
-  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
 // A regression: after two gateways had not heard each other, the one that continued to serve
@@ -153,7 +159,7 @@ TEST_F(MachinesTest, InheritsFromAnotherGatewayThatServedTheSameMachine) {
   sut.on_machine(claim(2h), time);
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other)));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
 // Found by the simulation.
@@ -219,6 +225,257 @@ TEST_F(MachinesTest, RememberALimitedNumberOfChannelsOfOthers) {
   }
   ASSERT_THAT(said, testing::SizeIs(1)) << "reported once";
   EXPECT_THAT(said.back(), testing::HasSubstr("of more than 16384 channels"));
+}
+
+fabric::InstanceId gateway(std::uint8_t number) {
+  fabric::InstanceId id;
+  id.bytes.fill(number);
+  return id;
+}
+
+fabric::Time at(std::chrono::seconds time) {
+  return machines::Claims::earliest + time;
+}
+
+fabric::MachineStatus claim(std::uint8_t number, std::chrono::seconds since,
+                            std::vector<std::uint16_t> channels = {}) {
+  fabric::MachineStatus status;
+  status.machine = "cnc";
+  status.gateway = gateway(number);
+  status.claimed = at(since);
+  status.claims = std::move(channels);
+  status.host = "host7";
+  status.pid = 4711;
+  status.epoch = 0x5f3a9c0112d4;
+  return status;
+}
+
+class ClaimsTest : public testing::Test {
+ protected:
+  machines::Claims sut{gateway(5)};
+};
+
+TEST_F(ClaimsTest, LetTheEarlierGatewayServe) {
+  sut.set(claim(1, 10s));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(11s)), NotNull());
+}
+
+TEST_F(ClaimsTest, DecideBetweenTwoOfOneMomentByTheirIds) {
+  sut.set(claim(1, 10s));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(10s)), NotNull());
+  sut.remove("cnc", gateway(1));
+  sut.set(claim(9, 10s));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(10s)), IsNull());
+}
+
+TEST_F(ClaimsTest, ConcernTheChannelsTheyNameOrAll) {
+  sut.set(claim(1, 1s, {2}));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_before({"cnc", 2}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_before({"press", 2}, at(9s)), IsNull());
+  sut.set(claim(1, 1s));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
+}
+
+TEST_F(ClaimsTest, CoverAMachineOnlyIfTheyCoverAllRequestedChannels) {
+  sut.set(claim(1, 1s, {1, 2}));
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {2}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {2, 3}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(9s)), IsNull());
+  sut.set(claim(1, 1s));
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(9s)), NotNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(0s)), IsNull());
+}
+
+TEST_F(ClaimsTest, AreVoidOnceTheirGatewayIsGone) {
+  sut.set(claim(1, 1s));
+  EXPECT_TRUE(sut.contested("cnc"));
+  sut.remove("cnc", gateway(1));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_FALSE(sut.contested("cnc"));
+}
+
+TEST_F(ClaimsTest, OfOthersStandWhenAGatewayIsGone) {
+  sut.set(claim(1, 1s));
+  sut.set(claim(2, 2s));
+  sut.remove("cnc", gateway(1));
+  EXPECT_TRUE(sut.contested("cnc"));
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
+}
+
+TEST_F(ClaimsTest, OfOurOwnAreIgnored) {
+  sut.set(claim(5, 1s));
+  EXPECT_FALSE(sut.contested("cnc"));
+}
+
+TEST_F(ClaimsTest, ComeAfterServingGatewaysWhateverTheClocks) {
+  sut.set(claim(1, 60s));
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(5s));
+  auto serving = claim(2, 50s);
+  serving.connected = true;
+  sut.set(serving);
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(50s) + 1ns);
+  EXPECT_EQ(sut.after_owners("cnc", at(55s)), at(55s));
+}
+
+// Regressions: one such sample stopped a machine, and the other one made the next gateway wait for
+// ever.
+TEST_F(ClaimsTest, OfImpossibleTimesAreIgnored) {
+  using Accepted = machines::Claims::Accepted;
+  for (const auto time : {fabric::Time(1ns), fabric::Time::min(), fabric::Time::max()}) {
+    auto liar = claim(1, 10s);
+    EXPECT_EQ(sut.set(liar), Accepted::yes);
+    liar.claimed = time;
+    liar.connected = true;
+    EXPECT_EQ(sut.set(liar), Accepted::implausible);
+    EXPECT_THAT(sut.owner_before({"cnc", 1}, at(11s)), IsNull());
+    EXPECT_THAT(sut.owner_of_all_before("cnc", {}, at(11s)), IsNull());
+    EXPECT_EQ(sut.after_owners("cnc", at(5s)), at(5s));
+    EXPECT_FALSE(sut.contested("cnc"));
+  }
+}
+
+TEST_F(ClaimsTest, HavePlausibleTimesWhateverOurClock) {
+  EXPECT_EQ(machines::plausible(fabric::Time(1h)), machines::Claims::earliest);
+  EXPECT_EQ(machines::plausible(fabric::Time::max()), machines::Claims::latest);
+  EXPECT_EQ(machines::plausible(at(7s)), at(7s));
+  auto last = claim(1, 0s);
+  last.claimed = machines::Claims::latest;
+  last.connected = true;
+  sut.set(last);
+  EXPECT_EQ(sut.after_owners("cnc", at(5s)), machines::Claims::latest);
+}
+
+TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameHaveNoEffect) {
+  using Accepted = machines::Claims::Accepted;
+  sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  auto namesake = claim(1, 1s);
+  namesake.address = "10.0.0.8:48898, 10.0.0.8.1.1";
+  namesake.connected = true;
+  EXPECT_EQ(sut.set(namesake), Accepted::another_controller);
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.owner_of_all_before("cnc", {1}, at(9s)), IsNull());
+  EXPECT_FALSE(sut.contested("cnc"));
+  EXPECT_EQ(sut.after_owners("cnc", at(0s)), at(0s));
+  EXPECT_TRUE(sut.is_elsewhere("cnc", namesake.epoch));
+  namesake.address = "gate:48898, 10.0.0.7.1.1";
+  EXPECT_EQ(sut.set(namesake), Accepted::yes) << "another way to the same controller";
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
+}
+
+// The address is relative to its own host; without a host name, it may be the same controller.
+TEST_F(ClaimsTest, CountWhereTheControllerIsUnknown) {
+  sut.set_address("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  for (const char* address : {"", "nonsense", "127.0.0.1:48898, 127.0.0.1.1.1", "a, b"}) {
+    auto other = claim(1, 1s);
+    other.address = address;
+    sut.set(other);
+    EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull()) << address;
+  }
+}
+
+TEST_F(ClaimsTest, CountWhereOurOwnControllerIsKnownByItsHostOnly) {
+  sut.set_address("cnc", "127.0.0.1:48898, 127.0.0.1.1.1");
+  auto other = claim(1, 1s);
+  other.address = "10.0.0.8:48898, 10.0.0.8.1.1";
+  EXPECT_EQ(sut.set(other), machines::Claims::Accepted::yes);
+  EXPECT_THAT(sut.owner_before({"cnc", 1}, at(9s)), NotNull());
+}
+
+TEST_F(ClaimsTest, AreLimitedInNumber) {
+  using Accepted = machines::Claims::Accepted;
+  sut.set_address("cnc", "");
+  std::size_t taken = 0;
+  for (int i = 0; i < 3000; ++i) {
+    auto one = claim(1, 1s);
+    one.machine = "machine" + std::to_string(i);
+    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
+  }
+  EXPECT_EQ(taken, machines::Claims::most_machines);
+  taken = 0;
+  for (int i = 0; i < 3000; ++i) {
+    auto one = claim(1, 1s);
+    one.gateway.bytes[0] = static_cast<std::uint8_t>(i);
+    one.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
+    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
+  }
+  EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours leave room for others";
+  // When one is gone there is room for one more; there is always room for ours.
+  sut.remove("machine0", gateway(1));
+  sut.remove("machine1", gateway(1));
+  auto next = claim(1, 1s);
+  next.machine = "next";
+  EXPECT_EQ(sut.set(next), Accepted::yes);
+}
+
+TEST_F(ClaimsTest, NameTheirGateway) {
+  EXPECT_EQ(machines::name_of(claim(1, 1s)), "gateway 5f3a9c0112d4 (pid 4711 on host7)");
+}
+
+Moment moment(std::chrono::seconds time) {
+  return {SteadyTime(time), fabric::Time(time)};
+}
+
+using enum fabric::WatchMode;
+
+class MachineStatusWriterTest : public testing::Test {
+ protected:
+  machines::MachineStatusWriter sut{fabric::MachineStatus{.machine = "cnc"}};
+};
+
+TEST_F(MachineStatusWriterTest, ReportsSinceWhenTheLinkIsUp) {
+  sut.on_down("connecting", moment(1s));
+  sut.on_up(2, polled, "", moment(5s));
+  sut.on_up(1, pushed, "channel 2 is served by another", moment(7s));
+  const auto news = sut.take_change();
+  ASSERT_TRUE(news);
+  EXPECT_TRUE(news->connected);
+  EXPECT_EQ(news->since, fabric::Time(5s));
+  EXPECT_EQ(news->channels, 1);
+  EXPECT_EQ(news->watch, pushed);
+  EXPECT_EQ(news->reason, "channel 2 is served by another");
+}
+
+TEST_F(MachineStatusWriterTest, ReportsWhyTheLinkIsDownAndSinceWhen) {
+  sut.on_up(2, polled, "", moment(1s));
+  sut.on_down("connection reset", moment(5s));
+  sut.on_down("connection refused", moment(6s));
+  const auto news = sut.take_change();
+  ASSERT_TRUE(news);
+  EXPECT_FALSE(news->connected);
+  EXPECT_EQ(news->since, fabric::Time(5s));
+  EXPECT_EQ(news->reason, "connection refused");
+  EXPECT_EQ(news->channels, 0);
+  EXPECT_EQ(news->watch, none);
+}
+
+TEST_F(MachineStatusWriterTest, ReportsEachStateOnce) {
+  sut.on_up(2, polled, "", moment(1s));
+  EXPECT_TRUE(sut.take_change());
+  EXPECT_FALSE(sut.take_change());
+  sut.on_up(2, polled, "", moment(3s));
+  EXPECT_FALSE(sut.take_change());
+}
+
+TEST_F(MachineStatusWriterTest, CountsRequestsAndTheTimeUntilTheirAnswers) {
+  sut.on_load({.requests = 100, .answered = 100, .waited = 5s}, moment(1s).steady);
+  sut.on_load({.requests = 300, .answered = 200, .waited = 6s}, moment(3s).steady);
+  EXPECT_EQ(sut.status().requests_per_second, 100U);
+  EXPECT_EQ(sut.status().round_trip, 10ms);
+}
+
+TEST_F(MachineStatusWriterTest, StartsOverWithANewLink) {
+  sut.on_load({.requests = 100, .answered = 100, .waited = 5s}, moment(1s).steady);
+  sut.on_load({.requests = 10, .answered = 10, .waited = 10ms}, moment(2s).steady);
+  EXPECT_EQ(sut.status().requests_per_second, 10U);
+  EXPECT_EQ(sut.status().round_trip, 1ms);
+}
+
+TEST_F(MachineStatusWriterTest, ShowsNoRoundTripWithoutAnAnswer) {
+  sut.on_load({}, moment(1s).steady);
+  sut.on_load({.requests = 4}, moment(2s).steady);
+  EXPECT_EQ(sut.status().round_trip, 0ns);
 }
 
 }  // namespace

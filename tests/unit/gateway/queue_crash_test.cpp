@@ -10,7 +10,6 @@ namespace {
 
 using queues::Acknowledge;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 class EachAcknowledge : public testing::TestWithParam<Acknowledge> {};

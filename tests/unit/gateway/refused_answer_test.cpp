@@ -13,7 +13,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-using testing::StartsWith;
 using enum fabric::EventKind;
 using namespace std::chrono_literals;
 
@@ -49,10 +48,7 @@ TEST(AResponse, FromOurOwnTextAlwaysFits) {
 class RefusedAnswer : public testing::Test {
  protected:
   channel::Channel& sut() { return *fixture.sut; }
-  void reply(const fabric::Reply& reply) {
-    sut().on_reply(reply, fixture.now);
-    fixture.settle();
-  }
+  void reply(const fabric::Reply& reply) { fixture.receive(reply); }
   void expect_program_gets(const std::string& text, std::uint32_t state) {
     EXPECT_THAT(fixture.writes, ElementsAre("RESPONSE=" + text, "REQUEST_STATE=0",
                                             fmt::format("RESPONSE_STATE={}", state)));
@@ -112,8 +108,7 @@ TEST_F(RefusedAnswer, IsBlockedForAnOperatorIfAPolicyRequiresIt) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   EXPECT_THAT(sut().status().reason, HasSubstr("an operator must answer or retry it"));
   EXPECT_EQ(fixture.freed, 1U) << "its instance is free for another call";
-  sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
-  fixture.settle();
+  fixture.answer("go on", 7, "ann@hmi");
   expect_program_gets("go on", 7);
 }
 
@@ -121,15 +116,13 @@ TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
   reply(fixture.reply(too_long, 1));
-  sut().retry("ann@hmi", fixture.now);
-  fixture.settle();
+  fixture.retry("ann@hmi");
   reply(fixture.reply(too_long, 1));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().failed, 1U);
   auto again = fixture.reply(too_long, 1);
   again.attempt = 2;
-  sut().assign(fixture.assignment(1, 2), fixture.now);
-  fixture.settle();
+  fixture.assign(1, 2);
   reply(again);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
 }
@@ -146,18 +139,14 @@ TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) 
     return reply;
   };
   reply(said(too_long, 1s));
-  sut().retry("ann@hmi", fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(1, 2), fixture.now);
-  fixture.settle();
+  fixture.retry("ann@hmi");
+  fixture.assign(1, 2);
   reply(said(too_long, 1s));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running) << "delivered again";
   reply(said(too_long, 2s));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held) << "another invalid answer";
-  sut().retry("ann@hmi", fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(1, 3), fixture.now);
-  fixture.settle();
+  fixture.retry("ann@hmi");
+  fixture.assign(1, 3);
   reply(said("1.41421", 3s));
   expect_program_gets("1.41421", 1);
 }
@@ -171,10 +160,8 @@ TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext
   said.attempt = 2;
   reply(said);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
-  sut().retry("ann@hmi", fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(1, 2), fixture.now);
-  fixture.settle();
+  fixture.retry("ann@hmi");
+  fixture.assign(1, 2);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
   reply(said);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held)
@@ -206,11 +193,9 @@ TEST_F(RefusedAnswer, MayComeWhileTheNextAttemptIsJournalled) {
     renew(fixture);
     fixture.policy.refused = policy;
     fixture.dispatched_call();
-    sut().suspend({{}, "instance 1 is lost"}, false, fixture.now);
-    fixture.settle();
+    fixture.suspend("instance 1 is lost", false);
     fixture.journal_works = false;
-    sut().assign(fixture.assignment(2, 2), fixture.now);
-    fixture.settle();
+    fixture.assign(2, 2);
     reply(fixture.reply("x", 0, 1));
     ASSERT_FALSE(fixture.unconfirmed.empty());
     fixture.journal_works = true;
@@ -232,16 +217,12 @@ TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
   fixture.wait(20ms);
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.journal_works = false;
-  sut().assign(fixture.assignment(), fixture.now);
-  fixture.settle();
-  sut().suspend({{}, "lost"}, true, fixture.now);
-  fixture.settle();
-  sut().assign(fixture.assignment(), fixture.now);
-  fixture.settle();
+  fixture.assign();
+  fixture.suspend("lost", true);
+  fixture.assign();
   EXPECT_THAT(fixture.published, IsEmpty());
   ASSERT_THAT(fixture.unconfirmed, SizeIs(1));
-  sut().on_recorded(fixture.unconfirmed.front().ticket.number, fixture.now);
-  fixture.settle();
+  fixture.confirm();
   EXPECT_THAT(fixture.published, SizeIs(1));
 }
 
@@ -289,8 +270,7 @@ TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsNotWrittenOnceTheProgramHasMov
 
 TEST_F(AJournalWithAnAnswerThatCannotBeWritten, MayBeAnsweredBeforeTheLinkIsUp) {
   restart_with({instance(1), 1, with_nul, 1});
-  sut().answer_locally({response("go on", 7), "ann@hmi"}, fixture.now);
-  fixture.settle();
+  fixture.answer("go on", 7, "ann@hmi");
   fixture.link_up();
   fixture.wait(20ms);
   expect_program_gets("go on", 7);

@@ -23,7 +23,6 @@
 namespace millrace::services::sdk {
 namespace {
 
-using fabric::Reply;
 using fabric::ServiceCode;
 using testing::AllOf;
 using testing::HasSubstr;

@@ -12,7 +12,7 @@
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/support/domain.hpp"
-#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 
 namespace millrace::services::sdk {

@@ -5,12 +5,17 @@
 #include <optional>
 #include <stdexcept>
 
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <dds/dds.h>
 #include <gmock/gmock.h>
 
 #include "base/program/log.hpp"
 #include "fabric/wire/reader.hpp"
+#include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
 #include "services/sdk/command_line.hpp"
+#include "services/sdk/shared_participant.hpp"
 #include "tests/support/await.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
 #include "tests/unit/sdk/thread_shortage.hpp"
@@ -18,6 +23,7 @@
 namespace millrace::services::sdk {
 namespace {
 
+using namespace std::chrono_literals;
 using fabric::Reply;
 using fabric::ReplyKind;
 using fabric::Request;
@@ -93,17 +99,6 @@ TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndContinues) {
   EXPECT_EQ(next_reply().text, "4");
 }
 
-TEST_F(ServiceTest, RefusesAnAnswerThatDoesNotFit) {
-  const Service sut(
-      options(), [](const Call&) -> Response { return {.text = std::string(130, 'x')}; },
-      base::program::no_log());
-  ASSERT_TRUE(until_ready(sut));
-  call(request(sut, 1));
-  const Reply reply = next_reply();
-  EXPECT_EQ(reply.code, ServiceCode::refused);
-  EXPECT_THAT(reply.text, HasSubstr("130 bytes"));
-}
-
 TEST_F(ServiceTest, NotifiesARunningHandlerThatItsCallIsWithdrawn) {
   std::promise<void> entered;
   const Service sut(
@@ -123,39 +118,6 @@ TEST_F(ServiceTest, NotifiesARunningHandlerThatItsCallIsWithdrawn) {
   end.withdraw(key_of(first));
   call(request(sut, 2));
   EXPECT_EQ(next_reply().call.number, 2U);
-}
-
-TEST_F(ServiceTest, RunsACallAgainThatIsRequestedAgainAfterItsCancellation) {
-  std::promise<void> entered;
-  std::promise<void> told;
-  Latch latch;
-  const Service sut(
-      options(),
-      [&](const Call& call) -> Response {
-        if (call.attempt() > 1) {
-          EXPECT_FALSE(call.cancelled());
-          return {.text = "answer"};
-        }
-        entered.set_value();
-        tests::await("the cancellation of the call", [&] { return call.cancelled(); });
-        told.set_value();
-        latch.pass();
-        call.interim({.text = "stopping", .state = 50});
-        return {.text = "stopped"};
-      },
-      base::program::no_log());
-  ASSERT_TRUE(until_ready(sut));
-  Request sent = request(sut, 1);
-  call(sent);
-  ASSERT_EQ(entered.get_future().wait_for(tests::await_limit), std::future_status::ready);
-  end.withdraw(key_of(sent));
-  ASSERT_EQ(told.get_future().wait_for(tests::await_limit), std::future_status::ready);
-  sent.attempt = 2;
-  call(sent);
-  latch.open();
-  const Reply reply = next_reply();
-  EXPECT_EQ(reply.text, "answer");
-  EXPECT_EQ(reply.attempt, 2U);
 }
 
 // Without certificates only DDS reports that a gateway is gone.
@@ -250,23 +212,6 @@ TEST_F(ServiceTest, AnswersForAHandlerThatForgetsACall) {
   const Reply reply = next_reply();
   EXPECT_EQ(reply.code, ServiceCode::failed);
   EXPECT_THAT(reply.text, HasSubstr("without an answer"));
-}
-
-TEST_F(ServiceTest, AnswersARepeatWithoutRunningItAgain) {
-  std::atomic<int> runs = 0;
-  const Service sut(
-      options(), [&](const Call&) -> Response { return {.text = std::to_string(++runs)}; },
-      base::program::no_log());
-  ASSERT_TRUE(until_ready(sut));
-  Request sent = request(sut, 1);
-  call(sent);
-  EXPECT_EQ(next_reply().text, "1");
-  sent.attempt = 2;
-  call(sent);
-  const Reply reply = next_reply();
-  EXPECT_EQ(reply.text, "1");
-  EXPECT_EQ(reply.code, ServiceCode::repeated);
-  EXPECT_EQ(runs, 1);
 }
 
 TEST_F(ServiceTest, FinishesItsCallsBeforeItLeaves) {
@@ -404,6 +349,122 @@ TEST(AServiceProgram, PrintsItsOwnVersionAndThatOfMillrace) {
   };
   EXPECT_THAT(version_of("2.3"), testing::MatchesRegex("weather 2.3 \\(millrace [0-9.]+\\)\n"));
   EXPECT_THAT(version_of(""), testing::MatchesRegex("weather \\(millrace [0-9.]+\\)\n"));
+}
+
+// Several services in one process.
+
+class SharedParticipantTest : public ServiceTest {
+ protected:
+  ServiceOptions hosted(const std::string& name, const std::string& of = uuid) {
+    ServiceOptions one = options();
+    one.uuid = of;
+    one.name = name;
+    one.participant = sut;
+    return one;
+  }
+  [[nodiscard]] std::size_t participants() const {
+    return static_cast<std::size_t>(dds_lookup_participant(domain.number(), nullptr, 0));
+  }
+
+  std::shared_ptr<SharedParticipant> sut = std::make_shared<SharedParticipant>(
+      fabric::dds::ParticipantOptions{.domain = domain.number()}, base::program::no_log());
+};
+
+TEST_F(SharedParticipantTest, IsOneParticipantHoweverManyServicesItHosts) {
+  const std::size_t before = participants();
+  const Service first(hosted("first"), echo, base::program::no_log());
+  const Service second(hosted("second"), echo, base::program::no_log());
+  const Service other(hosted("other", "weather"), echo, base::program::no_log());
+  EXPECT_EQ(participants(), before);
+  ASSERT_TRUE(until_ready(first));
+  ASSERT_TRUE(until_ready(second));
+  ASSERT_TRUE(until_ready(other));
+  call(request(first, 1, 1));
+  call(request(second, 2, 2));
+  EXPECT_EQ(next_reply().code, fabric::ServiceCode::ok);
+  EXPECT_EQ(next_reply().code, fabric::ServiceCode::ok);
+}
+
+TEST_F(SharedParticipantTest, KeepsTheOthersWhenOneServiceLeaves) {
+  const Service stays(hosted("stays"), echo, base::program::no_log());
+  {
+    const Service leaves(hosted("leaves"), echo, base::program::no_log());
+    ASSERT_TRUE(until_ready(leaves));
+    ASSERT_TRUE(until_ready(stays));
+  }
+  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
+  call(request(stays, 1));
+  EXPECT_EQ(next_reply().call, request(stays, 1).call);
+}
+
+TEST_F(SharedParticipantTest, IsNotMissedWhileItsLoopHasOtherWork) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  Latch latch;
+  boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
+  boost::asio::steady_timer busy(context, 3 * participant.options().lease);
+  bool over = false;
+  busy.async_wait([&over](boost::system::error_code) { over = true; });
+  ASSERT_TRUE(until([&over] { return over; }));
+  EXPECT_EQ(gateway.gone, 0U);
+  latch.open();
+  call(request(one, 1));
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
+}
+
+TEST_F(SharedParticipantTest, IsMissedOnceItsLoopIsStuck) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  Latch latch;
+  boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
+  EXPECT_TRUE(until([&] { return gateway.gone == 1; }));
+  latch.open();
+}
+
+/// A process with a lease of 4 s with calls, and one of 12 s without.
+class AnIdleProcess : public ServiceTest {
+ protected:
+  const fabric::Time started = std::chrono::system_clock::now();
+  std::shared_ptr<SharedParticipant> sut = std::make_shared<SharedParticipant>(
+      fabric::dds::ParticipantOptions{.domain = domain.number(), .lease = std::chrono::seconds(4)},
+      base::program::no_log());
+  std::vector<fabric::Heartbeat> heard;
+  fabric::wire::Subscription<fabric::Heartbeat> heartbeats{
+      participant, context.get_executor(), participant.options().fabric,
+      [this](const auto& taken) { heard.push_back(taken.value); }};
+};
+
+TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
+  ServiceOptions hosted = options();
+  hosted.participant = sut;
+  Latch latch;
+  const Service one(
+      hosted,
+      [&latch](const Call& call) {
+        latch.pass();
+        return echo(call);
+      },
+      base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  // The first second counts as busy; a heartbeat in it is followed by another one after a second.
+  ASSERT_TRUE(until([&] { return !heard.empty() && heard.back().at - started > 1500ms; }));
+  const fabric::Time asked = std::chrono::system_clock::now();
+  call(request(one, 1));
+  const auto lists_a_call = [](const fabric::Heartbeat& heartbeat) {
+    return !heartbeat.loads.empty() && !heartbeat.loads.front().calls.empty();
+  };
+  ASSERT_TRUE(until([&] { return lists_a_call(heard.back()); }));
+  EXPECT_LT(heard.back().at - asked, 2s) << "one a second with calls, one in three seconds without";
+  latch.open();
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
+}
+
+TEST_F(SharedParticipantTest, MayBeReleasedBeforeItsServices) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  sut.reset();
+  ASSERT_TRUE(until_ready(one));
+  call(request(one, 1));
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
 }
 
 }  // namespace

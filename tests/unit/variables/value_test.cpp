@@ -1,14 +1,18 @@
 #include "cnc/variables/value.hpp"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include "cnc/variables/layout.hpp"
 #include "cnc/variables/names.hpp"
+#include "tests/support/hex_vectors.hpp"
 
 namespace millrace::cnc::variables {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 ElementType of(Type type) {
   return {type, size_of(type)};
@@ -106,6 +110,143 @@ TEST(AType, IsKnownByTheVendorsNameInAnyCase) {
   EXPECT_EQ(parse_type("uns32"), Type::uns32);
   EXPECT_EQ(parse_type("UNS"), std::nullopt);
   EXPECT_EQ(name_of(Type{0}), "UNKNOWN");
+}
+
+TEST(CncText, EndsAtTheFirstNulOrWithItsBytes) {
+  EXPECT_EQ(decode_text(ads::Bytes{'o', 'k', 0}), "ok");
+  EXPECT_EQ(decode_text(ads::Bytes{'o', 'k', 0, 0, 'x', 0}), "ok");
+  EXPECT_EQ(decode_text(ads::Bytes{'o', 'k'}), "ok");
+  EXPECT_EQ(decode_text({}), "");
+}
+
+TEST(CncText, IsSentWithItsNul) {
+  EXPECT_EQ(*encode_text("ok"), (ads::Bytes{'o', 'k', 0}));
+}
+
+TEST(CncText, Of127BytesFits) {
+  EXPECT_EQ(encode_text(std::string(127, 'x'))->size(), 128U);
+}
+
+TEST(CncText, Of128BytesIsRefusedAndNotCut) {
+  const auto sut = encode_text(std::string(128, 'x'));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(), HasSubstr("has 128 bytes, a CNC string holds 127"));
+}
+
+TEST(CncText, WithANulIsRefused) {
+  const auto sut = encode_text(std::string("a\0b", 3));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(), HasSubstr("NUL at byte 1"));
+}
+
+TEST(AName, LosesItsIndicesAtTheEndOnly) {
+  EXPECT_EQ(without_indices("V.E.TABLE[1][2]"), "V.E.TABLE");
+  EXPECT_EQ(without_indices("V.G.NP[5].V.X"), "V.G.NP[5].V.X");
+  EXPECT_EQ(without_indices("]"), "]");
+}
+
+TEST(AName, IsTheSameWithOtherIndices) {
+  EXPECT_TRUE(same_but_for_indices("V.G.NP[5].V.X", "V.G.NP[98].V.X"));
+  EXPECT_TRUE(same_but_for_indices("V.E.TABLE", "V.E.TABLE[1][2]"));
+  EXPECT_FALSE(same_but_for_indices("V.G.NP[5].V.X", "V.G.NP[5].V.Y"));
+  EXPECT_FALSE(same_but_for_indices("V.G.NP[5].V", "V.G.NP[5].V.Y"));
+  EXPECT_FALSE(same_but_for_indices("V.G.A[", "V.G.B"));
+}
+
+TEST(AFamily, IsTheBeginningOfAName) {
+  EXPECT_EQ(family_of("V.G.SERVICE.UUID"), "V.G");
+  EXPECT_EQ(family_of("V.E.TABLE[1]"), "V.E");
+  EXPECT_EQ(family_of("P17"), "P");
+  EXPECT_EQ(family_of("PRESS"), "");
+  EXPECT_EQ(family_of("V.GX"), "");
+  EXPECT_EQ(family_of("V.CYC.X"), "");
+  EXPECT_EQ(family_of(""), "");
+}
+
+Bytes vector(const std::string& name) {
+  return tests::hex_vector("variables/streams.hex", name);
+}
+
+TEST(VariableStreams, NameAndValueAreSeparatedByOneNul) {
+  const auto stream = vector("write_by_name");
+  const auto sut = decode_name(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->name, "V.G.SERVICE.REQUEST_STATE");
+  EXPECT_THAT(sut->value, ElementsAre(0, 0, 0, 0));
+  EXPECT_EQ(encode_name(sut->name, sut->value), stream);
+}
+
+TEST(VariableStreams, AReadByNameHasNoValue) {
+  const auto stream = vector("read_by_name");
+  const auto sut = decode_name(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->name, "V.G.SERVICE.UUID");
+  EXPECT_THAT(sut->value, IsEmpty());
+}
+
+TEST(VariableStreams, ANameWithoutNulEndsWithItsStream) {
+  const auto stream = vector("name_without_nul");
+  const auto sut = decode_name(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->name, "V.G.SERVICE.UUID");
+}
+
+TEST(VariableStreams, ANameIsNeitherEmptyNorLongerThanDocumented) {
+  EXPECT_FALSE(decode_name({}));
+  EXPECT_FALSE(decode_name(Bytes{0, 'x'}));
+  EXPECT_TRUE(decode_name(encode_name(std::string(255, 'N'))));
+  EXPECT_FALSE(decode_name(encode_name(std::string(256, 'N'))));
+}
+
+TEST(VariableStreams, AScalarIsReadByItsHandleAlone) {
+  const auto stream = vector("read_by_handle");
+  const auto sut = decode_handle_stream(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->element, (ElementOf{0x0102001B, {}}));
+  EXPECT_THAT(sut->value, IsEmpty());
+  EXPECT_EQ(encode(sut->element), stream);
+}
+
+TEST(VariableStreams, AnArrayElementIsWrittenByHandleIndicesAndValue) {
+  const auto stream = vector("write_element_by_handle");
+  const auto sut = decode_handle_stream(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->element, (ElementOf{0x20012341, {4, 2}}));
+  EXPECT_THAT(sut->value, ElementsAre(7));
+  EXPECT_EQ(encode(sut->element, sut->value), stream);
+}
+
+TEST(VariableStreams, ACountOfIndicesIsNotTrusted) {
+  EXPECT_FALSE(decode_handle_stream(vector("handle_with_too_many_indices")));
+}
+
+TEST(VariableStreams, DescribesAScalarWithoutItsName) {
+  const auto stream = vector("description_of_scalar");
+  const auto sut = decode_description(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(*sut, (Description{0x0102001B, Type::string, Access::read_write, 128, {}, ""}));
+  EXPECT_EQ(encode(*sut, NameInDescription::no), stream);
+}
+
+TEST(VariableStreams, DescribesAnArrayWithItsName) {
+  const auto stream = vector("description_of_array");
+  const auto sut = decode_description(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(*sut, (Description{0x20012341, Type::real64, Access::read_only, 8, {3, 10}, "V.E.A"}));
+  EXPECT_EQ(encode(*sut, NameInDescription::yes), stream);
+}
+
+TEST(VariableStreams, ADescriptionCutShortIsNone) {
+  EXPECT_FALSE(decode_description(vector("description_cut_short")));
+}
+
+TEST(VariableStreams, AnIndexCountsAmongTheVariablesOfAKind) {
+  const auto stream = vector("index_of_kind");
+  const auto sut = decode_index_stream(stream);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->index, 2U);
+  EXPECT_EQ(sut->kind, "V.E");
+  EXPECT_EQ(encode(*sut), stream);
 }
 
 }  // namespace

@@ -7,7 +7,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/archiver/answering.hpp"
 #include "services/archiver/archive.hpp"
+#include "services/archiver/config.hpp"
+#include "services/text/answer.hpp"
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -15,7 +19,9 @@ namespace millrace::services::archiver {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 /// Three puts in two files, an event and a channel's state.
 class QueryTest : public testing::Test {
@@ -113,6 +119,127 @@ TEST_F(QueryTest, EndsAtItsLimit) {
 TEST_F(QueryTest, FailsForAFolderThatIsNotThere) {
   std::ostringstream out;
   EXPECT_THROW(write_rows(folder.path() / "no", {}, Format::csv, out), std::runtime_error);
+}
+
+TEST(ArchiverRequest, HasFieldsBehindPut) {
+  EXPECT_THAT(*parse("PUT part=WELLE7 d=12.345"),
+              ElementsAre(Field{"part", "WELLE7"}, Field{"d", "12.345"}));
+  EXPECT_THAT(*parse("  put \t a=1  b= "), ElementsAre(Field{"a", "1"}, Field{"b", ""}));
+}
+
+TEST(ArchiverRequest, MayQuoteValues) {
+  EXPECT_THAT(*parse(R"(PUT d="12.345 mm" say="we said ""no""" none="" e=a=b)"),
+              ElementsAre(Field{"d", "12.345 mm"}, Field{"say", "we said \"no\""},
+                          Field{"none", ""}, Field{"e", "a=b"}));
+}
+
+TEST(ArchiverRequest, IsTextOtherwise) {
+  EXPECT_THAT(*parse("tool 5 changed; a=1 $(reboot)"), IsEmpty());
+  EXPECT_THAT(*parse("PUTTING a=1"), IsEmpty());
+}
+
+struct Mistake {
+  std::string request;
+  std::string error;
+};
+
+class WrongArchiverRequest : public testing::TestWithParam<Mistake> {};
+
+TEST_P(WrongArchiverRequest, ReportsWhatIsWrong) {
+  const auto sut = parse(GetParam().request);
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(), HasSubstr(GetParam().error));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Requests, WrongArchiverRequest,
+    testing::Values(Mistake{"", "the request is empty"}, Mistake{"  \t ", "the request is empty"},
+                    Mistake{"PUT", "PUT without key=value"},
+                    Mistake{"PUT a", "expected key=value at 'a'"},
+                    Mistake{"PUT =1", "expected key=value at '=1'"},
+                    Mistake{"PUT a=1 b c=2", "expected key=value at 'b c=2'"},
+                    Mistake{"PUT a.b=1", "expected key=value at 'a.b=1'"},
+                    Mistake{"PUT a=1 a=2", "key 'a' occurs twice"},
+                    Mistake{"PUT a=\"1", "no closing quote for '\"1'"},
+                    Mistake{"PUT a=\"1\"b=2", "expected a blank at 'b=2'"},
+                    Mistake{"PUT " + std::string(33, 'k') + "=1", "expected key=value"},
+                    Mistake{"PUT " + std::string(123, '\xFF'), "expected key=value"}));
+
+CallInfo call(const std::string& request) {
+  return {.call = {.epoch = 0x5f, .number = 3},
+          .key = {.machine = "cnc", .channel = 2},
+          .state = 9,
+          .request = request,
+          .replayed = true};
+}
+
+TEST(ArchiverAnswering, KeepsTheRequestAndItsFieldsInUtf8) {
+  const auto sut = put_of(call("PUT ma\xDF=1 x=Ma\xDF"), morning);
+  ASSERT_FALSE(sut) << "keys are ASCII";
+  const auto good = put_of(call("PUT x=Ma\xDF"), morning);
+  ASSERT_TRUE(good);
+  EXPECT_EQ(good->text, "PUT x=Maß");
+  EXPECT_THAT(good->fields, ElementsAre(Field{"x", "Maß"}));
+  EXPECT_EQ(good->key.channel, 2);
+  EXPECT_EQ(good->state, 9U);
+  EXPECT_EQ(good->at, morning);
+  EXPECT_TRUE(good->replayed);
+}
+
+TEST(ArchiverAnswering, KeepsFreeText) {
+  const auto sut = put_of(call("tool 5 changed"), morning);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->text, "tool 5 changed");
+  EXPECT_THAT(sut->fields, IsEmpty());
+}
+
+TEST(ArchiverAnswering, RefusesABadRequest) {
+  EXPECT_EQ(put_of(call("PUT a"), morning).error(), text::error(10, "expected key=value at 'a'"));
+}
+
+TEST(ArchiverAnswering, AnswersWithTheIdOrTheReason) {
+  EXPECT_EQ(answer_to(17), (sdk::Response{.text = "OK 17", .state = 1}));
+  EXPECT_EQ(answer_to(tl::unexpected(std::string("disk full"))),
+            text::error(11, "the archive cannot be written: disk full"));
+}
+
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+}
+
+TEST(ArchiverConfig, ReadsEveryField) {
+  const auto sut = load(data("good/plant.archiver.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+  EXPECT_FALSE(sut->record_events);
+  EXPECT_FALSE(sut->record_channels);
+  EXPECT_THAT(sut->without_text, testing::ElementsAre("fdeccc37-09ba-4ef6-bf20-2955ea738286"));
+  EXPECT_EQ(sut->policy.rotate_bytes, 64U << 20U);
+  EXPECT_EQ(sut->policy.rotate_age, 12h);
+  EXPECT_EQ(sut->policy.keep_age, 720h);
+  EXPECT_EQ(sut->policy.keep_bytes, 2048ULL << 20U);
+}
+
+TEST(ArchiverConfig, HasDefaults) {
+  const Config sut = default_config("/srv");
+  EXPECT_EQ(sut.folder, "/srv/archive");
+  EXPECT_TRUE(sut.record_events);
+  EXPECT_EQ(sut.policy.keep_age, 365 * 24h);
+}
+
+TEST(ArchiverConfig, AcceptsARelativePath) {
+  const auto here = std::filesystem::current_path();
+  const auto sut = load(std::filesystem::relative(data("good/plant.archiver.textproto"), here));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+  EXPECT_EQ(default_config("archives").folder, here / "archives/archive");
+}
+
+TEST(ArchiverConfig, NamesEveryMistakeWithItsPlace) {
+  tests::expect_mistakes("archiver", [](const auto& file) {
+    const auto sut = load(file);
+    return sut ? "no error" : sut.error();
+  });
 }
 
 }  // namespace

@@ -22,14 +22,15 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-Command program(const std::string& name, std::vector<std::string> arguments = {},
-                std::string input = {}) {
-  const std::filesystem::path folder =
-      std::filesystem::path(MILLRACE_TEST_DATA) / "batch" / "programs";
-  return {.program = folder / name,
-          .arguments = std::move(arguments),
-          .folder = folder,
-          .input = std::move(input)};
+/// A shell with this script, which has the arguments as $1, $2 ….
+Command shell(const std::string& script, const std::vector<std::string>& arguments = {},
+              std::string input = {}) {
+  Command command{.program = "/bin/sh",
+                  .arguments = {"-c", script, "sh"},
+                  .folder = "/",
+                  .input = std::move(input)};
+  command.arguments.insert(command.arguments.end(), arguments.begin(), arguments.end());
+  return command;
 }
 
 const Limits generous{.time_limit = 30s, .kill_after = 30s};
@@ -48,24 +49,26 @@ void wait_until_over(pid_t pid) {
 
 TEST(Process, PassesTheRequestAsOneArgumentAndOnStandardInput) {
   const std::string request = "$(touch x); `id` | rm -rf '*' \\ \"a b\"";
-  const Ended sut = run(program("say_request.sh", {request}, request + "\n"), generous);
+  const Ended sut =
+      run(shell("read -r line; printf '[%s] [%s]\\n' \"$1\" \"$line\"", {request}, request + "\n"),
+          generous);
   EXPECT_EQ(sut.end, End::exited);
   EXPECT_EQ(sut.output.text, "[" + request + "] [" + request + "]\n");
 }
 
 TEST(Process, KeepsAnEmptyArgument) {
-  EXPECT_EQ(run(program("count_arguments.sh", {"", "a b"}), generous).output.text, "2\n");
+  EXPECT_EQ(run(shell("echo $#", {"", "a b"}), generous).output.text, "2\n");
 }
 
 TEST(Process, ReturnsTheExitCode) {
-  const Ended sut = run(program("exit_with.sh", {"7 text"}), generous);
+  const Ended sut = run(shell("printf text; exit 7"), generous);
   EXPECT_EQ(sut.end, End::exited);
   EXPECT_EQ(sut.code, 7);
   EXPECT_EQ(sut.output.text, "text");
 }
 
 TEST(Process, ReturnsTheSignal) {
-  const Ended sut = run(program("kill_itself.sh", {"SEGV"}), generous);
+  const Ended sut = run(shell("kill -s SEGV $$"), generous);
   EXPECT_EQ(sut.end, End::signalled);
   EXPECT_EQ(sut.code, SIGSEGV);
 }
@@ -73,7 +76,8 @@ TEST(Process, ReturnsTheSignal) {
 TEST(Process, InheritsNoDescriptorButItsStreams) {
   const base::posix::Fd open_here(::fcntl(STDERR_FILENO, F_DUPFD, 77));  // not close-on-exec
   ASSERT_GE(open_here.get(), 77);
-  const Ended sut = run(program("say_descriptors.sh"), generous);
+  // Without the one that ls opens for the folder.
+  const Ended sut = run(shell("ls /proc/$$/fd | tr '\\n' ' '"), generous);
   EXPECT_THAT(sut.output.text, StartsWith("0 1 "));
   EXPECT_THAT(" " + sut.output.text, Not(HasSubstr(" " + std::to_string(open_here.get()) + " ")));
 }
@@ -84,13 +88,13 @@ TEST(Process, StartsWithSignalsAsTheyAreByDefault) {
   sigemptyset(&blocked);
   sigaddset(&blocked, SIGTERM);
   ASSERT_EQ(pthread_sigmask(SIG_BLOCK, &blocked, &before), 0);
-  const Ended sut = run(program("kill_itself.sh", {"TERM"}), generous);
+  const Ended sut = run(shell("kill -s TERM $$"), generous);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   EXPECT_EQ(sut.end, End::signalled);
 }
 
 TEST(Process, KeepsTheFirstBytesAndCountsAll) {
-  Command command = program("say_much.sh", {"300000"});
+  const Command command = shell("head -c 300000 /dev/zero | tr '\\0' x; echo y >&2");
   Limits limits = generous;
   limits.max_output = 128;
   const Ended sut = run(command, limits);
@@ -100,13 +104,13 @@ TEST(Process, KeepsTheFirstBytesAndCountsAll) {
 }
 
 TEST(Process, RunsInItsFolder) {
-  Command command = program("say_folder.sh");
-  command.folder = "/";
-  EXPECT_EQ(run(command, generous).output.text, "/\n");
+  Command command = shell("pwd");
+  command.folder = "/usr";
+  EXPECT_EQ(run(command, generous).output.text, "/usr\n");
 }
 
 TEST(Process, DoesNotWaitForWhatAProgramLeavesBehind) {
-  const Ended sut = run(program("leave_behind.sh"), generous);
+  const Ended sut = run(shell("sleep 600 & echo $!"), generous);
   EXPECT_EQ(sut.end, End::exited);
   wait_until_over(std::stoi(sut.output.text));
 }
@@ -114,7 +118,7 @@ TEST(Process, DoesNotWaitForWhatAProgramLeavesBehind) {
 TEST(Process, HasNothingOfTheServicesEnvironmentButWhatIsListed) {
   ::setenv("MILLRACE_TEST_SECRET", "hunter2", 1);
   ::setenv("LC_TIME", "C", 1);
-  Command command = program("say_whole_environment.sh");
+  Command command = shell("env");
   command.environment = {"MILLRACE_CALL=5f-1"};
   const Ended sut = run(command, generous);
   ::unsetenv("MILLRACE_TEST_SECRET");
@@ -124,11 +128,20 @@ TEST(Process, HasNothingOfTheServicesEnvironmentButWhatIsListed) {
   EXPECT_THAT(sut.output.text, HasSubstr("PATH="));
 }
 
+const std::string writes_pids = "echo \"$$ $!\" >\"$1.part\"; mv \"$1.part\" \"$1\"; ";
+const std::string ignores_sigterm = "trap '' TERM; while :; do sleep 1; done";
+/// Starts a helper that ignores SIGTERM, and stays.
+const std::string outlives = "sh -c \"" + ignores_sigterm + "\" & " + writes_pids + ignores_sigterm;
+/// The same, with the helper in a process group of its own, as a shell with job control makes one.
+const std::string changes_group =
+    "set -m; sh -c \"" + ignores_sigterm + "\" & set +m; " + writes_pids + ignores_sigterm;
+
 class OutlivingProcess : public testing::Test {
  protected:
   OutlivingProcess() : file_(folder_.path() / "pids") {}
 
-  Command command(const std::string& name = "outlive.sh") { return program(name, {file_}); }
+  /// It writes the process ids of its shell and its helper to the file named by its argument.
+  Command command(const std::string& script = outlives) { return shell(script, {file_}); }
   /// Runs it with a time limit in which it can write its process ids: on a busy host the first may
   /// be too short.
   Ended run_into_limit(const Command& command) {
@@ -164,19 +177,22 @@ TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenTheTimeIsOver) {
 }
 
 TEST_F(OutlivingProcess, IsEndedInAnotherProcessGroupWhenTheTimeIsOver) {
-  const Ended sut = run_into_limit(command("change_group.sh"));
+  const Ended sut = run_into_limit(command(changes_group));
   EXPECT_EQ(sut.end, End::time_limit);
   wait_until_over(pids().second);
 }
 
 TEST_F(OutlivingProcess, IsEndedInAnotherProcessGroupThatIsLeftBehind) {
-  const Ended sut = run(command("leave_group_behind.sh"), generous);
+  const Ended sut = run(command("set -m; sleep 600 >/dev/null 2>&1 & " + writes_pids), generous);
   EXPECT_EQ(sut.end, End::exited);
   wait_until_over(pids().second);
 }
 
 TEST_F(OutlivingProcess, StaysInASessionOfItsOwn) {
-  const Ended sut = run(command("leave_session_behind.sh"), generous);
+  const Ended sut = run(command("setsid sh -c 'echo \"0 $$\" >\"$1.part\"; mv \"$1.part\" \"$1\"; "
+                                "exec sleep 600' sh \"$1\" "
+                                ">/dev/null 2>&1 & while [ ! -e \"$1\" ]; do sleep 0.01; done"),
+                        generous);
   EXPECT_EQ(sut.end, End::exited);
   const pid_t helper = pids().second;
   EXPECT_FALSE(is_over(helper));
@@ -198,29 +214,45 @@ TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenItIsCancelled) {
 }
 
 TEST(Process, IsNotStartedForAWithdrawnCall) {
-  EXPECT_EQ(run(program("leave_behind.sh"), generous, [] { return true; }).end, End::unwanted);
+  EXPECT_EQ(run(shell("sleep 600"), generous, [] { return true; }).end, End::unwanted);
 }
 
 struct NotStartable {
-  std::string program;
+  /// Empty: there is no such file.
+  std::string content;
+  std::filesystem::perms permissions;
   std::string reason;
 };
 
 class NotStarted : public testing::TestWithParam<NotStartable> {};
 
 TEST_P(NotStarted, NamesTheReason) {
-  const Ended sut = run(program(GetParam().program), generous);
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path program = folder.path() / "program";
+  if (!GetParam().content.empty()) {
+    std::ofstream(program) << GetParam().content;
+    std::filesystem::permissions(program, GetParam().permissions);
+  }
+  const Ended sut = run({.program = program, .folder = folder.path()}, generous);
   EXPECT_EQ(sut.end, End::not_started);
   EXPECT_THAT(sut.reason, HasSubstr(GetParam().reason));
-  EXPECT_THAT(sut.reason, HasSubstr(GetParam().program));
+  EXPECT_THAT(sut.reason, HasSubstr(program.string()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Programs, NotStarted,
-                         testing::Values(NotStartable{"no_such_program", "missing"},
-                                         NotStartable{"missing_interpreter.sh", "interpreter"},
-                                         NotStartable{"no_first_line.sh", "#! line"},
-                                         NotStartable{"not_executable.sh", "Permission denied"},
-                                         NotStartable{"../programs", "Permission denied"}));
+                         testing::Values(NotStartable{"", {}, "missing"},
+                                         NotStartable{"#!/no/such/interpreter\n",
+                                                      std::filesystem::perms(0755), "interpreter"},
+                                         NotStartable{"echo no first line\n",
+                                                      std::filesystem::perms(0755), "#! line"},
+                                         NotStartable{"#!/bin/sh\n", std::filesystem::perms(0644),
+                                                      "Permission denied"}));
+
+TEST(Process, IsNotStartedFromAFolder) {
+  const Ended sut = run({.program = "/usr", .folder = "/"}, generous);
+  EXPECT_EQ(sut.end, End::not_started);
+  EXPECT_THAT(sut.reason, HasSubstr("Permission denied"));
+}
 
 }  // namespace
 }  // namespace millrace::services::batch

@@ -1,7 +1,13 @@
 #include "services/dial_gauge/answering.hpp"
 
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "services/dial_gauge/config.hpp"
+#include "tests/support/expected_mistakes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::dial_gauge {
 namespace {
@@ -156,6 +162,117 @@ TEST_F(AnsweringTest, CountsAnOldOrOutOfRangeValueAsNoFaultOfTheGauge) {
   next = Reading{.value = 21 * nanometres_per_mm, .taken = now};
   EXPECT_EQ(sut.answer("READ depth", now).state, state_out_of_range);
   EXPECT_TRUE(sut.failing().empty());
+}
+
+TEST(GaugeRequest, IsAVerbAndAGauge) {
+  EXPECT_EQ(parse("READ depth"), (Request{Verb::read, "depth"}));
+  EXPECT_EQ(parse("ZERO depth"), (Request{Verb::zero, "depth"}));
+  EXPECT_EQ(parse("STATUS G-1_b"), (Request{Verb::status, "G-1_b"}));
+  EXPECT_EQ(parse("LIST"), (Request{Verb::list, ""}));
+}
+
+TEST(GaugeRequest, MayRequestTheNumberOnly) {
+  EXPECT_EQ(parse("READ depth mm"), (Request{Verb::read, "depth", true}));
+  EXPECT_EQ(parse("read depth MM"), (Request{Verb::read, "depth", true}));
+  EXPECT_FALSE(parse("ZERO depth mm"));
+  EXPECT_FALSE(parse("READ depth inch"));
+}
+
+TEST(GaugeRequest, MayHaveBlanksAndSmallLetters) {
+  EXPECT_EQ(parse("  read \t depth "), (Request{Verb::read, "depth"}));
+}
+
+class NoGaugeRequest : public testing::TestWithParam<std::string> {};
+
+TEST_P(NoGaugeRequest, IsRefused) {
+  EXPECT_FALSE(parse(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Texts, NoGaugeRequest,
+                         testing::Values("", "   ", "READ", "READ a b", "LIST a", "MEASURE a",
+                                         "READa", "READ ../../etc/passwd", "READ $(reboot)",
+                                         "READ a;b", "READ \xE4", std::string("READ a\0b", 8),
+                                         "READ " + std::string(33, 'a'), std::string(127, 'x'),
+                                         std::string(127, '\xFF')));
+
+TEST(GaugeRequest, NamesWhatWasExpected) {
+  EXPECT_THAT(parse("MEASURE a").error(),
+              HasSubstr("expected READ gauge [mm], ZERO|STATUS gauge or LIST"));
+  EXPECT_THAT(parse("READ a;b").error(), HasSubstr("'a;b'"));
+}
+
+class ZerosFile : public testing::Test {
+ protected:
+  tests::TemporaryFolder folder;
+  std::filesystem::path file = folder.path() / "zeros";
+};
+
+TEST_F(ZerosFile, ThatIsMissingHoldsNone) {
+  EXPECT_EQ(read_zeros(file), Zeros{});
+}
+
+TEST_F(ZerosFile, ReturnsWhatWasStored) {
+  const Zeros zeros{{"bore", -5}, {"depth", 12'345'000}};
+  ASSERT_TRUE(keep_zeros(file, zeros));
+  EXPECT_EQ(read_zeros(file), zeros);
+}
+
+TEST_F(ZerosFile, ThatIsBrokenIsAnErrorAndNotNoZeros) {
+  std::ofstream(file) << "zero { gauge: ";
+  EXPECT_THAT(read_zeros(file).error(), HasSubstr("zeros:1:"));
+}
+
+TEST_F(ZerosFile, ThatCannotBeWrittenIsAnError) {
+  EXPECT_THAT(keep_zeros(folder.path() / "missing" / "zeros", {}).error(),
+              HasSubstr("No such file or directory"));
+}
+
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+}
+
+TEST(DialGaugeConfig, ReadsSimulatedGauges) {
+  const auto sut = load(data("good/cell.dial_gauge.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  const GaugeConfig& gauge = sut->gauges.at(0);
+  EXPECT_EQ(gauge.gauge.name, "depth");
+  EXPECT_EQ(gauge.gauge.maximum, 12'700'000);
+  EXPECT_EQ(gauge.gauge.max_age, 10s);
+  const auto& simulation = std::get<Simulation>(gauge.source);
+  EXPECT_EQ(simulation.seed, 7U);
+  EXPECT_THAT(simulation.nominal_mm, testing::ElementsAre(5.01, 5.02));
+  EXPECT_EQ(simulation.noise_um, 0.8);
+}
+
+TEST(DialGaugeConfig, ReadsGaugesOnASerialLine) {
+  const auto sut = load(data("good/cell.dial_gauge.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  const auto& radio = std::get<RadioConfig>(sut->gauges.at(1).source);
+  EXPECT_EQ(radio.line, 1U);
+  EXPECT_EQ(radio.channel, 2U);
+  EXPECT_EQ(sut->lines.at(0).baud_rate, 9600U);
+  EXPECT_EQ(sut->lines.at(0).unit, Unit::inch);
+  EXPECT_EQ(sut->lines.at(1).baud_rate, 57600U);
+  EXPECT_EQ(sut->lines.at(1).device, "/dev/ttyUSB0");
+}
+
+TEST(DialGaugeConfig, KeepsZeroPointsBesideItself) {
+  const auto sut = load(data("good/cell.dial_gauge.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->zero_file, data("good/dial_gauge.zeros"));
+}
+
+TEST(DialGaugeConfig, NamesEveryMistakeWithItsPlace) {
+  tests::expect_mistakes("dial_gauge", [](const auto& file) {
+    const auto sut = load(file);
+    return sut ? "no error" : sut.error();
+  });
+}
+
+TEST(DialGaugeConfig, HasASimulatedGaugeForAFirstTry) {
+  const Config sut = demonstration("/tmp");
+  EXPECT_EQ(sut.gauges.at(0).gauge.name, "G1");
+  EXPECT_EQ(sut.zero_file, "/tmp/dial_gauge.zeros");
 }
 
 }  // namespace

@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/commands/calls/board.hpp"
 
 namespace millrace::tools::commands::calls {
 namespace {
 
+using namespace std::chrono_literals;
 using recording::tests::at;
 using recording::tests::one_call;
-using namespace std::chrono_literals;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
 
 TEST(TheLastCalls, AreAssembledFromAllTheirSamples) {
   CallList sut(10);
@@ -82,6 +86,68 @@ TEST(TheLastCalls, AreLimitedInNumberWithTheNewestLast) {
   ASSERT_EQ(sut.rows().size(), 2U);
   EXPECT_EQ(sut.rows().front().call.id.number, 2U);
   EXPECT_EQ(sut.rows().back().call.id.number, 3U);
+}
+
+constexpr std::size_t wide = 200;
+
+class TheBoard : public testing::Test {
+ protected:
+  void feed(const std::vector<recording::Entry>& entries) {
+    for (const recording::Entry& entry : entries) {
+      live.add(entry);
+      if (const auto call = follower.add(entry)) {
+        sut.add(*call, {}, entry.at);
+      }
+    }
+  }
+
+  Board sut;
+  bus::FabricModel live;
+  recording::CallFollower follower;
+};
+
+TEST_F(TheBoard, ShowsRateMeanAndLastResponseOfAChannel) {
+  feed(one_call(17, 0));
+  feed(one_call(18, 20));
+  const std::string text = sut.text(live, follower, at(100), 24, wide);
+  EXPECT_THAT(text, ContainsRegex("cnc/1 +- +2.0 +7.10 ms +2 +\"1.414214\" 1"));
+  EXPECT_THAT(text, HasSubstr("5f-17"));
+  EXPECT_THAT(text, HasSubstr("5f-18"));
+}
+
+TEST_F(TheBoard, ShowsChannelsWithoutCallsAndWhatIsPending) {
+  live.add(
+      {.sample = fabric::ChannelStatus{.key = {"cnc", 2}, .state = fabric::ChannelState::idle}});
+  feed({one_call(17, 0)[0]});
+  live.add(
+      {.sample = fabric::ChannelStatus{.key = {"cnc", 1}, .state = fabric::ChannelState::running}});
+  const std::string text = sut.text(live, follower, at(100), 24, wide);
+  EXPECT_THAT(text, ContainsRegex("cnc/2 +idle"));
+  EXPECT_THAT(text, ContainsRegex("cnc/1 +running .* \"2\"\n"));
+}
+
+TEST_F(TheBoard, FitsItsTerminal) {
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    feed(one_call(i, static_cast<double>(i) * 20));
+  }
+  const std::string text = sut.text(live, follower, at(2000), 10, 40);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10);
+  EXPECT_THAT(text, HasSubstr("CHANNEL"));
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = text.find('\n', from);
+    EXPECT_LE(end - from, 40U);
+    from = end + 1;
+  }
+  EXPECT_EQ(sut.text(live, follower, at(2000), 0, 40), "");
+}
+
+TEST_F(TheBoard, KeepsTheNewestCalls) {
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    feed(one_call(i, static_cast<double>(i) * 20));
+  }
+  const std::string text = sut.text(live, follower, at(20'000), 24, wide);
+  EXPECT_THAT(text, HasSubstr("5f-999"));
+  EXPECT_THAT(text, Not(HasSubstr("5f-900")));
 }
 
 }  // namespace

@@ -1,9 +1,13 @@
 // Reading files that are damaged, foreign or empty.
 #include <gtest/gtest.h>
 
+#include "tests/support/power_cut_disk.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/mcap/sample_file.hpp"
 #include "tools/mcap/codec.hpp"
 #include "tools/mcap/compression.hpp"
+#include "tools/mcap/file.hpp"
+#include "tools/mcap/repair.hpp"
 #include "tools/mcap/summary.hpp"
 
 namespace millrace::tools::mcap {
@@ -228,6 +232,114 @@ TEST(McapDamage, SkipsPrivateRecordsSilently) {
   bytes += std::string("\x81\x02\0\0\0\0\0\0\0ab", 11);
   append(bytes, DataEnd{0});
   EXPECT_EQ(scan_all(bytes).problems, Problems{});
+}
+
+// The recorder's guarantee: a closed chunk survives any end of the file.
+
+class McapRepairOf : public testing::TestWithParam<Compression> {};
+
+INSTANTIATE_TEST_SUITE_P(Each, McapRepairOf,
+                         testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& of) {
+                           return of.param == Compression::none ? "none"
+                                                                : std::string(name_of(of.param));
+                         });
+
+TEST_P(McapRepairOf, RestoresEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
+  const auto sample = sample_file(4, 3, GetParam());
+  for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
+    Memory damaged(sample.bytes.substr(0, size));
+    Memory repaired;
+    const auto report = repair(damaged, repaired, "test");
+    ASSERT_TRUE(report);
+    ASSERT_FALSE(report->problems.empty()) << "cut at " << size;
+
+    const auto scanned = scan_all(repaired);
+    ASSERT_EQ(scanned.messages, sample.messages_within(size)) << "cut at " << size;
+    ASSERT_EQ(scanned.problems, Problems{}) << "cut at " << size;
+    ASSERT_TRUE(scanned.closed);
+    const auto summary = read_summary(repaired);
+    ASSERT_TRUE(summary) << summary.error().to_string();
+    ASSERT_EQ(summary->statistics, report->saved);
+  }
+}
+
+TEST_P(McapRepairOf, LeavesWhatWasCompressedCompressed) {
+  Memory whole(sample_file(2, 300, GetParam()).bytes);
+  Memory repaired;
+  ASSERT_TRUE(repair(whole, repaired, "test"));
+  const auto found = survey(repaired);
+  EXPECT_EQ(found.summary.statistics.messages, 600U);
+  ASSERT_EQ(found.chunk_sizes.size(), 1U);
+  EXPECT_EQ(found.chunk_sizes.begin()->first, name_of(GetParam()));
+}
+
+TEST(McapRepair, LeavesAWholeFileWhole) {
+  const auto sample = sample_file(3, 3);
+  Memory whole(sample.bytes);
+  Memory repaired;
+  const auto report = repair(whole, repaired, "test");
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->problems, Problems{});
+  EXPECT_EQ(report->saved.attachments, 1U);
+  EXPECT_EQ(report->saved.metadata, 1U);
+  EXPECT_EQ(scan_all(repaired).messages, sample.messages_within(sample.bytes.size()));
+}
+
+TEST(McapRepair, ReportsTheSinksError) {
+  class Full : public Sink {
+    tl::expected<void, std::string> write(Bytes) override {
+      return tl::unexpected<std::string>("the disk is full");
+    }
+  } full;
+  Memory damaged(sample_file(1, 1).bytes);
+  EXPECT_EQ(repair(damaged, full, "test").error(), "the disk is full");
+}
+
+TEST(McapRepair, RefusesAFileThatIsNoRecording) {
+  for (const char* const text : {"no recording", "id,at,machine\r\n1,2,3\r\n"}) {
+    Memory foreign{std::string(text)};
+    Memory repaired;
+    const auto report = repair(foreign, repaired, "test");
+    ASSERT_FALSE(report) << text;
+    EXPECT_NE(report.error().find("it is not a recording"), std::string::npos);
+    EXPECT_EQ(repaired.size(), 0U);
+  }
+}
+
+// The contents of a recording after a power cut at any point of its work.
+
+TEST(RecordingAfterAPowerCut, HasWhatWasSyncedAndIsWholeOnceItIsFinished) {
+  const millrace::tests::TemporaryFolder folder;
+  const std::string chunk(1000, 'x');
+  constexpr unsigned chunks = 5;
+  const std::string all((chunks + 1) * chunk.size(), 'x');
+  millrace::tests::PowerCutDisk disk(folder.path());
+  {
+    auto sut = FileSink::create(folder.path() / "run.mcap");
+    ASSERT_TRUE(sut);
+    for (unsigned done = 1; done <= chunks; ++done) {
+      ASSERT_TRUE(sut->write(chunk));
+      ASSERT_TRUE(sut->sync());
+      disk.promise(done);
+    }
+    // What was not forced yet is forced before the file gets its name.
+    ASSERT_TRUE(sut->write(chunk));
+    ASSERT_TRUE(sut->finish());
+    disk.promise(chunks + 1);
+  }
+  for (const millrace::tests::PowerCut& cut : disk.power_cuts()) {
+    const auto part = cut.files.find("run.mcap.part");
+    const auto whole = cut.files.find("run.mcap");
+    const bool finished = whole != cut.files.end();
+    EXPECT_TRUE(finished || cut.promised <= chunks) << cut.where;
+    if (finished) {
+      EXPECT_TRUE(whole->second == all) << cut.where;
+    } else if (cut.promised > 0) {
+      ASSERT_NE(part, cut.files.end()) << cut.where;
+      EXPECT_GE(part->second.size(), cut.promised * chunk.size()) << cut.where;
+    }
+  }
 }
 
 }  // namespace

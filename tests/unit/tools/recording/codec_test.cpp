@@ -2,21 +2,30 @@
 #include "tools/recording/codec.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/lcm/mirror.hpp"
 #include "fabric/wire/topics.hpp"
 #include "fabric/words.hpp"
 #include "idl/recording.pb.h"
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/mcap/summary.hpp"
+#include "tools/recording/reader.hpp"
+#include "tools/recording/writer.hpp"
 
 namespace millrace::tools::recording {
 namespace {
 
+using namespace std::string_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
 using tests::at;
 using tests::one_call;
-using tests::square_root;
 
 Entry encoded_and_decoded(const Entry& entry) {
   const auto decoded = decode(schema_name(entry), encode(entry), entry.at);
@@ -161,6 +170,171 @@ TEST(RecordingCodec, DescribesEveryMessageInItsSchema) {
   ASSERT_EQ(set.file_size(), 1);
   EXPECT_EQ(set.file(0).package(), "millrace.recording");
   EXPECT_EQ(set.file(0).dependency_size(), 0);
+}
+
+// Entries are written to a file and read back.
+
+/// Ten calls, one chunk each.
+std::string ten_calls() {
+  mcap::Memory file;
+  mcap::Writer writer(file, {});
+  RecordingWriter sut(writer);
+  for (std::uint64_t number = 1; number <= 10; ++number) {
+    for (const Entry& entry : one_call(number, static_cast<double>(number) * 100)) {
+      EXPECT_TRUE(sut.write(entry));
+    }
+    EXPECT_TRUE(writer.close_chunk());
+  }
+  EXPECT_TRUE(writer.close());
+  return file.bytes();
+}
+
+std::vector<Entry> read(mcap::Source& file, const Filter& filter) {
+  std::vector<Entry> entries;
+  const ReadReport report =
+      read_entries(file, filter, [&](const Entry& entry) { entries.push_back(entry); });
+  EXPECT_EQ(report.problems, mcap::Problems{});
+  EXPECT_EQ(report.foreign, 0U);
+  return entries;
+}
+
+TEST(RecordingWriter, WritesWhatTheReaderReads) {
+  mcap::Memory file(ten_calls());
+  const std::vector<Entry> entries = read(file, {});
+  ASSERT_EQ(entries.size(), 70U);
+  EXPECT_EQ(kind_of(entries[1]), "request");
+  EXPECT_EQ(entries[1].at, at(101.1));
+  EXPECT_EQ(call_of(entries[69]), (fabric::CallId{0x5f, 10}));
+}
+
+TEST(RecordingWriter, NamesChannelsByWhatHappened) {
+  mcap::Memory file(ten_calls());
+  const auto summary = mcap::read_summary(file);
+  ASSERT_TRUE(summary);
+  std::map<std::string, std::uint64_t> counts;
+  for (const auto& [id, channel] : summary->definitions.channels()) {
+    counts[channel.topic] = summary->statistics.channel_messages.at(id);
+    EXPECT_EQ(channel.message_encoding, "protobuf");
+    EXPECT_TRUE(channel.metadata.at("dds_topic").starts_with("millrace/"));
+  }
+  EXPECT_EQ(counts, (std::map<std::string, std::uint64_t>{{"machine/cnc/1/event", 40},
+                                                          {"machine/cnc/1/reply", 10},
+                                                          {"machine/cnc/1/request", 10},
+                                                          {"machine/cnc/1/withdrawal", 10}}));
+}
+
+TEST(RecordingReader, ReadsOnlyTheChunksOfTheSelectedTime) {
+  class Counting : public mcap::Memory {
+   public:
+    using Memory::Memory;
+    void read(std::uint64_t offset, std::uint64_t length, std::string& out) override {
+      Memory::read(offset, length, out);
+      largest = std::max(largest, out.size());
+      total += out.size();
+    }
+    std::size_t largest = 0;
+    std::size_t total = 0;
+  };
+  Counting all(ten_calls());
+  EXPECT_EQ(read(all, {}).size(), 70U);
+  Counting some(ten_calls());
+  EXPECT_EQ(read(some, {.from = at(500), .to = at(599)}).size(), 7U);
+  EXPECT_LT(some.total, all.total);
+}
+
+TEST(RecordingReader, CountsForeignMessages) {
+  mcap::Memory file;
+  mcap::Writer writer(file, {});
+  writer.define(mcap::Channel{1, 0, "other/topic", "json", {}});
+  ASSERT_TRUE(writer.write({1, 1, 1, 1, "{}"}));
+  ASSERT_TRUE(writer.close());
+  const ReadReport report = read_entries(file, {}, [](const Entry&) { FAIL(); });
+  EXPECT_EQ(report.foreign, 1U);
+}
+
+TEST(RecordingReader, NamesAMessageThatIsDamaged) {
+  mcap::Memory file;
+  mcap::Writer writer(file, {});
+  writer.define(mcap::Schema{1, "millrace.recording.Request", "protobuf", "x"});
+  writer.define(mcap::Channel{1, 1, "machine/cnc/1/request", "protobuf", {}});
+  ASSERT_TRUE(writer.write({1, 1, 1, 1, "\xff"}));
+  ASSERT_TRUE(writer.close());
+  const ReadReport report = read_entries(file, {}, [](const Entry&) { FAIL(); });
+  ASSERT_EQ(report.problems.size(), 1U);
+  EXPECT_EQ(report.problems[0].text, "the message is not a millrace.recording.Request");
+  EXPECT_GT(report.problems[0].offset, 8U);
+}
+
+std::string big(std::uint64_t number, int bytes) {
+  std::string text;
+  for (int i = bytes - 1; i >= 0; --i) {
+    text.push_back(static_cast<char>(number >> (8 * i)));
+  }
+  return text;
+}
+
+std::string event(const std::string& channel, const std::string& message) {
+  return "\xED\xA1\xDA\x01"s + big(1, 8) + big(2, 8) + big(channel.size(), 4) +
+         big(message.size(), 4) + channel + message;
+}
+
+std::string mirrored(std::uint64_t number) {
+  const auto message = fabric::lcm::mirrored(
+      {.at = fabric::Time(std::chrono::nanoseconds(number)),
+       .uuid = "u",
+       .sample = fabric::Request{
+           .key = {"cnc", 1}, .call = {5, number}, .uuid = "u", .text = "text", .state = 1}});
+  return event(message->channel, message->bytes);
+}
+
+struct Read {
+  ReadReport report;
+  std::vector<std::uint64_t> numbers;
+};
+
+Read read(const std::string& bytes, const Filter& filter = {}) {
+  mcap::Memory file(bytes);
+  Read read;
+  read.report = read_entries(
+      file, filter, [&](const Entry& entry) { read.numbers.push_back(call_of(entry).number); });
+  return read;
+}
+
+TEST(LcmLog, IsReadAsARecording) {
+  const Read sut = read(mirrored(1) + event("CAMERA", std::string(100'000, 'p')) + mirrored(2) +
+                        event("MILLRACE_PRESENCE", "x") + mirrored(3));
+  EXPECT_THAT(sut.numbers, ElementsAre(1, 2, 3));
+  EXPECT_THAT(sut.report.problems, IsEmpty());
+  EXPECT_EQ(sut.report.foreign, 2U);
+  EXPECT_THAT(read(mirrored(1) + mirrored(2), {.call = fabric::CallId{5, 2}}).numbers,
+              ElementsAre(2));
+}
+
+TEST(LcmLog, ThatIsCutOffIsReadUpToThere) {
+  const std::string whole = mirrored(1) + mirrored(2);
+  for (std::size_t size = mirrored(1).size() + 1; size < whole.size(); ++size) {
+    const Read sut = read(whole.substr(0, size));
+    ASSERT_THAT(sut.numbers, ElementsAre(1)) << size;
+    ASSERT_THAT(sut.report.problems, SizeIs(1)) << size;
+    EXPECT_EQ(sut.report.problems[0].offset, mirrored(1).size());
+  }
+}
+
+TEST(LcmLog, IsReadAfterADamagedPlace) {
+  const Read torn = read(mirrored(1) + "torn"s + mirrored(2));
+  EXPECT_THAT(torn.numbers, ElementsAre(1, 2));
+  EXPECT_THAT(torn.report.problems.at(0).text, HasSubstr("4 bytes are skipped"));
+  std::string huge = mirrored(1);
+  huge[24] = '\x7F';
+  const Read sut = read(huge + mirrored(2));
+  EXPECT_THAT(sut.numbers, ElementsAre(2));
+  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("after the end of the file"));
+}
+
+TEST(LcmLog, ReportsInvalidMirrorMessages) {
+  const Read sut = read(mirrored(1) + event("MILLRACE_MIRROR.request", "nonsense!"));
+  EXPECT_THAT(sut.numbers, ElementsAre(1));
+  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("on MILLRACE_MIRROR.request: "));
 }
 
 }  // namespace

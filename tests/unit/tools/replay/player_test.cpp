@@ -4,8 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/run_until.hpp"
+#include "fabric/wire/codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/wait_for.hpp"
 #include "tests/unit/tools/replay/sample_plan.hpp"
+#include "tools/replay/as_service.hpp"
+#include "tools/replay/scheduler.hpp"
 
 namespace millrace::tools::replay {
 namespace {
@@ -13,7 +18,9 @@ namespace {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using tests::run_until;
+using Clock = std::chrono::steady_clock;
 
 /// Answers at once, except calls in `silent`.
 struct Answering : Stage {
@@ -116,6 +123,207 @@ TEST_F(PlayerTest, StepsThroughThePlan) {
   }
   ASSERT_TRUE(run_until(io, [&] { return stage.done; }));
   EXPECT_EQ(player->upcoming(), std::nullopt);
+}
+
+std::vector<std::size_t> all_due(Scheduler& sut, nanoseconds now) {
+  std::vector<std::size_t> due;
+  while (const auto call = sut.next(now)) {
+    due.push_back(*call);
+  }
+  return due;
+}
+
+TEST(Scheduler, IssuesEachCallAtItsTime) {
+  const Plan plan{{planned(1, 0ms, 5ms), planned(2, 10ms, 5ms), planned(1, 20ms, 5ms)}, {}};
+  Scheduler sut(plan, {});
+  EXPECT_THAT(all_due(sut, 0ms), ElementsAre(0));
+  EXPECT_EQ(sut.next_time(), 10ms);
+  EXPECT_THAT(all_due(sut, 9ms), IsEmpty());
+  EXPECT_THAT(all_due(sut, 10ms), ElementsAre(1));
+  sut.ended(0);
+  EXPECT_EQ(sut.next_time(), 20ms);
+  EXPECT_THAT(all_due(sut, 20ms), ElementsAre(2));
+  EXPECT_FALSE(sut.done());
+  sut.ended(1);
+  sut.ended(2);
+  EXPECT_TRUE(sut.done());
+}
+
+TEST(Scheduler, IsFasterAndSlowerByTheRate) {
+  const Plan plan{{planned(1, 0ms, 5ms), planned(2, 100ms, 5ms)}, {}};
+  Scheduler fast(plan, {.rate = 10});
+  EXPECT_THAT(all_due(fast, 10ms), ElementsAre(0, 1));
+  Scheduler slow(plan, {.rate = 0.5});
+  EXPECT_THAT(all_due(slow, 199ms), ElementsAre(0));
+  EXPECT_EQ(slow.next_time(), 200ms);
+}
+
+TEST(Scheduler, HasOneCallAtATimeInEachChannel) {
+  const Plan plan{{planned(1, 0ms, 5ms), planned(1, 10ms, 5ms), planned(2, 11ms, 5ms)}, {}};
+  Scheduler sut(plan, {});
+  EXPECT_THAT(all_due(sut, 0ms), ElementsAre(0));
+  // The first one takes longer than in the recording.
+  EXPECT_THAT(all_due(sut, 30ms), ElementsAre(2));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  sut.ended(0);
+  EXPECT_THAT(all_due(sut, 30ms), ElementsAre(1));
+  EXPECT_TRUE(sut.was_held_up(1));
+  EXPECT_FALSE(sut.was_held_up(2));
+}
+
+TEST(Scheduler, GoesFastWithoutRunningAtOnceWhatRanOneAfterTheOther) {
+  // Channel 2 calls while channel 1's first call runs, and again after it has ended.
+  const Plan plan{{planned(1, 0ms, 50ms), planned(2, 10ms, 5ms), planned(2, 100ms, 5ms)}, {}};
+  Scheduler sut(plan, {.timing = Timing::fast});
+  EXPECT_THAT(all_due(sut, 0ms), ElementsAre(0, 1));
+  sut.ended(1);
+  EXPECT_THAT(all_due(sut, 0ms), IsEmpty());
+  sut.ended(0);
+  EXPECT_THAT(all_due(sut, 0ms), ElementsAre(2));
+}
+
+TEST(Scheduler, DoesNotWaitForACallThatNeverEndedInTheRecording) {
+  Plan plan{{planned(1, 0ms, 50ms), planned(2, 100ms, 5ms)}, {}};
+  plan.calls[0].answer.reset();
+  Scheduler sut(plan, {.timing = Timing::fast});
+  EXPECT_THAT(all_due(sut, 0ms), ElementsAre(0, 1));
+}
+
+TEST(Scheduler, StepsWhenItIsAllowed) {
+  const Plan plan{{planned(1, 0ms, 5ms), planned(2, 1ms, 5ms)}, {}};
+  Scheduler sut(plan, {.timing = Timing::step});
+  EXPECT_THAT(all_due(sut, 1s), IsEmpty());
+  sut.allow();
+  sut.allow();
+  EXPECT_THAT(all_due(sut, 1s), ElementsAre(0));
+  sut.ended(0);
+  EXPECT_THAT(all_due(sut, 1s), ElementsAre(1));
+}
+
+TEST(Scheduler, GoesThroughALongPlanInOrderOfEachChannelWhateverTheEnds) {
+  Plan plan;
+  for (int i = 0; i < 1000; ++i) {
+    plan.calls.push_back(
+        planned(static_cast<std::uint16_t>(1 + i * 7 % 5), std::chrono::milliseconds(i), 3ms));
+  }
+  for (const Timing timing : {Timing::timed, Timing::fast}) {
+    Scheduler sut(plan, {.timing = timing});
+    std::map<fabric::ChannelKey, std::size_t> last;
+    std::vector<std::size_t> open;
+    nanoseconds now{};
+    while (!sut.done()) {
+      for (const std::size_t call : all_due(sut, now)) {
+        const auto [place, first] = last.try_emplace(plan.calls[call].channel, call);
+        EXPECT_TRUE(first || place->second < call);
+        place->second = call;
+        open.push_back(call);
+      }
+      now += 700us;
+      if (!open.empty()) {
+        // The newest ends first.
+        sut.ended(open.back());
+        open.pop_back();
+      }
+    }
+    EXPECT_EQ(sut.issued(), 1000U);
+  }
+}
+
+struct Listener : AsServiceListener {
+  void on_match(const fabric::Request&, std::size_t call) override { matched.push_back(call); }
+  void on_mismatch(const fabric::Request&, const std::string& reason) override {
+    mismatches.push_back(reason);
+  }
+  void on_drain(const fabric::InstanceIdentity&, const std::string&) override {}
+  void on_complete() override { complete = true; }
+
+  std::vector<std::size_t> matched;
+  std::vector<std::string> mismatches;
+  bool complete = false;
+};
+
+class AsServiceTest : public testing::Test {
+ protected:
+  static std::map<fabric::ChannelKey, fabric::ChannelKey> same_channels(const Plan& plan) {
+    std::map<fabric::ChannelKey, fabric::ChannelKey> channels;
+    for (const PlannedCall& call : plan.calls) {
+      channels.emplace(call.channel, call.channel);
+    }
+    return channels;
+  }
+  AsService& stand_in(Plan recorded) {
+    plan = std::move(recorded);
+    return sut.emplace(participant, io.get_executor(), plan,
+                       AsServiceOptions{.channels = same_channels(plan), .name = "stand-in"},
+                       listener);
+  }
+  /// As a gateway dispatches it to the only instance.
+  fabric::Request given(std::uint64_t number, std::uint16_t channel = 1) {
+    fabric::Request request = request_entry(number, channel);
+    request.assigned = sut->instances().at(0).id;
+    return request;
+  }
+
+  tests::Domain domain;
+  boost::asio::io_context io;
+  fabric::dds::Participant participant{{.domain = domain.number()}};
+  Listener listener;
+  Plan plan;
+  std::optional<AsService> sut;
+};
+
+// Both timers have expired when the loop checks them: the first one withdraws the call of the
+// second.
+TEST_F(AsServiceTest, IsNotEndedByTheTimerOfACallThatWasWithdrawn) {
+  stand_in({.calls = {planned(1, 0ms, 10ms), planned(1, 20ms, 0ms)}});
+  io.poll();
+  boost::asio::steady_timer withdraws(io, Clock::now());
+  const fabric::Request request = given(1);
+  withdraws.async_wait(
+      [&](const boost::system::error_code&) { sut->on_withdrawn(fabric::key_of(request)); });
+  sut->on_request(request);
+  const auto both = Clock::now() + 50ms;
+  while (Clock::now() < both) {
+    // The loop does not turn until here.
+  }
+  io.restart();
+  EXPECT_NO_THROW(io.poll());
+  sut->on_request(given(2));
+  EXPECT_THAT(listener.matched, ElementsAre(0, 1));
+  EXPECT_THAT(listener.mismatches, IsEmpty());
+}
+
+TEST_F(AsServiceTest, SendsHeartbeatsForItsInstancesAndNamesTheCallsTheyHave) {
+  fabric::dds::Participant gateway{{.domain = domain.number()}};
+  fabric::wire::Reader<fabric::Heartbeat> heartbeats(gateway, "millrace", fabric::wire::Keep::last);
+  stand_in({.calls = {planned(1, 0ms, 1h), planned(1, 20ms, 0ms)}});
+  EXPECT_EQ(sut->instances().at(0).lease, participant.options().lease);
+
+  fabric::InstanceLoad told;
+  const auto until_told = [&](const std::function<bool()>& enough) {
+    return run_until(io, [&] {
+      for (const auto& taken : heartbeats.take()) {
+        for (const fabric::InstanceLoad& load : taken.value.loads) {
+          told = load;
+        }
+      }
+      return enough();
+    });
+  };
+  const fabric::InstanceId instance = sut->instances().at(0).id;
+  ASSERT_TRUE(until_told([&] { return told.status.instance == instance; }));
+  EXPECT_THAT(told.calls, IsEmpty());
+
+  const fabric::Request request = given(1);
+  sut->on_request(request);
+  ASSERT_TRUE(until_told([&] { return told.status.running == 1; }));
+  EXPECT_THAT(told.calls, ElementsAre(request.call));
+
+  sut->on_withdrawn(fabric::key_of(request));
+  sut->on_request(given(2));
+  ASSERT_TRUE(until_told([&] { return told.status.answered == 1; }));
+  EXPECT_EQ(told.status.cancelled, 1U);
+  EXPECT_THAT(told.calls, IsEmpty());
 }
 
 }  // namespace
