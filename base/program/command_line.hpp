@@ -20,6 +20,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <CLI/App.hpp>
@@ -39,6 +40,15 @@ class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// The value of a tl::expected; throws UsageError with its error.
+template <typename Result>
+typename Result::value_type must(Result result) {
+  if (!result) {
+    throw UsageError(result.error());
+  }
+  return *std::move(result);
+}
 
 /// Parses the command line, adds --version, runs `body` and returns the exit code. Help and version
 /// return exit_done, a wrong flag or UsageError returns exit_usage, any other exception

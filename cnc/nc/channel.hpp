@@ -28,7 +28,6 @@
 #include "cnc/nc/motion.hpp"
 #include "cnc/nc/run/decoder.hpp"
 #include "cnc/nc/timers.hpp"
-#include "cnc/nc/variable_directory.hpp"
 
 namespace millrace::cnc::nc {
 
@@ -146,7 +145,7 @@ class Channel {
   [[nodiscard]] long block_number() const { return interpolator_.place().block; }
   [[nodiscard]] Place decoder_place() const { return decoder_.place(); }
   /// The variables P, V.P, V.L, V.S and V.CYC; valid as long as the channel.
-  [[nodiscard]] VariableDirectory& variables() { return memory_; }
+  [[nodiscard]] run::Memory& variables() { return memory_; }
 
  private:
   /// Why no program can start now.

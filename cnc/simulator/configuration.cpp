@@ -1,15 +1,22 @@
 #include "cnc/simulator/configuration.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <fstream>
+#include <optional>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "base/configuration/check.hpp"
 #include "base/program/command_line.hpp"
-#include "cnc/simulator/configuration_parts.hpp"
+#include "base/text/ascii.hpp"
+#include "base/text/cp1252.hpp"
+#include "cnc/simulator/system_data.hpp"
 #include "cnc/simulator/virtual_channel.hpp"
 #include "idl/cnc.pb.h"
 
@@ -20,6 +27,13 @@ namespace {
 using base::configuration::ConfigPath;
 using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
+
+/// Of a variable or of system data.
+template <typename From>
+ElementType element_of(const From& from) {
+  const Type type{static_cast<std::uint32_t>(from.type())};
+  return type == Type::string ? ElementType::text(from.characters()) : ElementType::number(type);
+}
 
 AxisSettings axis(const config::CncAxis& from, const ConfigPath& path, Mistakes& mistakes) {
   const std::string& name = from.name();
@@ -221,6 +235,132 @@ ConnectionSettings connections(const config::CncConnections& from, const config:
            std::chrono::milliseconds(faults.sample_delay_ms()), faults.lose_sample_every()}};
 }
 
+std::optional<ListenAddress> listen_address(const std::string& text, const ConfigPath& path,
+                                            Mistakes& mistakes) {
+  const auto listen = ListenAddress::parse(text);
+  mistakes.expect(
+      listen.has_value(), path,
+      fmt::format("\"{}\"; expected an address and a port, as in 127.0.0.1:8016", text));
+  return listen;
+}
+
+std::string text_of(const std::filesystem::path& file, const ConfigPath& path, Mistakes& mistakes) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  mistakes.expect(in.is_open() && !in.bad(), path,
+                  fmt::format("cannot read {}: {}", file.string(), std::strerror(errno)));
+  return text;
+}
+
+std::string in_cp1252(const std::string& text, const ConfigPath& path, Mistakes& mistakes) {
+  return mistakes.take(base::text::to_cp1252(text), path);
+}
+
+ads::ServerSelfSigned self_signed(const config::CncSelfSigned& from,
+                                  const std::filesystem::path& base, const ConfigPath& path,
+                                  Mistakes& mistakes) {
+  ads::ServerSelfSigned to;
+  to.user = in_cp1252(from.user(), path / "user", mistakes);
+  to.password = in_cp1252(from.password(), path / "password", mistakes);
+  if (!from.has_certificate() && !from.has_key()) {
+    return to;
+  }
+  to.certificate = text_of(base / from.certificate(), path / "certificate", mistakes);
+  to.key = text_of(base / from.key(), path / "key", mistakes);
+  return to;
+}
+
+ads::SecureFaults faults(const config::CncSecureFaults& from) {
+  return {std::chrono::milliseconds(from.handshake_delay_ms()),
+          from.close_after_handshake(),
+          static_cast<ads::ConnectError>(from.error()),
+          from.garbage(),
+          from.missing_bytes(),
+          std::chrono::milliseconds(from.least_pause_ms())};
+}
+
+/// Nullopt if the file has no secure_ads. A relative path starts at `base`.
+std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
+                                                 const std::filesystem::path& base,
+                                                 Mistakes& mistakes) {
+  if (!config.has_secure_ads()) {
+    return std::nullopt;
+  }
+  const config::CncSecureAds& from = config.secure_ads();
+  const ConfigPath path{{"secure_ads"}};
+  SecureAdsSettings to;
+  to.listen = listen_address(from.listen(), path / "listen", mistakes).value_or(to.listen);
+  mistakes.expect(from.has_psk() || from.has_self_signed() || from.has_shared_ca(), path,
+                  "it does not say how clients authenticate; expected psk { … }, self_signed { … } "
+                  "or shared_ca { … }");
+  mistakes.expect(!from.has_self_signed() || !from.has_shared_ca(), path / "shared_ca",
+                  "stands beside self_signed; expected one of them");
+  if (from.has_psk()) {
+    to.security.psk = {from.psk().identity(), from.psk().password()};
+  }
+  if (from.has_self_signed()) {
+    to.security.self_signed = self_signed(from.self_signed(), base, path / "self_signed", mistakes);
+  }
+  if (from.has_shared_ca()) {
+    const config::CncSharedCa& shared = from.shared_ca();
+    const ConfigPath here = path / "shared_ca";
+    to.security.shared_ca = {text_of(base / shared.ca(), here / "ca", mistakes),
+                             text_of(base / shared.certificate(), here / "certificate", mistakes),
+                             text_of(base / shared.key(), here / "key", mistakes),
+                             shared.ignore_common_name()};
+  }
+  if (!from.routes_file().empty()) {
+    to.routes_file = base / from.routes_file();
+  }
+  to.only = from.only();
+  to.faults = faults(config.faults().secure_ads());
+  return to;
+}
+
+/// Nullopt if the file has no discovery.
+std::optional<DiscoverySettings> read_discovery(const config::Cnc& config, Mistakes& mistakes) {
+  if (!config.has_discovery()) {
+    return std::nullopt;
+  }
+  const config::CncDiscovery& from = config.discovery();
+  const ConfigPath path{{"discovery"}};
+  DiscoverySettings to;
+  to.listen = listen_address(from.listen(), path / "listen", mistakes).value_or(to.listen);
+  to.name = in_cp1252(from.name(), path / "name", mistakes);
+  to.user = in_cp1252(from.user(), path / "user", mistakes);
+  to.password = in_cp1252(from.password(), path / "password", mistakes);
+  return to;
+}
+
+DataDeclaration declaration(const config::CncSystemData& from, const ConfigPath& path,
+                            Mistakes& mistakes) {
+  if (from.member_size() > 0) {
+    mistakes.expect(
+        !from.has_type() && !from.has_value(), path,
+        fmt::format("{} has members, and a type or a value; expected one of them", from.name()));
+    DataDeclaration structure{from.name(), {}, from.elements()};
+    for (const config::CncSystemMember& member : from.member()) {
+      structure.members.push_back({member.name(), element_of(member)});
+    }
+    return structure;
+  }
+  DataDeclaration single{from.name(), {{"", element_of(from)}}, from.elements()};
+  const ElementType type = single.members.front().element;
+  const auto value = from.has_value() ? value_of(type, from.value()) : std::optional(zero_of(type));
+  mistakes.expect(value.has_value(), path / "value",
+                  fmt::format("\"{}\" is not a {}", from.value(), name_of(type.type)));
+  single.value = value.value_or(zero_of(type));
+  return single;
+}
+
+std::vector<DataDeclaration> read_system_data(const config::Cnc& config, Mistakes& mistakes) {
+  std::vector<DataDeclaration> all;
+  for (int i = 0; i < config.system_data_size(); ++i) {
+    all.push_back(declaration(config.system_data(i), {{"system_data", i}}, mistakes));
+  }
+  return all;
+}
+
 /// A relative folder starts at `base`.
 Settings settings_of(const config::Cnc& config, const std::filesystem::path& base,
                      Mistakes& mistakes) {
@@ -269,23 +409,26 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
 
 }  // namespace
 
-Settings read_settings(const std::filesystem::path& file) {
-  const auto text = base::configuration::read_text(file);
-  if (!text) {
-    throw base::program::UsageError(text.error());
+std::optional<ListenAddress> ListenAddress::parse(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  const auto port = colon == std::string_view::npos
+                        ? std::nullopt
+                        : base::text::parse_number<std::uint16_t>(text.substr(colon + 1));
+  if (!port || colon == 0) {
+    return std::nullopt;
   }
-  return parse_settings(*text, file);
+  return ListenAddress{std::string(text.substr(0, colon)), *port};
+}
+
+Settings read_settings(const std::filesystem::path& file) {
+  return parse_settings(base::program::must(base::configuration::read_text(file)), file);
 }
 
 Settings parse_settings(const std::string& text, const std::filesystem::path& file) {
-  auto settings = base::configuration::load_text<config::Cnc>(
+  return base::program::must(base::configuration::load_text<config::Cnc>(
       text, file.string(), [&](const config::Cnc& config, Mistakes& mistakes) {
         return settings_of(config, file.parent_path(), mistakes);
-      });
-  if (!settings) {
-    throw base::program::UsageError(settings.error());
-  }
-  return *std::move(settings);
+      }));
 }
 
 }  // namespace millrace::cnc::simulator

@@ -16,7 +16,7 @@
 
 #include "cnc/ads/device.hpp"
 #include "cnc/nc/environment.hpp"
-#include "cnc/nc/variable_directory.hpp"
+#include "cnc/nc/variable_info.hpp"
 #include "cnc/variables/layout.hpp"
 #include "cnc/variables/names.hpp"
 

@@ -64,7 +64,7 @@ class VirtualChannel : private nc::Environment {
   /// For the operator's adjustments: override, single step and others.
   [[nodiscard]] nc::Channel& program() { return program_; }
   /// P, V.P, V.L, V.S and V.CYC of the NC program.
-  [[nodiscard]] nc::VariableDirectory& program_variables() { return program_.variables(); }
+  [[nodiscard]] nc::run::Memory& program_variables() { return program_.variables(); }
   [[nodiscard]] const std::vector<AxisSettings>& axes() const { return axes_; }
   /// Mode and state, and the selected NC program.
   [[nodiscard]] const ProgramControl& control() const { return control_; }

@@ -8,8 +8,8 @@
 
 namespace millrace::services::archiver {
 
-tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now) {
-  auto fields = parse(call.request);
+tl::expected<Put, sdk::Response> put_of(const fabric::Request& call, fabric::Time now) {
+  auto fields = parse(call.text);
   if (!fields) {
     return tl::unexpected(text::error(text::state_bad_request, fields.error()));
   }
@@ -20,7 +20,7 @@ tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now) 
              .key = call.key,
              .at = now,
              .state = call.state,
-             .text = base::text::to_utf8(call.request),
+             .text = base::text::to_utf8(call.text),
              .fields = *std::move(fields),
              .replayed = call.replayed};
 }

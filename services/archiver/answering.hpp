@@ -19,18 +19,8 @@ namespace millrace::services::archiver {
 
 inline constexpr std::uint32_t state_not_written = 11;
 
-/// The data of a call that the archiver needs.
-struct CallInfo {
-  fabric::CallId call{};
-  fabric::ChannelKey key{};
-  std::uint32_t state = 0;
-  /// CP1252.
-  std::string request{};
-  bool replayed = false;
-};
-
 /// The error is the response to a request that cannot be stored.
-tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now);
+tl::expected<Put, sdk::Response> put_of(const fabric::Request& call, fabric::Time now);
 
 sdk::Response answer_to(const Written& written);
 

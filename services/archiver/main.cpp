@@ -77,28 +77,14 @@ class ObserverThread final : public fabric::observer::ObserverListener {
 };
 
 archiver::Config configuration(const std::string& file) {
-  if (file.empty()) {
-    return archiver::default_config(std::filesystem::current_path());
-  }
-  auto config = archiver::load(file);
-  if (!config) {
-    throw base::program::UsageError(config.error());
-  }
-  return *std::move(config);
-}
-
-archiver::CallInfo info(const sdk::Call& call) {
-  return {.call = call.id(),
-          .key = call.channel(),
-          .state = call.state(),
-          .request = call.text(),
-          .replayed = call.replayed()};
+  return file.empty() ? archiver::default_config(std::filesystem::current_path())
+                      : base::program::must(archiver::load(file));
 }
 
 /// Responds once the row is on the disk; the SDK's threads do not wait for that.
 sdk::AsyncHandler writing_to(archiver::Writer& writer) {
   return [&writer](const std::shared_ptr<const sdk::Call>& call) {
-    auto put = archiver::put_of(info(*call), std::chrono::system_clock::now());
+    auto put = archiver::put_of(call->request(), std::chrono::system_clock::now());
     if (!put) {
       call->answer(put.error());
       return;
@@ -131,14 +117,7 @@ int serve(int argc, char** argv) {
         program.log(), program.alarms());
     if (config.record_events || config.record_channels || config.record_data ||
         config.record_programs) {
-      const sdk::ServiceOptions& options = program.options();
-      observer.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
-                                                       .fabric = options.fabric,
-                                                       .lease = options.lease,
-                                                       .name = "archiver observer",
-                                                       .configuration = options.configuration,
-                                                       .trust = options.trust},
-                       config, *writer);
+      observer.emplace(program.join_as("archiver observer"), config, *writer);
     }
     return writing_to(*writer);
   };

@@ -51,11 +51,9 @@ void add_flags(CLI::App& app, Flags& flags) {
 }
 
 fabric::Time time_or_throw(const std::string& flag, const std::string& text) {
-  const auto time = base::text::parse_time(text, std::chrono::system_clock::now());
-  if (!time) {
-    throw program::UsageError(flag + ": " + time.error());
-  }
-  return *time;
+  return program::must(
+      base::text::parse_time(text, std::chrono::system_clock::now())
+          .map_error([&](const std::string& mistake) { return flag + ": " + mistake; }));
 }
 
 Filter filter_from(const Flags& flags) {
@@ -87,11 +85,7 @@ Filter filter_from(const Flags& flags) {
 
 std::filesystem::path folder_from(const Flags& flags) {
   if (!flags.config.empty()) {
-    const auto config = load(flags.config);
-    if (!config) {
-      throw program::UsageError(config.error());
-    }
-    return config->folder;
+    return program::must(load(flags.config)).folder;
   }
   std::filesystem::path folder = flags.folder.empty() ? "archive" : flags.folder;
   if (!std::filesystem::is_directory(folder)) {

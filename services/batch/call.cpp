@@ -108,24 +108,24 @@ Verdict unfinished_verdict(const Script& script, const Ended& ended) {
 
 }  // namespace
 
-tl::expected<Command, Response> command_for(const Script& script, const CallInfo& call) {
-  if (call.request.empty() && !script.accept_empty) {
+tl::expected<Command, Response> command_for(const Script& script, const fabric::Request& call) {
+  if (call.text.empty() && !script.accept_empty) {
     return tl::unexpected(error(text::state_bad_request, "the request is empty"));
   }
-  if (call.request.find('\0') != std::string::npos) {
+  if (call.text.find('\0') != std::string::npos) {
     return tl::unexpected(error(text::state_bad_request, "the request holds a NUL byte"));
   }
-  const std::string request = to_program(script, call.request);
-  Command command{
-      .program = script.program,
-      .arguments = script.arguments,
-      .environment = {"MILLRACE_CALL=" + call.id, fmt::format("MILLRACE_ATTEMPT={}", call.attempt),
-                      "MILLRACE_MACHINE=" + call.machine,
-                      fmt::format("MILLRACE_CHANNEL={}", call.channel),
-                      fmt::format("MILLRACE_STATE={}", call.state),
-                      fmt::format("MILLRACE_REPLAYED={}", call.replayed ? 1 : 0)},
-      .folder = script.folder,
-      .input = request + '\n'};
+  const std::string request = to_program(script, call.text);
+  Command command{.program = script.program,
+                  .arguments = script.arguments,
+                  .environment = {"MILLRACE_CALL=" + call.call.to_string(),
+                                  fmt::format("MILLRACE_ATTEMPT={}", call.attempt),
+                                  "MILLRACE_MACHINE=" + call.key.machine,
+                                  fmt::format("MILLRACE_CHANNEL={}", call.key.channel),
+                                  fmt::format("MILLRACE_STATE={}", call.state),
+                                  fmt::format("MILLRACE_REPLAYED={}", call.replayed ? 1 : 0)},
+                  .folder = script.folder,
+                  .input = request + '\n'};
   command.arguments.push_back(request);
   return command;
 }

@@ -32,22 +32,10 @@ inline constexpr std::uint32_t state_withdrawn = 14;
 inline constexpr std::uint32_t state_exit_code = 100;
 inline constexpr std::uint32_t state_signal = 400;
 
-/// The data of a call that the batch service needs.
-struct CallInfo {
-  /// CP1252, at most 127 bytes.
-  std::string request;
-  std::uint32_t state = 0;
-  std::string id{};
-  std::uint32_t attempt = 1;
-  std::string machine{};
-  std::uint16_t channel = 0;
-  bool replayed = false;
-};
-
 /// The script with the request as its last argument and as one line of standard input, and the call
 /// in its environment (MILLRACE_CALL, _ATTEMPT, _MACHINE, _CHANNEL, _STATE, _REPLAYED). The error
 /// is the response to a request that cannot be an argument.
-tl::expected<Command, sdk::Response> command_for(const Script& script, const CallInfo& call);
+tl::expected<Command, sdk::Response> command_for(const Script& script, const fabric::Request& call);
 
 Limits limits_for(const Script& script);
 

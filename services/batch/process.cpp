@@ -2,14 +2,27 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <cerrno>
 #include <csignal>
+#include <fstream>
 #include <optional>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <system_error>
 
+#include <fcntl.h>
 #include <poll.h>
+#include <spawn.h>
+#include <sys/syscall.h>
+#include <sys/types.h>
 #include <sys/wait.h>
+#include <tl/expected.hpp>
 #include <unistd.h>
 
-#include "services/batch/spawn.hpp"
+#include "base/posix/system.hpp"
+#include "base/text/ascii.hpp"
 
 namespace millrace::services::batch {
 
@@ -17,6 +30,228 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using base::posix::Fd;
+using base::posix::last_error;
+
+constexpr std::size_t max_input = 4096;
+
+struct Pipe {
+  Fd read;
+  Fd write;
+};
+
+std::optional<Pipe> make_pipe() {
+  int ends[2] = {-1, -1};
+  if (::pipe2(ends, O_CLOEXEC) != 0) {
+    return std::nullopt;
+  }
+  return Pipe{.read = Fd(ends[0]), .write = Fd(ends[1])};
+}
+
+/// RAII for the arguments of posix_spawn. All calls only fill memory.
+class Instructions {
+ public:
+  Instructions() {
+    posix_spawn_file_actions_init(&actions_);
+    posix_spawnattr_init(&attributes_);
+    // The service blocks and handles signals itself; the process starts with the defaults.
+    sigset_t none;
+    sigemptyset(&none);
+    sigset_t all;
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes_, &none);
+    posix_spawnattr_setsigdefault(&attributes_, &all);
+    posix_spawnattr_setflags(&attributes_,
+                             POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
+  }
+  ~Instructions() {
+    posix_spawn_file_actions_destroy(&actions_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+  Instructions(const Instructions&) = delete;
+  Instructions& operator=(const Instructions&) = delete;
+
+  void stream(const Fd& from, int to) {
+    posix_spawn_file_actions_adddup2(&actions_, from.get(), to);
+  }
+  void close_all_but_streams() { posix_spawn_file_actions_addclosefrom_np(&actions_, 3); }
+  void folder(const std::filesystem::path& folder) {
+    posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
+  }
+  [[nodiscard]] const posix_spawn_file_actions_t* actions() const { return &actions_; }
+  [[nodiscard]] const posix_spawnattr_t* attributes() const { return &attributes_; }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+  posix_spawnattr_t attributes_{};
+};
+
+/// glibc 2.36 declares pidfd_open without C linkage, so that it does not link from C++.
+Fd watch(pid_t pid) {
+  return Fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+}
+
+std::string_view name_of(std::string_view assignment) {
+  return assignment.substr(0, assignment.find('='));
+}
+
+/// Variables that processes need to find programs, folders and the language of their user. All
+/// others of this service, which may be secrets, are not passed on
+/// (docs/reference/services/batch.md).
+bool is_passed_on(std::string_view name) {
+  constexpr std::array<std::string_view, 8> names{"PATH",  "HOME", "USER", "LOGNAME",
+                                                  "SHELL", "LANG", "TZ",   "TMPDIR"};
+  return name.starts_with("LC_") || std::ranges::find(names, name) != names.end();
+}
+
+/// The variables that are passed on from this process's environment, and `added`.
+std::vector<std::string> environment(const std::vector<std::string>& added) {
+  std::vector<std::string> all = added;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
+    if (is_passed_on(name_of(*entry))) {
+      all.emplace_back(*entry);
+    }
+  }
+  return all;
+}
+
+/// The form that exec expects: pointers with a null at the end. `texts` must outlive it.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  all.reserve(texts.size() + 1);
+  for (std::string& text : texts) {
+    all.push_back(text.data());
+  }
+  all.push_back(nullptr);
+  return all;
+}
+
+/// Begins with the reason, since a response has little room.
+std::string why(int error, const Command& command) {
+  const std::string program = command.program.string();
+  switch (error) {
+    case ENOEXEC:
+      return "no executable and no #! line: " + program;
+    case ENOENT:
+      return "file, its #! interpreter or working folder missing: " + program;
+    default:
+      return std::generic_category().message(error) + ": " + program;
+  }
+}
+
+bool give_input(const Pipe& pipe, const std::string& input) {
+  // An empty pipe takes the whole input, so this cannot block; its reader has not started, so it
+  // cannot break.
+  assert(input.size() <= max_input);
+  return ::write(pipe.write.get(), input.data(), input.size()) ==
+         static_cast<ssize_t>(input.size());
+}
+
+/// A started process, leader of its own session. The caller must reap it.
+struct Child {
+  pid_t pid = -1;
+  /// Becomes readable when the process has ended (pidfd).
+  base::posix::Fd ended;
+  /// The read ends of its standard output and error; non-blocking.
+  base::posix::Fd output;
+  base::posix::Fd errors;
+};
+
+/// Starts `command`; its input is already written and closed when this returns. The error contains
+/// the failed step and the reason.
+tl::expected<Child, std::string> spawn(const Command& command) {
+  const auto input = make_pipe();
+  auto output = make_pipe();
+  auto errors = make_pipe();
+  if (!input || !output || !errors || !give_input(*input, command.input)) {
+    return tl::unexpected(last_error("no pipe for " + command.program.string()));
+  }
+  Instructions instructions;
+  instructions.folder(command.folder);
+  instructions.stream(input->read, STDIN_FILENO);
+  instructions.stream(output->write, STDOUT_FILENO);
+  instructions.stream(errors->write, STDERR_FILENO);
+  instructions.close_all_but_streams();
+
+  std::vector<std::string> arguments{command.program.string()};
+  arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
+  std::vector<std::string> variables = environment(command.environment);
+  Child child;
+  const int error = ::posix_spawn(&child.pid, command.program.c_str(), instructions.actions(),
+                                  instructions.attributes(), pointers(arguments).data(),
+                                  pointers(variables).data());
+  if (error != 0) {
+    return tl::unexpected(why(error, command));
+  }
+  child.ended = watch(child.pid);
+  if (!child.ended) {
+    const std::string reason = last_error("cannot watch " + command.program.string());
+    ::kill(-child.pid, SIGKILL);
+    ::waitpid(child.pid, nullptr, 0);
+    return tl::unexpected(reason);
+  }
+  child.output = std::move(output->read);
+  child.errors = std::move(errors->read);
+  ::fcntl(child.output.get(), F_SETFL, O_NONBLOCK);
+  ::fcntl(child.errors.get(), F_SETFL, O_NONBLOCK);
+  return child;
+}
+
+// The processes of a session, in any process group.
+
+namespace fs = std::filesystem;
+
+/// The session of a running process, by proc(5): "PID (NAME) STATE PPID PGRP SESSION ...", where
+/// the name may contain any characters.
+std::optional<pid_t> session_of(const fs::path& process) {
+  std::string line;
+  if (!std::getline(std::ifstream(process / "stat"), line)) {
+    return std::nullopt;
+  }
+  const std::size_t name_end = line.rfind(')');
+  if (name_end == std::string::npos) {
+    return std::nullopt;
+  }
+  std::istringstream rest(line.substr(name_end + 1));
+  char state = 0;
+  pid_t parent = 0;
+  pid_t group = 0;
+  pid_t session = 0;
+  const bool runs = (rest >> state >> parent >> group >> session) && state != 'Z' && state != 'X';
+  return runs ? std::optional(session) : std::nullopt;
+}
+
+/// The running processes, without zombies. The session keeps its number until its leader is reaped.
+std::vector<pid_t> processes_of(pid_t session) {
+  std::vector<pid_t> found;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator("/proc", failed)) {
+    const auto pid = base::text::parse_number<pid_t>(entry.path().filename().string());
+    if (pid && session_of(entry.path()) == session) {
+      found.push_back(*pid);
+    }
+  }
+  return found;
+}
+
+/// Sends `signal` to all of them.
+void signal_session(pid_t session, int signal) {
+  for (const pid_t process : processes_of(session)) {
+    ::kill(process, signal);
+  }
+}
+
+/// Ends all of them (SIGKILL), also those that start during this call.
+void kill_session(pid_t session) {
+  // A killed process starts no further one: when no new process is found, all are killed.
+  std::set<pid_t> killed;
+  for (bool more = true; more;) {
+    more = false;
+    for (const pid_t process : processes_of(session)) {
+      ::kill(process, SIGKILL);
+      more = killed.insert(process).second || more;
+    }
+  }
+}
 
 /// The longest delay until a cancelled call is noticed.
 constexpr std::chrono::milliseconds look_up{50};

@@ -18,14 +18,6 @@ namespace millrace::services::dial_gauge {
 
 namespace {
 
-Zeros zeros_or_throw(const std::filesystem::path& file) {
-  auto zeros = read_zeros(file);
-  if (!zeros) {
-    throw base::program::UsageError(zeros.error());
-  }
-  return *std::move(zeros);
-}
-
 /// Passes the bytes of one line to its receiver, and its events to the log.
 class Listener : public SerialLineListener {
  public:
@@ -91,9 +83,9 @@ class RunningGauges {
   /// zero points that cannot be read.
   RunningGauges(const Config& config, const base::program::Log& log, fabric::AlarmSink& own_alarms)
       : alarms(own_alarms),
-        answering(zeros_or_throw(config.zero_file), [file = config.zero_file](const Zeros& zeros) {
-          return keep_zeros(file, zeros);
-        }) {
+        answering(
+            base::program::must(read_zeros(config.zero_file)),
+            [file = config.zero_file](const Zeros& zeros) { return keep_zeros(file, zeros); }) {
     for (const LineConfig& line : config.lines) {
       listeners.push_back(std::make_unique<Listener>(line, lock, log, alarms));
       lines.push_back(
@@ -170,14 +162,8 @@ class RunningGauges {
 };
 
 Config configuration(const std::string& file) {
-  if (file.empty()) {
-    return demonstration(std::filesystem::current_path());
-  }
-  auto config = load(file);
-  if (!config) {
-    throw base::program::UsageError(config.error());
-  }
-  return *std::move(config);
+  return file.empty() ? demonstration(std::filesystem::current_path())
+                      : base::program::must(load(file));
 }
 
 int run(int argc, char** argv) {

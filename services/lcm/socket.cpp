@@ -1,14 +1,10 @@
 #include "services/lcm/socket.hpp"
 
-#include <array>
-#include <atomic>
 #include <memory>
 #include <stdexcept>
 
 #include <arpa/inet.h>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/multicast.hpp>
-#include <boost/asio/ip/udp.hpp>
 #include <fmt/format.h>
 #include <ifaddrs.h>
 #include <linux/filter.h>
@@ -29,11 +25,10 @@ namespace {
 constexpr int most_per_turn = 64;
 /// Buffers datagrams while the loop does other work; the kernel may grant less.
 constexpr int receive_buffer = 4 << 20;
-constexpr std::size_t longest_datagram = 65'536;
 
 /// The group returns this process's own datagrams, which would wake it needlessly: the kernel drops
 /// them for `in`.
-void drop_what_comes_from(const udp::endpoint& own, udp::socket& in) {
+void drop_what_comes_from(const udp::endpoint& own, udp::socket& in, std::uint32_t longest) {
   constexpr auto source_address = static_cast<std::uint32_t>(SKF_NET_OFF + 12);
   constexpr std::uint32_t source_port =
       0;  // offset in the UDP header, at which a socket filter begins
@@ -46,121 +41,12 @@ void drop_what_comes_from(const udp::endpoint& own, udp::socket& in) {
                                       {load_word, 0, 0, source_address},
                                       {jump_if_equal, 0, 1, own.address().to_v4().to_uint()},
                                       {keep, 0, 0, 0},
-                                      {keep, 0, 0, longest_datagram}}};
+                                      {keep, 0, 0, longest}}};
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   // If that is not permitted, they are ignored later.
   static_cast<void>(
       ::setsockopt(in.native_handle(), SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter));
 }
-
-}  // namespace
-
-struct Socket::Impl {
-  Impl(asio::io_context& loop, const Network& own_network, SocketListener& own_listener)
-      : network(own_network),
-        listener(own_listener),
-        group(asio::ip::make_address_v4(network.group), network.port),
-        in(loop),
-        out(loop) {}
-
-  void open();
-  void wait();
-  void read();
-  void take(std::string_view datagram, const udp::endpoint& from);
-
-  const Network network;
-  SocketListener& listener;
-  const udp::endpoint group;
-  udp::socket in;
-  udp::socket out;
-  LocalAddresses local;
-  std::atomic<std::uint32_t> number = 0;
-  std::array<char, longest_datagram> buffer{};
-};
-
-void Socket::Impl::open() {
-  const auto interface = asio::ip::make_address_v4(network.interface);
-  in.open(udp::v4());
-  // As the LCM processes do: all of them on a host receive the group.
-  in.set_option(udp::socket::reuse_address(true));
-  in.set_option(asio::socket_base::receive_buffer_size(receive_buffer));
-  // Bound to the group's address, so that datagrams to this host's own address are not received.
-  in.bind(group);
-  in.set_option(asio::ip::multicast::join_group(group.address().to_v4(), interface));
-  in.non_blocking(true);
-  out.open(udp::v4());
-  out.set_option(asio::ip::multicast::outbound_interface(interface));
-  out.set_option(asio::ip::multicast::hops(network.ttl));
-  out.set_option(asio::ip::multicast::enable_loopback(true));
-  out.bind({interface, 0});
-  out.non_blocking(true);
-  drop_what_comes_from(out.local_endpoint(), in);
-  wait();
-}
-
-void Socket::Impl::wait() {
-  in.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
-    if (!error) {
-      base::program::contain("receiving LCM messages", [this] { read(); });
-      wait();
-    }
-  });
-}
-
-void Socket::Impl::read() {
-  for (int i = 0; i < most_per_turn; ++i) {
-    boost::system::error_code error;
-    udp::endpoint from;
-    const std::size_t size = in.receive_from(asio::buffer(buffer), from, 0, error);
-    if (error) {
-      return;
-    }
-    take({buffer.data(), size}, from);
-  }
-}
-
-void Socket::Impl::take(std::string_view datagram, const udp::endpoint& from) {
-  const Sender sender{from.address().to_v4().to_uint(), from.port()};
-  if (network.ttl == 0 && !local.has(sender.address, std::chrono::steady_clock::now())) {
-    listener.on_foreign(sender);
-    return;
-  }
-  if (const auto packet = fabric::lcm::parse_packet(datagram)) {
-    listener.on_packet(packet->channel, packet->message, sender);
-  } else if (packet.error() == fabric::lcm::PacketFault::fragment) {
-    if (const auto channel = fabric::lcm::channel_of_fragment(datagram)) {
-      listener.on_fragment(*channel, sender);
-    }
-  }
-}
-
-Socket::Socket(asio::io_context& loop, const Network& network, SocketListener& listener)
-    : impl_(std::make_unique<Impl>(loop, network, listener)) {
-  try {
-    impl_->open();
-  } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(
-        fmt::format("cannot join LCM's group {} on the interface {}: {}; check url and interface "
-                    "in the configuration, and whether the interface is up",
-                    network.url, network.interface, error.code().message()));
-  }
-}
-
-Socket::~Socket() = default;
-
-tl::expected<void, std::string> Socket::publish(std::string_view channel, std::string_view bytes) {
-  const std::string datagram =
-      fabric::lcm::format_packet({.number = impl_->number++, .channel = channel, .message = bytes});
-  boost::system::error_code error;
-  impl_->out.send_to(asio::buffer(datagram), impl_->group, 0, error);
-  if (error) {
-    return tl::unexpected(
-        fmt::format("{} bytes on {} are lost: {}", bytes.size(), channel, error.message()));
-  }
-  return {};
-}
-
-namespace {
 
 constexpr std::uint32_t loopback_network = 127;
 
@@ -182,21 +68,105 @@ std::set<std::uint32_t> look() {
 
 }  // namespace
 
-bool LocalAddresses::has(std::uint32_t address, std::chrono::steady_clock::time_point now) {
+Socket::Socket(asio::io_context& loop, const Network& network, SocketListener& listener)
+    : network_(network),
+      listener_(listener),
+      group_(asio::ip::make_address_v4(network.group), network.port),
+      in_(loop),
+      out_(loop) {
+  try {
+    open();
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error(
+        fmt::format("cannot join LCM's group {} on the interface {}: {}; check url and interface "
+                    "in the configuration, and whether the interface is up",
+                    network.url, network.interface, error.code().message()));
+  }
+}
+
+void Socket::open() {
+  const auto interface = asio::ip::make_address_v4(network_.interface);
+  in_.open(udp::v4());
+  // As the LCM processes do: all of them on a host receive the group.
+  in_.set_option(udp::socket::reuse_address(true));
+  in_.set_option(asio::socket_base::receive_buffer_size(receive_buffer));
+  // Bound to the group's address, so that datagrams to this host's own address are not received.
+  in_.bind(group_);
+  in_.set_option(asio::ip::multicast::join_group(group_.address().to_v4(), interface));
+  in_.non_blocking(true);
+  out_.open(udp::v4());
+  out_.set_option(asio::ip::multicast::outbound_interface(interface));
+  out_.set_option(asio::ip::multicast::hops(network_.ttl));
+  out_.set_option(asio::ip::multicast::enable_loopback(true));
+  out_.bind({interface, 0});
+  out_.non_blocking(true);
+  drop_what_comes_from(out_.local_endpoint(), in_, longest_datagram);
+  wait();
+}
+
+void Socket::wait() {
+  in_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+    if (!error) {
+      base::program::contain("receiving LCM messages", [this] { read(); });
+      wait();
+    }
+  });
+}
+
+void Socket::read() {
+  for (int i = 0; i < most_per_turn; ++i) {
+    boost::system::error_code error;
+    udp::endpoint from;
+    const std::size_t size = in_.receive_from(asio::buffer(buffer_), from, 0, error);
+    if (error) {
+      return;
+    }
+    take({buffer_.data(), size}, from);
+  }
+}
+
+void Socket::take(std::string_view datagram, const udp::endpoint& from) {
+  const Sender sender{from.address().to_v4().to_uint(), from.port()};
+  if (network_.ttl == 0 && !is_local(sender.address, std::chrono::steady_clock::now())) {
+    listener_.on_foreign(sender);
+    return;
+  }
+  if (const auto packet = fabric::lcm::parse_packet(datagram)) {
+    listener_.on_packet(packet->channel, packet->message, sender);
+  } else if (packet.error() == fabric::lcm::PacketFault::fragment) {
+    if (const auto channel = fabric::lcm::channel_of_fragment(datagram)) {
+      listener_.on_fragment(*channel, sender);
+    }
+  }
+}
+
+tl::expected<void, std::string> Socket::publish(std::string_view channel, std::string_view bytes) {
+  const std::string datagram =
+      fabric::lcm::format_packet({.number = number_++, .channel = channel, .message = bytes});
+  boost::system::error_code error;
+  out_.send_to(asio::buffer(datagram), group_, 0, error);
+  if (error) {
+    return tl::unexpected(
+        fmt::format("{} bytes on {} are lost: {}", bytes.size(), channel, error.message()));
+  }
+  return {};
+}
+
+bool Socket::is_local(std::uint32_t address, std::chrono::steady_clock::time_point now) {
   // A datagram over the loopback interface without an address comes from 0.0.0.0. The kernel
   // accepts neither address from a network.
   if (address == INADDR_ANY || address >> 24U == loopback_network) {
     return true;
   }
-  if (known_.contains(address)) {
+  if (addresses_.contains(address)) {
     return true;
   }
   if (now - looked_ < std::chrono::seconds(1)) {
     return false;
   }
   looked_ = now;
-  known_ = look();
-  return known_.contains(address);
+  addresses_ = look();
+  return addresses_.contains(address);
 }
 
 }  // namespace millrace::services::lcm

@@ -7,21 +7,20 @@
 // the network, and leaves the choice of the interface to the routes: docs/dev/decisions/lcm.md.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <tl/expected.hpp>
 
 #include "services/lcm/bridge.hpp"
 #include "services/lcm/config.hpp"
-
-namespace boost::asio {
-class io_context;
-}
 
 namespace millrace::services::lcm {
 
@@ -40,28 +39,29 @@ class Socket {
   /// Throws std::runtime_error, with advice, if joining the group fails. Loop and listener must
   /// outlive it.
   Socket(boost::asio::io_context& loop, const Network& network, SocketListener& listener);
-  ~Socket();
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
 
   /// Does not wait; from any thread. The error is the system's: the message is lost.
   tl::expected<void, std::string> publish(std::string_view channel, std::string_view bytes);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+  static constexpr std::size_t longest_datagram = 65'536;
 
-// The IPv4 addresses of this host.
+  void open();
+  void wait();
+  void read();
+  void take(std::string_view datagram, const boost::asio::ip::udp::endpoint& from);
+  /// Reads the addresses of this host again for an unknown one, at most once a second.
+  [[nodiscard]] bool is_local(std::uint32_t address, std::chrono::steady_clock::time_point now);
 
-class LocalAddresses {
- public:
-  /// Reads the addresses again for an unknown one, at most once a second.
-  bool has(std::uint32_t address, std::chrono::steady_clock::time_point now);
-
- private:
-  std::set<std::uint32_t> known_;
+  const Network network_;
+  SocketListener& listener_;
+  const boost::asio::ip::udp::endpoint group_;
+  boost::asio::ip::udp::socket in_;
+  boost::asio::ip::udp::socket out_;
+  std::set<std::uint32_t> addresses_;
   std::chrono::steady_clock::time_point looked_{};
+  std::atomic<std::uint32_t> number_ = 0;
+  std::array<char, longest_datagram> buffer_{};
 };
 
 }  // namespace millrace::services::lcm

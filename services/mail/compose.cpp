@@ -93,13 +93,13 @@ tl::expected<void, Response> check_keys(const Request& request, const MailTempla
   return {};
 }
 
-void add_call_values(Values& values, const CallInfo& call, fabric::Time now) {
+void add_call_values(Values& values, const fabric::Request& call, fabric::Time now) {
   values["call.machine"] = call.key.machine;
   values["call.channel"] = std::to_string(call.key.channel);
   values["call.id"] = call.call.to_string();
   values["call.state"] = std::to_string(call.state);
   values["call.time"] = utc(now);
-  values["call.request"] = base::text::to_utf8(call.request);
+  values["call.request"] = base::text::to_utf8(call.text);
 }
 
 Mail make_mail(const Config& config, std::vector<Address> to, fabric::CallId id,
@@ -133,8 +133,9 @@ const std::set<std::string>& call_keys() {
   return keys;
 }
 
-tl::expected<Mail, Response> compose(const Config& config, const CallInfo& call, fabric::Time now) {
-  auto request = parse(call.request);
+tl::expected<Mail, Response> compose(const Config& config, const fabric::Request& call,
+                                     fabric::Time now) {
+  auto request = parse(call.text);
   if (!request) {
     return tl::unexpected(text::error(text::state_bad_request, request.error()));
   }

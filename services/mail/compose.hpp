@@ -16,19 +16,9 @@
 
 namespace millrace::services::mail {
 
-/// The data of a call that the mail service needs.
-struct CallInfo {
-  fabric::CallId call{};
-  fabric::ChannelKey key{};
-  std::uint32_t state = 0;
-  /// CP1252.
-  std::string request{};
-  bool replayed = false;
-};
-
 /// The same call always makes the same mail, except for its date; its Message-ID is made of the
 /// call id. The error is the response to an invalid request.
-tl::expected<Mail, sdk::Response> compose(const Config& config, const CallInfo& call,
+tl::expected<Mail, sdk::Response> compose(const Config& config, const fabric::Request& call,
                                           fabric::Time now);
 
 /// The mail for an occasion of a rule; `id` is that of the occasion.

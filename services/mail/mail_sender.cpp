@@ -78,7 +78,7 @@ Spool::Result<std::optional<Entry>> MailSender::known(fabric::CallId call) const
   return unwritten != unwritten_.end() ? std::optional(unwritten->second) : spool_.find(call);
 }
 
-Response MailSender::answer(const CallInfo& call) {
+Response MailSender::answer(const fabric::Request& call) {
   if (call.replayed) {
     const auto mail = compose(config_, call, std::chrono::system_clock::now());
     return mail ? answer_to({.verdict = Verdict::accepted}) : mail.error();

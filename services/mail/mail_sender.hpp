@@ -37,7 +37,7 @@ class MailSender {
 
   /// Sends the mail of the call and returns after the first attempt. For a repeated call, returns
   /// the stage of the earlier mail.
-  sdk::Response answer(const CallInfo& call);
+  sdk::Response answer(const fabric::Request& call);
 
   /// Takes a mail without a waiting NC program. False if it was posted before, or cannot be stored,
   /// which is logged: a mail that is not in the spool is not sent.

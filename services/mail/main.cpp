@@ -108,14 +108,6 @@ class RuleThread final : public fabric::observer::ObserverListener {
   std::thread thread;
 };
 
-mail::Config configuration(const std::string& file) {
-  auto config = mail::load(file);
-  if (!config) {
-    throw program::UsageError(config.error());
-  }
-  return *std::move(config);
-}
-
 std::string_view words_of(mail::Security security) {
   switch (security) {
     case mail::Security::none:
@@ -128,18 +120,10 @@ std::string_view words_of(mail::Security security) {
   return "";
 }
 
-mail::CallInfo info(const sdk::Call& call) {
-  return {.call = call.id(),
-          .key = call.channel(),
-          .state = call.state(),
-          .request = call.text(),
-          .replayed = call.replayed()};
-}
-
 constexpr const char* config_help = "Server, recipients and templates (mail.textproto)";
 
 std::string checked(const std::string& file) {
-  const mail::Config config = configuration(file);
+  const mail::Config config = program::must(mail::load(file));
   std::string text =
       fmt::format("{} templates, {} recipients, {} rules, server {}:{} {}", config.templates.size(),
                   config.recipients.size(), config.rules.size(), config.server.host,
@@ -169,23 +153,16 @@ int serve(int argc, char** argv) {
   std::optional<mail::MailSender> mail_sender;
   std::optional<RuleThread> rules;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
-    const mail::Config config = configuration(file);
+    const mail::Config config = program::must(mail::load(file));
     if (const auto secret = mail::password(config.server); !secret) {
       throw program::UsageError(file + ": server: " + secret.error());
     }
     smtp.emplace(config.server);
     mail_sender.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.alarms());
     if (!config.rules.empty()) {
-      const sdk::ServiceOptions& options = service.options();
-      rules.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
-                                                    .fabric = options.fabric,
-                                                    .lease = options.lease,
-                                                    .name = "mail observer",
-                                                    .configuration = options.configuration,
-                                                    .trust = options.trust},
-                    config, *mail_sender, service.log());
+      rules.emplace(service.join_as("mail observer"), config, *mail_sender, service.log());
     }
-    return [&](const sdk::Call& call) { return mail_sender->answer(info(call)); };
+    return [&](const sdk::Call& call) { return mail_sender->answer(call.request()); };
   };
   return service.run(argc, argv, make);
 }

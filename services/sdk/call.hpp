@@ -43,6 +43,9 @@ class Call {
   /// True if the call comes from a recording and no machine waits for it.
   [[nodiscard]] bool replayed() const { return request_.replayed; }
 
+  /// The request with all of the above.
+  [[nodiscard]] const fabric::Request& request() const { return request_; }
+
   /// True once no requester waits for the answer any more: REQUEST_STATE went to 0, or it, UUID or
   /// REQUEST changed. An NC reset that leaves them unchanged is not detected. A long handler checks
   /// this from time to time and may then return anything: it is not sent. It stays true: if the

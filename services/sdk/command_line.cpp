@@ -83,6 +83,12 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
   }
 }
 
+fabric::dds::ParticipantOptions ServiceProgram::join_as(std::string name) const {
+  fabric::dds::ParticipantOptions join = join_options(options_);
+  join.name = std::move(name);
+  return join;
+}
+
 int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& make) {
   return run(argc, argv, [&]() -> AsyncHandler { return as_async(make()); });
 }

@@ -34,6 +34,8 @@ class ServiceProgram {
   /// The options after the command line was applied to the defaults; complete once run() calls
   /// `make`.
   [[nodiscard]] const ServiceOptions& options() const { return options_; }
+  /// For a further participant of the process, with this name; likewise.
+  [[nodiscard]] fabric::dds::ParticipantOptions join_as(std::string name) const;
   /// To standard error under the service's name; for `make` and the handler.
   [[nodiscard]] const Service::Log& log() const { return log_; }
   /// The alarms of the service; for `make` and the handler. On the fabric while it serves.

@@ -34,7 +34,7 @@ void check(const archiver::Put& put, std::size_t size) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string request(reinterpret_cast<const char*>(data), size);
-  const auto put = archiver::put_of({.request = request}, {});
+  const auto put = archiver::put_of({.text = request}, {});
   if (put) {
     check(*put, size);
   } else {

@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   script.too_long = (data[0] & 4U) != 0 ? TooLong::cut : TooLong::refuse;
   const std::string bytes(reinterpret_cast<const char*>(data + 2), size - 2);
 
-  if (const auto command = command_for(script, {.request = bytes.substr(0, 127)})) {
+  if (const auto command = command_for(script, {.text = bytes.substr(0, 127)})) {
     require(command->arguments.size() == 1);
     require(command->arguments[0].find('\0') == std::string::npos);
   } else {

@@ -64,7 +64,7 @@ Config config(std::string_view text) {
 }
 
 void check_request(const Config& config, const std::string& request) {
-  const auto mail = compose(config, {.request = request}, {});
+  const auto mail = compose(config, {.text = request}, {});
   if (mail) {
     require(!mail->to.empty());
     for (const std::string& to : mail->to) {

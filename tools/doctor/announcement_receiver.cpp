@@ -9,7 +9,6 @@
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include "fabric/profile/profile.hpp"
 #include "tools/doctor/network.hpp"
@@ -17,6 +16,8 @@
 namespace millrace::tools::doctor {
 
 namespace {
+
+using base::posix::Fd;
 
 /// The largest UDP packet.
 constexpr std::size_t largest_packet = 65536;
@@ -26,17 +27,18 @@ void set(int socket, int level, int option) {
   ::setsockopt(socket, level, option, &on, sizeof on);
 }
 
-/// A socket that gets the group's packets of one port and one interface; -1 and errno if not.
-int listen(std::uint32_t port, unsigned interface) {
-  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (socket < 0) {
-    return -1;
+/// A socket that gets the group's packets of one port and one interface; none, and why, if not.
+Fd listen(std::uint32_t port, unsigned interface, std::string& why) {
+  Fd socket(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (!socket) {
+    why = std::strerror(errno);
+    return socket;
   }
   // All processes of this host on that domain have the port open, too.
-  set(socket, SOL_SOCKET, SO_REUSEADDR);
-  set(socket, SOL_SOCKET, SO_REUSEPORT);
+  set(socket.get(), SOL_SOCKET, SO_REUSEADDR);
+  set(socket.get(), SOL_SOCKET, SO_REUSEPORT);
   const int off = 0;
-  ::setsockopt(socket, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
+  ::setsockopt(socket.get(), IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -44,12 +46,10 @@ int listen(std::uint32_t port, unsigned interface) {
   ip_mreqn group{};
   group.imr_multiaddr = address.sin_addr;
   group.imr_ifindex = static_cast<int>(interface);
-  if (::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      ::setsockopt(socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) {
-    const int reason = errno;
-    ::close(socket);
-    errno = reason;
-    return -1;
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      ::setsockopt(socket.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) {
+    why = std::strerror(errno);
+    socket.close();
   }
   return socket;
 }
@@ -59,19 +59,11 @@ int listen(std::uint32_t port, unsigned interface) {
 AnnouncementReceiver::AnnouncementReceiver(const std::string& interface) {
   const unsigned index = ::if_nametoindex(interface.c_str());
   for (std::uint32_t domain = 0; index != 0 && domain <= fabric::profile::last_domain; ++domain) {
-    const int socket = listen(discovery_port(domain), index);
-    if (socket < 0 && trouble_.empty()) {
-      trouble_ = fmt::format("cannot listen to group {} on {}: {}", discovery_group, interface,
-                             std::strerror(errno));
-    }
-    sockets_.push_back(socket);
-  }
-}
-
-AnnouncementReceiver::~AnnouncementReceiver() {
-  for (const int socket : sockets_) {
-    if (socket >= 0) {
-      ::close(socket);
+    std::string why;
+    sockets_.push_back(listen(discovery_port(domain), index, why));
+    if (!why.empty() && trouble_.empty()) {
+      trouble_ =
+          fmt::format("cannot listen to group {} on {}: {}", discovery_group, interface, why);
     }
   }
 }
@@ -83,10 +75,8 @@ void AnnouncementReceiver::take() {
     for (;;) {
       sockaddr_in from{};
       socklen_t length = sizeof from;
-      const ssize_t size = sockets_[domain] < 0
-                               ? -1
-                               : ::recvfrom(sockets_[domain], packet.data(), packet.size(), 0,
-                                            reinterpret_cast<sockaddr*>(&from), &length);
+      const ssize_t size = ::recvfrom(sockets_[domain].get(), packet.data(), packet.size(), 0,
+                                      reinterpret_cast<sockaddr*>(&from), &length);
       if (size < 0) {
         break;
       }

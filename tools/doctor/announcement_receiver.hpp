@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/posix/system.hpp"
 #include "tools/doctor/announcement.hpp"
 
 namespace millrace::tools::doctor {
@@ -25,9 +26,6 @@ class AnnouncementReceiver {
   /// Joins the group on one interface, by its name; the first packets are heard from then on. If
   /// that fails, trouble() has the reason and nothing is heard.
   explicit AnnouncementReceiver(const std::string& interface);
-  ~AnnouncementReceiver();
-  AnnouncementReceiver(const AnnouncementReceiver&) = delete;
-  AnnouncementReceiver& operator=(const AnnouncementReceiver&) = delete;
 
   /// Takes the packets that have arrived, without waiting.
   void take();
@@ -38,7 +36,7 @@ class AnnouncementReceiver {
 
  private:
   /// The n-th receives domain n.
-  std::vector<int> sockets_;
+  std::vector<base::posix::Fd> sockets_;
   std::map<GuidPrefix, ReceivedAnnouncement> heard_;
   std::string trouble_;
 };

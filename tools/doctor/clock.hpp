@@ -29,23 +29,21 @@ struct ClockDifference {
 
 class ClockComparison {
  public:
-  void add(const Exchange& exchange);
+  void add(const Exchange& exchange) {
+    const auto way = exchange.heard - exchange.asked;
+    if (way < std::chrono::nanoseconds::zero() || exchange.answered == fabric::Time{}) {
+      return;  // Our own clock was set in between, or the other gives no time.
+    }
+    const auto error = way / 2;
+    if (!best_ || error < best_->error) {
+      best_ = ClockDifference{exchange.answered - (exchange.asked + error), error};
+    }
+  }
   /// None before the first exchange.
   [[nodiscard]] const std::optional<ClockDifference>& result() const { return best_; }
 
  private:
   std::optional<ClockDifference> best_;
 };
-
-inline void ClockComparison::add(const Exchange& exchange) {
-  const auto way = exchange.heard - exchange.asked;
-  if (way < std::chrono::nanoseconds::zero() || exchange.answered == fabric::Time{}) {
-    return;  // Our own clock was set in between, or the other gives no time.
-  }
-  const auto error = way / 2;
-  if (!best_ || error < best_->error) {
-    best_ = ClockDifference{exchange.answered - (exchange.asked + error), error};
-  }
-}
 
 }  // namespace millrace::tools::doctor

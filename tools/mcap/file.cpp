@@ -14,6 +14,8 @@ namespace millrace::tools::mcap {
 
 namespace {
 
+using base::posix::Fd;
+
 tl::unexpected<std::string> failure(const std::string& what, const std::filesystem::path& path) {
   return tl::unexpected("cannot " + what + " " + path.string() + ": " + std::strerror(errno));
 }
@@ -21,53 +23,37 @@ tl::unexpected<std::string> failure(const std::string& what, const std::filesyst
 /// Forces the names of the folder's files to the disk.
 void sync_folder_of(const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor >= 0) {
-    ::fsync(descriptor);
-    ::close(descriptor);
+  if (const Fd open(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); open) {
+    ::fsync(open.get());
   }
 }
 
 }  // namespace
 
 tl::expected<FileSource, std::string> FileSource::open(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) {
-    return failure("read", path);
-  }
-  return adopt(descriptor, path);
+  return adopt(::open(path.c_str(), O_RDONLY | O_CLOEXEC), path);
 }
 
 tl::expected<FileSource, std::string> FileSource::adopt(int descriptor,
                                                         const std::filesystem::path& path) {
-  FileSource source(descriptor, 0);
+  Fd fd(descriptor);
   struct stat status {};
-  if (::fstat(descriptor, &status) != 0) {
+  if (!fd || ::fstat(fd.get(), &status) != 0) {
     return failure("read", path);
   }
   if (!S_ISREG(status.st_mode)) {
     return tl::unexpected("cannot read " + path.string() + ": it is not a file");
   }
-  source.size_ = static_cast<std::uint64_t>(status.st_size);
-  return source;
+  return FileSource(std::move(fd), static_cast<std::uint64_t>(status.st_size));
 }
-
-FileSource::~FileSource() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
-}
-
-FileSource::FileSource(FileSource&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
 
 void FileSource::read(std::uint64_t offset, std::uint64_t length, std::string& out) {
   const std::uint64_t available = offset < size_ ? size_ - offset : 0;
   out.resize(static_cast<std::size_t>(std::min(length, available)));
   std::size_t done = 0;
   while (done < out.size()) {
-    const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
-                                static_cast<off_t>(offset + done));
+    const ssize_t got =
+        ::pread(fd_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) {
       continue;
     }
@@ -85,40 +71,28 @@ tl::expected<FileSink, std::string> FileSink::create(const std::filesystem::path
     errno = EEXIST;
     return failure("write", path);
   }
-  const int descriptor =
-      ::open(part_of(path).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (descriptor < 0) {
+  Fd fd(::open(part_of(path).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (!fd) {
     return failure("write", part_of(path));
   }
-  ::flock(descriptor, LOCK_EX | LOCK_NB);
+  ::flock(fd.get(), LOCK_EX | LOCK_NB);
   // After a power failure, a synced file is found only if its name is on the disk too.
   sync_folder_of(path);
-  return FileSink(descriptor, path);
+  return FileSink(std::move(fd), path);
 }
-
-FileSink::~FileSink() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
-}
-
-FileSink::FileSink(FileSink&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)),
-      path_(std::move(other.path_)),
-      size_(other.size_) {}
 
 tl::expected<void, std::string> FileSink::write(Bytes bytes) {
   const std::uint64_t whole = size_ + bytes.size();
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    const ssize_t written = ::write(fd_.get(), bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) {
       continue;
     }
     if (written < 0) {
       auto why = failure("write", part_of(path_));
       // A half-written record is of no use to a reader, and takes space.
-      static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_)));
-      ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);
+      static_cast<void>(::ftruncate(fd_.get(), static_cast<off_t>(size_)));
+      ::lseek(fd_.get(), static_cast<off_t>(size_), SEEK_SET);
       return why;
     }
     bytes.remove_prefix(static_cast<std::size_t>(written));
@@ -128,7 +102,7 @@ tl::expected<void, std::string> FileSink::write(Bytes bytes) {
 }
 
 tl::expected<void, std::string> FileSink::sync() {
-  if (::fdatasync(descriptor_) != 0) {
+  if (::fdatasync(fd_.get()) != 0) {
     return failure("write", part_of(path_));
   }
   return {};
@@ -138,7 +112,7 @@ tl::expected<void, std::string> FileSink::finish() {
   if (auto synced = sync(); !synced) {
     return synced;
   }
-  ::close(std::exchange(descriptor_, -1));
+  fd_.close();
   std::error_code error;
   std::filesystem::rename(part_of(path_), path_, error);
   if (error) {
@@ -150,21 +124,16 @@ tl::expected<void, std::string> FileSink::finish() {
 }
 
 void FileSink::discard() {
-  if (descriptor_ >= 0) {
-    ::close(std::exchange(descriptor_, -1));
+  if (fd_) {
+    fd_.close();
     std::error_code none;
     std::filesystem::remove(part_of(path_), none);
   }
 }
 
 bool is_being_written(const std::filesystem::path& part) {
-  const int descriptor = ::open(part.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) {
-    return false;
-  }
-  const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  ::close(descriptor);
-  return locked;
+  const Fd fd(::open(part.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  return fd && ::flock(fd.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 std::filesystem::path part_of(const std::filesystem::path& path) {

@@ -7,6 +7,7 @@
 
 #include <tl/expected.hpp>
 
+#include "base/posix/system.hpp"
 #include "tools/mcap/sink.hpp"
 
 namespace millrace::tools::mcap {
@@ -20,31 +21,24 @@ class FileSource : public Source {
   /// fails. `name` is for messages.
   static tl::expected<FileSource, std::string> adopt(int descriptor,
                                                      const std::filesystem::path& name);
-  ~FileSource() override;
-  FileSource(FileSource&& other) noexcept;
-  FileSource& operator=(FileSource&&) = delete;
 
   [[nodiscard]] std::uint64_t size() const override { return size_; }
   void read(std::uint64_t offset, std::uint64_t length, std::string& out) override;
 
  private:
-  FileSource(int descriptor, std::uint64_t size) : descriptor_(descriptor), size_(size) {}
+  FileSource(base::posix::Fd fd, std::uint64_t size) : fd_(std::move(fd)), size_(size) {}
 
-  int descriptor_;
+  base::posix::Fd fd_;
   std::uint64_t size_;
 };
 
 /// A new file to write. It grows under the name "FILE.part" and gets its own when it is finished,
-/// so a file under its own name is always whole.
+/// so a file under its own name is always whole; otherwise the ".part" file stays.
 class FileSink : public Sink {
  public:
   /// Fails if either name exists already. Until it is finished the ".part" file is locked (flock),
   /// so that no process takes it for a leftover.
   static tl::expected<FileSink, std::string> create(const std::filesystem::path& path);
-  /// Leaves the ".part" file behind unless it was finished.
-  ~FileSink() override;
-  FileSink(FileSink&& other) noexcept;
-  FileSink& operator=(FileSink&&) = delete;
 
   tl::expected<void, std::string> write(Bytes bytes) override;
   /// Forces the written bytes to the disk.
@@ -57,10 +51,10 @@ class FileSink : public Sink {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  FileSink(int descriptor, std::filesystem::path path)
-      : descriptor_(descriptor), path_(std::move(path)) {}
+  FileSink(base::posix::Fd fd, std::filesystem::path path)
+      : fd_(std::move(fd)), path_(std::move(path)) {}
 
-  int descriptor_;
+  base::posix::Fd fd_;
   std::filesystem::path path_;
   /// Of what was taken whole.
   std::uint64_t size_ = 0;

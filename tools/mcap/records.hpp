@@ -50,6 +50,7 @@ inline constexpr std::uint8_t first_private_opcode = 0x80;
 inline constexpr std::size_t record_prefix_size = 9;
 
 struct Header {
+  static constexpr Opcode opcode = Opcode::header;
   std::string profile;
   /// Program and version that wrote the file.
   std::string library;
@@ -58,6 +59,7 @@ struct Header {
 
 /// The type of a channel's messages. Id 0 is invalid.
 struct Schema {
+  static constexpr Opcode opcode = Opcode::schema;
   SchemaId id = 0;
   std::string name;
   std::string encoding;
@@ -67,6 +69,7 @@ struct Schema {
 
 /// A stream of messages. Schema 0 = none.
 struct Channel {
+  static constexpr Opcode opcode = Opcode::channel;
   ChannelId id = 0;
   SchemaId schema = 0;
   std::string topic;
@@ -76,6 +79,7 @@ struct Channel {
 };
 
 struct Message {
+  static constexpr Opcode opcode = Opcode::message;
   ChannelId channel = 0;
   std::uint32_t sequence = 0;
   /// When it was recorded.
@@ -87,6 +91,7 @@ struct Message {
 
 /// A batch of schemas, channels and messages.
 struct Chunk {
+  static constexpr Opcode opcode = Opcode::chunk;
   Nanoseconds start = 0;
   Nanoseconds end = 0;
   std::uint64_t uncompressed_size = 0;
@@ -99,11 +104,13 @@ struct Chunk {
 
 /// Where one channel's messages are in the chunk before: log time and offset into its records.
 struct MessageIndex {
+  static constexpr Opcode opcode = Opcode::message_index;
   ChannelId channel = 0;
   std::vector<std::pair<Nanoseconds, std::uint64_t>> entries;
 };
 
 struct ChunkIndex {
+  static constexpr Opcode opcode = Opcode::chunk_index;
   Nanoseconds start = 0;
   Nanoseconds end = 0;
   std::uint64_t chunk_offset = 0;
@@ -119,6 +126,7 @@ struct ChunkIndex {
 
 /// A file inside the file.
 struct Attachment {
+  static constexpr Opcode opcode = Opcode::attachment;
   Nanoseconds log_time = 0;
   Nanoseconds create_time = 0;
   std::string name;
@@ -127,6 +135,7 @@ struct Attachment {
 };
 
 struct AttachmentIndex {
+  static constexpr Opcode opcode = Opcode::attachment_index;
   std::uint64_t offset = 0;
   std::uint64_t length = 0;
   Nanoseconds log_time = 0;
@@ -137,6 +146,7 @@ struct AttachmentIndex {
 };
 
 struct Statistics {
+  static constexpr Opcode opcode = Opcode::statistics;
   std::uint64_t messages = 0;
   std::uint16_t schemas = 0;
   std::uint32_t channels = 0;
@@ -150,12 +160,14 @@ struct Statistics {
 };
 
 struct Metadata {
+  static constexpr Opcode opcode = Opcode::metadata;
   std::string name;
   StringMap values;
   bool operator==(const Metadata&) const = default;
 };
 
 struct MetadataIndex {
+  static constexpr Opcode opcode = Opcode::metadata_index;
   std::uint64_t offset = 0;
   std::uint64_t length = 0;
   std::string name;
@@ -163,18 +175,21 @@ struct MetadataIndex {
 
 /// Where the summary's records of one opcode are.
 struct SummaryOffset {
+  static constexpr Opcode opcode = Opcode::summary_offset;
   Opcode group = Opcode::header;
   std::uint64_t start = 0;
   std::uint64_t length = 0;
 };
 
 struct DataEnd {
+  static constexpr Opcode opcode = Opcode::data_end;
   /// Of every byte before this record, 0 = not given.
   std::uint32_t crc = 0;
 };
 
 /// Offsets 0 = the section is missing.
 struct Footer {
+  static constexpr Opcode opcode = Opcode::footer;
   std::uint64_t summary_start = 0;
   std::uint64_t summary_offset_start = 0;
   /// From summary_start through the footer's summary_offset_start, 0 = not given.

@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "tools/mcap/codec.hpp"
-#include "tools/mcap/cursor.hpp"
-#include "tools/mcap/records.hpp"
+#include "tools/mcap/scan.hpp"
 
 namespace millrace::tools::mcap {
 
@@ -53,54 +52,35 @@ Expected<std::string> read_summary_bytes(Source& source, const Footer& footer) {
   return bytes;
 }
 
-/// Takes the records of a summary one by one.
-class SummaryReader {
- public:
-  Expected<void> take(std::uint8_t opcode, Cursor in) {
-    switch (static_cast<Opcode>(opcode)) {
-      case Opcode::schema:
-        return define<Schema>(in);
-      case Opcode::channel:
-        return define<Channel>(in);
-      case Opcode::statistics:
-        has_statistics_ = true;
-        return keep<Statistics>(in, [&](Statistics& record) { summary_.statistics = record; });
-      case Opcode::chunk_index:
-        return keep<ChunkIndex>(in, [&](ChunkIndex& record) { summary_.chunks.push_back(record); });
-      case Opcode::attachment_index:
-        return keep<AttachmentIndex>(
-            in, [&](AttachmentIndex& record) { summary_.attachments.push_back(record); });
-      case Opcode::metadata_index:
-        return keep<MetadataIndex>(
-            in, [&](MetadataIndex& record) { summary_.metadata.push_back(record); });
-      default:
-        return {};
-    }
-  }
-  [[nodiscard]] bool has_statistics() const { return has_statistics_; }
-  Summary result() { return std::move(summary_); }
-
- private:
-  template <typename Record, typename Keep>
-  Expected<void> keep(Cursor& in, const Keep& keep) {
-    auto record = decode<Record>(in);
-    if (!record) {
-      return tl::unexpected(record.error());
-    }
-    keep(*record);
-    return {};
-  }
-  template <typename Record>
-  Expected<void> define(Cursor& in) {
-    const std::uint64_t offset = in.offset();
-    return decode<Record>(in)
-        .and_then([&](const Record& record) { return summary_.definitions.add(record, offset); })
+/// Takes one record of a summary.
+Expected<void> take(std::uint8_t opcode, Cursor in, Summary& summary) {
+  const auto keep = [&in](auto& all) {
+    return decode<typename std::remove_cvref_t<decltype(all)>::value_type>(in).map(
+        [&](auto&& record) { all.push_back(std::move(record)); });
+  };
+  const auto define = [&, offset = in.offset()](auto definition) {
+    return std::move(definition)
+        .and_then([&](const auto& record) { return summary.definitions.add(record, offset); })
         .map([](bool) {});
+  };
+  switch (static_cast<Opcode>(opcode)) {
+    case Opcode::schema:
+      return define(decode<Schema>(in));
+    case Opcode::channel:
+      return define(decode<Channel>(in));
+    case Opcode::statistics:
+      return decode<Statistics>(in).map(
+          [&](Statistics&& record) { summary.statistics = std::move(record); });
+    case Opcode::chunk_index:
+      return keep(summary.chunks);
+    case Opcode::attachment_index:
+      return keep(summary.attachments);
+    case Opcode::metadata_index:
+      return keep(summary.metadata);
+    default:
+      return {};
   }
-
-  Summary summary_;
-  bool has_statistics_ = false;
-};
+}
 
 }  // namespace
 
@@ -135,7 +115,9 @@ Expected<Summary> read_summary(Source& source) {
   if (!bytes) {
     return tl::unexpected(bytes.error());
   }
-  SummaryReader reader;
+  Summary summary;
+  summary.header = std::move(*header);
+  bool has_statistics = false;
   Cursor in(*bytes, footer->summary_start);
   while (!in.empty()) {
     const std::uint8_t opcode = in.u8();
@@ -143,15 +125,15 @@ Expected<Summary> read_summary(Source& source) {
     if (!in.ok()) {
       return in.problem("last summary");
     }
-    if (auto taken = reader.take(opcode, Cursor(content, in.offset() - content.size())); !taken) {
+    has_statistics |= opcode == static_cast<std::uint8_t>(Opcode::statistics);
+    const auto taken = take(opcode, Cursor(content, in.offset() - content.size()), summary);
+    if (!taken) {
       return tl::unexpected(taken.error());
     }
   }
-  if (!reader.has_statistics()) {
+  if (!has_statistics) {
     return problem(footer->summary_start, "the summary has no statistics");
   }
-  Summary summary = reader.result();
-  summary.header = std::move(*header);
   return summary;
 }
 
@@ -166,6 +148,88 @@ Expected<Metadata> read_metadata(Source& source, const MetadataIndex& index) {
   }
   Cursor fields(content, in.offset() - content.size());
   return decode<Metadata>(fields);
+}
+
+namespace {
+
+void count(Survey& survey, const std::string& compression, std::uint64_t stored,
+           std::uint64_t uncompressed) {
+  ChunkSizes& sizes = survey.chunk_sizes[compression];
+  ++sizes.chunks;
+  sizes.stored += stored;
+  sizes.uncompressed += uncompressed;
+}
+
+/// Counts what a scan finds.
+class Counter : public Visitor {
+ public:
+  void on_header(const Header& header) override { survey_.summary.header = header; }
+  void on_schema(const Schema& schema) override {
+    (void)survey_.summary.definitions.add(schema, 0);
+    ++statistics().schemas;
+  }
+  void on_channel(const Channel& channel) override {
+    (void)survey_.summary.definitions.add(channel, 0);
+    ++statistics().channels;
+  }
+  void on_chunk(const ChunkFrame& chunk) override {
+    ++statistics().chunks;
+    count(survey_, chunk.compression, chunk.records_size, chunk.uncompressed_size);
+  }
+  void on_message(const Channel& channel, const Message& message, std::uint64_t) override {
+    Statistics& all = statistics();
+    all.start = all.messages == 0 ? message.log_time : std::min(all.start, message.log_time);
+    all.end = std::max(all.end, message.log_time);
+    ++all.messages;
+    ++all.channel_messages[channel.id];
+  }
+  void on_attachment(const Attachment&) override { ++statistics().attachments; }
+  void on_metadata(const Metadata& metadata) override {
+    survey_.metadata.push_back(metadata);
+    ++statistics().metadata;
+  }
+  void on_problem(const Problem& problem) override { survey_.problems.push_back(problem); }
+
+  Survey& survey() { return survey_; }
+
+ private:
+  Statistics& statistics() { return survey_.summary.statistics; }
+
+  Survey survey_;
+};
+
+Survey survey_by_scan(Source& source, Problem why) {
+  Counter counter;
+  if (scan(source, {}, counter)) {
+    // The data have an end, so a missing summary is a new problem; otherwise the scan has reported
+    // it.
+    counter.survey().problems.push_back(std::move(why));
+  }
+  return std::move(counter.survey());
+}
+
+}  // namespace
+
+Survey survey(Source& source) {
+  auto summary = read_summary(source);
+  if (!summary) {
+    return survey_by_scan(source, std::move(summary.error()));
+  }
+  Survey result;
+  result.from_summary = true;
+  result.summary = std::move(*summary);
+  for (const ChunkIndex& chunk : result.summary.chunks) {
+    count(result, chunk.compression, chunk.compressed_size, chunk.uncompressed_size);
+  }
+  for (const MetadataIndex& index : result.summary.metadata) {
+    auto metadata = read_metadata(source, index);
+    if (metadata) {
+      result.metadata.push_back(std::move(*metadata));
+    } else {
+      result.problems.push_back(std::move(metadata.error()));
+    }
+  }
+  return result;
 }
 
 }  // namespace millrace::tools::mcap

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "tools/mcap/codec.hpp"
-#include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {
 

@@ -23,11 +23,38 @@ MILLRACE_FIELDS(Envelope, uuid, text_size)
 namespace pb = google::protobuf;
 using fabric::encoding::Plan;
 
-/// In the order of Sample.
-constexpr std::array<const char*, std::variant_size_v<Sample>> names{
-    "Request",        "Reply",        "Withdrawal", "ChannelStatus", "Instance",
-    "InstanceStatus", "Event",        "Command",    "Outcome",       "MachineStatus",
-    "DataSample",     "ProgramEvent", "Alarm"};
+/// The message of a sample, and the DDS topic that it came from.
+struct Kind {
+  const char* message;
+  const char* topic;
+  const char* type;
+  const char* qos;
+};
+
+constexpr const char* last_of_each_key = "reliable, transient local, keep last 1";
+constexpr const char* last_calls = "reliable, transient local, keep last 16";
+
+/// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
+/// compares).
+constexpr std::array<Kind, std::variant_size_v<Sample>> kinds{{
+    {"Request", "millrace/v4/request", "millrace::Request", last_calls},
+    {"Reply", "millrace/v4/reply", "millrace::Reply", last_calls},
+    {"Withdrawal", "millrace/v4/request", "millrace::Request", last_calls},
+    {"ChannelStatus", "millrace/v4/channel", "millrace::ChannelStatus", last_of_each_key},
+    {"Instance", "DCPSSubscription", "user data of the request reader", ""},
+    {"InstanceStatus", "millrace/v4/heartbeat", "millrace::Heartbeat",
+     "best effort, volatile, keep last 1"},
+    {"Event", "millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
+    {"Command", "millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
+    {"Outcome", "millrace/outcome", "millrace::Outcome",
+     "reliable, transient local, keep last 256"},
+    {"MachineStatus", "millrace/v4/machine", "millrace::MachineStatus", last_of_each_key},
+    {"DataSample", "millrace/data", "millrace::DataSample",
+     "reliable, transient local, keep last 32"},
+    {"ProgramEvent", "millrace/program", "millrace::ProgramEvent",
+     "reliable, transient local, keep last 128"},
+    {"Alarm", "millrace/alarm", "millrace::Alarm", last_of_each_key},
+}};
 
 const pb::FileDescriptor& file() {
   return *millrace::recording::Request::descriptor()->file();
@@ -43,18 +70,18 @@ struct Message {
 template <std::size_t index>
 Message make_message() {
   using Value = std::variant_alternative_t<index, Sample>;
-  const pb::Descriptor& descriptor = *file().FindMessageTypeByName(names[index]);
+  const pb::Descriptor& descriptor = *file().FindMessageTypeByName(kinds[index].message);
   Plan sample(fabric::shape_of<Value>(), descriptor);
   Plan envelope(fabric::shape_of<Envelope>(), descriptor, &sample);
   return {descriptor.full_name(), std::move(sample), std::move(envelope),
           [] { return Sample(Value{}); }};
 }
 
-const std::array<Message, names.size()>& messages() {
+const std::array<Message, kinds.size()>& messages() {
   static const auto all = []<std::size_t... index>(std::index_sequence<index...>) {
-    return std::array<Message, names.size()>{make_message<index>()...};
+    return std::array<Message, kinds.size()>{make_message<index>()...};
   }
-  (std::make_index_sequence<names.size()>());
+  (std::make_index_sequence<kinds.size()>());
   return all;
 }
 
@@ -138,37 +165,6 @@ tl::expected<Entry, std::string> decode(std::string_view schema, std::string_vie
   return tl::unexpected(fmt::format("'{}' is not a schema of millrace", schema));
 }
 
-namespace {
-
-struct Origin {
-  const char* topic;
-  const char* type;
-  const char* qos;
-};
-
-constexpr const char* last_of_each_key = "reliable, transient local, keep last 1";
-constexpr const char* last_calls = "reliable, transient local, keep last 16";
-
-/// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
-/// compares).
-constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
-    {"millrace/v4/request", "millrace::Request", last_calls},
-    {"millrace/v4/reply", "millrace::Reply", last_calls},
-    {"millrace/v4/request", "millrace::Request", last_calls},
-    {"millrace/v4/channel", "millrace::ChannelStatus", last_of_each_key},
-    {"DCPSSubscription", "user data of the request reader", ""},
-    {"millrace/v4/heartbeat", "millrace::Heartbeat", "best effort, volatile, keep last 1"},
-    {"millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
-    {"millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
-    {"millrace/outcome", "millrace::Outcome", "reliable, transient local, keep last 256"},
-    {"millrace/v4/machine", "millrace::MachineStatus", last_of_each_key},
-    {"millrace/data", "millrace::DataSample", "reliable, transient local, keep last 32"},
-    {"millrace/program", "millrace::ProgramEvent", "reliable, transient local, keep last 128"},
-    {"millrace/alarm", "millrace::Alarm", last_of_each_key},
-}};
-
-}  // namespace
-
 std::string topic_of(const Entry& entry) {
   if (std::holds_alternative<fabric::Command>(entry.sample) ||
       std::holds_alternative<fabric::Outcome>(entry.sample)) {
@@ -191,7 +187,7 @@ std::string topic_of(const Entry& entry) {
 }
 
 mcap::StringMap origin_metadata(const Entry& entry) {
-  const Origin& origin = origins.at(entry.sample.index());
+  const Kind& origin = kinds.at(entry.sample.index());
   return {{"dds_topic", origin.topic}, {"dds_type", origin.type}, {"dds_qos", origin.qos}};
 }
 

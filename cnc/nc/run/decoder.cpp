@@ -10,6 +10,17 @@ namespace millrace::cnc::nc::run {
 namespace {
 
 constexpr const char* default_report_file = "message.txt";
+constexpr std::size_t most_programs = 200;
+
+std::string text_of(const std::string& name, Environment& environment) {
+  auto text = environment.load(name);
+  if (!text) {
+    if (const auto cycle = shipped_cycle(name)) {
+      return std::string(*cycle);
+    }
+  }
+  return values::must(std::move(text));
+}
 
 // True if the operation uses a synchronous external variable.
 bool synchronises(const syntax::Operation& operation, Environment& environment) {
@@ -20,6 +31,25 @@ bool synchronises(const syntax::Operation& operation, Environment& environment) 
 }
 
 }  // namespace
+
+std::shared_ptr<const syntax::Program> Library::find(const std::string& name,
+                                                     Environment& environment) {
+  if (const auto known = programs_.find(name); known != programs_.end()) {
+    return known->second;
+  }
+  if (programs_.size() == most_programs) {
+    values::fail(0, "a program calls at most " + std::to_string(most_programs) + " others");
+  }
+  auto program = syntax::parse_program(name, text_of(name, environment));
+  if (!program) {
+    const auto& mistakes = program.error();
+    values::fail(mistakes.front().id, name + " has " + std::to_string(mistakes.size()) +
+                                          " mistakes, the first: " + mistakes.front().to_string());
+  }
+  auto shared = std::make_shared<const syntax::Program>(std::move(*program));
+  programs_.emplace(name, shared);
+  return shared;
+}
 
 Frame streamed_frame(const std::string& name) {
   auto nothing = std::make_shared<syntax::Program>();

@@ -1,5 +1,5 @@
 // Executes one operation of a program in the decoder: a visitor of its statement. The statements
-// are in files by subject: execution_words, _control, _calls, _commands, _messages.
+// are in files by subject: execution_words, _control, _commands.
 #pragma once
 
 #include <optional>
@@ -78,7 +78,6 @@ class Execution {
   // execution_control.cpp
   Outcome go_to(std::size_t operation);
   Outcome enter_loop(const syntax::For& loop, std::size_t begin);
-  // execution_calls.cpp
   Frame routine_of(const syntax::Name& name, bool local);
   CycleArguments arguments_of(const syntax::CycleCall& call);
   Outcome enter(Frame frame, std::optional<CycleArguments> arguments);
@@ -86,7 +85,6 @@ class Execution {
   // execution_commands.cpp
   void declare(const syntax::Declaration& declaration);
   Outcome raise(long id, long recovery_class, std::string text);
-  // execution_messages.cpp
   std::string text_of(const syntax::FormattedText& text);
   Outcome send(MessageEvent message);
 

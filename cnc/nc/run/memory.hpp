@@ -1,5 +1,11 @@
 // The parameters and variables of a channel's programs, each kind with its life time
-// (IB/tf5200_programming_manual/207966475, 207973899 and 486123531).
+// (IB/tf5200_programming_manual/207966475, 207973899 and 486123531). From outside, by name, and by
+// index for clients that list them (ADS does both):
+//
+//   const Memory& variables = channel.variables();
+//   for (std::size_t i = 0; i < variables.count(VariableFamily::program); ++i)
+//     show(variables.info(VariableFamily::program, i)->name);      // "V.P.COUNTER"
+//   auto value = variables.read("V.P.TABLE[2][0]");
 #pragma once
 
 #include <map>
@@ -10,14 +16,14 @@
 #include <vector>
 
 #include "cnc/nc/run/variable_table.hpp"
-#include "cnc/nc/variable_directory.hpp"
+#include "cnc/nc/variable_info.hpp"
 
 namespace millrace::cnc::nc::run {
 
 /// The arguments of a cycle, by number: @P1.
 using CycleArguments = std::map<long, Value>;
 
-class Memory : public VariableDirectory {
+class Memory {
  public:
   Memory();
 
@@ -39,12 +45,16 @@ class Memory : public VariableDirectory {
   /// @P<number> of the innermost cycle; null if it was not passed.
   [[nodiscard]] const Value* cycle_argument(long number) const;
 
-  [[nodiscard]] std::size_t count(VariableFamily family) const override;
-  [[nodiscard]] std::optional<VariableInfo> info(VariableFamily family,
-                                                 std::size_t index) const override;
-  [[nodiscard]] std::optional<VariableInfo> find(std::string_view name) const override;
-  [[nodiscard]] values::Result<Value> read(std::string_view name) const override;
-  values::Result<void> overwrite(std::string_view name, const Value& value) override;
+  /// The number of variables that a family has at present.
+  [[nodiscard]] std::size_t count(VariableFamily family) const;
+  /// The variables of a family by index from 0, in the order of their names.
+  [[nodiscard]] std::optional<VariableInfo> info(VariableFamily family, std::size_t index) const;
+  /// By name, without or with indices.
+  [[nodiscard]] std::optional<VariableInfo> find(std::string_view name) const;
+  /// A single value or an element of an array; a fault if the name is unknown.
+  [[nodiscard]] values::Result<Value> read(std::string_view name) const;
+  /// Writes a value; creates no variable. Faults as for an assignment in a program.
+  values::Result<void> overwrite(std::string_view name, const Value& value);
   /// True if a variable, or an element of an array, has this name.
   [[nodiscard]] bool exists(std::string_view name) const;
 

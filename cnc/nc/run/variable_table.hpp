@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cnc/nc/values/result.hpp"
-#include "cnc/nc/variable_directory.hpp"
+#include "cnc/nc/variable_info.hpp"
 
 namespace millrace::cnc::nc::run {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cnc/nc/syntax/expression.hpp"
-#include "cnc/nc/variable_directory.hpp"
+#include "cnc/nc/variable_info.hpp"
 
 namespace millrace::cnc::nc::syntax {
 

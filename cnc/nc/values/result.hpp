@@ -11,7 +11,7 @@
 #include <tl/expected.hpp>
 
 #include "cnc/nc/environment.hpp"
-#include "cnc/nc/variable_directory.hpp"
+#include "cnc/nc/variable_info.hpp"
 
 namespace millrace::cnc::nc::values {
 

@@ -5,12 +5,7 @@
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/nc/characters.hpp"
-#include "cnc/simulator/objects/commands.hpp"
-#include "cnc/simulator/objects/directory.hpp"
-#include "cnc/simulator/objects/object.hpp"
-#include "cnc/simulator/objects/old_variables.hpp"
-#include "cnc/simulator/objects/program_variables.hpp"
-#include "cnc/simulator/objects/state.hpp"
+#include "cnc/simulator/objects/tables.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -24,11 +19,8 @@ constexpr std::uint32_t offset_mask = 0xFFFF;
 /// return the highest offset, since the kernel's offsets have no gaps.
 Object number_of_objects(const ObjectTable& table) {
   const std::uint32_t number = table.all().rbegin()->first;
-  return {
-      .name = "number of objects",
-      .type = "UNS32",
-      .length = 4,
-      .read = [number](const Context&) -> ads::Result<ads::Bytes> { return encode_u32(number); }};
+  return object("number of objects", "UNS32",
+                [number](const Context&) { return encode_u32(number); });
 }
 
 Object bytes_of_system_data() {

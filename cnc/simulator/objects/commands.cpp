@@ -1,11 +1,9 @@
-#include "cnc/simulator/objects/commands.hpp"
-
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "cnc/ads/bytes.hpp"
-#include "cnc/simulator/objects/object.hpp"
+#include "cnc/simulator/objects/tables.hpp"
 #include "cnc/variables/value.hpp"
 
 namespace millrace::cnc::simulator::objects {
@@ -152,72 +150,6 @@ Result<Bytes> error_id(const Context& at) {
              : tl::unexpected(ErrorCode::access_denied_index);
 }
 
-void add_adjustments(ObjectTable& table) {
-  add_pair(table, 0x1, 0x3,
-           {.name = "mc_command_single_block",
-            .type = "BOOL",
-            .length = 1,
-            .read = single_block,
-            .write = write_single_block});
-  const Object override{.name = "mc_command_feed_override",
-                        .type = "WORD",
-                        .length = 2,
-                        .unit = "0.1 %",
-                        .read = feed_override,
-                        .write = write_override};
-  add_pair(table, 0x9, 0xA, override);
-  table.add(0xC, {.name = "mc_active_feed_override_r",
-                  .type = "WORD",
-                  .length = 2,
-                  .unit = "0.1 %",
-                  .read = feed_override});
-  add_pair(table, 0x210, 0x211,
-           {.name = "mc_command_block_ignore",
-            .type = "DWORD",
-            .length = 4,
-            .read = skipped_levels,
-            .write = write_skipped_levels});
-  add_pair(table, 0x212, 0x213,
-           {.name = "mc_command_M01_stop_enable",
-            .type = "BOOL",
-            .length = 1,
-            .read = optional_stop,
-            .write = write_optional_stop});
-}
-
-}  // namespace
-
-void add_commands(ObjectTable& table) {
-  add_adjustments(table);
-  add_block_search(table);
-  table.add(0x90, {.name = "mc_program_stream_w",
-                   .type = "STRING",
-                   .length = parameter_size,
-                   .write = write_stream});
-  table.add(
-      0x104,
-      {.name = "mc_command_mode_w", .type = "DWORD", .length = 4, .write = write_command_mode});
-  table.add(0x105,
-            {.name = "mc_command_state_w", .type = "DWORD", .length = 4, .write = write_state});
-  table.add(0x108, {.name = "mc_command_parameter_w",
-                    .type = "STRING",
-                    .length = parameter_size,
-                    .write = write_parameter});
-  table.add(0x201,
-            {.name = "mc_block_count_r", .type = "DWORD", .length = 4, .read = blocks_of_command});
-  table.add(
-      0x202,
-      {.name = "mc_active_feedrate_r", .type = "LREAL", .length = 8, .read = active_feedrate});
-  table.add(
-      0x203,
-      {.name = "mc_command_feedrate_r", .type = "LREAL", .length = 8, .read = command_feedrate});
-  table.add(0x214,
-            {.name = "mc_program_name_r", .type = "STRING", .length = 84, .read = program_name});
-  table.add(0x215, {.name = "mc_error_id_r", .type = "DWORD", .length = 4, .read = error_id});
-}
-
-namespace {
-
 constexpr std::uint32_t normal_execution = 0;
 constexpr std::uint32_t search_execution = 1;
 
@@ -277,30 +209,52 @@ Result<Bytes> block(const Context& at) {
   return encode_u32(at.channel->block_search().block);
 }
 
+/// Adds `both` twice: with its name and _w as write-only, and with _r as read-only.
+void add_pair(ObjectTable& table, std::uint32_t write_at, std::uint32_t read_at,
+              const Object& both) {
+  Object command = both;
+  command.name += "_w";
+  command.read = {};
+  Object answer = both;
+  answer.name += "_r";
+  answer.write = {};
+  table.add(write_at, std::move(command));
+  table.add(read_at, std::move(answer));
+}
+
 }  // namespace
 
-void add_block_search(ObjectTable& table) {
+void add_commands(ObjectTable& table) {
+  add_pair(table, 0x1, 0x3,
+           object("mc_command_single_block", "BOOL", single_block, write_single_block));
+  add_pair(table, 0x9, 0xA,
+           object("mc_command_feed_override", "WORD", feed_override, write_override, "0.1 %"));
+  table.add(0xC, object("mc_active_feed_override_r", "WORD", feed_override, {}, "0.1 %"));
+  add_pair(table, 0x210, 0x211,
+           object("mc_command_block_ignore", "DWORD", skipped_levels, write_skipped_levels));
+  add_pair(table, 0x212, 0x213,
+           object("mc_command_M01_stop_enable", "BOOL", optional_stop, write_optional_stop));
   add_pair(table, 0x3F, 0x40,
-           {.name = "mc_command_execution_mode",
-            .type = "DINT",
-            .length = 4,
-            .read = commanded_mode,
-            .write = write_search_mode});
-  table.add(
-      0x41,
-      {.name = "mc_active_execution_mode_r", .type = "DINT", .length = 4, .read = active_mode});
-  add_pair(table, 0x49, 0x61,
-           {.name = "mc_cmd_bs_type",
-            .type = "WORD",
-            .length = 2,
-            .read = search_type,
-            .write = write_type});
-  add_pair(table, 0x5F, 0x77,
-           {.name = "mc_cmd_bs_block_number",
-            .type = "DWORD",
-            .length = 4,
-            .read = block,
-            .write = write_block});
+           object("mc_command_execution_mode", "DINT", commanded_mode, write_search_mode));
+  table.add(0x41, object("mc_active_execution_mode_r", "DINT", active_mode));
+  add_pair(table, 0x49, 0x61, object("mc_cmd_bs_type", "WORD", search_type, write_type));
+  add_pair(table, 0x5F, 0x77, object("mc_cmd_bs_block_number", "DWORD", block, write_block));
+  table.add(0x90, {.name = "mc_program_stream_w",
+                   .type = "STRING",
+                   .length = parameter_size,
+                   .write = write_stream});
+  table.add(0x104, object("mc_command_mode_w", "DWORD", {}, write_command_mode));
+  table.add(0x105, object("mc_command_state_w", "DWORD", {}, write_state));
+  table.add(0x108, {.name = "mc_command_parameter_w",
+                    .type = "STRING",
+                    .length = parameter_size,
+                    .write = write_parameter});
+  table.add(0x201, object("mc_block_count_r", "DWORD", blocks_of_command));
+  table.add(0x202, object("mc_active_feedrate_r", "LREAL", active_feedrate));
+  table.add(0x203, object("mc_command_feedrate_r", "LREAL", command_feedrate));
+  table.add(0x214,
+            {.name = "mc_program_name_r", .type = "STRING", .length = 84, .read = program_name});
+  table.add(0x215, object("mc_error_id_r", "DWORD", error_id));
 }
 
 }  // namespace millrace::cnc::simulator::objects

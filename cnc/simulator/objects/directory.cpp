@@ -1,5 +1,3 @@
-#include "cnc/simulator/objects/directory.hpp"
-
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -7,7 +5,7 @@
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/simulator/objects/group.hpp"
-#include "cnc/simulator/objects/object.hpp"
+#include "cnc/simulator/objects/tables.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -105,11 +103,11 @@ void add_directory(ObjectTable& table, const ObjectTable& cnc, const ObjectTable
   const auto view = [cnc = entries_of(cnc), channel = entries_of(channel)](const Context& at) {
     return View(at, *cnc, *channel);
   };
-  const auto count = [view](const Context& at) -> Result<Bytes> {
+  const auto count = [view](const Context& at) {
     return encode_u32(static_cast<std::uint32_t>(view(at).size()));
   };
   const auto read = [view](const Context& at) { return records(view(at), at); };
-  table.add(0, {.name = "number of objects", .type = "DWORD", .length = 4, .read = count});
+  table.add(0, object("number of objects", "DWORD", count));
   table.add_rest({.name = "objects", .type = "RECORD", .length = record_size, .read = read});
 }
 

@@ -11,6 +11,20 @@
 
 namespace millrace::cnc::simulator::objects {
 
+Object object(std::string name, std::string type, Object::Read read, Object::Write write,
+              std::string unit) {
+  static const std::map<std::string_view, std::uint32_t> lengths{
+      {"BOOL", 1},  {"SINT", 1},  {"WORD", 2},  {"UNS16", 2}, {"DINT", 4},  {"DWORD", 4},
+      {"SGN32", 4}, {"UNS32", 4}, {"LREAL", 8}, {"SGN64", 8}, {"REAL64", 8}};
+  const std::uint32_t length = lengths.at(type);
+  return {.name = std::move(name),
+          .type = std::move(type),
+          .length = length,
+          .unit = std::move(unit),
+          .read = std::move(read),
+          .write = std::move(write)};
+}
+
 void ObjectTable::add(std::uint32_t offset, Object object) {
   const bool is_new = objects_.emplace(offset, std::move(object)).second;
   assert(is_new);

@@ -50,6 +50,10 @@ struct Object {
   Exchange exchange = {};
 };
 
+/// An object of a number type, which determines its length.
+Object object(std::string name, std::string type, Object::Read read, Object::Write write = {},
+              std::string unit = {});
+
 /// The objects of one kind of index group by the lower half of their offset.
 class ObjectTable {
  public:

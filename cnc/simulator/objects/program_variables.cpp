@@ -1,5 +1,3 @@
-#include "cnc/simulator/objects/program_variables.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -11,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "cnc/simulator/objects/object.hpp"
+#include "cnc/simulator/objects/tables.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 #include "cnc/variables/value.hpp"
@@ -65,8 +63,7 @@ std::vector<std::string> elements_of(std::string_view name, const nc::VariableIn
   return names;
 }
 
-}  // namespace
-
+/// True if a name begins with the family of a variable that NC programs create.
 bool is_program_variable(std::string_view name) {
   constexpr std::array<std::string_view, 4> prefixes{"V.P.", "V.L.", "V.S.", "V.CYC."};
   const bool parameter =
@@ -76,6 +73,8 @@ bool is_program_variable(std::string_view name) {
          });
 }
 
+/// An element or a whole array. A name that does not exist at present gets the error of an unknown
+/// variable; a value of the wrong size fails with invalid_size.
 Result<Bytes> read_program_variable(const Context& at, std::string_view name) {
   const auto info = find(at, name);
   if (!info) {
@@ -123,6 +122,7 @@ Result<void> write_program_variable(const Context& at, std::string_view name, By
   return {};
 }
 
+/// The description has no handle (0).
 Result<variables::Description> describe_program_variable(const Context& at, std::string_view name) {
   return find(at, name).map([](const nc::VariableInfo& info) {
     const ElementType type = element_of(info.shape);
@@ -134,8 +134,6 @@ Result<variables::Description> describe_program_variable(const Context& at, std:
     return description;
   });
 }
-
-namespace {
 
 using variables::NameInDescription;
 namespace offset = variables::offset;

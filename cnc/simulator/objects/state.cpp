@@ -1,5 +1,3 @@
-#include "cnc/simulator/objects/state.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "cnc/ads/bytes.hpp"
-#include "cnc/simulator/objects/object.hpp"
+#include "cnc/simulator/objects/tables.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 
@@ -21,29 +19,19 @@ namespace {
 using ads::Bytes;
 using ads::Result;
 
-/// A read-only value.
-Object value(std::string name, std::string type, std::uint32_t length, Object::Read read,
+/// A read-only value of a channel.
+Object value(std::string name, std::string type, Bytes (*read)(const VirtualChannel&),
              std::string unit = "") {
-  return {.name = std::move(name),
-          .type = std::move(type),
-          .length = length,
-          .unit = std::move(unit),
-          .read = std::move(read)};
+  return object(
+      std::move(name), std::move(type), [read](const Context& at) { return read(*at.channel); }, {},
+      std::move(unit));
 }
 
-/// Of a channel.
-Object value(std::string name, std::string type, std::uint32_t length,
-             Bytes (*read)(const VirtualChannel&), std::string unit = "") {
-  return value(
-      std::move(name), std::move(type), length,
-      [read](const Context& at) -> Result<Bytes> { return read(*at.channel); }, std::move(unit));
-}
-
-Result<Bytes> cycles(const Context& at) {
+Bytes cycles(const Context& at) {
   return encode_u32(static_cast<std::uint32_t>(at.machine.cycles()));
 }
 
-Result<Bytes> cycle_time(const Context& at) {
+Bytes cycle_time(const Context& at) {
   const auto time =
       std::chrono::duration_cast<std::chrono::microseconds>(at.machine.settings().cycle);
   return encode_u32(static_cast<std::uint32_t>(time.count()));
@@ -54,32 +42,32 @@ Result<Bytes> version(const Context& /*at*/) {
   return encode_buffer("millrace virtual CNC", size);
 }
 
-Result<Bytes> channels(const Context& at) {
+Bytes channels(const Context& at) {
   return ads::ByteWriter().u16(static_cast<std::uint16_t>(at.machine.settings().channels)).take();
 }
 
-Result<Bytes> most_channels(const Context& /*at*/) {
+Bytes most_channels(const Context& /*at*/) {
   return ads::ByteWriter().u16(static_cast<std::uint16_t>(max_channels)).take();
 }
 
-Result<Bytes> axes(const Context& at) {
+Bytes axes(const Context& at) {
   return encode_u32(at.machine.axes());
 }
 
-Result<Bytes> most_axes(const Context& /*at*/) {
+Bytes most_axes(const Context& /*at*/) {
   return encode_u32(max_channels * static_cast<std::uint32_t>(max_axes));
 }
 
 }  // namespace
 
 void add_platform(ObjectTable& table) {
-  table.add(0x1, value("cnc_tick_counter_r", "DWORD", 4, cycles));
-  table.add(0x2, value("cnc_cycle_time_r", "DWORD", 4, cycle_time));
-  table.add(0x3, value("cnc_version_r", "STRING", 24, version));
-  table.add(0x4, value("cnc_number_of_channel_r", "WORD", 2, channels));
-  table.add(0x5, value("cnc_number_of_channel_max_r", "WORD", 2, most_channels));
-  table.add(0x6, value("cnc_number_of_axis_r", "DWORD", 4, axes));
-  table.add(0x7, value("cnc_number_of_axis_max_r", "DWORD", 4, most_axes));
+  table.add(0x1, object("cnc_tick_counter_r", "DWORD", cycles));
+  table.add(0x2, object("cnc_cycle_time_r", "DWORD", cycle_time));
+  table.add(0x3, {.name = "cnc_version_r", .type = "STRING", .length = 24, .read = version});
+  table.add(0x4, object("cnc_number_of_channel_r", "WORD", channels));
+  table.add(0x5, object("cnc_number_of_channel_max_r", "WORD", most_channels));
+  table.add(0x6, object("cnc_number_of_axis_r", "DWORD", axes));
+  table.add(0x7, object("cnc_number_of_axis_max_r", "DWORD", most_axes));
 }
 
 namespace {
@@ -117,24 +105,20 @@ Bytes dwell_left(const VirtualChannel& channel) {
 }
 
 /// The mode of single steps (IB/tf5200_single_step_mode/306149899, documented).
-Object single_step_mode() {
-  return {.name = "single step mode",
-          .type = "UNS32",
-          .length = 4,
-          .read = [](const Context& at) -> Result<Bytes> {
-            return encode_u32(static_cast<std::uint32_t>(at.channel->program().single_step().mode));
-          },
-          .write = [](const Context& at, ads::BytesView in) -> Result<void> {
-            return decode_u32(in).and_then([&](std::uint32_t number) -> Result<void> {
-              const nc::SingleStep::Mode mode{number};
-              if (mode > nc::SingleStep::Mode::to_next_motion) {
-                return tl::unexpected(ads::ErrorCode::invalid_data);
-              }
-              nc::Channel& program = at.channel->program();
-              program.set_single_step({program.single_step().enabled, mode});
-              return {};
-            });
-          }};
+Bytes single_step_mode(const Context& at) {
+  return encode_u32(static_cast<std::uint32_t>(at.channel->program().single_step().mode));
+}
+
+Result<void> write_single_step_mode(const Context& at, ads::BytesView in) {
+  return decode_u32(in).and_then([&](std::uint32_t number) -> Result<void> {
+    const nc::SingleStep::Mode mode{number};
+    if (mode > nc::SingleStep::Mode::to_next_motion) {
+      return tl::unexpected(ads::ErrorCode::invalid_data);
+    }
+    nc::Channel& program = at.channel->program();
+    program.set_single_step({program.single_step().enabled, mode});
+    return {};
+  });
 }
 
 Bytes block_count(const VirtualChannel& channel) {
@@ -162,12 +146,9 @@ Result<const AepParameter*> parameter_at(const Context& at, ads::BytesView in) {
 
 void add_aep_parameters(ObjectTable& table) {
   constexpr std::uint32_t name_size = 96;
-  table.add(0x60, {.name = "AEP parameter number",
-                   .type = "UNS32",
-                   .length = 4,
-                   .read = [](const Context& at) -> Result<Bytes> {
-                     return encode_u32(static_cast<std::uint32_t>(parameters(at).size()));
-                   }});
+  table.add(0x60, object("AEP parameter number", "UNS32", [](const Context& at) {
+              return encode_u32(static_cast<std::uint32_t>(parameters(at).size()));
+            }));
   table.add(0x61, {.name = "AEP-name by index",
                    .type = "STRING",
                    .length = name_size,
@@ -198,19 +179,19 @@ void add_aep_parameters(ObjectTable& table) {
 }
 
 void add_channel_state(ObjectTable& table) {
-  table.add(0x1F, value("state", "UNS32", 4, state));
-  table.add(0x20, value("mode", "UNS32", 4, mode));
+  table.add(0x1F, value("state", "UNS32", state));
+  table.add(0x20, value("mode", "UNS32", mode));
 }
 
 void add_interpolator_state(ObjectTable& table) {
-  table.add(0x1, value("number of axes", "UNS16", 2, number_of_axes));
-  table.add(0x8, value("rest path", "REAL64", 8, rest_path, "0.1 um"));
-  table.add(0x15, value("path velocity", "REAL64", 8, velocity, "um/s"));
-  table.add(0x1A, single_step_mode());
-  table.add(0x21, value("block number", "SGN32", 4, block_number));
-  table.add(0x22, value("rest of dwell", "REAL64", 8, dwell_left, "s"));
-  table.add(0x2E, value("block count", "SGN32", 4, block_count));
-  table.add(0x56, value("path from program start", "REAL64", 8, path, "0.1 um"));
+  table.add(0x1, value("number of axes", "UNS16", number_of_axes));
+  table.add(0x8, value("rest path", "REAL64", rest_path, "0.1 um"));
+  table.add(0x15, value("path velocity", "REAL64", velocity, "um/s"));
+  table.add(0x1A, object("single step mode", "UNS32", single_step_mode, write_single_step_mode));
+  table.add(0x21, value("block number", "SGN32", block_number));
+  table.add(0x22, value("rest of dwell", "REAL64", dwell_left, "s"));
+  table.add(0x2E, value("block count", "SGN32", block_count));
+  table.add(0x56, value("path from program start", "REAL64", path, "0.1 um"));
 }
 
 namespace {
@@ -294,33 +275,33 @@ Bytes speed64(const Context& at) {
 }  // namespace
 
 void add_axes(ObjectTable& table) {
-  table.add(0x1, value("type", "WORD", 2, type));
-  table.add(0x2, value("command position", "DINT", 4, position, length_unit));
-  table.add(0x3, value("actual position", "DINT", 4, position, length_unit));
-  table.add(0x4, value("end position", "DINT", 4, end_position, length_unit));
-  table.add(0x5, value("active feedrate", "LREAL", 8, feedrate, speed_unit));
-  table.add(0x6, value("current feedrate", "LREAL", 8, feedrate, speed_unit));
-  table.add(0x7, value("direction", "SINT", 1, direction));
-  table.add(0x9, value("name", "STRING", axis_name_size, name));
-  table.add(0xA, value("in position", "BOOL", 1, in_position));
-  table.add(0xB, value("homing done", "BOOL", 1, homing_done));
-  table.add(0xF, value("channel", "WORD", 2, channel_number));
+  table.add(0x1, object("type", "WORD", type));
+  table.add(0x2, object("command position", "DINT", position, {}, length_unit));
+  table.add(0x3, object("actual position", "DINT", position, {}, length_unit));
+  table.add(0x4, object("end position", "DINT", end_position, {}, length_unit));
+  table.add(0x5, object("active feedrate", "LREAL", feedrate, {}, speed_unit));
+  table.add(0x6, object("current feedrate", "LREAL", feedrate, {}, speed_unit));
+  table.add(0x7, object("direction", "SINT", direction));
+  table.add(0x9, {.name = "name", .type = "STRING", .length = axis_name_size, .read = name});
+  table.add(0xA, object("in position", "BOOL", in_position));
+  table.add(0xB, object("homing done", "BOOL", homing_done));
+  table.add(0xF, object("channel", "WORD", channel_number));
 }
 
 void add_channel_axes(ObjectTable& table) {
-  table.add(0x1, value("logical axis number", "WORD", 2, logical_number));
-  table.add(0x2, value("name", "STRING", axis_name_size, name));
-  table.add(0x3, value("type", "WORD", 2, type));
-  table.add(0x4, value("distance to go", "DINT", 4, distance_to_go, length_unit));
-  table.add(0x5, value("end position", "DINT", 4, end_position, length_unit));
-  table.add(0x6, value("command position", "DINT", 4, position, length_unit));
-  table.add(0x7, value("actual position", "DINT", 4, position, length_unit));
-  table.add(0x8, value("homing done", "BOOL", 1, homing_done));
+  table.add(0x1, object("logical axis number", "WORD", logical_number));
+  table.add(0x2, {.name = "name", .type = "STRING", .length = axis_name_size, .read = name});
+  table.add(0x3, object("type", "WORD", type));
+  table.add(0x4, object("distance to go", "DINT", distance_to_go, {}, length_unit));
+  table.add(0x5, object("end position", "DINT", end_position, {}, length_unit));
+  table.add(0x6, object("command position", "DINT", position, {}, length_unit));
+  table.add(0x7, object("actual position", "DINT", position, {}, length_unit));
+  table.add(0x8, object("homing done", "BOOL", homing_done));
 }
 
 void add_position_controller(ObjectTable& table) {
-  table.add(0xD, value("actual velocity", "SGN32", 4, speed32, speed_unit));
-  table.add(0x250, value("actual velocity, 64 bits", "SGN64", 8, speed64, speed_unit));
+  table.add(0xD, object("actual velocity", "SGN32", speed32, {}, speed_unit));
+  table.add(0x250, object("actual velocity, 64 bits", "SGN64", speed64, {}, speed_unit));
 }
 
 namespace {

@@ -132,7 +132,7 @@ TEST_F(NcChannel, ListsTheVariablesOfAProgram) {
         "#VAR\nV.P.TABLE[2][3] : SGN16 = [1, 2, 3, 4, 5, 6]\nV.P.NAME : STRING[20]\n#ENDVAR\n"
         "P7 = 1\n#WAIT FOR FALSE\n");
   sut.tick(0s, environment_);
-  const VariableDirectory& variables = sut.variables();
+  const run::Memory& variables = sut.variables();
   ASSERT_EQ(variables.count(VariableFamily::program), 2U);
   EXPECT_EQ(variables.count(VariableFamily::parameter), 1U);
   EXPECT_EQ(variables.count(VariableFamily::self), 0U);

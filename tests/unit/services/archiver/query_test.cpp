@@ -165,11 +165,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"PUT " + std::string(33, 'k') + "=1", "expected key=value"},
                     Mistake{"PUT " + std::string(123, '\xFF'), "expected key=value"}));
 
-CallInfo call(const std::string& request) {
-  return {.call = {.epoch = 0x5f, .number = 3},
-          .key = {.machine = "cnc", .channel = 2},
+fabric::Request call(const std::string& request) {
+  return {.key = {.machine = "cnc", .channel = 2},
+          .call = {.epoch = 0x5f, .number = 3},
+          .text = request,
           .state = 9,
-          .request = request,
           .replayed = true};
 }
 

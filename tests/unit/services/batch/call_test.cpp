@@ -34,29 +34,28 @@ Ended exited(int code, std::string output, std::string errors = {}) {
 TEST(BatchCall, PassesTheRequestAfterTheConfiguredArguments) {
   Script script = batch::script();
   script.arguments = {"--"};
-  const auto sut = command_for(script, {.request = "WELLE7 12"});
+  const auto sut = command_for(script, {.text = "WELLE7 12"});
   ASSERT_TRUE(sut);
   EXPECT_THAT(sut->arguments, ElementsAre("--", "WELLE7 12"));
   EXPECT_EQ(sut->input, "WELLE7 12\n");
 }
 
 TEST(BatchCall, PassesTheRequestInUtf8) {
-  EXPECT_EQ(command_for(script(), {.request = "Ma\xDF"})->arguments.back(), "Maß");
+  EXPECT_EQ(command_for(script(), {.text = "Ma\xDF"})->arguments.back(), "Maß");
 }
 
 TEST(BatchCall, PassesTheRequestInTheControllersCodePageWhereConfigured) {
   Script script = batch::script();
   script.encoding = Encoding::cp1252;
-  EXPECT_EQ(command_for(script, {.request = "Ma\xDF"})->arguments.back(), "Ma\xDF");
+  EXPECT_EQ(command_for(script, {.text = "Ma\xDF"})->arguments.back(), "Ma\xDF");
 }
 
 TEST(BatchCall, PassesTheDataOfTheCall) {
-  const auto sut = command_for(script(), {.request = "x",
-                                          .state = 3,
-                                          .id = "5f-17",
+  const auto sut = command_for(script(), {.key = {.machine = "cnc", .channel = 1},
+                                          .call = {.epoch = 0x5f, .number = 17},
                                           .attempt = 2,
-                                          .machine = "cnc",
-                                          .channel = 1,
+                                          .text = "x",
+                                          .state = 3,
                                           .replayed = true});
   EXPECT_THAT(sut->environment,
               IsSupersetOf({"MILLRACE_CALL=5f-17", "MILLRACE_ATTEMPT=2", "MILLRACE_MACHINE=cnc",
@@ -74,7 +73,7 @@ TEST(BatchCall, AcceptsAnEmptyRequestWhereConfigured) {
 }
 
 TEST(BatchCall, RefusesANulThatWouldCutTheArgument) {
-  EXPECT_EQ(command_for(script(), {.request = std::string("a\0b", 3)}).error().state, 10U);
+  EXPECT_EQ(command_for(script(), {.text = std::string("a\0b", 3)}).error().state, 10U);
 }
 
 TEST(BatchVerdict, OfExitCodeZeroIsStateOneAndTheOutput) {

@@ -284,12 +284,12 @@ TEST_F(MailSenderTest, RemembersTheOutcomeOfACallEvenIfItCannotBeRecorded) {
 }
 
 TEST_F(MailSenderTest, SendsNothingForAReplayedCall) {
-  CallInfo call = sample_call(good);
+  fabric::Request call = sample_call(good);
   call.replayed = true;
   start();
   EXPECT_EQ(sut->answer(call), (sdk::Response{"OK", 1}));
   EXPECT_EQ(server.attempts(), 0U);
-  CallInfo bad = sample_call("done");
+  fabric::Request bad = sample_call("done");
   bad.replayed = true;
   EXPECT_EQ(sut->answer(bad).state, state_wrong_keys);
 }

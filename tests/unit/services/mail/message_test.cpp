@@ -186,7 +186,7 @@ TEST(MailCompose, MakesTheMailOfATemplate) {
 }
 
 TEST(MailCompose, IsTheSameForTheSameCall) {
-  const CallInfo call = sample_call("done program=A parts=1");
+  const fabric::Request call = sample_call("done program=A parts=1");
   EXPECT_EQ(compose(sample_config(), call, that_morning),
             compose(sample_config(), call, that_morning));
 }

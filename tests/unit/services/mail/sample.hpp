@@ -22,11 +22,11 @@ inline Config sample_config() {
   return config;
 }
 
-inline CallInfo sample_call(const std::string& request, std::uint64_t number = 3) {
-  return {.call = {.epoch = 0x5f, .number = number},
-          .key = {.machine = "cnc", .channel = 2},
-          .state = 9,
-          .request = request};
+inline fabric::Request sample_call(const std::string& request, std::uint64_t number = 3) {
+  return {.key = {.machine = "cnc", .channel = 2},
+          .call = {.epoch = 0x5f, .number = number},
+          .text = request,
+          .state = 9};
 }
 
 }  // namespace millrace::services::mail

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tools/mcap/compression.hpp"
-#include "tools/mcap/cursor.hpp"
 
 namespace millrace::tools::mcap {
 namespace {
