@@ -183,8 +183,8 @@ void Server::Impl::report_refused(const Connection& connection) {
   if (now < next_refusal_line) {
     return;
   }
-  log->warn("{}: connection refused: {} are open, which is the limit (max_connections){}",
-            connection.peer(), options.max_connections,
+  log->warn("{}: connection refused: {} are open, which is the limit{}", connection.peer(),
+            options.max_connections,
             refused > 1 ? fmt::format("; {} others since the last such line", refused - 1) : "");
   refused = 0;
   next_refusal_line = now + refusal_pause;

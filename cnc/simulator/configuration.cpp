@@ -227,8 +227,6 @@ ConnectionSettings connections(const config::CncConnections& from, const config:
           from.notifications_survive(),
           {std::chrono::milliseconds(faults.delay_ms()), faults.drop_every(), faults.out_of_order(),
            faults.segment(), faults.refuse()},
-          from.max_connections(),
-          std::chrono::seconds(from.idle_s()),
           told.most(),
           {static_cast<ads::ErrorCode>(told.by_handle()),
            static_cast<ads::SubscriptionBehaviour::Notifies>(told.tells()),
@@ -388,7 +386,6 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
                   {{"answers"}, {"old_value_offset"}},
                   fmt::format("{}; expected 92 or 96", answers.old_value_offset()));
   settings.program = programs(config.programs());
-  settings.decoder_operations = config.programs().operations_per_cycle();
   settings.ready_after_end = config.programs().ready_after_end();
   settings.program.rapid_feed = config.rapid_feed();
   settings.cycle = std::chrono::microseconds(config.cycle_us());

@@ -8,7 +8,10 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-// Least operations of a decoder in a cycle, for any number of channels.
+/// Of the decoders of all channels in a cycle, so that it is kept; running channels share them
+/// evenly.
+constexpr std::size_t operations_per_cycle = 3'200;
+/// Of each channel, for any number of channels.
 constexpr std::size_t least_operations = 10;
 
 }  // namespace
@@ -74,7 +77,7 @@ std::vector<NcEvent> Machine::tick(std::chrono::nanoseconds now) {
     return channel->program().active();
   });
   const std::size_t share =
-      settings_.decoder_operations / static_cast<std::size_t>(std::max<std::ptrdiff_t>(running, 1));
+      operations_per_cycle / static_cast<std::size_t>(std::max<std::ptrdiff_t>(running, 1));
   std::vector<NcEvent> happenings;
   for (const auto& channel : channels_) {
     for (nc::Event& event : channel->tick(now, std::max(share, least_operations))) {

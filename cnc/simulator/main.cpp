@@ -55,8 +55,6 @@ ads::ServerOptions common_options(const Setup& setup) {
   options.notifications_survive = connections.notifications_survive;
   options.one_connection_per_address = connections.one_per_address;
   options.faults = connections.faults;
-  options.max_connections = connections.max_connections;
-  options.idle_time = connections.idle_time;
   return options;
 }
 

@@ -66,9 +66,6 @@ struct ConnectionSettings {
   /// Notifications continue when their client connects again.
   bool notifications_survive = false;
   ads::Faults faults;
-  std::size_t max_connections = 250;
-  /// An idle connection is closed after this time; 0 = never.
-  std::chrono::seconds idle_time = std::chrono::minutes(10);
   /// Limit of each connection.
   std::size_t max_notifications = 550;
   ads::SubscriptionBehaviour notifications;
@@ -128,8 +125,6 @@ struct Settings {
   AnswerRules answers;
   /// Options of every channel; the axes and limits below complete them.
   nc::ChannelOptions program;
-  /// Decoder operations of all channels in one cycle, evenly shared by those that run.
-  std::size_t decoder_operations = 3'200;
   /// A channel is ready after the end of an NC program, and may start it again; otherwise selected.
   bool ready_after_end = false;
   /// Folders of NC programs and subprograms, searched in this order.

@@ -50,7 +50,7 @@ add_library(millrace_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
 target_link_libraries(millrace_precompiled PRIVATE millrace_options fmt::fmt tl::expected)
 set_target_properties(millrace_precompiled PROPERTIES POSITION_INDEPENDENT_CODE ON)
 target_precompile_headers(millrace_precompiled PRIVATE
-  <algorithm> <chrono> <filesystem> <functional> <map> <memory> <optional> <sstream> <string> <string_view>
+  <algorithm> <chrono> <functional> <map> <memory> <optional> <sstream> <string> <string_view>
   <unordered_map> <variant> <vector> <fmt/format.h> <tl/expected.hpp>)
 
 # millrace_add_library(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [FOLDERS])

@@ -5,8 +5,9 @@
 //   status_writer.flush();
 //
 // A status waits until flush(), which is called seldom, and a newer one of its channel replaces it:
-// a call changes the status of its channel five times, and each write costs Cyclone 2 us. While there
-// is no reader it waits for one; a new reader gets the status at once, as from Cyclone itself.
+// a call changes the status of its channel five times, and each write costs Cyclone 2 us. While
+// there is no reader it waits for one; a new reader gets the status at once, as from Cyclone
+// itself.
 #pragma once
 
 #include <functional>

@@ -102,8 +102,7 @@ LineConfig line_config(const config::DialGauge::Line& from) {
           .device = from.device(),
           .form = form,
           .baud_rate = from.has_baud_rate() ? from.baud_rate() : usual_baud_rate,
-          .unit = from.unit() == config::DialGauge::INCH ? Unit::inch : Unit::mm,
-          .reopen = std::chrono::milliseconds(from.reopen_ms())};
+          .unit = from.unit() == config::DialGauge::INCH ? Unit::inch : Unit::mm};
 }
 
 }  // namespace

@@ -114,7 +114,6 @@ class Reader {
                       .user = from.user(),
                       .password_file = file ? beside(from.password_file()) : fs::path(),
                       .password_env = from.password_env(),
-                      .connect_timeout = std::chrono::milliseconds(from.connect_timeout_ms()),
                       .timeout = std::chrono::milliseconds(from.timeout_ms())};
   }
 

@@ -36,7 +36,6 @@ struct ServerConfig {
   std::string user{};
   std::filesystem::path password_file{};
   std::string password_env{};
-  std::chrono::milliseconds connect_timeout{10000};
   std::chrono::milliseconds timeout{60000};
 };
 

@@ -15,6 +15,8 @@ namespace millrace::services::mail {
 
 namespace {
 
+/// Until a mail server accepts the connection.
+constexpr std::chrono::seconds connect_timeout{10};
 /// "235 2.7.0 Authentication successful" (RFC 4954, 6).
 constexpr int code_logged_in = 235;
 /// The reply to QUIT, which libcurl sends after a refusal, too (RFC 5321, 4.2.3).
@@ -181,7 +183,7 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
   set(handle, CURLOPT_PROXY, "");
   set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
   set(handle, CURLOPT_NOSIGNAL, 1L);
-  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(server.connect_timeout));
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(connect_timeout));
   set(handle, CURLOPT_TIMEOUT_MS, milliseconds(server.timeout));
   set(handle, CURLOPT_SERVER_RESPONSE_TIMEOUT,
       static_cast<long>(std::chrono::ceil<std::chrono::seconds>(server.timeout).count()));

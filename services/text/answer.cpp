@@ -13,8 +13,7 @@ constexpr std::size_t max_quoted = 32;
 
 std::string shortened(std::string text, std::size_t size) {
   if (text.size() > size) {
-    text.resize(size - ellipsis.size());
-    text += ellipsis;
+    text.replace(size - ellipsis.size(), std::string::npos, ellipsis);
   }
   return text;
 }

@@ -56,7 +56,7 @@ test('the view is there when a gateway publishes data, and shows lines, values a
   await page.click('[data-tab="data"]');
   await awaitText(page, 'h1', /^Data and NC programs$/);
   // Before a choice is made, the first numbers are shown.
-  await page.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
+  await page.waitForSelector(`${line('fast/V.E.LEVEL')} .plot-line[d^=M]`);
   await awaitText(page, `${row('fast/state')} .cell-value`, /^selected \(2\)$/);
   await awaitText(page, `${row('slow/V.E.TABLE')} .cell-value`, /^0; 0; 0; 0; 0$/);
   await awaitText(page, `${row('slow/V.E.NONE')} .cell-quality`, /refused.*symbol not found/);
@@ -83,7 +83,7 @@ test('the selection is in the address, and a new page has the last minutes at on
   assert.doesNotMatch(decodeURIComponent(address), /show=1\/fast\/state/);
   const again = await browser.open(web.url, { view: address });
   await awaitText(again, `${line('slow/V.E.LABEL')} .changes`, /batch <7>/);
-  await again.waitForSelector(`${line('fast/V.E.LEVEL')} canvas`);
+  await again.waitForSelector(`${line('fast/V.E.LEVEL')} .plot-line[d^=M]`);
   // The samples from before this page was opened.
   const first = await again.evaluate(async () => {
     const answer = await (await fetch('/api/data/history?machine=cnc&variable=1/fast/V.E.LEVEL')).json();
@@ -97,7 +97,7 @@ test('the selection is in the address, and a new page has the last minutes at on
 
 test('a program shows how it runs and how it ended, over the lines and in the table', async () => {
   const page = await browser.open(web.url, { view: '#/data?machine=cnc&span=60&show=1/fast/V.E.LEVEL&show=1/fast/state' });
-  await page.waitForSelector(`${line('fast/state')} canvas`);
+  await page.waitForSelector(`${line('fast/state')} .plot-line[d^=M]`);
   await plant.runProgram('good.nc');
   await page.waitForSelector('.band-run[data-state="running"]');
   await awaitText(page, 'tr[data-state="running"] .cell-program', /good\.nc/);
@@ -128,7 +128,7 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
 for (const dark of [false, true]) {
   test(`axe finds nothing in the view data, ${dark ? 'dark' : 'light'}`, async () => {
     const page = await browser.open(web.url, { view: '#/data', dark });
-    await page.waitForSelector('.line canvas');
+    await page.waitForSelector('.line .plot-line[d^=M]');
     await page.waitForSelector(row('fast/state'));
     await page.waitForSelector('.band-run');
     assert.deepEqual(await violations(page), []);
@@ -160,7 +160,7 @@ test('the page is in German for a German browser', async () => {
 
 test('a wall shows the lines that were chosen, and nothing to press', async () => {
   const page = await browser.open(web.url, { query: '?wall', view: '#/data?machine=cnc&show=1/fast/V.E.LEVEL&show=1/fast/state', width: 1920, height: 1080, dark: true });
-  await page.waitForSelector('.line canvas');
+  await page.waitForSelector('.line .plot-line[d^=M]');
   assert.deepEqual(await page.$$eval('main :is(button, input, select)', (all) => all.filter((each) => each.checkVisibility()).length), 0);
   assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
   assert.deepEqual(await violations(page), []);

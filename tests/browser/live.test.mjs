@@ -70,7 +70,7 @@ test('the waterfall of a call has the steps that recording calls prints', async 
     time: micros(step.time),
     hop: step.hop,
     attempt: step.attempt,
-    what: `${step.text === undefined ? '' : `“${step.text}” state ${step.state}`}${step.detail ? `${step.text === undefined ? '' : '  '}${step.detail}` : ''}`,
+    what: `${step.text === undefined ? '' : `“${step.text}” state ${step.state}`}${step.detail ? `${step.text === undefined ? '' : '  '}${step.detail.replace(/\(pid (\d+) on (\S+)\)/, '($2, pid $1)')}` : ''}`,
   })));
   assert.ok(steps.length >= 7, JSON.stringify(steps));
   // One lane for the gateway, one for the attempt, with every part of the call.

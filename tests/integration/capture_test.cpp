@@ -24,7 +24,6 @@
 namespace millrace::tests::integration {
 namespace {
 
-
 /// The UUID of millrace-slow-service.
 const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
 

@@ -182,26 +182,6 @@ TEST_F(MillraceCnc, ClosesTheConnectionOfAClientWithoutARoute) {
   EXPECT_FALSE(wait_for(io, client.connect()));
 }
 
-TEST_F(MillraceCnc, LimitsConnectionsAsConfiguredAndClosesUnusedOnes) {
-  const auto config = folder_.path() / "cnc.textproto";
-  std::ofstream(config) << "connections { max_connections: 1 idle_s: 1 }";
-  Process sut = start({"--config", config.string()});
-  const std::string port = sut.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
-
-  boost::asio::io_context io;
-  const cnc::ads::ClientOptions options{.tcp_port = static_cast<std::uint16_t>(std::stoi(port)),
-                                        .target = {{127, 0, 0, 1, 1, 1}}};
-  cnc::ads::Client first(io.get_executor(), options);
-  ASSERT_TRUE(wait_for(io, first.connect()));
-  cnc::ads::Client second(io.get_executor(), options);
-  EXPECT_FALSE(wait_for(io, second.connect()));
-  sut.await_error("connection refused: 1 are open, which is the limit \\(max_connections\\)");
-  EXPECT_TRUE(wait_for(io, first.state(553)));
-  sut.await_error("connection closed by us: it was not used for 1 s");
-  cnc::ads::Client third(io.get_executor(), options);
-  EXPECT_TRUE(wait_for(io, third.connect()));
-}
-
 TEST_F(MillraceCnc, StartsAProgramOfItsFolderOverAds) {
   std::ofstream(folder_.path() / "demo.nc") << "N10 #MSG [\"started\"]\nN20 M30\n";
   Process sut = start({});

@@ -21,7 +21,6 @@
 namespace millrace::tests {
 namespace {
 
-
 /// Replaces systemd: the socket of NOTIFY_SOCKET.
 class Supervisor {
  public:

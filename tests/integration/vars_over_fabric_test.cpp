@@ -117,8 +117,6 @@ TEST_F(VariablesOverTheFabric, ThatCannotBeReadAreNamedWithTheReason) {
   vars({"read", "V.E.LIMIT", "--channel", "3", "--timeout", "500ms"});
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(errors, HasSubstr("has answered for press/3 within 500 ms"));
-  vars({"read", "V.E.LIMIT", "--timeout", "500ms"}, "lathe");
-  EXPECT_THAT(errors, AllOf(HasSubstr("has answered for lathe/1"), HasSubstr("millrace machines")));
 }
 
 TEST_F(VariablesOverTheFabric, AreWrittenOnlyWhereConfiguredAndTheServiceInterfaceNever) {

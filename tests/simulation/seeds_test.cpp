@@ -1,6 +1,4 @@
 // The reduction of a failing simulation.
-#include "tests/simulation/shrink.hpp"
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -9,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/simulation/shrink.hpp"
 #include "tests/simulation/world.hpp"
 
 namespace millrace::tests::simulation {

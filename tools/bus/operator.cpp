@@ -21,6 +21,7 @@
 #include "fabric/registry/instance_registry.hpp"
 #include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tools/bus/snapshot.hpp"
 
 namespace millrace::tools::bus {
 
@@ -181,17 +182,35 @@ constexpr auto look_after = std::chrono::milliseconds(5);
 
 }  // namespace
 
-struct VariableClient::Impl {
+struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
   Impl(fabric::dds::Participant& own_participant, fabric::ChannelKey own_key,
        std::chrono::milliseconds own_patience)
       : participant(own_participant),
         key(std::move(own_key)),
         patience(own_patience),
-        end(participant, io.get_executor(), [this](const fabric::VariableReply& one) {
-          if (one.token == token) {
-            reply = one;
-          }
-        }) {}
+        end(participant, io.get_executor(),
+            [this](const fabric::VariableReply& one) {
+              if (one.token == token) {
+                reply = one;
+              }
+            }),
+        gateways(participant, io.get_executor(), *this,
+                 fabric::endpoints::GatewayMonitor::Of::all) {}
+
+  void on_machine(const fabric::MachineStatus& status) override {
+    if (machines.insert(status.machine).second) {
+      discovery.on_news(Clock::now());
+    }
+  }
+  void on_machine_gone(const std::string& /*machine*/,
+                       const fabric::InstanceId& /*gateway*/) override {}
+  void on_channel(const fabric::ChannelStatus& /*status*/) override {}
+
+  /// Gateways serve other machines, and each had the time to publish its own.
+  [[nodiscard]] bool is_unknown(Clock::time_point now) const {
+    return !machines.empty() && !machines.contains(key.machine) &&
+           now >= discovery.end(participant.options().trust != nullptr);
+  }
 
   /// The gateway that got the write request is gone: the outcome is unknown, and another gateway
   /// must not write again.
@@ -205,6 +224,10 @@ struct VariableClient::Impl {
                                           participant.options().domain);
     const bool writes = request.action == fabric::VariableAction::write;
     const std::string unknown = writes ? "; it may or may not be written; read it" : "; ask again";
+    if (!machines.empty() && !machines.contains(key.machine)) {
+      return fmt::format("no machine '{}' on {}; known: {}", key.machine, where,
+                         fmt::join(machines, ", "));
+    }
     if (refused || end.gateways() < most) {
       return "a gateway that got the request is gone" + unknown;
     }
@@ -229,6 +252,10 @@ struct VariableClient::Impl {
   fabric::InstanceId token{};
   std::optional<fabric::VariableReply> reply;
   fabric::endpoints::VariableRequestEndpoint end;
+  /// Of all gateways.
+  std::set<std::string> machines;
+  ListeningTime discovery{Patience{}, Clock::now()};
+  fabric::endpoints::GatewayMonitor gateways;
 };
 
 VariableClient::VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
@@ -253,7 +280,8 @@ tl::expected<fabric::VariableReply, std::string> VariableClient::ask(
   auto next_sending = Clock::now();
   // The largest number of gateways that may have received it at once.
   std::size_t most = 0;
-  while (!self.reply && Clock::now() < end && !self.lost(request, most)) {
+  while (!self.reply && Clock::now() < end && !self.lost(request, most) &&
+         !self.is_unknown(Clock::now())) {
     const auto now = Clock::now();
     const std::size_t there = self.end.gateways();
     if (there > most || (there > 0 && now >= next_sending)) {
@@ -265,7 +293,9 @@ tl::expected<fabric::VariableReply, std::string> VariableClient::ask(
         return tl::unexpected(said.error());
       }
     }
-    self.io.run_one_until(std::min(end, there == 0 ? now + look_after : next_sending));
+    const auto due = std::min(end, there == 0 ? now + look_after : next_sending);
+    self.io.run_one_until(due);
+    self.discovery.on_timer(due, Clock::now());
   }
   if (!self.reply) {
     return tl::unexpected(self.unanswered(request, most, self.lost(request, most)));

@@ -43,8 +43,8 @@ std::string issuer_here();
 
 class VariableClient {
  public:
-  /// `participant` must outlive it. Each request ends after `patience`. Throws std::runtime_error
-  /// if the fabric cannot be used.
+  /// `participant` must outlive it. Each request ends after `patience`, sooner if no gateway serves
+  /// the machine. Throws std::runtime_error if the fabric cannot be used.
   VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
                  std::chrono::milliseconds patience);
   ~VariableClient();

@@ -18,11 +18,18 @@ std::size_t width_of_output() {
 
 ListingFlags::ListingFlags(CLI::App& command) {
   CLI::Option* const as_json = command.add_flag("--json", json, "Print JSON");
-  command.add_flag("--csv", csv, "Print comma-separated values")->excludes(as_json);
-  command.add_flag("--wide", wide, "All columns, also where the terminal is narrower");
-  command.add_option("--columns", columns, "These columns in this order, as in name,busy")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  of_table_ = {
+      command.add_flag("--csv", csv, "Print comma-separated values")->excludes(as_json),
+      command.add_flag("--wide", wide, "All columns, also where the terminal is narrower"),
+      command.add_option("--columns", columns, "These columns in this order, as in name,busy")
+          ->delimiter(',')
+          ->allow_extra_args(false)};
+}
+
+void ListingFlags::exclude(CLI::Option* option) const {
+  for (CLI::Option* const flag : of_table_) {
+    option->excludes(flag);
+  }
 }
 
 print::Format ListingFlags::format(const std::vector<print::Heading>& headings) const {

@@ -22,6 +22,8 @@ struct ListingFlags {
 
   /// Throws UsageError if --columns names a column that the listing does not have.
   [[nodiscard]] print::Format format(const std::vector<print::Heading>& headings) const;
+  /// With `option` there is no table, so --csv, --wide and --columns are refused.
+  void exclude(CLI::Option* option) const;
   /// Output for people.
   [[nodiscard]] bool is_text() const { return !json && !csv; }
 
@@ -29,6 +31,9 @@ struct ListingFlags {
   bool csv = false;
   bool wide = false;
   std::vector<std::string> columns{};
+
+ private:
+  std::vector<CLI::Option*> of_table_;
 };
 
 template <typename Row>

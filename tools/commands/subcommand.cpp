@@ -49,6 +49,8 @@ bool is_among(const std::array<std::string_view, count>& words, const std::strin
 
 constexpr std::array<std::string_view, 3> with_value{"--fabric-config", "--domain", "--fabric"};
 constexpr std::array<std::string_view, 3> flags{"--json", "--csv", "--wide"};
+/// After MACHINE in `vars MACHINE list`.
+constexpr std::array<std::string_view, 3> of_vars{"list", "read", "write"};
 /// About the program itself.
 constexpr std::array<std::string_view, 5> own{"--help", "-h", "--version", "--man-page",
                                               "--completion"};
@@ -66,6 +68,10 @@ std::vector<std::string> word_order(std::vector<std::string> words) {
   words.erase(words.begin(), command);
   if (words.empty() || (words.front().starts_with('-') && !is_among(own, words.front()))) {
     words.insert(words.begin(), "status");
+  }
+  if (words.size() > 2 && words[0] == "vars" && is_among(of_vars, words[1]) &&
+      !is_among(of_vars, words[2]) && !words[2].starts_with('-')) {
+    std::swap(words[1], words[2]);
   }
   // What follows "--" is no option.
   words.insert(std::ranges::find(words, "--"), global.begin(), global.end());

@@ -39,7 +39,8 @@ void add_completion(CLI::App& app, Chosen& chosen);
 // The order of words on the command line. Pure.
 
 /// Moves global options behind the command, where it takes them:
-/// "--domain 7 services" is "services --domain 7". Without a command: `status`.
+/// "--domain 7 services" is "services --domain 7". "vars list press" is "vars press list". Without
+/// a command: `status`.
 std::vector<std::string> word_order(std::vector<std::string> words);
 
 // The writer's name in our files.

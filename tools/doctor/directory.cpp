@@ -111,6 +111,14 @@ std::string property(const dds_qos_t* qos, const char* name) {
   return dds_qget_prop(qos, name, &value) ? taken(value) : std::string();
 }
 
+/// "udp/10.77.0.1:7410", without Cyclone's number of the interface ("@2"); empty for this process.
+std::string addresses_in(std::string text) {
+  for (std::size_t at = text.find('@'); at != std::string::npos; at = text.find('@', at)) {
+    text.erase(at, text.find_first_not_of("0123456789", at + 1) - at);
+  }
+  return text == "localprocess" ? "" : text;
+}
+
 std::string entity_name(const dds_qos_t* qos) {
   char* name = nullptr;
   return dds_qget_entity_name(qos, &name) ? taken(name) : std::string();
@@ -194,7 +202,7 @@ void Directory::drain_participants() {
     seen.who.host = property(sample.qos, "__Hostname");
     seen.who.process = property(sample.qos, "__ProcessName");
     seen.who.pid = property(sample.qos, "__Pid");
-    seen.addresses = property(sample.qos, "__NetworkAddresses");
+    seen.addresses = addresses_in(property(sample.qos, "__NetworkAddresses"));
     seen.self = std::memcmp(sample.key.v, own_.v, sizeof own_.v) == 0;
   };
   while (fabric::wire::take_lent<dds_builtintopic_participant_t>(participant_reader_.handle(),

@@ -26,7 +26,7 @@ On(Cases...) -> On<Cases...>;
 
 /// The narrowest text that is cut, so that what is left still says something.
 constexpr std::size_t least_cut = 12;
-/// Columns leave before a text that always stays is cut to less than this.
+/// Columns leave before a text is cut to less than this.
 constexpr std::size_t roomy = 32;
 constexpr std::size_t gap = 2;
 
@@ -121,7 +121,7 @@ class Fitted {
       --most;
     }
     for (const std::size_t column : kept_) {
-      if (headings_[column].rank == always) {
+      if (may_be_cut(column)) {
         cut(column, most);
       }
     }
@@ -145,13 +145,15 @@ class Fitted {
   }
 
  private:
-  /// With texts that always stay cut to `most`.
+  [[nodiscard]] bool may_be_cut(std::size_t column) const {
+    return headings_[column].rank == always || headings_[column].is_text;
+  }
+  /// With texts cut to `most`.
   [[nodiscard]] std::size_t total(std::size_t most) const {
     return std::accumulate(kept_.begin(), kept_.end(), kept_.empty() ? 0 : (kept_.size() - 1) * gap,
                            [&](std::size_t sum, std::size_t column) {
                              const std::size_t all = widths_[column];
-                             return sum +
-                                    (headings_[column].rank == always ? std::min(all, most) : all);
+                             return sum + (may_be_cut(column) ? std::min(all, most) : all);
                            });
   }
   void cut(std::size_t column, std::size_t most) {
@@ -219,9 +221,7 @@ std::string json_lines(const std::vector<Heading>& headings, const std::vector<C
   for (const Cells& row : rows) {
     boost::json::object object;
     for (const std::size_t column : chosen) {
-      if (boost::json::value value = json_of(row[column]); !value.is_null()) {
-        object[headings[column].name] = std::move(value);
-      }
+      object[headings[column].name] = json_of(row[column]);
     }
     out.push_back(std::move(object));
   }

@@ -30,12 +30,13 @@
 namespace millrace::tools::print {
 
 /// Unknown (monostate), text in UTF-8, boolean, number, time, duration, or JSON for CSV and JSON
-/// only. The terminal shows a time as its age, and "-" for unknown.
+/// only. The terminal shows a time as its age, and "-" for unknown; JSON has null, CSV nothing.
 using Cell = std::variant<std::monostate, std::string, bool, std::int64_t, double, fabric::Time,
                           std::chrono::nanoseconds, boost::json::value>;
 
-/// On a narrow terminal the columns of the highest rank are omitted first; then the texts of the
-/// others are cut, the widest first. A column that is unknown in all rows is omitted, too.
+/// On a narrow terminal the columns of the highest rank are omitted first; then the texts of those
+/// that always stay or have `is_text` are cut, the widest first. A column that is unknown in all
+/// rows is omitted, too.
 using Rank = std::uint8_t;
 inline constexpr Rank always = 0;
 /// Shown only with Format::wide or by Format::columns.
@@ -46,6 +47,7 @@ struct Heading {
   std::string name{};
   Align align = Align::left;
   Rank rank = always;
+  bool is_text = false;
 };
 
 struct Format {
@@ -76,6 +78,7 @@ struct ListingColumn {
   Cell (*of)(const Row&);
   Align align = Align::left;
   Rank rank = always;
+  bool is_text = false;
 };
 
 template <typename Row>
@@ -83,7 +86,7 @@ class Listing {
  public:
   Listing(std::initializer_list<ListingColumn<Row>> columns) {
     for (const ListingColumn<Row>& column : columns) {
-      headings_.push_back({column.title, column.name, column.align, column.rank});
+      headings_.push_back({column.title, column.name, column.align, column.rank, column.is_text});
       cells_.push_back(column.of);
     }
   }

@@ -3,6 +3,7 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
@@ -80,7 +81,76 @@ fabric::Time time_of(mcap::Nanoseconds time) {
   return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
 }
 
+/// Foreign text made safe for a terminal.
+std::string shown(std::string_view text) {
+  return base::text::safe(utf8(text));
+}
+
+std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+/// "zstd: 12 chunks, 1.5 MiB of 8.0 MiB"
+std::string compression_text(const std::string& compression, const mcap::ChunkSizes& sizes) {
+  const std::string size = size_text(sizes.uncompressed);
+  return fmt::format("{}: {}, {}", compression.empty() ? "none" : shown(compression),
+                     counted(sizes.chunks, "chunk", "chunks"),
+                     compression.empty() ? size : size_text(sizes.stored) + " of " + size);
+}
+
+struct Topic {
+  std::string name;
+  /// "-" if unknown.
+  std::string schema;
+  std::uint64_t messages = 0;
+};
+
+std::vector<Topic> topics_of(const mcap::Summary& summary) {
+  std::vector<Topic> topics;
+  for (const auto& [id, channel] : summary.definitions.channels()) {
+    const mcap::Schema* schema = summary.definitions.schema(channel.schema);
+    const auto count = summary.statistics.channel_messages.find(id);
+    topics.push_back({utf8(channel.topic), schema == nullptr ? "-" : utf8(schema->name),
+                      count == summary.statistics.channel_messages.end() ? 0 : count->second});
+  }
+  return topics;
+}
+
 }  // namespace
+
+std::string text_of(const std::string& file, std::uint64_t size, const mcap::Survey& survey) {
+  const mcap::Statistics& counts = survey.summary.statistics;
+  std::string text = fmt::format(
+      "{}: {}, {}\nwritten by  {}\n", file, size_text(size),
+      survey.from_summary ? "closed" : "without a valid summary: the whole file was read",
+      shown(survey.summary.header.library));
+  if (counts.messages > 0) {
+    text += fmt::format("recorded    {} to {} ({})\n", time_text(time_of(counts.start)),
+                        time_text(time_of(counts.end)),
+                        duration_text(time_of(counts.end) - time_of(counts.start)));
+  }
+  text += fmt::format("messages    {} in {}, {}\n", counts.messages,
+                      counted(counts.chunks, "chunk", "chunks"),
+                      counted(counts.channels, "topic", "topics"));
+  for (const auto& [compression, sizes] : survey.chunk_sizes) {
+    text += fmt::format("compression {}\n", compression_text(compression, sizes));
+  }
+  for (const mcap::Metadata& metadata : survey.metadata) {
+    text += fmt::format("{}\n", shown(metadata.name));
+    for (const auto& [key, value] : metadata.values) {
+      text += fmt::format("  {}: {}\n", shown(key), shown(value));
+    }
+  }
+  for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
+    text += fmt::format("attachment  {} ({})\n", shown(attachment.name),
+                        size_text(attachment.data_size));
+  }
+  Table table({{"TOPIC"}, {"MESSAGES", Align::right}, {"SCHEMA"}});
+  for (Topic& topic : topics_of(survey.summary)) {
+    table.add({std::move(topic.name), std::to_string(topic.messages), std::move(topic.schema)});
+  }
+  return table.empty() ? text : text + '\n' + table.text();
+}
 
 boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
@@ -95,12 +165,9 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   out["channels"] = counts.channels;
   out["schemas"] = counts.schemas;
   boost::json::array topics;
-  for (const auto& [id, channel] : survey.summary.definitions.channels()) {
-    const mcap::Schema* schema = survey.summary.definitions.schema(channel.schema);
-    const auto count = counts.channel_messages.find(id);
-    topics.push_back({{"topic", utf8(channel.topic)},
-                      {"schema", schema == nullptr ? "-" : utf8(schema->name)},
-                      {"messages", count == counts.channel_messages.end() ? 0 : count->second}});
+  for (const Topic& topic : topics_of(survey.summary)) {
+    topics.push_back(
+        {{"topic", topic.name}, {"schema", topic.schema}, {"messages", topic.messages}});
   }
   out["topics"] = std::move(topics);
   boost::json::object compression;
@@ -130,14 +197,6 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   out["problems"] = std::move(problems);
   return out;
 }
-
-namespace {
-
-std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
-}
-
-}  // namespace
 
 std::array<std::pair<std::string_view, std::uint64_t>, 6> missing_counts(
     const recording::Missing& missing) {

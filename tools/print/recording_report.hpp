@@ -34,9 +34,10 @@ inline constexpr const char* recorder_metadata = "millrace.recorder";
 inline constexpr const char* calls_ended = "calls_ended";
 inline constexpr const char* calls_failed = "calls_failed";
 
-// The contents of a recording as JSON.
+// The contents of a recording, as `recording info` prints them; `size` is that of the file in
+// bytes.
 
-/// As `recording info --json` prints it; `size` is that of the file, in bytes.
+std::string text_of(const std::string& file, std::uint64_t size, const mcap::Survey& survey);
 boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey);
 
 // The missing samples of a recording's calls, as text and JSON.

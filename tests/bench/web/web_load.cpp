@@ -262,8 +262,6 @@ void BrowserProcess::serve(int count, int with_data) {
 
 }  // namespace millrace::bench
 
-namespace None {
-
 namespace millrace::bench {
 namespace {
 
@@ -316,5 +314,3 @@ int main(int argc, char** argv) {
   }
   return 0;
 }
-
-}  // namespace None

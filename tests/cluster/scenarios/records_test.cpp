@@ -67,11 +67,12 @@ INSTANTIATE_TEST_SUITE_P(Cluster, TheRecorder, testing::ValuesIn(backends), name
 // I6: what the archiver has acknowledged is in the archive, even if its process was killed.
 
 constexpr const char* archiver_uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7";
-constexpr std::uint32_t channels = 2;
-constexpr std::uint32_t calls = 200;
 
 class TheArchive : public Scenario {
  protected:
+  static constexpr std::uint32_t channels = 2;
+  static constexpr std::uint32_t calls = 200;
+
   std::filesystem::path folder() { return sut().hosts().folder() / "archive"; }
 
   void start_archiver(const std::string& name) {

@@ -1,8 +1,7 @@
-#include "cnc/ads/request.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "cnc/ads/request.hpp"
 #include "cnc/ads/response.hpp"
 #include "cnc/ads/sum_codec.hpp"
 #include "cnc/ads/sum_commands.hpp"

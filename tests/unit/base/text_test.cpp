@@ -1,9 +1,8 @@
-#include "base/text/quoted.hpp"
-
 #include <gtest/gtest.h>
 
 #include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::base::text {
 namespace {

@@ -1,5 +1,3 @@
-#include "fabric/participant_identity.hpp"
-
 #include <fstream>
 #include <iterator>
 
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/registry/identity.hpp"
 
 namespace millrace::fabric {

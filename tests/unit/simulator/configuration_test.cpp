@@ -136,11 +136,6 @@ TEST(Configuration, ReadsHowProgramsAreExecuted) {
   EXPECT_EQ(sut.stream_program, "stream.nc");
 }
 
-TEST(Configuration, ReadsTheOperationsOfACycle) {
-  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
-  EXPECT_EQ(sut.decoder_operations, 500);
-}
-
 TEST(Configuration, ReadsHowConnectionsBehave) {
   const ConnectionSettings sut = read_settings(good / "every_switch.cnc.textproto").connections;
   EXPECT_EQ(sut.foreign_target, ads::ForeignTarget::close);
@@ -154,8 +149,6 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_TRUE(sut.faults.out_of_order);
   EXPECT_EQ(sut.faults.segment, 7);
   EXPECT_TRUE(sut.faults.refuse_connections);
-  EXPECT_EQ(sut.max_connections, 3);
-  EXPECT_EQ(sut.idle_time, std::chrono::seconds(30));
   EXPECT_FALSE(sut.variable_symbols);
   EXPECT_EQ(sut.max_notifications, 8);
   EXPECT_EQ(sut.notifications.by_handle, ads::ErrorCode::no_more_handles);
@@ -187,14 +180,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"rapid_feed: nan", "x:1:1: rapid_feed: nan; expected 1 to 1000000"},
         Mistake{"programs { look_ahead: 0 }",
                 "x:1:12: programs.look_ahead: 0; expected 1 to 10000"},
-        Mistake{"programs { operations_per_cycle: 99 }",
-                "operations_per_cycle: 99; expected 100 to 1000000"},
         Mistake{"programs { skipped_level: 11 }", "skipped_level: 11; expected 1 to 10"},
         Mistake{"connections { route: \"1.2.3\" }",
                 "x:1:15: connections.route: \"1.2.3\"; expected six"},
         Mistake{"faults { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
-        Mistake{"connections { max_connections: 0 }", "max_connections: 0; expected 1 to 10000"},
-        Mistake{"connections { idle_s: 604801 }", "idle_s: 604801; expected 0 to 604800"},
         Mistake{"answers { old_value_offset: 93 }", "old_value_offset: 93; expected 92 or 96"},
         Mistake{"axis { name: \"X\" greatest_feed: -1 }",
                 "x:1:18: axis.greatest_feed: -1; expected 0 to 1000000"},

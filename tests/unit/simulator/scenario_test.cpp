@@ -1,5 +1,22 @@
+// Scenarios of an ADS client, the virtual CNC and its NC programs, as data files.
+//
+//   == a program that requests clears the old answer      a scenario begins with its title
+//   config service_interface { reset_clears_states: true } settings that differ (textproto)
+//   write 552 122301 4a "V.G.SERVICE.RESPONSE_STATE" 00 07 00 00 00
+//   ok                                                     the response to the last request
+//   run 1 V.G.SERVICE.REQUEST_STATE = 1                    channel 1 runs this program, \n = next
+//                                                          block
+//   read_write 552 122301 48 room 4 "V.G.SERVICE.RESPONSE_STATE" 00
+//   = 00 00 00 00                                          the bytes of the response
+//   read 552 122301 48
+//   error 704
+//
+// Numbers are hexadecimal except ports, channels and room (the longest response, default 2048).
+// Bytes are hexadecimal or quoted text, 61*127 repeats a byte. A comment begins with # at the start
+// of a line, or after two blanks and before one.
 #include <algorithm>
 #include <cctype>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -20,22 +37,10 @@
 
 namespace millrace::cnc::simulator {
 
-// Scenarios of an ADS client, the virtual CNC and its NC programs, as data files.
-//
-//   == a program that requests clears the old answer      a scenario begins with its title
-//   config service_interface { reset_clears_states: true } settings that differ (textproto)
-//   write 552 122301 4a "V.G.SERVICE.RESPONSE_STATE" 00 07 00 00 00
-//   ok                                                     the response to the last request
-//   run 1 V.G.SERVICE.REQUEST_STATE = 1                    channel 1 runs this program, \n = next
-//                                                          block
-//   read_write 552 122301 48 room 4 "V.G.SERVICE.RESPONSE_STATE" 00
-//   = 00 00 00 00                                          the bytes of the response
-//   read 552 122301 48
-//   error 704
-//
-// Numbers are hexadecimal except ports, channels and room (the longest response, default 2048).
-// Bytes are hexadecimal or quoted text, 61*127 repeats a byte. A comment begins with # at the start
-// of a line, or after two blanks and before one.
+namespace {
+
+using ads::Bytes;
+using ads::Result;
 
 struct Scenario {
   /// tests/data/simulator/NAME.scenario
@@ -51,33 +56,6 @@ struct Scenario {
     return out << scenario.title;
   }
 };
-
-/// Every scenario of tests/data/simulator. Throws if there is none.
-std::vector<Scenario> read_scenarios();
-
-/// Plays it against its own virtual CNC with two channels. Returns the first deviation with file
-/// and line, or an empty text.
-std::string play(const Scenario& scenario);
-
-namespace {
-
-class VirtualDevice : public testing::TestWithParam<Scenario> {};
-
-TEST_P(VirtualDevice, AnswersAsWritten) {
-  EXPECT_EQ(play(GetParam()), "");
-}
-
-std::string name_of(const testing::TestParamInfo<Scenario>& info) {
-  std::string name = info.param.file + "__" + info.param.title;
-  std::replace_if(
-      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-  return name;
-}
-
-INSTANTIATE_TEST_SUITE_P(Scenario, VirtualDevice, testing::ValuesIn(read_scenarios()), name_of);
-
-using ads::Bytes;
-using ads::Result;
 
 std::uint32_t hex(const std::string& text) {
   std::size_t used = 0;
@@ -287,8 +265,7 @@ void read_file(const std::filesystem::path& path, std::vector<Scenario>& scenari
   }
 }
 
-}  // namespace
-
+/// Every scenario of tests/data/simulator. Throws if there is none.
 std::vector<Scenario> read_scenarios() {
   std::vector<Scenario> scenarios;
   const auto folder = std::filesystem::path(MILLRACE_TEST_DATA) / "simulator";
@@ -308,6 +285,8 @@ std::vector<Scenario> read_scenarios() {
   return scenarios;
 }
 
+/// Plays it against its own virtual CNC with two channels. Returns the first deviation with file
+/// and line, or an empty text.
 std::string play(const Scenario& scenario) {
   constexpr std::string_view config = "config ";
   auto step = scenario.steps.begin();
@@ -325,4 +304,49 @@ std::string play(const Scenario& scenario) {
   return "";
 }
 
+/// P1 of channel 1 after a cycle in which this number of channels counts in a loop.
+double counted_beside(std::uint32_t running) {
+  WrittenPrograms programs;
+  std::chrono::nanoseconds now{0};
+  Machine sut(parse_settings("channels: 32", "test"),
+              {[&] { return now; }, programs, [](auto, const auto&) {}});
+  for (std::uint32_t number = 1; number <= running; ++number) {
+    EXPECT_TRUE(
+        sut.channel(number)->start({"loop", "P1 = 0\n$WHILE TRUE\nP1 = P1 + 1\n$ENDWHILE\nM30\n"}));
+  }
+  now += std::chrono::milliseconds(1);
+  sut.tick(now);
+  VirtualDevice device(sut);
+  const ads::Index by_name{0x122301, 0x48};
+  const auto bytes = device.read_write(552, by_name, 8, ads::ByteWriter().text("P1").u8(0).take());
+  double value = 0;
+  if (bytes && bytes->size() == sizeof value) {
+    std::memcpy(&value, bytes->data(), sizeof value);
+  }
+  return value;
+}
+
+TEST(Machine, SharesTheOperationsOfACycleAmongTheChannelsThatRun) {
+  // At most 200 for a channel, 3,200 for all: three for each time round, one before.
+  EXPECT_EQ(counted_beside(1), 66);
+  EXPECT_EQ(counted_beside(16), 66);
+  EXPECT_EQ(counted_beside(32), 33);
+}
+
+class VirtualDevice : public testing::TestWithParam<Scenario> {};
+
+TEST_P(VirtualDevice, AnswersAsWritten) {
+  EXPECT_EQ(play(GetParam()), "");
+}
+
+std::string name_of(const testing::TestParamInfo<Scenario>& info) {
+  std::string name = info.param.file + "__" + info.param.title;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenario, VirtualDevice, testing::ValuesIn(read_scenarios()), name_of);
+
+}  // namespace
 }  // namespace millrace::cnc::simulator

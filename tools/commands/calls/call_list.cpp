@@ -5,6 +5,8 @@
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
+#include "tools/commands/look/service_rows.hpp"
+#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::calls {
 
@@ -22,7 +24,7 @@ Cell took(const CallRow& row) {
   return row.took ? Cell(*row.took) : Cell();
 }
 Cell service_of(const CallRow& row) {
-  return row.instance.name.empty() ? row.uuid : row.instance.name;
+  return look::service_text(row.instance.name, row.uuid);
 }
 
 }  // namespace
@@ -100,52 +102,72 @@ std::vector<CallRow> CallList::rows() const {
   return rows;
 }
 
-const print::Listing<CallRow>& listing() {
-  static const print::Listing<CallRow> calls{
-      {"CALL", "call", [](const auto& row) -> Cell { return row.call.id.to_string(); }},
-      {"CHANNEL", "", [](const auto& row) -> Cell { return row.call.key.to_string(); }},
-      {"", "machine", [](const auto& row) -> Cell { return row.call.key.machine; }},
-      {"", "channel", [](const auto& row) -> Cell { return std::int64_t{row.call.key.channel}; }},
-      {"", "uuid", [](const auto& row) -> Cell { return row.uuid; }},
-      {"STATE", "end", [](const auto& row) -> Cell { return row.state; }, Align::left, 1},
-      {"AGO", "", [](const auto& row) -> Cell { return row.at; }, Align::right, 2},
-      {"", "at", [](const auto& row) -> Cell { return row.at; }},
+namespace {
+
+using Column = print::ListingColumn<CallRow>;
+
+print::Listing<CallRow> listing_with(const Column& time) {
+  return {
+      {"CALL", "call", [](const CallRow& row) -> Cell { return row.call.id.to_string(); }},
+      {"CHANNEL", "", [](const CallRow& row) -> Cell { return row.call.key.to_string(); }},
+      {"", "machine", [](const CallRow& row) -> Cell { return row.call.key.machine; }},
+      {"", "channel",
+       [](const CallRow& row) -> Cell { return std::int64_t{row.call.key.channel}; }},
+      {"", "uuid", [](const CallRow& row) -> Cell { return row.uuid; }},
+      {"STATE", "state", [](const CallRow& row) -> Cell { return row.state; }, Align::left, 1},
+      time,
+      {"", "at", [](const CallRow& row) -> Cell { return row.at; }},
       {"TOOK", "duration_ms", &took, Align::right, 2},
       {"SERVICE", "", &service_of, Align::left, 3},
-      {"HOST", "host", [](const auto& row) -> Cell { return row.instance.host; }, Align::left, 6},
-      {"", "name", [](const auto& row) -> Cell { return row.instance.name; }},
+      {"HOST", "host", [](const CallRow& row) -> Cell { return row.instance.host; }, Align::left,
+       6},
+      {"", "name", [](const CallRow& row) -> Cell { return row.instance.name; }},
       {"REQUEST", "",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return request_of(row) ? Cell(base::text::quoted(request_of(row)->text)) : Cell();
        },
-       Align::left, 4},
+       Align::left, 4, true},
       {"RESPONSE", "",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return row.response ? Cell(base::text::quoted(row.response->text)) : Cell();
        },
-       Align::left, 4},
+       Align::left, 4, true},
       {"", "request",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return request_of(row) ? Cell(base::text::to_utf8(request_of(row)->text)) : Cell();
        }},
       {"", "request_state",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return request_of(row) ? Cell(std::int64_t{request_of(row)->state}) : Cell();
        }},
       {"", "response",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return row.response ? Cell(base::text::to_utf8(row.response->text)) : Cell();
        }},
       {"", "response_state",
-       [](const auto& row) -> Cell {
+       [](const CallRow& row) -> Cell {
          return row.response ? Cell(std::int64_t{row.response->state}) : Cell();
        }},
-      {"ATTEMPT", "attempt", [](const auto& row) -> Cell { return std::int64_t{row.attempt}; },
+      {"ATTEMPT", "attempt", [](const CallRow& row) -> Cell { return std::int64_t{row.attempt}; },
        Align::right, print::only_wide},
-      {"WHY", "detail", [](const auto& row) -> Cell {
+      {"WHY", "detail", [](const CallRow& row) -> Cell {
          const Step* const newest = row.call.newest();
          return newest == nullptr ? std::string() : newest->detail;
        }}};
+}
+
+}  // namespace
+
+const print::Listing<CallRow>& listing() {
+  static const auto calls =
+      listing_with({"AGO", "", [](const CallRow& row) -> Cell { return row.at; }, Align::right, 2});
+  return calls;
+}
+
+const print::Listing<CallRow>& recorded_listing() {
+  static const auto calls =
+      listing_with({"TIME", "", [](const CallRow& row) -> Cell { return print::time_text(row.at); },
+                    Align::left, 2});
   return calls;
 }
 

@@ -54,5 +54,7 @@ class CallList {
 };
 
 const print::Listing<CallRow>& listing();
+/// With times instead of ages.
+const print::Listing<CallRow>& recorded_listing();
 
 }  // namespace millrace::tools::commands::calls

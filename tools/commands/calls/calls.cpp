@@ -9,6 +9,7 @@
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
 #include "tools/commands/data/listen.hpp"
+#include "tools/commands/names.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/recording/timeline.hpp"
@@ -29,13 +30,22 @@ void listen(const CallsOptions& options,
 
 int list(const CallsOptions& options) {
   CallList calls(options.last);
+  Names machines;
   listen(options, [&](const recording::Entry& entry) {
+    if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+      machines.push_back(status->machine);
+    }
     if (std::holds_alternative<recording::InstanceNews>(entry.sample) ||
         options.filter.takes(entry)) {
       calls.add(entry);
     }
   });
   const std::vector<CallRow> rows = calls.rows();
+  for (const std::string& machine : options.filter.machines) {
+    if (rows.empty() && std::ranges::find(machines, machine) == machines.end()) {
+      return print_unknown("machine", machine, machines, options.fabric.options());
+    }
+  }
   if (rows.empty() && options.output.is_text()) {
     fmt::print("no call is known on fabric '{}', domain {}; 'millrace calls -f' follows them\n",
                options.fabric.options().fabric, options.fabric.options().domain);
@@ -46,15 +56,25 @@ int list(const CallsOptions& options) {
 }
 
 int show(const CallsOptions& options) {
-  recording::Call call(options.call);
-  listen(options, [&](const recording::Entry& entry) { call.add(entry); });
+  const auto id = fabric::parse_call_id(options.call);
+  recording::Call call(id.value_or(fabric::CallId{}));
+  CallList others(options.last);
+  listen(options, [&](const recording::Entry& entry) {
+    call.add(entry);
+    others.add(entry);
+  });
   const recording::Timeline timeline = recording::timeline_of(call);
-  if (timeline.steps.empty()) {
-    fmt::print(stderr,
-               "millrace: call {} is no longer on the fabric; 'millrace recording calls FILE {}' "
-               "finds it in a recording\n",
-               options.call.to_string(), options.call.to_string());
-    return base::program::exit_failed;
+  if (!id || timeline.steps.empty()) {
+    Names known;
+    for (const CallRow& row : others.rows()) {
+      known.push_back(row.call.id.to_string());
+    }
+    const int code = print_unknown("call", options.call, known, options.fabric.options());
+    if (id) {
+      fmt::print(stderr, "millrace: 'millrace recording calls FILE {}' finds it in a recording\n",
+                 options.call);
+    }
+    return code;
   }
   if (options.output.json) {
     print::print_json(print::json_of(timeline));
@@ -68,8 +88,10 @@ int show(const CallsOptions& options) {
 
 CallsOptions::CallsOptions(CLI::App& command)
     : fabric(command, {.name = "millrace calls"}), output(command), wait(bus::Patience{}.at_least) {
-  add_call(command, "CALL", call, "Only this call, with each step that is still known");
-  command.add_flag("-f,--follow", follow, "Each call when it ends; on a terminal a table of rates");
+  output.exclude(
+      command.add_option("CALL", call, "Only this call, with each step that is still known"));
+  output.exclude(command.add_flag("-f,--follow", follow,
+                                  "Each call when it ends; on a terminal a table of rates"));
   add_filter(command, filter);
   command.add_option("--last", last, "So many calls")
       ->check(base::program::positive_number())
@@ -90,9 +112,9 @@ void add_calls(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<CallsOptions>(command);
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      return options->follow                     ? follow(*options)
-             : options->call == fabric::CallId{} ? list(*options)
-                                                 : show(*options);
+      return options->follow         ? follow(*options)
+             : options->call.empty() ? list(*options)
+                                     : show(*options);
     };
   });
 }

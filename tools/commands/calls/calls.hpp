@@ -19,7 +19,7 @@ struct CallsOptions {
   fabric::profile::FabricFlags fabric;
   ListingFlags output;
   std::chrono::nanoseconds wait;
-  fabric::CallId call{};
+  std::string call{};
   recording::Filter filter{};
   std::uint64_t last = 20;
   bool follow = false;

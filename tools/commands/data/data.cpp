@@ -35,9 +35,10 @@ int show_data(const Options& options) {
   if (options.watch) {
     return follow(options, wanted);
   }
-  const std::vector<recording::Entry> samples = last_entries(options, wanted);
-  return options.output.json ? options.show(samples_listing(), samples, no_data)
-                             : options.show(values_listing(), value_rows(samples), no_data);
+  const auto [samples, machines] = receive(options, wanted);
+  return options.output.json
+             ? options.show(samples_listing(), samples, machines, no_data)
+             : options.show(values_listing(), value_rows(samples), machines, no_data);
 }
 
 }  // namespace

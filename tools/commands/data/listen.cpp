@@ -13,7 +13,6 @@
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/data/listings.hpp"
-#include "tools/commands/names.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 
@@ -62,11 +61,7 @@ DataOptions::DataOptions(CLI::App& command, const std::string& what)
   command.add_option("MACHINE", machine, "Only this machine; default: all");
   command.add_option("--channel", channel, "Only this channel, counted from 1")
       ->check(CLI::Range(std::uint16_t{1}, last_channel));
-  CLI::Option* const continues =
-      command.add_flag("--watch", watch, "Continue, with one line for each " + what);
-  for (const char* const of_table : {"--csv", "--wide", "--columns"}) {
-    continues->excludes(command.get_option(of_table));
-  }
+  output.exclude(command.add_flag("--watch", watch, "Continue, with one line for each " + what));
   command.add_option("--count", count, "With --watch: end after this number of lines")
       ->check(base::program::positive_number());
   add_duration(command, "--wait", wait, "Listen for this time; default 700ms");
@@ -76,15 +71,15 @@ bool DataOptions::takes(const fabric::ChannelKey& key) const {
   return (machine.empty() || machine == key.machine) && (channel == 0 || channel == key.channel);
 }
 
-int DataOptions::report_unknown_machine() const {
-  Names known;
-  const bus::FabricModel live = bus::take_snapshot(fabric.options());
-  for (const auto& [key, status] : live.machines()) {
-    known.push_back(key.first);
+int DataOptions::report_no_data(const Names& known) const {
+  if (std::ranges::find(known, machine) == known.end()) {
+    return print_unknown("machine", machine, known, fabric.options());
   }
-  return std::ranges::find(known, machine) != known.end()
-             ? print_unknown("such data of machine", machine, {}, fabric.options())
-             : print_unknown("machine", machine, std::move(known), fabric.options());
+  fmt::print(stderr,
+             "millrace: machine '{}' publishes no such data; data, programs and queue in the "
+             "configuration of its gateway select it\n",
+             machine);
+  return base::program::exit_failed;
 }
 
 void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
@@ -110,16 +105,20 @@ int follow(const DataOptions& options, const Wanted& wanted) {
   return base::program::exit_done;
 }
 
-std::vector<recording::Entry> last_entries(const DataOptions& options, const Wanted& wanted) {
+Received receive(const DataOptions& options, const Wanted& wanted) {
   LastEntries last;
-  listen(options.fabric.options(), fabric::observer::Interest::data, options.wait,
-         [&](const recording::Entry& entry) {
-           if (wanted(entry)) {
-             last.add(entry);
-           }
-           return true;
-         });
-  return last.rows();
+  Names machines;
+  const auto interest = options.machine.empty() ? fabric::observer::Interest::data
+                                                : fabric::observer::Interest::everything;
+  listen(options.fabric.options(), interest, options.wait, [&](const recording::Entry& entry) {
+    if (wanted(entry)) {
+      last.add(entry);
+    } else if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+      machines.push_back(status->machine);
+    }
+    return true;
+  });
+  return {last.rows(), std::move(machines)};
 }
 
 }  // namespace millrace::tools::commands::data

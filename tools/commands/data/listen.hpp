@@ -2,8 +2,9 @@
 //
 //   DataOptions options(command, "sample");
 //   const auto wanted = [&](const recording::Entry& entry) { … };
-//   return options.watch ? follow(options, wanted)
-//                        : options.show(listing, last_entries(options, wanted), "no gateway …");
+//   if (options.watch) return follow(options, wanted);
+//   const auto [entries, machines] = receive(options, wanted);
+//   return options.show(listing, entries, machines, "no gateway …");
 #pragma once
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/listing_flags.hpp"
+#include "tools/commands/names.hpp"
 #include "tools/commands/subcommand.hpp"
 #include "tools/recording/entry.hpp"
 
@@ -27,13 +29,13 @@ struct DataOptions {
   /// Whether the sample is of a wanted machine and channel.
   [[nodiscard]] bool takes(const fabric::ChannelKey& key) const;
 
-  /// Prints the rows. Without rows: that the machine is unknown, or `nothing`, a format of fabric
-  /// and domain. The exit code.
+  /// Prints the rows. Without rows: that the machine is not among the `known`, or `nothing`, a
+  /// format of fabric and domain. The exit code.
   template <typename Row>
-  int show(const print::Listing<Row>& listing, const std::vector<Row>& rows,
+  int show(const print::Listing<Row>& listing, const std::vector<Row>& rows, const Names& known,
            const char* nothing) const {
     if (rows.empty() && !machine.empty()) {
-      return report_unknown_machine();
+      return report_no_data(known);
     }
     if (rows.empty() && output.is_text()) {
       fmt::print("{}\n", fmt::format(fmt::runtime(nothing), fabric.options().fabric,
@@ -53,9 +55,7 @@ struct DataOptions {
   std::chrono::nanoseconds wait;
 
  private:
-  /// Prints that no gateway publishes such data of the machine, and which machines are known. The
-  /// exit code.
-  [[nodiscard]] int report_unknown_machine() const;
+  [[nodiscard]] int report_no_data(const Names& known) const;
 };
 
 using Wanted = std::function<bool(const recording::Entry&)>;
@@ -69,7 +69,13 @@ void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Int
 /// --watch: a line for each entry that is `wanted`, until a signal, --count, or the output is
 /// closed. Returns the exit code.
 int follow(const DataOptions& options, const Wanted& wanted);
-/// The last one of each channel and group that comes within --wait.
-std::vector<recording::Entry> last_entries(const DataOptions& options, const Wanted& wanted);
+struct Received {
+  /// The last wanted one of each channel and group.
+  std::vector<recording::Entry> entries{};
+  /// With MACHINE: the machines of the fabric.
+  Names machines{};
+};
+/// What comes within --wait.
+Received receive(const DataOptions& options, const Wanted& wanted);
 
 }  // namespace millrace::tools::commands::data

@@ -12,12 +12,13 @@ int show_programs(const DataOptions& options) {
     const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample);
     return event != nullptr && options.takes(event->key);
   };
-  return options.watch
-             ? follow(options, wanted)
-             : options.show(
-                   programs_listing(), last_entries(options, wanted),
-                   "no gateway on fabric '{}', domain {}, has published an NC program; "
-                   "programs {{ }} in its configuration lists the channels that it watches");
+  if (options.watch) {
+    return follow(options, wanted);
+  }
+  const auto [events, machines] = receive(options, wanted);
+  return options.show(programs_listing(), events, machines,
+                      "no gateway on fabric '{}', domain {}, has published an NC program; programs "
+                      "{{ }} in its configuration lists the channels that it watches");
 }
 
 }  // namespace

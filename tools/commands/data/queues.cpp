@@ -18,11 +18,14 @@ int show_queues(const DataOptions& options) {
     const std::string machine(fabric::machine_of(sample->key.machine));
     return options.takes(sample->key) || options.takes({machine, sample->key.channel});
   };
-  return options.watch
-             ? follow(options, wanted)
-             : options.show(queues_listing(), last_entries(options, wanted),
-                            "no gateway on fabric '{}', domain {}, reads such a queue; queue {{ }} "
-                            "in the machine of its configuration lists the queues that it reads");
+  if (options.watch) {
+    return follow(options, wanted);
+  }
+  const auto [queues, machines] = receive(options, wanted);
+  return options.show(
+      queues_listing(), queues, machines,
+      "no gateway on fabric '{}', domain {}, reads such a queue; queue {{ }} in the "
+      "machine of its configuration lists the queues that it reads");
 }
 
 }  // namespace

@@ -12,10 +12,9 @@
 #include "fabric/profile/credentials.hpp"
 #include "idl/fabric.pb.h"
 #include "tools/commands/arguments.hpp"
-#include "tools/doctor/diagnose.hpp"
+#include "tools/commands/listing_flags.hpp"
 #include "tools/doctor/examine.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::doctor {
 
@@ -35,52 +34,38 @@ struct Options {
   bool json = false;
 };
 
-std::string role_of(const Findings& found, const Program& program) {
+/// What it is for this fabric.
+print::Cell role_of(const Findings& found, const Program& program) {
   std::string role = program.self               ? "this command"
                      : !program.is_gateway      ? ""
                      : is_heard(found, program) ? "gateway"
                                                 : "gateway, not received";
   for (const std::string& uuid : program.serves) {
-    role += (role.empty() ? "serves " : ", ") + base::text::safe(uuid);
+    role += (role.empty() ? "serves " : ", ") + uuid;
   }
-  if (!role.empty()) {
-    return role;
-  }
-  return program.fabrics.empty() ? "no millrace program" : "looks on";
+  return !role.empty() ? role : program.fabrics.empty() ? "no millrace program" : "observer";
 }
 
-std::string fabrics_of(const Program& program) {
-  std::string text;
-  for (const std::string& fabric : program.fabrics) {
-    text += (text.empty() ? "" : ", ") + base::text::safe(fabric);
-  }
-  return text.empty() ? "-" : text;
-}
+struct ProgramRow {
+  const Findings* found;
+  const Program* program;
+};
 
-void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) {
-  fmt::print("fabric '{}', domain {}, interface {}, {}{}\n\n",
-             base::text::safe(found.joining.fabric), found.joining.domain,
-             base::text::safe(found.joining.interface),
-             found.joining.multicast ? "found by multicast" : "no multicast",
-             found.joining.peers.empty()
-                 ? ""
-                 : fmt::format(", peers {}", fmt::join(found.joining.peers, ", ")));
-  print::Table table({{"PROGRAM"}, {"HOST"}, {"PID"}, {"ADDRESS"}, {"FABRIC"}, {"ROLE"}});
-  for (const Program& each : found.programs) {
-    table.add({each.name.empty() ? "-" : base::text::safe(each.name),
-               each.host.empty() ? "-" : base::text::safe(each.host),
-               each.pid.empty() ? "-" : base::text::safe(each.pid),
-               base::text::safe(each.addresses), fabrics_of(each), role_of(found, each)});
-  }
-  if (!table.empty()) {
-    fmt::print("{}\n", table.text());
-  }
-  for (const Diagnosis& each : diagnoses) {
-    fmt::print("{:<8} {}\n", name_of(each.severity), each.what);
-    if (!each.advice.empty()) {
-      fmt::print("{:<8} -> {}\n", "", each.advice);
-    }
-  }
+const print::Listing<ProgramRow>& programs_listing() {
+  static const print::Listing<ProgramRow> programs{
+      {"PROGRAM", "", [](const auto& row) -> print::Cell { return row.program->name; }},
+      {"HOST", "", [](const auto& row) -> print::Cell { return row.program->host; }},
+      {"PID", "", [](const auto& row) -> print::Cell { return row.program->pid; },
+       print::Align::right},
+      {"ADDRESS", "", [](const auto& row) -> print::Cell { return row.program->addresses; },
+       print::Align::left, 2},
+      {"FABRIC", "",
+       [](const auto& row) -> print::Cell {
+         return fmt::format("{}", fmt::join(row.program->fabrics, ", "));
+       },
+       print::Align::left, 1},
+      {"ROLE", "", [](const auto& row) { return role_of(*row.found, *row.program); }}};
+  return programs;
 }
 
 int examine_and_report(const Options& options) {
@@ -93,7 +78,7 @@ int examine_and_report(const Options& options) {
   if (options.json) {
     print::print_json(json_of(found, diagnoses));
   } else {
-    print_text(found, diagnoses);
+    fmt::print("{}", text_of(found, diagnoses, width_of_output()));
   }
   return is_healthy(diagnoses) ? program::exit_done : program::exit_failed;
 }
@@ -107,6 +92,32 @@ void add_doctor(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<Options>(command);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return examine_and_report(*options); }; });
+}
+
+std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnoses,
+                    std::size_t width) {
+  const Joining& joining = found.joining;
+  std::string text = print::wrapped(
+      base::text::safe(fmt::format(
+          "fabric '{}', domain {}, interface {}, {}{}", joining.fabric, joining.domain,
+          joining.interface, joining.multicast ? "found by multicast" : "no multicast",
+          joining.peers.empty() ? "" : fmt::format(", peers {}", fmt::join(joining.peers, ", ")))),
+      width, 2);
+  std::vector<ProgramRow> programs;
+  for (const Program& each : found.programs) {
+    programs.push_back({&found, &each});
+  }
+  if (!programs.empty()) {
+    text += '\n' + programs_listing().text(programs, {.width = width}, {});
+  }
+  text += '\n';
+  for (const Diagnosis& each : diagnoses) {
+    text += print::wrapped(fmt::format("{:<8} {}", name_of(each.severity), each.what), width, 9);
+    if (!each.advice.empty()) {
+      text += print::wrapped(fmt::format("{:<8} -> {}", "", each.advice), width, 12);
+    }
+  }
+  return text;
 }
 
 tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,

@@ -3,11 +3,15 @@
 
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/subcommand.hpp"
-#include "tools/doctor/findings.hpp"
+#include "tools/doctor/diagnose.hpp"
 
 namespace millrace::tools::commands::doctor {
 
 void add_doctor(CLI::App& app, Chosen& chosen);
+
+/// For a terminal of `width` characters; 0 = unlimited.
+std::string text_of(const tools::doctor::Findings& found,
+                    const std::vector<tools::doctor::Diagnosis>& diagnoses, std::size_t width);
 
 // How a command joins its fabric, as input of an examination.
 

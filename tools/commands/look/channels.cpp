@@ -46,6 +46,20 @@ Names names_of_channel(const ChannelRow& row) {
   return {key.to_string(), key.machine, std::string(fabric::machine_of(key.machine))};
 }
 
+/// Of an instance, or of one that is gone; otherwise empty.
+std::string name_of_service(const bus::FabricModel& live, const std::string& uuid) {
+  if (uuid.empty()) {
+    return "";
+  }
+  if (const auto instances = live.instances_of(uuid); !instances.empty()) {
+    return instances.front()->identity.name;
+  }
+  const auto gone = std::ranges::find_if(live.gone(), [&](const auto& one) {
+    return one.second.last.identity.uuid == fabric::canonical_uuid(uuid);
+  });
+  return gone == live.gone().end() ? "" : gone->second.last.identity.name;
+}
+
 int list_channels(const LookOptions& options) {
   const std::vector<ChannelRow> rows =
       channel_rows(options.look(), std::chrono::system_clock::now());
@@ -63,10 +77,7 @@ int list_channels(const LookOptions& options) {
 std::vector<ChannelRow> channel_rows(const bus::FabricModel& live, fabric::Time now) {
   std::vector<ChannelRow> rows;
   for (const auto& [key, status] : live.channels()) {
-    const auto instances = live.instances_of(status.uuid);
-    rows.push_back(
-        {status, live.obstacle_of(status, now),
-         status.uuid.empty() || instances.empty() ? "" : instances.front()->identity.name});
+    rows.push_back({status, live.obstacle_of(status, now), name_of_service(live, status.uuid)});
   }
   std::ranges::stable_partition(rows, &is_problem);
   return rows;

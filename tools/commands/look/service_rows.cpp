@@ -173,8 +173,7 @@ std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time 
 
 const print::Listing<ServiceRow>& services_listing() {
   static const print::Listing<ServiceRow> services{
-      {"SERVICE", "",
-       [](const auto& row) -> Cell { return row.name.empty() ? row.uuid : row.name; }},
+      {"SERVICE", "", [](const auto& row) -> Cell { return service_text(row.name, row.uuid); }},
       {"", "name", [](const auto& row) -> Cell { return row.name; }},
       {"UUID", "uuid", [](const auto& row) -> Cell { return row.uuid; }, Align::left, 5},
       {"INSTANCES", "instances", [](const auto& row) { return number(row.instances.size()); },
@@ -197,6 +196,13 @@ const print::Listing<ServiceRow>& services_listing() {
   return services;
 }
 
+std::string service_text(const std::string& name, const std::string& uuid) {
+  constexpr std::size_t first_group = 8;
+  return !name.empty()                ? name
+         : uuid.size() <= first_group ? uuid
+                                      : print::first_of(uuid, first_group) + "…";
+}
+
 std::string channels_text(const fabric::InstanceIdentity& identity) {
   std::vector<std::string> scopes;
   for (const fabric::ChannelScope& scope : identity.channels) {
@@ -205,10 +211,12 @@ std::string channels_text(const fabric::InstanceIdentity& identity) {
   return scopes.empty() ? "all" : fmt::format("{}", fmt::join(scopes, " "));
 }
 
-std::vector<InstanceRow> instance_rows(const bus::FabricModel& live) {
+std::vector<InstanceRow> instance_rows(const bus::FabricModel& live, bool with_gone) {
   std::vector<InstanceRow> rows;
-  for (const auto& [id, gone] : live.gone()) {
-    rows.push_back({.instance = &gone.last, .is_gone = true});
+  if (with_gone) {
+    for (const auto& [id, gone] : live.gone()) {
+      rows.push_back({.instance = &gone.last, .is_gone = true});
+    }
   }
   for (const bus::KnownInstance* instance : live.instances_of("")) {
     rows.push_back({.instance = instance});

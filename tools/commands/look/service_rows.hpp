@@ -43,9 +43,12 @@ struct InstanceRow {
   std::optional<bus::CommandResult> answer{};
 };
 
-/// Also those without heartbeat. Problems first, then by name.
-std::vector<InstanceRow> instance_rows(const bus::FabricModel& live);
+/// Also those without heartbeat if `with_gone`. Problems first, then by name.
+std::vector<InstanceRow> instance_rows(const bus::FabricModel& live, bool with_gone);
 const print::Listing<InstanceRow>& instances_listing();
+
+/// For a column: the name, or the beginning of the UUID where none is known, "560aacbf…".
+std::string service_text(const std::string& name, const std::string& uuid);
 
 /// "cnc/1 mill/*", or "all".
 std::string channels_text(const fabric::InstanceIdentity& identity);

@@ -75,10 +75,7 @@ void print_in_full(const InstanceRow& row) {
 }
 
 int list_instances(const ServicesOptions& options, const bus::FabricModel& live) {
-  std::vector<InstanceRow> rows = instance_rows(live);
-  if (!options.output.is_text()) {
-    std::erase_if(rows, [](const InstanceRow& row) { return row.is_gone; });
-  }
+  std::vector<InstanceRow> rows = instance_rows(live, options.output.is_text());
   rows = chosen(std::move(rows), options.what,
                 [](const InstanceRow& row) { return names_of(*row.instance); });
   if (rows.empty() && !options.what.empty()) {

@@ -211,9 +211,7 @@ void add_options(CLI::App& command, Options& options) {
                       "When data is forced to the disk; interval is 4 times a second")
       ->default_str("interval");
   static const std::map<std::string, mcap::Compression> compressions{
-      {"none", mcap::Compression::none},
-      {"lz4", mcap::Compression::lz4},
-      {"zstd", mcap::Compression::zstd}};
+      {"none", mcap::Compression::none}, {"zstd", mcap::Compression::zstd}};
   program::add_choice(command, "--compression", options.recorder.compression, compressions,
                       "Compression of chunks")
       ->default_str("none");

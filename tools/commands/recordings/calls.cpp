@@ -19,7 +19,7 @@ namespace {
 struct CallsOptions {
   explicit CallsOptions(CLI::App& command) : output(command) {
     add_file(command, file);
-    add_call(command, "CALL", call, "Only this call, with each step");
+    output.exclude(add_call(command, "CALL", call, "Only this call, with each step"));
     add_filter(command, filter);
     add_time_filter(command, filter);
   }
@@ -35,7 +35,7 @@ int list(const CallsOptions& options) {
   calls::CallList calls(std::numeric_limits<std::size_t>::max());
   const auto read = recording::read_entries(
       source, options.filter, [&](const recording::Entry& entry) { calls.add(entry); });
-  print_listing(calls::listing(), calls.rows(), options.output);
+  print_listing(calls::recorded_listing(), calls.rows(), options.output);
   return report(options.file, read.problems);
 }
 

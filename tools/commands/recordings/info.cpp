@@ -1,13 +1,10 @@
 // millrace recording info: what a recording holds, from its summary.
 #include <fmt/format.h>
 
-#include "base/text/quoted.hpp"
 #include "tools/commands/recordings/recordings.hpp"
 #include "tools/mcap/summary.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/recording_report.hpp"
-#include "tools/print/table.hpp"
-#include "tools/print/units.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::recordings {
@@ -19,65 +16,6 @@ struct InfoOptions {
   bool hops = false;
   bool json = false;
 };
-
-fabric::Time time_of(mcap::Nanoseconds time) {
-  return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
-}
-
-/// Foreign text made safe for a terminal.
-std::string shown(const std::string& text) {
-  return base::text::safe(print::utf8(text));
-}
-
-/// "zstd: 12 chunks, 1.5 MiB of 8.0 MiB"
-std::string compression_text(const std::string& compression, const mcap::ChunkSizes& sizes) {
-  const std::string size = print::size_text(sizes.uncompressed);
-  return fmt::format("{}: {} chunks, {}", compression.empty() ? "none" : shown(compression),
-                     sizes.chunks,
-                     compression.empty() ? size : print::size_text(sizes.stored) + " of " + size);
-}
-
-void print_text(const InfoOptions& options, std::uint64_t size, const mcap::Survey& survey) {
-  const mcap::Statistics& counts = survey.summary.statistics;
-  fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
-             survey.from_summary ? "closed" : "without a valid summary: the whole file was read");
-  fmt::print("written by  {}\n", shown(survey.summary.header.library));
-  if (counts.messages > 0) {
-    fmt::print("recorded    {} to {} ({})\n", print::time_text(time_of(counts.start)),
-               print::time_text(time_of(counts.end)),
-               print::duration_text(time_of(counts.end) - time_of(counts.start)));
-  }
-  fmt::print("messages    {} in {} chunks, {} channels\n", counts.messages, counts.chunks,
-             counts.channels);
-  for (const auto& [compression, sizes] : survey.chunk_sizes) {
-    fmt::print("compression {}\n", compression_text(compression, sizes));
-  }
-  for (const mcap::Metadata& metadata : survey.metadata) {
-    fmt::print("{}\n", shown(metadata.name));
-    for (const auto& [key, value] : metadata.values) {
-      fmt::print("  {}: {}\n", shown(key), shown(value));
-    }
-  }
-  for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
-    fmt::print("attachment  {} ({})\n", shown(attachment.name),
-               print::size_text(attachment.data_size));
-  }
-}
-
-void print_topics(const mcap::Summary& summary) {
-  print::Table table({{"TOPIC"}, {"MESSAGES", print::Align::right}, {"SCHEMA"}});
-  for (const auto& [id, channel] : summary.definitions.channels()) {
-    const mcap::Schema* schema = summary.definitions.schema(channel.schema);
-    const auto count = summary.statistics.channel_messages.find(id);
-    table.add(
-        {print::utf8(channel.topic),
-         std::to_string(count == summary.statistics.channel_messages.end() ? 0 : count->second),
-         schema == nullptr ? "-" : print::utf8(schema->name)});
-  }
-  if (!table.empty()) {
-    fmt::print("\n{}", table.text());
-  }
-}
 
 int info(const InfoOptions& options) {
   mcap::FileSource source = open(options.file);
@@ -94,11 +32,8 @@ int info(const InfoOptions& options) {
     }
     print::print_json(out);
   } else {
-    print_text(options, source.size(), survey);
-    print_topics(survey.summary);
-    if (options.hops) {
-      fmt::print("\n{}", print::hops_text(hops));
-    }
+    fmt::print("{}{}", print::text_of(options.file.string(), source.size(), survey),
+               options.hops ? '\n' + print::hops_text(hops) : "");
   }
   return report(options.file, survey.problems);
 }

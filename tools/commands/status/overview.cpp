@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <set>
 
+#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/machines.hpp"
 #include "tools/print/data.hpp"
+#include "tools/print/json.hpp"
 #include "tools/print/listing.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
@@ -70,6 +73,16 @@ const print::Listing<MachineRow>& machines_listing() {
        },
        Align::left, 2}};
   return machines;
+}
+
+boost::json::object json_of(const Problem& problem) {
+  boost::json::object out{{"problem", problem.kind},
+                          {"subject", print::utf8(problem.subject)},
+                          {"exit_code", problem.code},
+                          {"text", print::utf8(problem.text)},
+                          {"advice", print::utf8(problem.advice)}};
+  print::put_time(out, "since", problem.since);
+  return out;
 }
 
 std::string plural(std::size_t count, const std::string& noun) {
@@ -143,6 +156,27 @@ std::string text_of(const Overview& overview, std::size_t width, fabric::Time no
     text += block.empty() ? "" : '\n' + block;
   }
   return text;
+}
+
+boost::json::object json_of(const Overview& overview) {
+  boost::json::array problems;
+  for (const Problem& problem : overview.problems) {
+    problems.push_back(json_of(problem));
+  }
+  boost::json::array machines;
+  for (const MachineRow& row : machine_rows(overview.live, overview.host)) {
+    boost::json::object machine;
+    print::put_fields(machine, *row.status);
+    machines.push_back(std::move(machine));
+  }
+  boost::json::array alarms;
+  for (const fabric::Alarm& alarm : alarms_on(overview.live, overview.host)) {
+    alarms.push_back(print::json_of(alarm));
+  }
+  return {{"healthy", exit_code_of(overview.problems) == base::program::exit_done},
+          {"problems", std::move(problems)},
+          {"machines", std::move(machines)},
+          {"alarms", std::move(alarms)}};
 }
 
 }  // namespace millrace::tools::commands::status

@@ -1,10 +1,12 @@
-// The text of `millrace status`: problems, machines, and what processes report. Pure.
+// The text and the JSON of `millrace status`: problems, machines, and what processes report. Pure.
 #pragma once
 
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <boost/json/object.hpp>
 
 #include "tools/bus/fabric_model.hpp"
 #include "tools/commands/status/problems.hpp"
@@ -38,5 +40,7 @@ struct Overview {
 };
 /// For a terminal of `width` characters; 0 = unlimited.
 std::string text_of(const Overview& overview, std::size_t width, fabric::Time now);
+/// As `millrace status --json` prints it.
+boost::json::object json_of(const Overview& overview);
 
 }  // namespace millrace::tools::commands::status

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <optional>
 
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <fmt/format.h>
 
 #include "base/posix/system.hpp"
@@ -14,7 +12,6 @@
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/status/overview.hpp"
-#include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::status {
@@ -161,43 +158,6 @@ std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::F
   return problems;
 }
 
-boost::json::object json_of(const Problem& problem) {
-  boost::json::object out{{"problem", problem.kind},
-                          {"subject", print::utf8(problem.subject)},
-                          {"exit_code", problem.code},
-                          {"text", print::utf8(problem.text)},
-                          {"advice", print::utf8(problem.advice)}};
-  print::put_time(out, "since", problem.since);
-  return out;
-}
-
-void print_as_json(const StatusOptions& options, const bus::FabricModel& live,
-                   const std::vector<Problem>& problems, const std::optional<Processes>& asked) {
-  boost::json::array all;
-  for (const Problem& problem : problems) {
-    all.push_back(json_of(problem));
-  }
-  boost::json::array machines;
-  for (const MachineRow& row : machine_rows(live, options.host)) {
-    boost::json::object machine;
-    print::put_fields(machine, *row.status);
-    machines.push_back(std::move(machine));
-  }
-  boost::json::array alarms;
-  for (const fabric::Alarm& alarm : alarms_on(live, options.host)) {
-    alarms.push_back(print::json_of(alarm));
-  }
-  boost::json::object out{{"healthy", exit_code_of(problems) == base::program::exit_done},
-                          {"problems", std::move(all)},
-                          {"machines", std::move(machines)},
-                          {"alarms", std::move(alarms)}};
-  if (asked) {
-    out["gateways"] = operate::json_of(asked->gateways, asked->of_gateways);
-    out["instances"] = operate::json_of(asked->instances, asked->of_instances);
-  }
-  print::print_json(out);
-}
-
 int check(const StatusOptions& options) {
   const bus::FabricModel live = options.look();
   std::optional<Processes> asked;
@@ -211,19 +171,23 @@ int check(const StatusOptions& options) {
     problems.insert(problems.end(), more.begin(), more.end());
   }
   sort(problems);
+  Overview overview{live, options.fabric.options().fabric, options.fabric.options().domain,
+                    options.host, std::move(problems)};
   if (options.json) {
-    print_as_json(options, live, problems, asked);
-  } else {
-    std::string answers;
+    boost::json::object out = json_of(overview);
     if (asked) {
-      answers = operate::answers_text(asked->gateways, asked->of_gateways) +
-                operate::answers_text(asked->instances, asked->of_instances);
+      out["gateways"] = operate::json_of(asked->gateways, asked->of_gateways);
+      out["instances"] = operate::json_of(asked->instances, asked->of_instances);
     }
-    fmt::print("{}", text_of({live, options.fabric.options().fabric,
-                              options.fabric.options().domain, options.host, problems, answers},
-                             width_of_output(), std::chrono::system_clock::now()));
+    print::print_json(out);
+  } else {
+    if (asked) {
+      overview.answers = operate::answers_text(asked->gateways, asked->of_gateways) +
+                         operate::answers_text(asked->instances, asked->of_instances);
+    }
+    fmt::print("{}", text_of(overview, width_of_output(), std::chrono::system_clock::now()));
   }
-  return exit_code_of(problems);
+  return exit_code_of(overview.problems);
 }
 
 }  // namespace

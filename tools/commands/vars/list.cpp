@@ -1,13 +1,8 @@
 // millrace vars MACHINE list: the variables of a channel.
-#include <boost/json/array.hpp>
-#include <fmt/format.h>
-
 #include "base/program/command_line.hpp"
-#include "base/text/quoted.hpp"
 #include "cnc/variables/names.hpp"
+#include "tools/commands/listing_flags.hpp"
 #include "tools/commands/vars/vars.hpp"
-#include "tools/print/json.hpp"
-#include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::vars {
 
@@ -17,26 +12,11 @@ namespace program = base::program;
 using cnc::variables::Description;
 
 struct ListOptions : VarsOptions {
-  using VarsOptions::VarsOptions;
+  ListOptions(CLI::App& command, Machine the_machine)
+      : VarsOptions(command, std::move(the_machine)), output(command) {}
+  ListingFlags output;
   std::vector<std::string> families;
 };
-
-void show(const ListOptions& options, const std::vector<Description>& variables) {
-  if (options.json) {
-    boost::json::array out;
-    for (const Description& variable : variables) {
-      out.push_back(json_of(variable));
-    }
-    print::print_json(out);
-    return;
-  }
-  print::Table table({{"NAME"}, {"TYPE"}, {"BYTES", print::Align::right}, {"MODE"}});
-  for (const Description& variable : variables) {
-    table.add({base::text::safe(variable.name), type_text(variable), std::to_string(variable.size),
-               std::string(cnc::variables::name_of(variable.access))});
-  }
-  fmt::print("{}", table.text());
-}
 
 int list_families(const ListOptions& options, Source& source) {
   std::vector<Description> all;
@@ -51,11 +31,14 @@ int list_families(const ListOptions& options, Source& source) {
     if (!found) {
       print_failure(options, found.error());
       exit_code = program::exit_failed;
+      if (found.error().error == cnc::ads::ErrorCode::none) {
+        return exit_code;  // No controller responded.
+      }
       continue;
     }
     all.insert(all.end(), found->begin(), found->end());
   }
-  show(options, all);
+  print_listing(variables_listing(), all, options.output);
   return exit_code;
 }
 

@@ -1,13 +1,7 @@
 // millrace vars MACHINE read: values of variables.
-#include <boost/json/array.hpp>
-#include <fmt/format.h>
-
 #include "base/program/command_line.hpp"
-#include "base/text/quoted.hpp"
-#include "cnc/variables/names.hpp"
+#include "tools/commands/listing_flags.hpp"
 #include "tools/commands/vars/vars.hpp"
-#include "tools/print/json.hpp"
-#include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::vars {
 
@@ -16,29 +10,11 @@ namespace {
 namespace program = base::program;
 
 struct ReadOptions : VarsOptions {
-  using VarsOptions::VarsOptions;
+  ReadOptions(CLI::App& command, Machine the_machine)
+      : VarsOptions(command, std::move(the_machine)), output(command) {}
+  ListingFlags output;
   std::vector<std::string> names;
 };
-
-void show(const ReadOptions& options, const std::vector<Reading>& readings) {
-  if (options.json) {
-    boost::json::array out;
-    for (const Reading& reading : readings) {
-      boost::json::object object = json_of(reading.description);
-      object["value"] = json_of(reading.elements, reading.is_array);
-      out.push_back(std::move(object));
-    }
-    print::print_json(out);
-    return;
-  }
-  print::Table table({{"NAME"}, {"TYPE"}, {"MODE"}, {"VALUE"}});
-  for (const Reading& reading : readings) {
-    table.add({base::text::safe(reading.description.name), type_text(reading.description),
-               std::string(cnc::variables::name_of(reading.description.access)),
-               text_of(reading.elements, reading.is_array)});
-  }
-  fmt::print("{}", table.text());
-}
 
 int read_all(const ReadOptions& options, Source& source) {
   std::vector<Reading> readings;
@@ -49,8 +25,8 @@ int read_all(const ReadOptions& options, Source& source) {
       print_failure(options, reading.error());
     }
   }
-  if (!readings.empty() || options.json) {
-    show(options, readings);
+  if (!readings.empty() || !options.output.is_text()) {
+    print_listing(readings_listing(), readings, options.output);
   }
   return readings.size() == options.names.size() ? program::exit_done : program::exit_failed;
 }

@@ -46,7 +46,6 @@ VarsOptions::VarsOptions(CLI::App& command, Machine the_machine)
       ->capture_default_str();
   add_duration(command, "--timeout", timeout,
                "Wait for the gateway's response for this time; default 5s");
-  add_json(command, json);
 }
 
 std::string VarsOptions::name() const {

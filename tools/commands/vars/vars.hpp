@@ -17,6 +17,7 @@
 #include "cnc/variables/value.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/subcommand.hpp"
+#include "tools/print/listing.hpp"
 
 namespace millrace::tools::commands::vars {
 
@@ -29,7 +30,7 @@ void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen);
 
-/// The common options of these subcommands: channel and controller, connection, output format.
+/// The common options of these subcommands: channel and controller, connection.
 struct VarsOptions {
   VarsOptions(CLI::App& command, Machine machine);
   /// MACHINE without its address.
@@ -41,7 +42,6 @@ struct VarsOptions {
   std::filesystem::path config;
   std::uint32_t channel = 1;
   std::chrono::nanoseconds timeout = std::chrono::seconds(5);
-  bool json = false;
 };
 
 /// A failure in words, with the controller's ADS error if there is one.
@@ -105,7 +105,8 @@ std::string text_of(const std::vector<cnc::variables::Element>& elements, bool i
 boost::json::value json_of(const std::vector<cnc::variables::Element>& elements, bool is_array);
 /// Name, family, type, mode and dimensions.
 boost::json::object json_of(const cnc::variables::Description& description);
-/// "SGN16[3]" for an array.
-std::string type_text(const cnc::variables::Description& description);
+
+const print::Listing<cnc::variables::Description>& variables_listing();
+const print::Listing<Reading>& readings_listing();
 
 }  // namespace millrace::tools::commands::vars

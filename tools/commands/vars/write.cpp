@@ -13,7 +13,11 @@ namespace {
 namespace program = base::program;
 
 struct WriteOptions : VarsOptions {
-  using VarsOptions::VarsOptions;
+  WriteOptions(CLI::App& command, Machine the_machine)
+      : VarsOptions(command, std::move(the_machine)) {
+    add_json(command, json);
+  }
+  bool json = false;
   std::string first;
   NewValue value;
 };

@@ -41,7 +41,7 @@ std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// "10.77.0.1" of "udp/10.77.0.1:7410@2"; empty if there is none.
+/// "10.77.0.1" of "udp/10.77.0.1:7410"; empty if there is none.
 std::string ip_of(const std::string& addresses) {
   const std::size_t begin = addresses.find('/');
   const std::size_t end = addresses.find(':', begin);

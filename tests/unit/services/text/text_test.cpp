@@ -1,9 +1,8 @@
-#include "services/text/answer.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fabric/messages.hpp"
+#include "services/text/answer.hpp"
 #include "services/text/fields.hpp"
 
 namespace millrace::services::text {

@@ -18,6 +18,8 @@ using Texts = std::vector<std::string>;
 const std::string laser_marker = "8d0f6f0a-3c55-4d0e-9a0b-6e1d5c8b2f31";
 const std::string tool_length = "c2b7f0de-91a4-4c38-8f6b-0d5a7e3b9c44";
 const std::string alarm_log = "c0ffee00-0000-4000-8000-000000000001";
+const std::string probe = "7d5a4be2-2f0d-4c1e-b4c5-1f6a0d9e8c77";
+const std::string unserved = "11111111-6335-44a9-895a-8b27f3ed5e47";
 
 constexpr std::uint64_t epoch = 0x5f3a9c0112d4;
 
@@ -43,6 +45,13 @@ void add_machines(std::vector<Entry>& entries) {
                                                      .epoch = epoch}});
   entries.push_back({.sample = fabric::MachineStatus{.machine = "mill",
                                                      .gateway = instance(0xa2),
+                                                     .connected = true,
+                                                     .since = seconds(3),
+                                                     .host = "cell-4",
+                                                     .pid = 2201,
+                                                     .version = "0.1.0"}});
+  entries.push_back({.sample = fabric::MachineStatus{.machine = "mill",
+                                                     .gateway = instance(0xa2),
                                                      .since = seconds(480),
                                                      .reason = "its gateway is gone",
                                                      .gone = true}});
@@ -65,6 +74,7 @@ void add_services(std::vector<Entry>& entries) {
   entries.push_back(service(1, "square_root", square_root, 31768, 2));
   entries.push_back(service(2, "square_root", square_root, 31770, 2));
   entries.push_back(service(3, "tool_length", tool_length, 31775, 1));
+  entries.push_back(service(5, "probe, \"left\"\n", probe, 31811, 1));
   entries.push_back(service(4, "laser_marker", laser_marker, 31802, 1));
   std::get<recording::InstanceNews>(entries.back().sample).identity.delivery =
       fabric::Delivery::at_most_once;
@@ -76,7 +86,8 @@ void add_services(std::vector<Entry>& entries) {
        .mean = 1'480us,
        .started = seconds(-3600),
        .last_call = seconds(599.4)},
-        fabric::InstanceStatus{.instance = instance(2), .started = seconds(-3600)},
+        fabric::InstanceStatus{
+            .instance = instance(2), .answered = 88, .mean = 3'000us, .started = seconds(-3600)},
         fabric::InstanceStatus{.instance = instance(3),
         .running = 1,
         .waiting = 1,
@@ -127,6 +138,14 @@ void add_channels(std::vector<Entry>& entries) {
         .answered = 37},
         fabric::ChannelStatus{
             .key = {"press", 4}, .state = ChannelState::idle, .since = seconds(2)},
+        fabric::ChannelStatus{.key = {"press", 5},
+        .state = ChannelState::unserved,
+        .since = seconds(540),
+        .call = {epoch, 10'450},
+        .uuid = unserved,
+        .cause = fabric::Cause::unknown_uuid,
+        .reason = "no service has the UUID 11111111-6335-44a9-895a-8b27f3ed5e47",
+        .calls = 1},
         fabric::ChannelStatus{.key = {"press.ALARMS", 1},
         .state = ChannelState::idle,
         .since = seconds(420),
@@ -150,6 +169,14 @@ void add_alarms(std::vector<Entry>& entries) {
        .program = "archiver",
        .host = "cell-3",
        .pid = 812},
+        fabric::Alarm{.key = {instance(5), "certificate", ""},
+        .level = fabric::AlarmLevel::warning,
+        .text = "the certificate of \"probe\",\nserial 17, ends on 2026-03-20",
+        .advice = "renew it: 'millrace trust renew'",
+        .since = seconds(30),
+        .program = "probe",
+        .host = "cell-3",
+        .pid = 31811},
         fabric::Alarm{.key = {instance(0xb2), "recording", ""},
         .level = fabric::AlarmLevel::fine,
         .text = "records to /var/lib/millrace/recordings/2026-03-01T06-00-00.mcap",
@@ -212,7 +239,8 @@ void add_data(std::vector<Entry>& entries) {
                  value("V.A.ACT_POS.Y", real64, Reals{480}),
                  value("V.G.TOOL_NAMES", string,
                        Texts{"drill 6.8", "tap M8", "reamer 12H7", "face mill 63", "chamfer 90"}),
-                 value("V.E.SPINDLE_LOAD_OF_THE_LAST_CUT", real64, {})};
+                 value("V.E.SPINDLE_LOAD_OF_THE_LAST_CUT", real64, {}),
+                 value("V.E.NOTE", string, Texts{"Ma\xDF 7,5 \"oben\"\r\n\x1b[2J"})};
   axes.values[2].is_array = true;
   axes.values[3].quality = fabric::Quality::refused;
   axes.values[3].at = {};
@@ -284,6 +312,13 @@ void add_programs(std::vector<Entry>& entries) {
                              .error = 21'462,
                              .mode = 3,
                              .detail = "the CNC stopped at block N100: division by zero"}));
+  entries.push_back(program({.key = {"press", 4},
+                             .kind = ended,
+                             .at = seconds(400),
+                             .started = seconds(100),
+                             .program = "Wei\xDF, \"A\"\n2.nc",
+                             .mode = 2,
+                             .replayed = true}));
 }
 
 }  // namespace

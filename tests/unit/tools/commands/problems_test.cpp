@@ -91,13 +91,6 @@ TEST_F(Problems, AreOfAMachineWithTwoGatewaysOnlyIfNeitherHasTheLink) {
   EXPECT_THAT(kinds(), IsEmpty());
 }
 
-TEST_F(Problems, AreInstancesWithoutHeartbeat) {
-  sut.add(news(1, "a"));
-  sut.add(news(1, "a", square_root, recording::Change::gone));
-  EXPECT_THAT(kinds(), ElementsAre("NO HEARTBEAT a"));
-  EXPECT_EQ(exit_code_of(found), base::program::exit_failed);
-}
-
 TEST_F(Problems, AreExpectedGatewaysAndInstancesThatAreMissing) {
   sut.add(news(1, "a"));
   EXPECT_THAT(missing_gateways(sut, {"press", "vm"}), IsEmpty());

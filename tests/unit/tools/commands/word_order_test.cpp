@@ -25,6 +25,13 @@ TEST(TheArguments, AreStatusWhereThereIsNoCommand) {
   EXPECT_THAT(word_order({"--domain"}), ElementsAre("status", "--domain"));
 }
 
+TEST(TheArguments, HaveTheMachineBeforeTheCommandOfVars) {
+  EXPECT_THAT(word_order({"--domain", "7", "vars", "read", "press", "V.E.X"}),
+              ElementsAre("vars", "press", "read", "V.E.X", "--domain", "7"));
+  EXPECT_THAT(word_order({"vars", "list", "list"}), ElementsAre("vars", "list", "list"));
+  EXPECT_THAT(word_order({"vars", "list", "--help"}), ElementsAre("vars", "list", "--help"));
+}
+
 TEST(TheArguments, StayWhereTheyAreAboutTheProgramItself) {
   EXPECT_THAT(word_order({"--help"}), ElementsAre("--help"));
   EXPECT_THAT(word_order({"--completion", "bash"}), ElementsAre("--completion", "bash"));

@@ -1,10 +1,9 @@
-#include "tools/doctor/announcement.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fabric/dds/entity.hpp"
 #include "tests/support/hex_vectors.hpp"
+#include "tools/doctor/announcement.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/directory.hpp"
 #include "tools/doctor/network.hpp"

@@ -88,44 +88,5 @@ TEST(AListing, ShowsTheChosenColumnsInTheirOrder) {
   EXPECT_EQ(column_names(sut().headings(), Kind::json), "channel, since, mean_ms, reason");
 }
 
-TEST(AListing, IsJsonWithPlainNumbersAndWithoutWhatIsUnknown) {
-  EXPECT_EQ(sut().text(rows, {.kind = Kind::json, .width = 10}, now),
-            R"([{"channel":"mill/1","since":"2026-03-01T07:00:00.000000Z","mean_ms":10,)"
-            R"("reason":"the service, which is busy, has ended"},)"
-            R"({"channel":"lathe/2","reason":""}])"
-            "\n");
-}
-
-TEST(AListing, IsCsvWithTheNamesOfJson) {
-  EXPECT_EQ(sut().text(rows, {.kind = Kind::csv}, now),
-            "channel,since,mean_ms,reason\r\n"
-            "mill/1,2026-03-01T07:00:00.000000Z,10,\"the service, which is busy, has ended\"\r\n"
-            "lathe/2,,,\r\n");
-}
-
-TEST(AListing, HasEachFieldOfAValueInCsvAndJsonInItsOrder) {
-  using Status = fabric::InstanceStatus;
-  const auto listing = Listing<Status>{
-      {"CALLS", "",
-       [](const Status& row) -> Cell { return static_cast<std::int64_t>(row.answered); }},
-      {"", "is_busy", [](const Status& row) -> Cell {
-         return row.running > 0;
-       }}}.with_fields<Status>([](const Status& row) { return &row; });
-  const Status status{.running = 1, .answered = 17, .mean = 2ms};
-  EXPECT_EQ(listing.text({status}, {}, now), "CALLS\n17\n");
-  EXPECT_EQ(listing.text({status}, {.columns = {"failed", "calls"}}, now),
-            "failed  CALLS\n0       17\n");
-  EXPECT_EQ(
-      listing.text({status}, {.kind = Kind::json}, now),
-      R"([{"running":1,"waiting":0,"answered_calls":17,"failed":0,"repeated":0,"cancelled":0,)"
-      R"("declined":0,"mean_ms":2,"is_busy":true}])"
-      "\n");
-}
-
-TEST(AListing, EscapesTerminalControls) {
-  EXPECT_EQ(sut().text({{"\x1b[2J", {}, {}, ""}}, {.columns = {"channel"}}, now),
-            "CHANNEL\n\\x1b[2J\n");
-}
-
 }  // namespace
 }  // namespace millrace::tools::print
