@@ -100,35 +100,6 @@ TEST_F(TheCommand, ListsWhatExistsInsteadOfAnUnknownName) {
   }
 }
 
-TEST_F(TheCommand, AnswersWithinASecond) {
-  using Clock = std::chrono::steady_clock;
-  using namespace std::chrono_literals;
-  Process cnc = chain.cnc();
-  Process gateway = chain.gateway();
-  gateway.await_error("link up");
-  Process service = chain.square_root({"--name", "first"});
-  for (const auto& [args, most] :
-       std::vector<std::pair<Flags, Clock::duration>>{{{"machines"}, 1s},
-                                                      {{"channels"}, 1s},
-                                                      {{"services", "-i"}, 1s},
-                                                      {{"calls"}, 1s},
-                                                      {{"data"}, 1s},
-                                                      {{"data", "nosuch"}, 1s},
-                                                      {{"vars", "cnc", "list"}, 1s},
-                                                      {{"vars", "nosuch", "list"}, 1s},
-                                                      {{"status"}, 1500ms},
-                                                      {{"doctor"}, 1500ms}}) {
-    // On a busy host commands listen longer.
-    Clock::duration least = Clock::duration::max();
-    for (int attempt = 0; attempt < 5 && least > most; ++attempt) {
-      const Clock::time_point begin = Clock::now();
-      run(args);
-      least = std::min(least, Clock::now() - begin);
-    }
-    EXPECT_LE(least, most) << args.front();
-  }
-}
-
 TEST_F(TheCommand, FitsTheWidthOfTheTerminal) {
   Process service = chain.square_root({"--name", "first"});
   Flags command{"/usr/bin/env", "COLUMNS=80"};
