@@ -83,7 +83,7 @@ std::string announcing(std::uint32_t domain) {
       base_port + domain_gain * domain);
 }
 
-// Cyclone 0.10 sends each announcement to the address of every process that it has ever found
+// Cyclone 0.10 sends each announcement to the addresses of all processes it found, also ended ones
 // (as_disc; Cyclone 11 removes them). If each process took a new port, a service would send
 // thousands of datagrams a second after thousands of tools, and find no process any more.
 std::string ports_element(Ports ports) {

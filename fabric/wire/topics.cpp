@@ -19,7 +19,7 @@ constexpr std::int32_t last_of_a_key = 32;
 
 /// Requests of one channel, and replies to it by one instance: a slow recorder, or one that
 /// discovers the writer only now, gets them although the calls are over. While a writer is busy
-/// Cyclone never asks its readers what they have received, so it keeps this many of each key, with
+/// Cyclone never asks its readers what they have received, so it keeps this many of each key, up to
 /// 4 kB each.
 constexpr std::int32_t calls_in_flight = 16;
 
