@@ -175,9 +175,9 @@ void OpenCall::suspend(const Reason& reason, bool held, ChannelOutput& out, Mome
   if (answered()) {
     return;
   }
-  publish_event(fabric::EventKind::lost, reason.text, out, now);
+  publish_event(fabric::EventKind::lost, newest_attempt(), reason.text, out, now);
   if (held) {
-    publish_event(fabric::EventKind::held, reason.text, out, now);
+    publish_event(fabric::EventKind::held, newest_attempt(), reason.text, out, now);
   }
   out.log(Level::warn, fmt::format("{}: {}", name(), reason.text));
   const EntryNumber entry = unconfirmed_attempt();
@@ -261,7 +261,7 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.publish(std::move(request));
-  publish_event(fabric::EventKind::dispatched, to.instance_name(), out, now);
+  publish_event(fabric::EventKind::dispatched, newest_attempt(), to.instance_name(), out, now);
   if (out.wanted(Level::debug)) {
     out.log(Level::debug, fmt::format("{} given to {}, attempt {}", name(), to.instance_name(),
                                       to.attempt.number));
@@ -274,15 +274,25 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   if (over) {
     out.append_untracked(EndedEntry{call_.id});
   }
-  publish_event(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out,
-                now);
+  const AnswerWriter* const final = writer();
+  const bool may_be_written = !written && final != nullptr &&
+                              final->kind() == AnswerWriter::Kind::final &&
+                              final->may_be_released();
+  if (written || may_be_written) {
+    publish_event(
+        fabric::EventKind::written, Attempt{call_.answer->instance, call_.answer->attempt},
+        may_be_written ? detail + "; the NC program may have got this response before" : detail,
+        out, now);
+  } else {
+    publish_event(fabric::EventKind::withdrawn, newest_attempt(), detail, out, now);
+  }
   for (const fabric::InstanceId& instance : asked_) {
     // The other instances that got it may still be running it.
     const bool runs_it_no_more = written && call_.answer->instance == instance;
     runs_it_no_more ? out.add_answered(instance, call_.id, now) : out.withdraw(instance, call_.id);
   }
   out.end(call_.id, written);
-  ++(written ? out.counters().answered : out.counters().withdrawn);
+  ++(written || may_be_written ? out.counters().answered : out.counters().withdrawn);
   if (out.wanted(Level::debug)) {
     log_end(written, detail, out, now);
   }
@@ -306,8 +316,12 @@ void OpenCall::append_unasked(ChannelOutput& out) const {
                                        call_.completion_signal});
 }
 
-void OpenCall::publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
-                             Moment now) const {
+Attempt OpenCall::newest_attempt() const {
+  return call_.attempts.empty() ? Attempt{{}, 0} : call_.attempts.back();
+}
+
+void OpenCall::publish_event(fabric::EventKind kind, const Attempt& of, std::string_view detail,
+                             ChannelOutput& out, Moment now) const {
   if (!out.events_wanted()) {
     return;
   }
@@ -316,13 +330,9 @@ void OpenCall::publish_event(fabric::EventKind kind, std::string_view detail, Ch
   event.detail = detail;
   event.call = call_.id;
   event.uuid = call_.request.uuid;
-  if (!call_.attempts.empty()) {
-    event.attempt = call_.attempts.back().number;
-    event.instance = call_.attempts.back().instance;
-  }
+  event.attempt = of.number;
+  event.instance = of.instance;
   if (kind == fabric::EventKind::written) {
-    event.attempt = call_.answer->attempt;
-    event.instance = call_.answer->instance;
     event.text = call_.answer->text;
     event.state = call_.answer->state;
   }

@@ -123,8 +123,9 @@ class OpenCall {
   /// Removes it from its instance or queue, to be dispatched again.
   void retry(const std::string& by, ChannelOutput& out);
   void on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out, Moment now);
-  /// Ends the call: its answer is written, or its NC program has continued. Unless `over` the
-  /// journal keeps it: until a read shows that its NC program has continued, its request may be
+  /// Ends the call: its answer is written, or its NC program has continued. Where the answer may
+  /// have released the program before that, observers are not told of a withdrawal. Unless `over`
+  /// the journal keeps it: until a read shows that its NC program has continued, its request may be
   /// read again.
   EndedCall close(bool written, bool over, const std::string& detail, ChannelOutput& out,
                   Moment now);
@@ -204,8 +205,10 @@ class OpenCall {
   void give_up(const Rule& rule, const Reason& why, ChannelOutput& out, Moment now);
   /// Opens the call in the journal although it was not dispatched.
   void append_unasked(ChannelOutput& out) const;
-  void publish_event(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
-                     Moment now) const;
+  void publish_event(fabric::EventKind kind, const Attempt& of, std::string_view detail,
+                     ChannelOutput& out, Moment now) const;
+  /// Not valid (0) if it is not dispatched.
+  [[nodiscard]] Attempt newest_attempt() const;
   void log_end(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
   [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
 

@@ -155,7 +155,7 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
   const std::string said =
       hold ? fmt::format("{}; an operator must answer or retry it", what)
            : fmt::format("{}; the program gets state {}", what, instead.state());
-  publish_event(fabric::EventKind::refused, said, out, now);
+  publish_event(fabric::EventKind::refused, of, said, out, now);
   out.log(Level::error, fmt::format("{}: {}", name(), said));
   if (hold) {
     enter(phase::Held{unconfirmed_attempt(), {}}, {fabric::Cause::answer_refused, said});
@@ -232,7 +232,7 @@ void OpenCall::give_up(const Rule& rule, const Reason& why, ChannelOutput& out, 
     return;
   }
   reason_ = {why.cause, fmt::format("{}; the NC program goes on waiting", why.text)};
-  publish_event(fabric::EventKind::late, reason_.text, out, now);
+  publish_event(fabric::EventKind::late, newest_attempt(), reason_.text, out, now);
   out.log(Level::warn, fmt::format("{}: {}", name(), reason_.text));
 }
 

@@ -236,11 +236,27 @@ Outcome Call::outcome() const {
   if (over->instance == fabric::InstanceId{}) {
     return Outcome::settled;
   }
-  const std::uint32_t attempt = attempt_of(*over);
-  const bool failed = attempt > 0 && std::ranges::any_of(steps, [&](const Step& step) {
-                        return step.failure && attempt_of(step) == attempt;
-                      });
-  return failed ? Outcome::failed : Outcome::answered;
+  return is_error(*over) ? Outcome::failed : Outcome::answered;
+}
+
+bool Call::is_error(const Step& written) const {
+  const std::uint32_t attempt = attempt_of(written);
+  const auto of_the_attempt = [&](const Step& step, Stage stage) {
+    return step.stage == stage && attempt_of(step) == attempt;
+  };
+  bool reply_known = false;
+  for (const Step& step : steps) {
+    if (of_the_attempt(step, Stage::answered) && step.text == written.text &&
+        step.state == written.state) {
+      if (!step.failure) {
+        return false;
+      }
+      reply_known = true;
+    }
+  }
+  return reply_known || std::ranges::any_of(steps, [&](const Step& step) {
+           return of_the_attempt(step, Stage::refused);
+         });
 }
 
 std::uint32_t Call::attempt_of(const Step& step) const {

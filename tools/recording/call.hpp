@@ -59,7 +59,8 @@ struct Step {
   bool by_service = false;
   /// The instance it concerns, or all zero.
   fabric::InstanceId instance{};
-  /// Its attempt has failed (is_failure() of its entry).
+  /// A reply that is an error, or an attempt that ended without a response (is_failure() of its
+  /// entry).
   bool failure = false;
   /// Of a reply.
   fabric::ServiceCode code = fabric::ServiceCode::ok;
@@ -72,9 +73,10 @@ struct Step {
 
 enum class Outcome : std::uint8_t {
   under_way,
-  /// By a service.
+  /// By a service, whatever happened to earlier attempts.
   answered,
-  /// A step of the last attempt is a failure.
+  /// The response is an error: of a service that failed, or of the gateway in place of a response
+  /// that it refused.
   failed,
   /// The response came from the gateway or an operator.
   settled,
@@ -125,6 +127,8 @@ struct Call {
   std::vector<Step> steps{};
 
  private:
+  /// No instance has published the response that was written, but as an error.
+  [[nodiscard]] bool is_error(const Step& written) const;
   void add(const fabric::Request& request, const Entry& entry);
   void add(const fabric::Reply& reply, const Entry& entry);
   void add(const fabric::Event& event, const Entry& entry);

@@ -28,17 +28,8 @@ void OutcomeCheck::on(const EventPublished& fact, Time now) {
   if (known == nullptr) {
     return;
   }
-  using enum fabric::EventKind;
-  if (event.kind == lost || event.kind == held || event.kind == refused) {
-    known->failed.insert(event.attempt);
-  }
+  known->refused = known->refused || event.kind == fabric::EventKind::refused;
   known->observed.add({.at = fabric::Time(now), .sample = event});
-}
-
-void OutcomeCheck::on(const Dispatched& fact, Time) {
-  if (KnownCall* const known = find(fact.call)) {
-    known->attempts[fact.instance] = fact.attempt;
-  }
 }
 
 void OutcomeCheck::on(const Replied& fact, Time now) {
@@ -115,25 +106,18 @@ std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const KnownCall& known
     outcomes.insert(Verdict::settled);
     return outcomes;
   }
-  // Some services do not count attempts.
-  const auto given = known.attempts.find(response.instance);
-  const std::uint32_t attempt =
-      response.attempt != 0 || given == known.attempts.end() ? response.attempt : given->second;
-  if (known.failed.contains(attempt)) {
-    outcomes.insert(Verdict::failed);
-    return outcomes;
-  }
-  if (response.attempt == 0 && !known.failed.empty()) {
-    // The gateway may not have published the newest attempt of this instance.
-    outcomes.insert(Verdict::failed);
-  }
+  bool published = false;
   for (const fabric::Reply& reply : known.replies) {
     if (reply.instance == response.instance && reply.attempt == response.attempt &&
         reply.text == response.text && reply.state == response.state) {
       const bool failed =
           reply.code == fabric::ServiceCode::failed || reply.code == fabric::ServiceCode::refused;
       outcomes.insert(failed ? Verdict::failed : Verdict::answered);
+      published = true;
     }
+  }
+  if (!published && known.refused) {
+    outcomes.insert(Verdict::failed);
   }
   return outcomes;
 }

@@ -4,8 +4,10 @@
 // - under way: no gateway has finished it
 // - withdrawn: no response has released its program
 // - settled: the response that did is of no instance
-// - failed: it is of an instance, which failed, or whose response was refused, or which was lost
-// - answered: it is any other response of an instance, which has published it
+// - failed: it is of an instance that has published it as an error, or the gateway has written it
+//   in place of a response that it refused
+// - answered: it is any other response of an instance, which has published it, whatever happened to
+//   this or an earlier attempt before
 //
 // A gateway cannot tell a withdrawal from the effect of its last write if it has restarted, if the
 // controller has acknowledged the write without applying it, or if another gateway has written.
@@ -43,9 +45,8 @@ class OutcomeCheck final : public Check {
     /// or another gateway has written to the channel: it may take the call for answered.
     bool misled = false;
     std::vector<fabric::Reply> replies{};
-    /// Attempts that their gateway has given up, or whose response it has refused.
-    std::set<std::uint32_t> failed{};
-    std::map<fabric::InstanceId, std::uint32_t> attempts{};
+    /// Its gateway has refused a response.
+    bool refused = false;
     bool over = false;
     /// Its gateway has restarted with its response, or before it journalled the end that it had
     /// published.
@@ -54,7 +55,6 @@ class OutcomeCheck final : public Check {
 
   void on(const Claimed& fact, Time now);
   void on(const EventPublished& fact, Time now);
-  void on(const Dispatched& fact, Time now);
   void on(const Replied& fact, Time now);
   void on(const Answered& fact, Time now);
   void on(const Resumed& fact, Time now);

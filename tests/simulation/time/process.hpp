@@ -38,6 +38,7 @@ class Process {
   void end() {
     running_ = false;
     frozen_ = false;
+    pause_ = {};
     ++life_;
     held_.clear();
   }
@@ -48,6 +49,7 @@ class Process {
   void thaw() {
     frozen_ = false;
     thawed_at_ = agenda_.now();
+    pause_ = thawed_at_ - frozen_at_;
     for (auto& act : std::exchange(held_, {})) {
       after(Time{}, std::move(act));
     }
@@ -68,7 +70,7 @@ class Process {
 
   /// The length of its last pause, if that ended within this time.
   [[nodiscard]] Time stood_still(Time within) const {
-    return agenda_.now() - thawed_at_ <= within ? thawed_at_ - frozen_at_ : Time{};
+    return agenda_.now() - thawed_at_ <= within ? pause_ : Time{};
   }
 
   /// Counts the runs.
@@ -98,6 +100,8 @@ class Process {
   bool running_ = false;
   bool frozen_ = false;
   Time frozen_at_{};
+  /// The last one of this run.
+  Time pause_{};
   Time thawed_at_{};
   std::uint64_t life_ = 0;
   std::vector<std::function<void()>> held_;

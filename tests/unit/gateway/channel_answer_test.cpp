@@ -508,5 +508,27 @@ TEST_F(ChannelAnswer, IsWrittenAlsoByARestartedGatewayBesideAStateThatStoodBefor
   EXPECT_EQ(fixture.channel.values().response_state, 1U);
 }
 
+// A regression: an observer took the call for withdrawn by its NC program, which had this response.
+// Found by the simulation.
+TEST_F(ChannelAnswer, IsNoWithdrawalWhereItMayHaveReleasedTheProgramBeforeAnotherWriter) {
+  fixture.dispatched_call();
+  fixture.write_result = [&] {
+    if (fixture.channel.values().request_state != 0) {
+      return WriteResult{};
+    }
+    fixture.channel.write(Variable::response_state, Value{std::uint32_t{500}});  // another gateway
+    return WriteResult{WriteOutcome::unknown, false};
+  };
+  reply(fixture.reply("1.414", 1));
+  fixture.wait(2s);
+  EXPECT_EQ(sut().call(), nullptr);
+  EXPECT_EQ(fixture.events.back().kind, written);
+  EXPECT_THAT(fixture.events.back().detail,
+              AllOf(testing::HasSubstr("another writer set RESPONSE_STATE to 500"),
+                    testing::HasSubstr("may have got this response")));
+  EXPECT_EQ(sut().status().withdrawn, 0U);
+  EXPECT_EQ(fixture.channel.values().response_state, 500U) << "the other response stays";
+}
+
 }  // namespace
 }  // namespace millrace::gateway

@@ -285,5 +285,20 @@ TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsBlockedIfAPolicyRequiresIt) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
 }
 
+// A regression: after a retry the event named the newest attempt, so observers took the response
+// for that of a service. Found by the simulation.
+TEST_F(RefusedAnswer, IsOfTheAttemptThatGaveItEvenIfThereIsANewerOne) {
+  fixture.dispatched_call();
+  fixture.retry("an operator");
+  fixture.assign(2, 2);
+  fabric::Reply late = fixture.reply("x", 0, 1);
+  late.attempt = 1;
+  reply(late);
+  const auto event = std::ranges::find(fixture.events, refused, &fabric::Event::kind);
+  ASSERT_NE(event, fixture.events.end());
+  EXPECT_EQ(event->attempt, 1U);
+  EXPECT_EQ(event->instance, instance(1));
+}
+
 }  // namespace
 }  // namespace millrace::gateway

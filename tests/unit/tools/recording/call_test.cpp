@@ -210,14 +210,23 @@ TEST(ACall, FailedAlsoIfTheServiceDoesNotCountAttempts) {
   EXPECT_EQ(call_of_all(entries).outcome(), Outcome::failed);
 }
 
-TEST(ACall, FailedIfItsLastAttemptWasLostOrRefusedOrHeld) {
+TEST(ACall, FailedIfTheGatewayHasWrittenAnErrorInPlaceOfARefusedResponse) {
+  std::vector<Entry> entries = one_call(17, 0);
+  Entry refused = entries[4];
+  event_of(refused).kind = fabric::EventKind::refused;
+  entries.insert(entries.begin() + 4, refused);
+  event_of(entries[6]).text = "ERROR: the service's answer is too long";
+  EXPECT_EQ(call_of_all(entries).outcome(), Outcome::failed);
+}
+
+TEST(ACall, IsAnsweredByTheResponseOfAServiceWhateverHappenedToItsAttemptBefore) {
   using fabric::EventKind;
   for (const EventKind kind : {EventKind::lost, EventKind::refused, EventKind::held}) {
     std::vector<Entry> entries = one_call(17, 0);
     Entry event = entries[4];
     event_of(event).kind = kind;
     entries.insert(entries.begin() + 4, event);
-    EXPECT_EQ(call_of_all(entries).outcome(), Outcome::failed);
+    EXPECT_EQ(call_of_all(entries).outcome(), Outcome::answered);
   }
 }
 
