@@ -36,15 +36,15 @@ struct ClientOptions {
   /// Our own address; the controller needs a route to this NetId.
   Address source{{{127, 0, 0, 1, 2, 1}}, 32750};
   /// Timeout of one request, including its wait for room in the window. A write to a CNC may need
-  /// several NC cycles (ISG/402275851.html, documented), so use at least 1 s.
+  /// several NC cycles (ISG/402275851.html, documented), so use at least 1 s. A request that times
+  /// out ends the connection if no other request was answered since it was made, or none in time
+  /// for three times this (our choice): TCP alone detects a controller that was switched off only
+  /// after minutes, and a path that sends frames but answers nothing never.
   std::chrono::milliseconds timeout{2000};
   std::chrono::milliseconds connect_timeout{3000};
   /// The most requests on the wire at once; further requests wait. The client halves the window for
   /// a while when the controller reports a full mailbox or memory.
   std::size_t in_flight = 32;
-  /// This many timeouts in a row, without any frame received in between, end the connection; 0 =
-  /// never. TCP alone detects a controller that was switched off only after minutes.
-  std::size_t silent_timeouts = 3;
   /// In bytes. A frame that announces a longer body closes the connection.
   std::size_t max_frame = 4U << 20U;
   /// Uses Secure ADS on tcp_port; without a value, plain ADS.
@@ -58,7 +58,9 @@ struct ClientOptions {
 /// Why connect() failed or a connection ended, as text for the operator.
 struct LinkError {
   ErrorCode code = ErrorCode::link_down;
-  std::string message;
+  std::string message{};
+  /// The time since the last response to a request, if the connection ended because of its silence.
+  std::chrono::nanoseconds silent_for{};
 };
 
 /// Runs on the one executor that it was given; not thread-safe.

@@ -44,7 +44,12 @@ void Exchange::send(std::uint16_t port, Command command, BytesView payload) {
 
 void Exchange::time_out(Id id) {
   ++counters_.timeouts;
-  ++silent_timeouts_;
+  if (const auto found = on_wire_.find(id); found != on_wire_.end()) {
+    timed_out_.emplace_back(id, found->second);
+    if (timed_out_.size() > most_timed_out) {
+      timed_out_.pop_front();
+    }
+  }
   finish(id);
 }
 
@@ -58,7 +63,6 @@ void Exchange::give_up(Id id) {
 }
 
 std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
-  silent_timeouts_ = 0;
   const auto& header = packet.header;
   if (!header.is_response()) {
     answer(packet);
@@ -67,6 +71,7 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
   const auto found = on_wire_.find(header.invoke_id);
   if (found == on_wire_.end()) {
     ++counters_.late;
+    answers_ += answers_late(header) ? 1U : 0U;
     return std::nullopt;
   }
   const Address peer{target_, found->second.port};
@@ -75,6 +80,7 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
     ++counters_.foreign;
     return std::nullopt;
   }
+  ++answers_;
   adapt_window(outcome_of(packet));
   finish(header.invoke_id);
   if (header.error != ErrorCode::none) {
@@ -83,13 +89,20 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
   return Completion{header.invoke_id, Bytes(packet.data.begin(), packet.data.end())};
 }
 
+bool Exchange::answers_late(const Header& header) {
+  return std::erase_if(timed_out_, [&](const auto& request) {
+           const auto& [id, asked] = request;
+           return id == header.invoke_id && header.command == asked.command &&
+                  header.source == Address{target_, asked.port} && header.target == source_;
+         }) > 0;
+}
+
 bool Exchange::notifies(const Packet& packet) {
   const auto& header = packet.header;
   if (header.command != Command::notification || header.is_response() ||
       header.source.net_id != target_ || header.target != source_) {
     return false;
   }
-  silent_timeouts_ = 0;
   ++counters_.notifications;
   return true;
 }
@@ -106,7 +119,7 @@ std::vector<Exchange::Id> Exchange::lose_link() {
   on_wire_.clear();
   waiting_.clear();
   static_cast<void>(output_.take());
-  silent_timeouts_ = 0;
+  timed_out_.clear();
   window_ = max_window_;
   return pending;
 }

@@ -13,6 +13,7 @@
 #include <deque>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "cnc/ads/device.hpp"
@@ -56,7 +57,7 @@ class Exchange {
   Id begin(std::uint16_t port, Command command, BytesView payload);
   /// Sends a request at once and ignores its response.
   void send(std::uint16_t port, Command command, BytesView payload);
-  /// The request timed out; a later response is dropped.
+  /// The request timed out; a later response is dropped, but counts for answers().
   void time_out(Id id);
   /// Adds the response time of a request to the counters.
   void answered_after(std::chrono::nanoseconds time);
@@ -75,8 +76,10 @@ class Exchange {
 
   /// Whole frames, in the order in which to send them.
   [[nodiscard]] Bytes take_output();
-  /// Timeouts since the last frame of the peer.
-  [[nodiscard]] std::size_t silent_timeouts() const { return silent_timeouts_; }
+  /// Responses to requests of this connection, in time or after their timeout. Nothing else proves
+  /// that the controller lives: its router, or a proxy, sends requests, notifications, mirrored
+  /// frames and responses for earlier clients also while the controller answers nothing.
+  [[nodiscard]] std::uint64_t answers() const { return answers_; }
   [[nodiscard]] const ClientCounters& counters() const { return counters_; }
 
  private:
@@ -90,8 +93,11 @@ class Exchange {
     Bytes frame;
   };
 
+  static constexpr std::size_t most_timed_out = 256;
+
   void fill_window();
   void finish(Id id);
+  [[nodiscard]] bool answers_late(const Header& header);
   void adapt_window(ErrorCode outcome);
   void answer(const Packet& request);
 
@@ -101,8 +107,10 @@ class Exchange {
   std::size_t window_;
   Id next_id_;
   std::size_t answers_since_change_ = 0;
-  std::size_t silent_timeouts_ = 0;
+  std::uint64_t answers_ = 0;
   std::unordered_map<Id, OnWire> on_wire_;
+  /// The last requests that timed out on the wire.
+  std::deque<std::pair<Id, OnWire>> timed_out_;
   std::deque<Waiting> waiting_;
   ByteWriter output_;
   ClientCounters counters_;

@@ -147,7 +147,7 @@ LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
   }
   if (end.cause == LinkEnd::Cause::silent) {
     return {ErrorCode::timeout,
-            fmt::format("{} has not answered {}: connection given up", peer(options), end.detail)};
+            fmt::format("{} {}; connection given up", peer(options), end.detail), end.silent_for};
   }
   return {ErrorCode::link_lost,
           fmt::format(

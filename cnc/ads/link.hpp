@@ -18,8 +18,10 @@ namespace millrace::cnc::ads {
 struct LinkEnd {
   enum class Cause { closed_by_peer, broken_protocol, silent, closed_by_us };
   Cause cause = Cause::closed_by_us;
-  /// The error text of the system or of the codec, or the unanswered request.
-  std::string detail;
+  /// The error text of the system or of the codec, or what the peer has not answered.
+  std::string detail{};
+  /// The time since its last response, if it is silent.
+  std::chrono::nanoseconds silent_for{};
 };
 
 struct LinkHandlers {

@@ -1,5 +1,6 @@
 #include "cnc/ads/requester.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <optional>
 #include <random>
@@ -15,6 +16,9 @@ namespace {
 
 namespace asio = boost::asio;
 using base::loop::quietly;
+
+/// Enough to receive what has arrived.
+constexpr std::chrono::milliseconds receive_first{100};
 
 }  // namespace
 
@@ -55,7 +59,7 @@ class Requester::Place {
 Requester::Requester(asio::any_io_executor executor, const ClientOptions& options)
     : executor_(std::move(executor)),
       timeout_(options.timeout),
-      silent_timeouts_(options.silent_timeouts),
+      silence_check_(executor_),
       max_frame_(options.max_frame),
       exchange_(options.source, options.target, options.in_flight, std::random_device{}()) {}
 
@@ -67,6 +71,7 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
   }
   Waiter waiter{asio::steady_timer(self->executor_, self->timeout_), std::nullopt,
                 std::chrono::steady_clock::now()};
+  const std::uint64_t answers_before = self->exchange_.answers();
   const auto id = self->exchange_.begin(port, command, payload);
   const Place place(*self, id, waiter);
   self->flush();
@@ -77,17 +82,20 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
   if (interrupted) {
     co_return tl::make_unexpected(ErrorCode::cancelled);
   }
-  self->time_out(id);
+  self->time_out(id, answers_before);
   co_return tl::make_unexpected(ErrorCode::timeout);
 }
 
 void Requester::open(Transport transport) {
   assert(!link_);
   link_ = std::make_shared<Link>(std::move(transport), max_frame_, handlers());
+  answered_at_ = in_time_at_ = std::chrono::steady_clock::now();
   link_->start();
 }
 
 void Requester::close() {
+  silence_check_.cancel();
+  examined_ = false;
   if (const auto link = std::exchange(link_, nullptr)) {
     link->close();
   }
@@ -140,8 +148,13 @@ void Requester::receive(const Packet& packet) {
     }
     return;
   }
+  const std::uint64_t answers_before = exchange_.answers();
   auto completion = exchange_.receive(packet);
+  if (exchange_.answers() != answers_before) {
+    answered_at_ = std::chrono::steady_clock::now();
+  }
   if (completion) {
+    in_time_at_ = answered_at_;
     const auto waiter = waiters_.extract(completion->id);
     assert(!waiter.empty());
     exchange_.answered_after(std::chrono::steady_clock::now() - waiter.mapped()->asked);
@@ -164,14 +177,40 @@ void Requester::end(const LinkEnd& how) {
   }
 }
 
-void Requester::time_out(Exchange::Id id) {
+void Requester::time_out(Exchange::Id id, std::uint64_t answers_before) {
   waiters_.erase(id);
   exchange_.time_out(id);
   flush();
-  const auto silent = exchange_.silent_timeouts();
-  if (link_ && silent_timeouts_ > 0 && silent >= silent_timeouts_) {
-    end({LinkEnd::Cause::silent,
-         fmt::format("{} requests in a row of {} ms each", silent, timeout_.count())});
+  answers_before_ = std::max(answers_before_, answers_before);
+  if (!link_ || examined_) {
+    return;
+  }
+  // This process may have stood still: what has arrived meanwhile is received first.
+  examined_ = true;
+  silence_check_.expires_after(receive_first);
+  silence_check_.async_wait([weak = weak_from_this()](const boost::system::error_code& cancelled) {
+    const auto self = weak.lock();
+    if (self && !cancelled) {
+      self->end_if_silent();
+    }
+  });
+}
+
+void Requester::end_if_silent() {
+  examined_ = false;
+  const auto now = std::chrono::steady_clock::now();
+  const auto seconds = [now](std::chrono::steady_clock::time_point since) {
+    return std::chrono::duration<double>(now - since).count();
+  };
+  if (exchange_.answers() == answers_before_) {
+    end({.cause = LinkEnd::Cause::silent,
+         .detail = fmt::format("does not answer: no response for {:.1f} s", seconds(answered_at_)),
+         .silent_for = now - answered_at_});
+  } else if (now - in_time_at_ >= 3 * timeout_) {
+    end({.cause = LinkEnd::Cause::silent,
+         .detail = fmt::format("answers too late: no response within {} ms for {:.1f} s",
+                               timeout_.count(), seconds(in_time_at_)),
+         .silent_for = now - in_time_at_});
   }
 }
 

@@ -7,10 +7,14 @@
 // Exchange assigns responses to requests; Link moves the bytes.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <unordered_map>
 #include <vector>
+
+#include <boost/asio/steady_timer.hpp>
 
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/link.hpp"
@@ -62,11 +66,19 @@ class Requester : public std::enable_shared_from_this<Requester> {
   void receive(const Packet& packet);
   void flush();
   void end(const LinkEnd& end);
-  void time_out(Exchange::Id id);
+  void time_out(Exchange::Id id, std::uint64_t answers_before);
+  void end_if_silent();
 
   boost::asio::any_io_executor executor_;
   std::chrono::milliseconds timeout_;
-  std::size_t silent_timeouts_;
+  /// The last response to a request, in time or late, and the last one in time; the begin of the
+  /// connection before that.
+  std::chrono::steady_clock::time_point answered_at_{};
+  std::chrono::steady_clock::time_point in_time_at_{};
+  /// Runs while timeouts are examined; the responses when the newest of their requests was made.
+  boost::asio::steady_timer silence_check_;
+  bool examined_ = false;
+  std::uint64_t answers_before_ = 0;
   std::size_t max_frame_;
   Exchange exchange_;
   std::unordered_map<Exchange::Id, Waiter*> waiters_;

@@ -158,9 +158,9 @@ void Core::on_link_up(const std::string& machine, const machines::Channels& chan
   finish();
 }
 
-void Core::on_link_down(const std::string& machine, const std::string& reason) {
+void Core::on_link_down(const std::string& machine, const machines::LinkLoss& loss) {
   enter();
-  machines_.on_link_down(machine, reason, now_);
+  machines_.on_link_down(machine, loss, now_);
   finish();
 }
 

@@ -89,7 +89,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
 
   // Events of the links.
   void on_link_up(const std::string& machine, const machines::Channels& channels) override;
-  void on_link_down(const std::string& machine, const std::string& reason) override;
+  void on_link_down(const std::string& machine, const machines::LinkLoss& loss) override;
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override;
   void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,

@@ -155,16 +155,17 @@ void Machines::on_link_up(const std::string& machine, const Channels& channels, 
   }
 }
 
-void Machines::on_link_down(const std::string& machine, const std::string& reason, Moment now) {
+void Machines::on_link_down(const std::string& machine, const machines::LinkLoss& loss,
+                            Moment now) {
   if (Machine* one = find_linked(machine)) {
     one->connected()->found.reset();
     one->connected()->served.clear();
     one->subscriptions.link_down();
     if (one->refusal.empty()) {
-      one->status_writer.on_down(reason, now);
+      one->status_writer.on_down(loss.reason, now, loss.silent_for);
     }
-    values_of(*one).on_down(reason, now);
-    listener_.on_lost(machine, reason);
+    values_of(*one).on_down(loss.reason, now);
+    listener_.on_lost(machine, loss.reason);
     publish(*one);
   }
 }

@@ -88,7 +88,7 @@ class Machines {
 
   // Events of the links, also of one that was closed a moment ago.
   void on_link_up(const std::string& machine, const Channels& channels, Moment now);
-  void on_link_down(const std::string& machine, const std::string& reason, Moment now);
+  void on_link_down(const std::string& machine, const machines::LinkLoss& loss, Moment now);
   /// Called before any other part sees the read.
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now);
   void on_subscribed(const std::string& machine,

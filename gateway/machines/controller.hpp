@@ -43,6 +43,16 @@ struct Answer {
   bool sums = true;
 };
 
+/// Why a connection could not be made, or has ended.
+struct LinkLoss {
+  LinkLoss(std::string the_reason, std::chrono::nanoseconds without_response = {})
+      : reason(std::move(the_reason)), silent_for(without_response) {}
+  /// For people.
+  std::string reason;
+  /// The time since the last response of the controller, if that is the reason.
+  std::chrono::nanoseconds silent_for;
+};
+
 /// Never called from within a function of the link. The link may be gone when a call returns, so
 /// what is handed in must not be a part of it.
 class ControllerEvents {
@@ -52,7 +62,7 @@ class ControllerEvents {
   virtual void on_link_up(const std::string& machine,
                           const std::vector<std::uint16_t>& channels) = 0;
   /// Every read and write is answered before the link comes up again.
-  virtual void on_link_down(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_link_down(const std::string& machine, const LinkLoss& loss) = 0;
   virtual void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) = 0;
   /// `reason` is empty if the link is gone, which on_link_down explains.
   virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;

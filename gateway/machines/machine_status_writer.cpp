@@ -18,9 +18,10 @@ void MachineStatusWriter::on_up(std::size_t channels, fabric::WatchMode watch,
   status_.channels = static_cast<std::uint16_t>(channels);
 }
 
-void MachineStatusWriter::on_down(const std::string& reason, Moment now) {
+void MachineStatusWriter::on_down(const std::string& reason, Moment now,
+                                  std::chrono::nanoseconds silent_for) {
   if (status_.connected || status_.since == fabric::Time{}) {
-    status_.since = now.wall;
+    status_.since = now.wall - silent_for;
   }
   status_.connected = false;
   status_.watch = fabric::WatchMode::none;

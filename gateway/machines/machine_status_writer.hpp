@@ -31,7 +31,9 @@ class MachineStatusWriter {
   /// `note` is what is missing nevertheless: channels that others serve.
   void on_up(std::size_t channels, fabric::WatchMode watch, const std::string& note, Moment now);
   /// Also when the link does not come up, or is not wanted; `reason` may change.
-  void on_down(const std::string& reason, Moment now);
+  /// `silent_for` is the time since the last response, if the link is lost because of that: the
+  /// machine is down since then.
+  void on_down(const std::string& reason, Moment now, std::chrono::nanoseconds silent_for = {});
   /// Counters that fall belong to a new link.
   void on_load(const LinkLoad& load, SteadyTime now);
   void claim(fabric::Time since, std::vector<std::uint16_t> channels);

@@ -77,9 +77,9 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
   }
 
-  /// Waits until the link ends; then `down_reason` has the reason.
+  /// Waits until the link ends; then `loss` has the reason.
   asio::awaitable<void> wait_for_the_end() {
-    while (!stopped && !down_reason) {
+    while (!stopped && !loss) {
       timer.expires_at(asio::steady_timer::time_point::max());
       boost::system::error_code ignored;
       co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
@@ -119,7 +119,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
 
   /// Returns how long there was a link.
   asio::awaitable<std::chrono::nanoseconds> serve_once() {
-    down_reason.reset();
+    loss.reset();
     const auto connected = co_await client.connect();
     if (stopped) {
       co_return std::chrono::nanoseconds(0);
@@ -153,9 +153,9 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     co_await wait_for_the_end();
     const auto lasted = std::chrono::steady_clock::now() - up_since;
     if (!stopped) {
-      log->warn("{}: link down: {}", settings.name, *down_reason);
-      last_warning = *down_reason;
-      events.on_link_down(settings.name, *down_reason);
+      log->warn("{}: link down: {}", settings.name, loss->reason);
+      last_warning = loss->reason;
+      events.on_link_down(settings.name, *loss);
     }
     co_return lasted;
   }
@@ -174,7 +174,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     if (last_warning != reason) {
       last_warning = reason;
       log->warn("{}: {}; trying again", settings.to_string(), reason);
-      events.on_link_down(settings.name, reason);
+      events.on_link_down(settings.name, machines::LinkLoss(reason));
     }
   }
 
@@ -280,7 +280,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   std::uint64_t connections = 0;
   asio::steady_timer timer;
   BackOff back_off;
-  std::optional<std::string> down_reason;
+  std::optional<machines::LinkLoss> loss;
   std::string last_warning;
   bool stopped = false;
 };
@@ -290,7 +290,7 @@ AdsController::AdsController(asio::any_io_executor executor, settings::MachineSe
     : impl_(std::make_shared<Impl>(std::move(executor), std::move(settings), events,
                                    std::move(log))) {
   impl_->client.on_down([impl = impl_.get()](const cnc::ads::LinkError& error) {
-    impl->down_reason = error.message;
+    impl->loss.emplace(error.message, error.silent_for);
     impl->timer.cancel();
   });
 }

@@ -1,5 +1,6 @@
 #include "tests/failures/ads_proxy.hpp"
 
+#include <algorithm>
 #include <array>
 #include <condition_variable>
 #include <cstring>
@@ -82,6 +83,8 @@ struct Connection {
   bool answered = false;
   /// The proxy forwards nothing in either direction.
   bool silent = false;
+  /// The last frame of the gateway.
+  std::string last_frame{};
   std::thread to_controller;
   std::thread to_gateway;
 
@@ -104,10 +107,13 @@ struct AdsProxy::Impl {
   bool held = false;
   bool ending = false;
   Order order = Order::none;
+  std::optional<Chatter> chatter;
   std::list<Connection> connections;
+  std::thread chatterer;
   std::thread acceptor;
 
   void accept();
+  void send_chatter();
   void pass_to_controller(Connection& connection);
   void pass_to_gateway(Connection& connection);
   bool pass(Connection& connection, const std::string& frame);
@@ -177,7 +183,7 @@ void AdsProxy::Impl::pass_to_gateway(Connection& connection) {
     if (connection.deaf || connection.silent) {
       connection.answered = true;
       changed.notify_all();
-    } else {
+    } else if (!chatter) {
       send_all(connection.gateway, {buffer.data(), static_cast<std::size_t>(got)});
     }
   }
@@ -193,10 +199,41 @@ void AdsProxy::Impl::pass_to_gateway(Connection& connection) {
   }
 }
 
+void AdsProxy::Impl::send_chatter() {
+  constexpr std::size_t addresses = 16;
+  constexpr std::size_t net_id = 6;
+  std::unique_lock lock(mutex);
+  while (!changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return ending; })) {
+    for (const Connection& connection : connections) {
+      if (!chatter || connection.last_frame.size() < command_at + addresses) {
+        continue;
+      }
+      std::string frame = connection.last_frame;
+      if (*chatter != Chatter::mirrored_frames) {
+        // From the controller to the gateway: their addresses change places.
+        const bool notifies = *chatter == Chatter::notifications;
+        frame = frame.substr(0, tcp_header + 32);
+        const std::uint32_t length = 32;
+        std::memcpy(frame.data() + 2, &length, sizeof length);
+        std::swap_ranges(frame.begin() + tcp_header, frame.begin() + tcp_header + 8,
+                         frame.begin() + tcp_header + 8);
+        if (!notifies) {
+          const std::uint16_t router_port = 10000;
+          std::memcpy(frame.data() + tcp_header + net_id, &router_port, sizeof router_port);
+        }
+        frame[command_at] = notifies ? 8 : 4;
+        std::memset(frame.data() + tcp_header + 20, 0, 8);
+      }
+      send_all(connection.gateway, frame);
+    }
+  }
+}
+
 /// False if the connection is over.
 bool AdsProxy::Impl::pass(Connection& connection, const std::string& frame) {
   std::unique_lock lock(mutex);
-  if (connection.silent) {
+  connection.last_frame = frame;
+  if (connection.silent || chatter) {
     return true;
   }
   if (spot && matches(*spot, frame) && --spot->occurrence == 0) {
@@ -237,6 +274,7 @@ AdsProxy::AdsProxy(Sees sees) : impl_(std::make_unique<Impl>()) {
   }
   impl_->port = ntohs(address.sin_port);
   impl_->acceptor = std::thread([this] { impl_->accept(); });
+  impl_->chatterer = std::thread([this] { impl_->send_chatter(); });
 }
 
 AdsProxy::~AdsProxy() {
@@ -250,6 +288,7 @@ AdsProxy::~AdsProxy() {
   }
   ::shutdown(impl_->listener, SHUT_RDWR);
   impl_->acceptor.join();
+  impl_->chatterer.join();
   ::close(impl_->listener);
   for (Connection& connection : impl_->connections) {
     connection.to_controller.join();
@@ -292,6 +331,15 @@ void AdsProxy::go_silent() {
 }
 void AdsProxy::go_silent_after() {
   impl_->command(Order::silence_after);
+}
+
+void AdsProxy::answer_nothing(Chatter chatter) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chatter = chatter;
+}
+void AdsProxy::answer() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chatter.reset();
 }
 
 }  // namespace millrace::tests

@@ -71,6 +71,20 @@ class AdsProxy {
   /// The same, after the controller has executed the frame.
   void go_silent_after();
 
+  /// What a path that answers nothing sends instead, every 0.2 s.
+  enum class Chatter {
+    /// Requests for the state of the gateway's AMS port 10000, as TwinCAT routers send them.
+    state_requests,
+    /// The gateway's own frames, as they were sent.
+    mirrored_frames,
+    /// Device notifications of the gateway's controller; those of the controller pass, too.
+    notifications,
+  };
+  /// From now on, in each connection: the controller gets no frame, and no response passes.
+  void answer_nothing(Chatter chatter);
+  /// Connections are healthy again.
+  void answer();
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -1,4 +1,7 @@
 // The connection between gateway and controller is broken at each frame that matters.
+#include <array>
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "tests/failures/line.hpp"
@@ -83,6 +86,30 @@ INSTANTIATE_TEST_SUITE_P(Slow, AStall,
                                          Break{"OfTheRelease", before_release, nullptr},
                                          Break{"OfSecureAds", running, nullptr, true}),
                          [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+
+/// Its frames do not count: a path that answers nothing cannot serve a call.
+class AControllerThatOnlySeemsAlive : public testing::TestWithParam<AdsProxy::Chatter> {};
+
+TEST_P(AControllerThatOnlySeemsAlive, IsDownWithinThreeSecondsAndNoCallIsLost) {
+  Line sut({.point = Point::running});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.proxy().answer_nothing(GetParam());
+  sut.gateway().await_error("link down: [^ ]+ does not answer: no response for 2\\.[0-9] s");
+  sut.proxy().answer();
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
+std::string name_of(const testing::TestParamInfo<AdsProxy::Chatter>& sent) {
+  constexpr std::array names{"StateRequests", "MirroredFrames", "Notifications"};
+  return names.at(static_cast<std::size_t>(sent.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(ThatSends, AControllerThatOnlySeemsAlive,
+                         testing::Values(AdsProxy::Chatter::state_requests,
+                                         AdsProxy::Chatter::mirrored_frames,
+                                         AdsProxy::Chatter::notifications),
+                         name_of);
 
 }  // namespace
 }  // namespace millrace::tests::failures

@@ -29,6 +29,7 @@ struct AdsLink::Request {
   /// The gateway knows the result.
   bool settled = false;
   std::uint64_t connection = 0;
+  std::uint64_t answers_before = 0;
   std::uint64_t controller_life = 0;
 };
 
@@ -130,7 +131,7 @@ void AdsLink::wait_and_connect() {
 
 void AdsLink::came_up() {
   up_ = true;
-  silent_timeouts_ = 0;
+  answered_in_time_ = process_.agenda().now();
   controller_life_ = controller_.life();
   last_execution_ = process_.agenda().now();
   up_since_ = process_.agenda().now();
@@ -223,6 +224,7 @@ void AdsLink::ask(Work work) {
 
 void AdsLink::send(const RequestPointer& request) {
   request->connection = connection_;
+  request->answers_before = answers_;
   request->controller_life = controller_life_;
   request->dropped = conditions_.silent || random_.chance(conditions_.lost);
   request->refused = random_.chance(conditions_.refused);
@@ -242,8 +244,8 @@ void AdsLink::send(const RequestPointer& request) {
 
 namespace {
 
-/// cnc/ads/client.hpp
-constexpr unsigned most_silent_timeouts = 3;
+/// Without a response in time; cnc/ads/client.hpp.
+constexpr Time longest_without_response = 3 * timeout;
 
 void put(gateway::ServiceSnapshot& snapshot, Variable variable, gateway::Value value) {
   switch (variable) {
@@ -398,11 +400,15 @@ void AdsLink::answer(const RequestPointer& request, Time delay) {
 }
 
 void AdsLink::answered(const RequestPointer& request) {
-  if (request->settled || conditions_.silent) {
+  if (conditions_.silent || request->connection != connection_) {
+    return;
+  }
+  ++answers_;
+  if (request->settled) {
     return;
   }
   request->settled = true;
-  silent_timeouts_ = 0;
+  answered_in_time_ = process_.agenda().now();
   std::erase(pending_, request);
   if (request->work) {
     request->work->told(request->refused ? "the controller refuses it" : "");
@@ -427,7 +433,8 @@ void AdsLink::timed_out(const RequestPointer& request) {
   }
   request->settled = true;
   std::erase(pending_, request);
-  const bool too_silent = ++silent_timeouts_ >= most_silent_timeouts;
+  const bool too_silent = answers_ == request->answers_before ||
+                          process_.agenda().now() - answered_in_time_ >= longest_without_response;
   fail(*request, true);
   if (too_silent && !abandoned_) {
     cut("it does not answer any more");

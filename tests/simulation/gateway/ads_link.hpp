@@ -170,7 +170,9 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   std::uint64_t connection_ = 0;
   std::uint64_t controller_life_ = 0;
   Time last_execution_{};
-  unsigned silent_timeouts_ = 0;
+  /// Responses of the controller, also after their timeout.
+  std::uint64_t answers_ = 0;
+  Time answered_in_time_{};
   /// Requests that the gateway waits for, and those that the controller has not executed.
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;

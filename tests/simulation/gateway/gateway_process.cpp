@@ -282,8 +282,9 @@ void GatewayProcess::on_link_up(const std::string& machine,
   core_->on_link_up(machine, channels);
 }
 
-void GatewayProcess::on_link_down(const std::string& machine, const std::string& reason) {
-  core_->on_link_down(machine, reason);
+void GatewayProcess::on_link_down(const std::string& machine,
+                                  const gateway::machines::LinkLoss& loss) {
+  core_->on_link_down(machine, loss);
 }
 
 void GatewayProcess::on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) {

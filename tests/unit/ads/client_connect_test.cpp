@@ -143,21 +143,66 @@ TEST_F(ClientConnect, EndsTheLinkForAnImpossibleLength) {
   EXPECT_THAT(downs[0].message, HasSubstr("announces 4294967295 bytes"));
 }
 
-TEST_F(ClientConnect, GivesUpASilentLink) {
-  options.timeout = 20ms;
-  options.silent_timeouts = 2;
-  auto connected = start(make_client().connect());
-  auto peer = accept();
-  send(peer, response_to(*receive(peer), encode_state(DeviceState{5, 0})));
-  finish(connected);
+TEST_F(ClientConnect, GivesUpAConnectionThatDoesNotAnswerARequestWhateverElseItSends) {
+  options.timeout = 300ms;
+  auto peer = establish();
   watch_downs();
-  EXPECT_EQ(finish(start_read()).error(), ErrorCode::timeout);
-  EXPECT_TRUE(sut->up());
-  EXPECT_EQ(finish(start_read()).error(), ErrorCode::timeout);
+  auto read = start_read();
+  const Bytes ours = *receive(peer);
+  const Address router{options.target, 10000};
+  const Address device{options.target, 552};
+  Bytes frames = ours;
+  for (const auto& [from, command] :
+       {std::pair(router, Command::read_state), {device, Command::notification}}) {
+    const Bytes frame = encode_packet(
+        {options.source, from, command, flags::ads_command, ErrorCode::none, 77}, Bytes(12, 0));
+    frames.insert(frames.end(), frame.begin(), frame.end());
+  }
+  send(peer, frames);
+  EXPECT_EQ(finish(read).error(), ErrorCode::timeout);
+  ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
   EXPECT_FALSE(sut->up());
-  ASSERT_THAT(downs, SizeIs(1));
-  EXPECT_THAT(downs[0].message, HasSubstr("has not answered 2 requests in a row"));
-  EXPECT_EQ(sut->counters().timeouts, 2U);
+  EXPECT_THAT(downs[0].message, HasSubstr("does not answer: no response for 0."));
+  EXPECT_GE(downs[0].silent_for, 300ms);
+  EXPECT_EQ(sut->counters().notifications, 1U);
+}
+
+TEST_F(ClientConnect, KeepsAConnectionThatHasAnsweredALaterRequest) {
+  options.timeout = 300ms;
+  auto peer = establish();
+  watch_downs();
+  auto lost = start_read();
+  receive(peer);
+  auto answered = start_read();
+  send(peer, response_to(*receive(peer), encode_data(Bytes{1})));
+  EXPECT_TRUE(finish(answered));
+  EXPECT_EQ(finish(lost).error(), ErrorCode::timeout);
+  // The examination of the time-out is over before the next one begins.
+  auto next = start_read();
+  receive(peer);
+  EXPECT_TRUE(sut->up());
+  EXPECT_THAT(downs, IsEmpty());
+  EXPECT_EQ(finish(next).error(), ErrorCode::timeout);
+  ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
+}
+
+TEST_F(ClientConnect, KeepsAConnectionWhoseResponseIsLateOnceButNotOneThatIsAlwaysLate) {
+  options.timeout = 200ms;
+  auto peer = establish();
+  watch_downs();
+  int late = 0;
+  while (downs.empty()) {
+    auto read = start_read();
+    const auto request = receive(peer);
+    ASSERT_TRUE(request);
+    EXPECT_FALSE(finish(read));
+    send(peer, response_to(*request, encode_data(Bytes{1})));
+    ASSERT_TRUE(tests::run_until(
+        io, [&] { return !downs.empty() || sut->counters().late > static_cast<unsigned>(late); }));
+    ++late;
+  }
+  EXPECT_GE(late, 3);
+  EXPECT_THAT(downs[0].message, HasSubstr("answers too late: no response within 200 ms for 0."));
 }
 
 TEST_F(ClientConnect, RepeatsNothingOnTheNextLink) {

@@ -179,14 +179,58 @@ TEST(Exchange, DropsMirroredFramesNotificationsAndFramesForOthers) {
   EXPECT_EQ(sut.counters().foreign, 4U);
 }
 
-TEST(Exchange, CountsTimeoutsUntilThePeerAnswersAgain) {
+TEST(Exchange, CountsEachResponseOfTheControllerOnceInTimeOrLate) {
   auto sut = make();
-  sut.time_out(sut.begin(552, Command::read, {}));
+  const auto in_time = sut.begin(552, Command::read, {});
   const auto late = sut.begin(552, Command::read, {});
   sut.time_out(late);
-  EXPECT_EQ(sut.silent_timeouts(), 2U);
+  EXPECT_EQ(sut.answers(), 0U);
+  sut.receive({response(in_time), good});
+  EXPECT_EQ(sut.answers(), 1U);
   sut.receive({response(late), good});
-  EXPECT_EQ(sut.silent_timeouts(), 0U);
+  EXPECT_EQ(sut.answers(), 2U);
+  sut.receive({response(late), good});
+  EXPECT_EQ(sut.answers(), 2U);
+}
+
+TEST(Exchange, TakesNoOtherFrameForAnAnswer) {
+  auto sut = make();
+  const auto pending = sut.begin(552, Command::read, {});
+  const auto late = sut.begin(552, Command::read, {});
+  sut.time_out(late);
+  const auto not_sent = static_cast<Exchange::Id>(late + 1);
+  std::vector<Header> frames{request_to_us(Command::read_state), request_to_us(Command::read),
+                             response(not_sent), response(first_id - 1)};
+  for (const auto id : {pending, late}) {
+    // Our own frame, sent back as it was or as a response.
+    frames.push_back({controller, us, Command::read, flags::ads_command, ErrorCode::none, id});
+    frames.push_back(
+        {controller, us, Command::read, flags::ads_command | flags::response, ErrorCode::none, id});
+    frames.push_back(response(id, Command::write));
+    frames.push_back(response(id));
+    frames.back().source.port = 10000;
+    frames.push_back(response(id));
+    frames.back().source.net_id = us.net_id;
+    frames.push_back(response(id));
+    frames.back().target.port = 1;
+  }
+  for (const Header& header : frames) {
+    EXPECT_FALSE(sut.receive({header, good}));
+  }
+  const Address state_port{controller.net_id, 552};
+  EXPECT_TRUE(sut.notifies(
+      {{us, state_port, Command::notification, flags::ads_command, ErrorCode::none, 0}, good}));
+  sut.receive_router_frame();
+  EXPECT_EQ(sut.answers(), 0U);
+}
+
+TEST(Exchange, TakesNoResponseToAnEarlierConnectionForAnAnswer) {
+  auto sut = make();
+  const auto late = sut.begin(552, Command::read, {});
+  sut.time_out(late);
+  static_cast<void>(sut.lose_link());
+  sut.receive({response(late), good});
+  EXPECT_EQ(sut.answers(), 0U);
 }
 
 }  // namespace

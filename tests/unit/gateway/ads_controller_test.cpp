@@ -73,9 +73,9 @@ class AdsControllerTest : public testing::Test, public machines::ControllerEvent
     EXPECT_EQ(machine, "cnc");
     up.push_back(channels);
   }
-  void on_link_down(const std::string& machine, const std::string& reason) override {
+  void on_link_down(const std::string& machine, const machines::LinkLoss& loss) override {
     EXPECT_EQ(machine, "cnc");
-    down.push_back(reason);
+    down.push_back(loss.reason);
   }
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override {
     EXPECT_EQ(key.channel, snapshot.request_state);

@@ -222,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
         Input{"tell_load", [](Core& core) { core.publish_load(); }},
         Input{"on_other_event", [](Core& core) { core.on_other_event(); }},
         Input{"on_link_up", [](Core& core) { core.on_link_up("cnc", {1}); }},
-        Input{"on_link_down", [](Core& core) { core.on_link_down("cnc", "cable"); }},
+        Input{"on_link_down", [](Core& core) { core.on_link_down("cnc", {"cable"}); }},
         Input{"on_read", [](Core& core) { core.on_read(first_channel, {}); }},
         Input{"on_read_failed", [](Core& core) { core.on_read_failed(first_channel, "refused"); }},
         Input{"on_write",

@@ -450,6 +450,12 @@ TEST_F(MachineStatusWriterTest, ReportsWhyTheLinkIsDownAndSinceWhen) {
   EXPECT_EQ(news->watch, none);
 }
 
+TEST_F(MachineStatusWriterTest, ReportsASilentControllerAsDownSinceItsLastResponse) {
+  sut.on_up(1, polled, "", moment(1s));
+  sut.on_down("does not answer", moment(60s), 2100ms);
+  EXPECT_EQ(sut.status().since, fabric::Time(57900ms));
+}
+
 TEST_F(MachineStatusWriterTest, ReportsEachStateOnce) {
   sut.on_up(2, polled, "", moment(1s));
   EXPECT_TRUE(sut.take_change());

@@ -137,7 +137,7 @@ class QueueFixture : public core::RecordedPorts {
 
   /// The controller notifies a change of the queue.
   void tell() { core->on_queue_event(key); }
-  void switch_controller_off() { core->on_link_down("press", "switched off"); }
+  void switch_controller_off() { core->on_link_down("press", {"switched off"}); }
 
   /// Kills and restarts the service, without its memory; its calls go to the new instance.
   void kill_service() {

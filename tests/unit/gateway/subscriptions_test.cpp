@@ -464,7 +464,7 @@ TEST_F(SubscribedMachine, AWriteThatNoReadShowsHasChangedNothing) {
 
 TEST_F(SubscribedMachine, IsSubscribedAgainOnANewLink) {
   be_trusted();
-  sut.on_link_down("cnc", "cable", time);
+  sut.on_link_down("cnc", {"cable"}, time);
   sut.on_link_up("cnc", {1, 2}, time);
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
   EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
