@@ -185,7 +185,7 @@ void Requester::time_out(Exchange::Id id, std::uint64_t answers_before) {
   if (!link_ || examined_) {
     return;
   }
-  // This process may have stood still: what has arrived meanwhile is received first.
+  // This process may have stood still: first it receives what has arrived.
   examined_ = true;
   silence_check_.expires_after(receive_first);
   silence_check_.async_wait([weak = weak_from_this()](const boost::system::error_code& cancelled) {
