@@ -30,6 +30,7 @@ struct Options {
   bool ask = false;
   std::vector<std::string> machines;
   std::filesystem::path journal;
+  bool no_journal = false;
   spdlog::level::level_enum log_level = spdlog::level::info;
 };
 
@@ -45,13 +46,19 @@ void add_options(CLI::App& app, Options& options) {
                  "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without --machine "
                  "and --config: the virtual CNC on this host, as machine cnc")
       ->allow_extra_args(false);
-  app.add_option("--journal", options.journal,
-                 "Folder of the journal, with which calls survive a restart of the gateway");
+  CLI::Option* const journal = app.add_option(
+      "--journal", options.journal,
+      "Folder of the journal, with which calls survive a restart of the gateway. "
+      "Default: $STATE_DIRECTORY, else millrace/gateway-DOMAIN in $XDG_STATE_HOME or "
+      "~/.local/state");
+  app.add_flag("--no-journal", options.no_journal,
+               "Keep no journal: when this gateway ends, calls may run twice or be lost")
+      ->excludes(journal);
   program::add_log_level(app, options.log_level);
 }
 
 /// Flags win over the file.
-Settings resolve(const Options& options) {
+Settings resolve(const Options& options, millrace::fabric::dds::ParticipantOptions join) {
   Settings settings;
   if (!options.config.empty()) {
     settings = millrace::gateway::settings::read_settings(options.config);
@@ -63,8 +70,17 @@ Settings resolve(const Options& options) {
     settings.machines.emplace_back();
   }
   millrace::gateway::settings::check_names(settings.machines);
+  settings.join = std::move(join);
+  settings.no_journal = options.no_journal || (settings.no_journal && options.journal.empty());
   if (!options.journal.empty()) {
     settings.journal.folder = options.journal;
+  }
+  if (settings.no_journal) {
+    settings.journal.folder.clear();
+  } else if (settings.journal.folder.empty() && !options.check) {
+    settings.journal.folder = millrace::gateway::settings::default_journal_folder(
+        millrace::gateway::settings::StateFolders::of_environment(), settings.join.fabric,
+        settings.join.domain);
   }
   return settings;
 }
@@ -140,7 +156,7 @@ class Reload {
       return;
     }
     try {
-      const Settings settings = resolve(options_);
+      const Settings settings = resolve(options_, join_);
       check_machines(settings.machines, join_);
       gateway_.change(settings);
       log_->info("configuration {} read again: {}", options_.config.string(),
@@ -195,8 +211,9 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   });
   warn_of_plain_ads(settings.machines, log);
   gateway.start();
-  program::ready(
-      fmt::format("serving {} on domain {}", list_of(settings.machines), settings.join.domain));
+  program::ready(fmt::format("serving {} on domain {}{}", list_of(settings.machines),
+                             settings.join.domain,
+                             settings.no_journal ? ", without a journal" : ""));
   spin.run(io, [] { return false; });
   log->info("ended by a signal");
   return program::exit_done;
@@ -210,8 +227,7 @@ int main(int argc, char** argv) {
   add_options(app, options);
   const millrace::fabric::profile::FabricFlags fabric(app, {.name = "millrace-gateway"});
   return program::run(app, argc, argv, [&] {
-    Settings settings = resolve(options);
-    settings.join = fabric.options();
+    const Settings settings = resolve(options, fabric.options());
     check_machines(settings.machines, settings.join);
     if (options.ask && !options.check) {
       throw program::UsageError("--ask needs --check");

@@ -68,8 +68,8 @@ Fd lock_folder(const std::filesystem::path& folder) {
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) {
       throw std::runtime_error(fmt::format(
-          "the journal folder {} is in use by another gateway; end it or choose another "
-          "folder",
+          "the journal folder {} is in use by another gateway; end that one, or choose another "
+          "folder with --journal",
           folder.string()));
     }
     fail(path, "locked");

@@ -1,5 +1,7 @@
 #include "gateway/settings/settings.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <set>
 
 #include <fmt/format.h>
@@ -177,12 +179,46 @@ Settings settings_of(const config::Gateway& config, const std::filesystem::path&
     settings.machines.push_back(reader.machine(config.machine(i), {{"machine", i}}));
   }
   settings.policies = policies_of(config, reader, mistakes);
+  mistakes.expect(
+      !config.journal().none() || !config.journal().has_folder(), {{"journal"}, {"none"}},
+      fmt::format("true beside folder: \"{}\"; expected one of both", config.journal().folder()));
+  settings.no_journal = config.journal().none();
   settings.journal.folder = config.journal().folder();
   settings.journal.sync = sync_of(config.journal().sync());
   return settings;
 }
 
 }  // namespace
+
+StateFolders StateFolders::of_environment() {
+  const auto value = [](const char* name) {
+    const char* const found = std::getenv(name);
+    return std::string(found == nullptr ? "" : found);
+  };
+  return {value("STATE_DIRECTORY"), value("XDG_STATE_HOME"), value("HOME")};
+}
+
+std::filesystem::path default_journal_folder(const StateFolders& folders, std::string_view fabric,
+                                             std::uint32_t domain) {
+  if (!folders.state_directory.empty()) {
+    return folders.state_directory.substr(0, folders.state_directory.find(':'));
+  }
+  std::string name = fmt::format("gateway-{}", domain);
+  if (fabric != fabric::dds::ParticipantOptions{}.fabric) {
+    name += fmt::format("-{}", fabric);
+    std::ranges::replace(name, '/', '_');
+  }
+  // A relative path is to be ignored (XDG Base Directory Specification).
+  if (folders.xdg_state_home.starts_with('/')) {
+    return std::filesystem::path(folders.xdg_state_home) / "millrace" / name;
+  }
+  if (folders.home.empty()) {
+    throw UsageError(
+        "there is no folder for the journal: STATE_DIRECTORY, XDG_STATE_HOME and HOME are not set; "
+        "name one with --journal, or --no-journal if calls need not survive this gateway");
+  }
+  return std::filesystem::path(folders.home) / ".local/state/millrace" / name;
+}
 
 std::string MachineSettings::to_string() const {
   return fmt::format("{} ({})", name, address());

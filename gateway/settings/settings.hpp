@@ -62,9 +62,28 @@ struct Settings {
   Policies policies;
   /// Not part of the file: from fabric.textproto.
   fabric::dds::ParticipantOptions join;
-  /// Empty folder = no file.
+  /// An empty folder is that of default_journal_folder(), unless there is to be no journal.
   journal::FileOptions journal;
+  bool no_journal = false;
 };
+
+/// Where a process keeps what survives it: the values of these environment variables, empty if
+/// they are not set.
+struct StateFolders {
+  /// STATE_DIRECTORY of systemd; of several, the first one counts.
+  std::string state_directory{};
+  std::string xdg_state_home{};
+  std::string home{};
+
+  static StateFolders of_environment();
+};
+
+/// The folder of the journal where no setting names one: `STATE_DIRECTORY`, which belongs to one
+/// unit, else millrace/gateway-DOMAIN-FABRIC below `XDG_STATE_HOME` or ~/.local/state. Not named
+/// after the machines: a gateway that gets one more keeps its calls.
+/// @throws base::program::UsageError if none of the variables is set
+std::filesystem::path default_journal_folder(const StateFolders& folders, std::string_view fabric,
+                                             std::uint32_t domain);
 
 /// Throws base::program::UsageError with file, line and column of every mistake and what was
 /// expected.

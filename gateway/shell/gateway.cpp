@@ -22,15 +22,19 @@ core::GatewayIdentity identity_of(const journal::Journal& journal) {
           journal.state().numbers().epoch};
 }
 
+constexpr std::string_view without_journal =
+    "when this gateway ends, a running call is dispatched again, also of a service that must not "
+    "run "
+    "twice, and an NC program whose response is being written goes on waiting";
+
 std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
                                                const settings::Settings& settings,
                                                const base::program::Log& log) {
-  if (!settings.journal.folder.empty()) {
+  if (!settings.no_journal) {
+    log->info("the journal is in {}", settings.journal.folder.string());
     return journal::open_file(executor, settings.journal, log);
   }
-  log->info(
-      "no journal (--journal DIR): if this gateway ends while it writes a response, that NC "
-      "program goes on waiting, and a running call is dispatched again with a new call id");
+  log->warn("no journal: {}", without_journal);
   return journal::in_memory(executor);
 }
 
@@ -159,6 +163,14 @@ void Gateway::start() {
     }
   }
   core_.start();
+  if (settings_.no_journal) {
+    // An alarm that cannot be written now is repeated with all others.
+    static_cast<void>(alarms_.raise(
+        {.key = {.kind = "no_journal"},
+         .level = fabric::AlarmLevel::warning,
+         .text = fmt::format("no journal: {}", without_journal),
+         .advice = "start it without --no-journal, and without none: true in its configuration"}));
+  }
   warn_of_queues();
   heartbeat();
   publish_load();
@@ -172,10 +184,9 @@ void Gateway::warn_of_queues() {
     for (const auto& queue : machine.queues) {
       const fabric::ChannelKey key = queue.key(machine.name);
       configured.insert(key);
-      if (queue.acknowledge == queues::Acknowledge::when_journalled &&
-          settings_.journal.folder.empty()) {
+      if (queue.acknowledge == queues::Acknowledge::when_journalled && settings_.no_journal) {
         log_->warn(
-            "{}: without a journal (--journal DIR), the messages that were read are lost if this "
+            "{}: without a journal, the messages that were read are lost if this "
             "gateway ends; drain: WHEN_ANSWERED leaves them in the controller until they have a "
             "response",
             key.to_string());
@@ -191,7 +202,7 @@ void Gateway::warn_of_queues() {
 }
 
 void Gateway::change(const settings::Settings& settings) {
-  if (settings.journal != settings_.journal) {
+  if (settings.journal != settings_.journal || settings.no_journal != settings_.no_journal) {
     log_->warn("the change of the journal takes effect when this gateway is restarted");
   }
   settings_.machines = settings.machines;

@@ -121,7 +121,7 @@ struct Plant {
     }
     write("gateway.textproto", text);
     Process gateway({binary("millrace-gateway"), "--domain", std::to_string(domain.number()),
-                     "--config", path("gateway.textproto")});
+                     "--config", path("gateway.textproto"), "--no-journal"});
     gateway.await("^ready: ");
     return gateway;
   }

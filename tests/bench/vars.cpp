@@ -62,9 +62,9 @@ class Plant {
           fmt::format("machine {{ name: \"cnc\" host: \"127.0.0.1\" port: {} net_id: "
                       "\"127.0.0.1.1.1\" variable_requests_per_second: 10000 }}\n",
                       port));
-    gateway_.emplace(std::vector<std::string>{tests::binary("millrace-gateway"), "--domain",
-                                              std::to_string(domain_.number()), "--config",
-                                              (folder_.path() / "gateway.textproto").string()});
+    gateway_.emplace(std::vector<std::string>{
+        tests::binary("millrace-gateway"), "--domain", std::to_string(domain_.number()), "--config",
+        (folder_.path() / "gateway.textproto").string(), "--no-journal"});
     gateway_->await_error("link up");
     cnc::ads::ClientOptions options;
     options.tcp_port = static_cast<std::uint16_t>(std::stoi(port));

@@ -82,6 +82,7 @@ class Watch final : public fabric::endpoints::GatewayMonitorListener {
 
 Line::Line(LineOptions options)
     : options_(options), proxy_(options.secure ? Sees::bytes : Sees::frames) {
+  chain_.keep_state();
   if (options_.trust) {
     chain_.with_trust({"c0ffee00-0000-4000-8000-000000000001"});  // of millrace-slow-service
   }
@@ -105,8 +106,8 @@ void Line::start_service() {
 
 void Line::start_gateway() {
   integration::Flags flags{"--log-level", "debug"};
-  if (options_.journal) {
-    flags.insert(flags.end(), {"--journal", chain_.folder() / "journal"});
+  if (!options_.journal) {
+    flags.emplace_back("--no-journal");
   }
   gateway_.emplace(options_.secure ? chain_.configured_gateway(secure_machine, flags)
                                    : chain_.gateway(flags));

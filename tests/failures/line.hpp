@@ -42,6 +42,7 @@ enum class Victim { gateway, service, controller };
 struct LineOptions {
   Point point = Point::running;
   bool at_most_once = false;
+  /// The default one; without it, none.
   bool journal = true;
   /// On a fabric with trust.
   bool trust = false;

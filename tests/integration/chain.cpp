@@ -32,7 +32,7 @@ Flags Chain::joining(const std::string& name) const {
 
 Process Chain::start(const std::string& name, Flags command) {
   command.insert(command.begin(), binary(name));
-  Process process(std::move(command));
+  Process process(std::move(command), state_home_);
   process.await("^ready: ");
   return process;
 }

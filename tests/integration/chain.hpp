@@ -23,6 +23,8 @@ using Flags = std::vector<std::string>;
 
 class Chain {
  public:
+  /// From now on a gateway continues the journal of the gateway before it.
+  void keep_state() { state_home_ = folder_.path() / "state"; }
   /// From now on the fabric has trust, with credentials for services of these UUIDs.
   void with_trust(const std::vector<std::string>& uuids, const std::string& protection = "SIGN");
   [[nodiscard]] const TrustCredentials& trust() const { return trust_.value(); }
@@ -76,6 +78,8 @@ class Chain {
 
   Domain domain_;
   TemporaryFolder folder_;
+  /// Empty: each process has one of its own.
+  std::filesystem::path state_home_;
   std::optional<TrustCredentials> trust_;
   std::string port_;
 };

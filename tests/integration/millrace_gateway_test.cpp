@@ -48,7 +48,36 @@ TEST_F(MillraceGateway, IsReadyWithoutAControllerAndEndsCleanlyOnSigterm) {
   sut.await_error("press .*refused.*trying again");
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
-  EXPECT_THAT(sut.error_output(), HasSubstr("no journal (--journal DIR)"));
+  EXPECT_THAT(sut.error_output(), ContainsRegex("the journal is in /[^\n]*/millrace/gateway-" +
+                                                std::to_string(domain_.number())));
+}
+
+TEST_F(MillraceGateway, SaysEverywhereThatItHasNoJournal) {
+  Process sut = gateway({"--no-journal"});
+  sut.await("^ready: .*, without a journal$");
+  EXPECT_THAT(sut.error_output(), ContainsRegex("warning[^\n]*no journal: when this gateway ends"));
+  for (const char* command : {"status", "doctor"}) {
+    Process shown({binary("millrace"), command, "--domain", std::to_string(domain_.number())});
+    shown.wait();
+    EXPECT_THAT(shown.output(), HasSubstr("no journal: when this gateway ends")) << command;
+  }
+}
+
+TEST_F(MillraceGateway, RefusesADefaultJournalThatAnotherGatewayUses) {
+  const std::vector<std::string> command{binary("millrace-gateway"), "--domain",
+                                         std::to_string(domain_.number())};
+  Process first(command, folder_.path());
+  first.await("^ready: ");
+  Process sut(command, folder_.path());
+  EXPECT_EQ(sut.wait(), 1);
+  EXPECT_THAT(sut.error_output(),
+              ContainsRegex("gateway-[0-9]+ is in use by another gateway; .*--journal"));
+}
+
+TEST_F(MillraceGateway, TakesAJournalOrNone) {
+  Process sut = gateway({"--no-journal", "--journal", folder_.path()});
+  EXPECT_EQ(sut.wait(), 2);
+  EXPECT_THAT(sut.error_output(), HasSubstr("excludes"));
 }
 
 TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {

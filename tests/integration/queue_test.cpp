@@ -110,7 +110,7 @@ TEST_F(AMessageQueue, CausesAWarningOnlyWithoutAJournal) {
   Process controller = cnc(3, "messages.nc");
   const std::string warning = "cnc\\.ALARMS/1: without a journal";
   {
-    Process sut = chain_.configured_gateway(machine(queue));
+    Process sut = chain_.configured_gateway(machine(queue), {"--no-journal"});
     sut.await_error(warning);
   }
   Process sut = gateway();

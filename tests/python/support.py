@@ -77,13 +77,20 @@ class Process:
     """A program under test; killed at the end of its `with`."""
 
     def __init__(self, *command, **environment):
+        self._state = tempfile.TemporaryDirectory()
         self._process = subprocess.Popen(
             [str(word) for word in command],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "MILLRACE_FABRIC_CONFIG": "", "PYTHONUNBUFFERED": "1", **environment},
+            env={
+                **os.environ,
+                "MILLRACE_FABRIC_CONFIG": "",
+                "PYTHONUNBUFFERED": "1",
+                "XDG_STATE_HOME": self._state.name,
+                **environment,
+            },
         )
         self.pid = self._process.pid
         self.output = _Stream(self._process.stdout)

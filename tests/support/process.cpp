@@ -23,6 +23,7 @@
 #include <unistd.h>
 
 #include "base/posix/system.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests {
 
@@ -48,7 +49,8 @@ Pipe make_pipe() {
 }
 
 /// Runs between fork and exec, so it makes only calls that are safe there. Never returns.
-[[noreturn]] void become(const std::vector<char*>& arguments, pid_t parent, int out, int error) {
+[[noreturn]] void become(const std::vector<char*>& arguments, const std::vector<char*>& environment,
+                         pid_t parent, int out, int error) {
   constexpr int cannot_execute = 127;  // as in a shell
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) {
@@ -58,13 +60,15 @@ Pipe make_pipe() {
   ::dup2(nothing, STDIN_FILENO);
   ::dup2(out, STDOUT_FILENO);
   ::dup2(error, STDERR_FILENO);
-  ::execv(arguments.front(), arguments.data());
+  ::execve(arguments.front(), arguments.data(), environment.data());
   ::_exit(cannot_execute);
 }
 
 }  // namespace
 
 struct Process::Impl {
+  /// Its XDG_STATE_HOME, where a gateway has its journal.
+  const std::unique_ptr<TemporaryFolder> state;
   /// The id of a child that this object has forked; with any other, kill() would hit strangers.
   const pid_t pid;
   const std::string command;
@@ -78,8 +82,10 @@ struct Process::Impl {
   bool closed = false;
   std::thread reader;
 
-  Impl(pid_t child, std::string command_line, Fd out_end, Fd error_end)
-      : pid(child),
+  Impl(pid_t child, std::string command_line, Fd out_end, Fd error_end,
+       std::unique_ptr<TemporaryFolder> state_home)
+      : state(std::move(state_home)),
+        pid(child),
         command(std::move(command_line)),
         pidfd(static_cast<int>(::syscall(SYS_pidfd_open, child, 0))) {
     assert(child > 0);
@@ -190,7 +196,7 @@ std::string binary(std::string_view name) {
   return std::string(MILLRACE_BIN) + '/' + std::string(name);
 }
 
-Process::Process(std::vector<std::string> command) {
+Process::Process(std::vector<std::string> command, const std::filesystem::path& state_home) {
   if (::access(command.at(0).c_str(), X_OK) != 0) {
     throw_errno("cannot execute " + command.at(0));
   }
@@ -201,6 +207,15 @@ Process::Process(std::vector<std::string> command) {
     arguments.push_back(argument.data());
   }
   arguments.push_back(nullptr);
+  auto state = std::make_unique<TemporaryFolder>();
+  std::string home = "XDG_STATE_HOME=" + (state_home.empty() ? state->path() : state_home).string();
+  std::vector<char*> environment{home.data()};
+  for (char** variable = ::environ; *variable != nullptr; ++variable) {
+    if (!std::string_view(*variable).starts_with("XDG_STATE_HOME=")) {
+      environment.push_back(*variable);
+    }
+  }
+  environment.push_back(nullptr);
   Pipe out = make_pipe();
   Pipe error = make_pipe();
   const pid_t parent = ::getpid();
@@ -209,9 +224,10 @@ Process::Process(std::vector<std::string> command) {
     throw_errno("fork");
   }
   if (pid == 0) {
-    become(arguments, parent, out.write.get(), error.write.get());
+    become(arguments, environment, parent, out.write.get(), error.write.get());
   }
-  impl_ = std::make_unique<Impl>(pid, std::move(line), std::move(out.read), std::move(error.read));
+  impl_ = std::make_unique<Impl>(pid, std::move(line), std::move(out.read), std::move(error.read),
+                                 std::move(state));
 }
 
 Process::~Process() = default;

@@ -7,11 +7,13 @@
 //   cnc.terminate();
 //   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 //
-// The process ends with the test in any case. If a test fails by an exception, each of its
-// processes shows its output.
+// The process ends with the test in any case. Its XDG_STATE_HOME is a folder of its own, deleted
+// with it, unless the test names one. If a test fails by an exception, each of its processes shows
+// its output.
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -30,9 +32,10 @@ std::string binary(std::string_view name);
 /// Not copyable; each object is one process. Its standard input is empty.
 class Process {
  public:
-  /// Starts `command`, the first element being the path of the program.
+  /// Starts `command`, the first element being the path of the program. `state_home` is its
+  /// XDG_STATE_HOME, for one that continues what an earlier process kept.
   /// @throws std::system_error if it cannot be started
-  explicit Process(std::vector<std::string> command);
+  explicit Process(std::vector<std::string> command, const std::filesystem::path& state_home = {});
   /// Kills the process if it still runs.
   ~Process();
   Process(Process&&) noexcept;

@@ -66,7 +66,8 @@ class Bench {
     write("cnc.psk", "secret");
     Process process({tests::binary("millrace-gateway"), "--domain",
                      std::to_string(domain_.number()), "--config",
-                     write("gateway.textproto", configuration), "--log-level", "warn"});
+                     write("gateway.textproto", configuration), "--no-journal", "--log-level",
+                     "warn"});
     process.await("^ready", long_patience);
     return process;
   }

@@ -164,5 +164,21 @@ TEST(MachineFlag, MayNotUseANameTwice) {
               HasSubstr("two machines are called \"cnc\""));
 }
 
+TEST(TheJournalOfAGateway, IsInTheFolderOfItsUnitOrOfItsUser) {
+  using settings::default_journal_folder;
+  const settings::StateFolders user{.xdg_state_home = "/state", .home = "/home/me"};
+  EXPECT_EQ(default_journal_folder(user, "millrace", 7), "/state/millrace/gateway-7");
+  EXPECT_EQ(default_journal_folder({.home = "/home/me"}, "millrace", 0),
+            "/home/me/.local/state/millrace/gateway-0");
+  EXPECT_EQ(
+      default_journal_folder({.xdg_state_home = "not/absolute", .home = "/root"}, "millrace", 0),
+      "/root/.local/state/millrace/gateway-0");
+  EXPECT_EQ(
+      default_journal_folder({"/var/lib/gateway:/var/lib/more", "/state", "/root"}, "hall/1", 0),
+      "/var/lib/gateway");
+  EXPECT_EQ(default_journal_folder(user, "hall/1", 7), "/state/millrace/gateway-7-hall_1");
+  EXPECT_THROW(default_journal_folder({}, "millrace", 0), UsageError);
+}
+
 }  // namespace
 }  // namespace millrace::gateway
