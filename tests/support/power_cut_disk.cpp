@@ -218,8 +218,12 @@ void PowerCutDisk::promise(unsigned number) {
 }
 
 std::vector<PowerCut> PowerCutDisk::power_cuts() {
-  with_disk([](Impl& disk) { disk.note("anything else"); });
-  return impl_->cuts;
+  std::vector<PowerCut> cuts;
+  with_disk([&](Impl& disk) {
+    disk.note("anything else");
+    cuts = disk.cuts;
+  });
+  return cuts;
 }
 
 }  // namespace millrace::tests
