@@ -7,6 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "services/sdk/file_changes.hpp"
+
 namespace millrace::services::batch {
 
 namespace {
@@ -22,15 +24,6 @@ bool is_program(const std::filesystem::path& file) {
   struct stat status {};
   return ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
          ::access(file.c_str(), X_OK) == 0;
-}
-
-std::string file_print(const std::filesystem::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) {
-    return "-\n";
-  }
-  return fmt::format("{}.{} {} {:o} {}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec,
-                     status.st_size, status.st_mode, status.st_ino);
 }
 
 }  // namespace
@@ -74,23 +67,9 @@ std::string absence_of(const Script& script) {
 }
 
 std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts) {
-  std::string print = file_print(config);
-  for (const Script& script : scripts) {
-    print += file_print(script.program);
-  }
-  return print;
-}
-
-bool Settle::look(const std::string& state, Time now) {
-  if (state != seen_) {
-    seen_ = state;
-    since_ = now;
-  }
-  if (seen_ == taken_ || now - since_ < quiet_) {
-    return false;
-  }
-  taken_ = seen_;
-  return true;
+  std::vector<std::filesystem::path> files{config};
+  std::ranges::transform(scripts, std::back_inserter(files), &Script::program);
+  return sdk::fingerprint(files);
 }
 
 }  // namespace millrace::services::batch

@@ -13,12 +13,12 @@
 
 #include "base/program/command_tree.hpp"
 #include "base/program/log.hpp"
-#include "fabric/profile/command_line.hpp"
 #include "services/batch/call.hpp"
 #include "services/batch/catalog.hpp"
 #include "services/batch/config.hpp"
 #include "services/sdk/command_line.hpp"
-#include "services/sdk/shared_participant.hpp"
+#include "services/sdk/file_changes.hpp"
+#include "services/sdk/host_program.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace millrace::services::batch {
@@ -190,7 +190,7 @@ class Folder {
   std::filesystem::path file_;
   program::Log log_;
   Config config_;
-  Settle settle_;
+  sdk::Settle settle_;
   Host host_;
   std::mutex lock_;
   std::condition_variable changed_;
@@ -232,7 +232,7 @@ void Folder::look() {
     return;
   }
   config_ = *std::move(config);
-  settle_ = Settle(config_.settle, fingerprint(file_, config_.scripts), Clock::now());
+  settle_ = sdk::Settle(config_.settle, fingerprint(file_, config_.scripts), Clock::now());
   host_.serve(config_.scripts);
 }
 
@@ -315,35 +315,23 @@ int serve_one(int argc, char** argv) {
 
 /// --config: many scripts, each with its UUID.
 int serve_folder(int argc, char** argv) {
-  CLI::App app{"Answers calls with programs and scripts"};
   std::string file = "batch.textproto";
-  app.add_option("--config", file, "Services and their programs; changes are applied at once")
-      ->capture_default_str();
-  program::add_check(app);
-  std::string name = "batch";
-  app.add_option("--name", name,
-                 "Name of this process in logs; the programs that it serves have their own")
-      ->capture_default_str();
-  auto level = spdlog::level::info;
-  program::add_log_level(app, level);
-  const fabric::profile::FabricFlags fabric(app);
-  tell_flags_of_one(app);
-  app.footer(
+  sdk::HostProgram host("Answers calls with programs and scripts", "batch", [&](CLI::App& app) {
+    app.add_option("--config", file, "Services and their programs; changes are applied at once")
+        ->capture_default_str();
+  });
+  tell_flags_of_one(host.app());
+  host.app().footer(
       "One program without a file:\n"
       "  millrace-batch --exec ./measure.sh --uuid 1b671a64-40d5-491e-99b0-da01ff1f3341");
-  return program::run(app, argc, argv, [&] {
-    const fabric::dds::ParticipantOptions join = fabric.options();
-    const auto log = program::make_log(name, level);
-    // One process is one participant, independent of the number of scripts that it serves.
-    const sdk::ServiceOptions options{
-        .version = MILLRACE_VERSION,
-        .participant = std::make_shared<sdk::SharedParticipant>(join, log)};
+  return host.run(argc, argv, [&](const sdk::HostedProcess& process) {
+    const sdk::ServiceOptions options = process.services(MILLRACE_VERSION);
     std::optional<Folder> folder;
-    sdk::StopSignals signals(log);
-    folder.emplace(file, options, log);
+    sdk::StopSignals signals(process.log);
+    folder.emplace(file, options, process.log);
     signals.on_stop([&] { folder->stop(); });
-    program::ready(fmt::format("{} serves {} {} of {} on domain {}", name, folder->size(),
-                               folder->size() == 1 ? "UUID" : "UUIDs", file, join.domain));
+    program::ready(fmt::format("{} serves {} {} of {} on domain {}", process.name, folder->size(),
+                               folder->size() == 1 ? "UUID" : "UUIDs", file, process.join.domain));
     folder->follow();
     return program::exit_done;
   });

@@ -17,12 +17,11 @@
 #include "fabric/lcm/mirror.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/observer/observer.hpp"
-#include "fabric/profile/command_line.hpp"
 #include "services/lcm/bridge.hpp"
 #include "services/lcm/config.hpp"
 #include "services/lcm/socket.hpp"
+#include "services/sdk/host_program.hpp"
 #include "services/sdk/instance.hpp"
-#include "services/sdk/shared_participant.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace millrace::services::lcm {
@@ -384,29 +383,22 @@ std::string checked(const std::string& file) {
 }
 
 int serve(int argc, char** argv) {
-  CLI::App app{"Connects LCM programs to the fabric as services"};
   std::string file;
-  app.add_option("--config", file,
-                 "Group, programs and mirror (lcm.textproto). Without it, every program on "
-                 "udpm://239.255.76.67:7667 of this host");
-  program::add_check(app);
   bool mirror = false;
-  app.add_flag("--mirror", mirror, "Publish calls and events of the fabric on LCM");
-  std::string name = "lcm";
-  app.add_option("--name", name,
-                 "Name of this process in logs; the programs that it serves have their own")
-      ->capture_default_str();
-  auto level = spdlog::level::info;
-  program::add_log_level(app, level);
-  const fabric::profile::FabricFlags fabric(app);
-  return program::run(app, argc, argv, [&] {
+  sdk::HostProgram lcm(
+      "Connects LCM programs to the fabric as services", "lcm", [&](CLI::App& app) {
+        app.add_option("--config", file,
+                       "Group, programs and mirror (lcm.textproto). Without it, every program on "
+                       "udpm://239.255.76.67:7667 of this host");
+        app.add_flag("--mirror", mirror, "Publish calls and events of the fabric on LCM");
+      });
+  return lcm.run(argc, argv, [&](const sdk::HostedProcess& process) {
     Config config = configuration(file);
     if (mirror && !config.mirror) {
       config.mirror.emplace();
     }
-    fabric::dds::ParticipantOptions join = fabric.options();
-    join.name = name;
-    const auto log = program::make_log(name, level);
+    fabric::dds::ParticipantOptions join = process.join;
+    join.name = process.name;
     // Before the participant of the services: all participants of a process use the discovery of
     // the first.
     std::optional<fabric::dds::Participant> hearing;
@@ -414,18 +406,14 @@ int serve(int argc, char** argv) {
       hearing.emplace(join);
     }
     std::optional<Host> host;
-    sdk::StopSignals signals(log);
-    // One process is one participant, independent of the number of LCM processes that it serves.
-    const sdk::ServiceOptions options{
-        .version = MILLRACE_VERSION,
-        .participant = std::make_shared<sdk::SharedParticipant>(join, log)};
-    host.emplace(config, options, log);
+    sdk::StopSignals signals(process.log);
+    host.emplace(config, process.services(MILLRACE_VERSION), process.log);
     std::optional<MirrorThread> shown;
     if (config.mirror) {
-      shown.emplace(*hearing, *config.mirror, host->socket(), log);
+      shown.emplace(*hearing, *config.mirror, host->socket(), process.log);
     }
     signals.on_stop([&] { host->stop(); });
-    program::ready(fmt::format("{} serves LCM programs of {} on domain {}", name,
+    program::ready(fmt::format("{} serves LCM programs of {} on domain {}", process.name,
                                config.network.url, join.domain));
     host->run();
     return program::exit_done;

@@ -1,0 +1,40 @@
+#include "services/sdk/host_program.hpp"
+
+#include "services/sdk/shared_participant.hpp"
+
+namespace millrace::services::sdk {
+
+namespace program = base::program;
+
+ServiceOptions HostedProcess::services(const std::string& version) const {
+  return {.version = version, .participant = std::make_shared<SharedParticipant>(join, log)};
+}
+
+namespace {
+
+/// The flags in the order of the help.
+CLI::App& with_flags(CLI::App& app, const std::function<void(CLI::App&)>& add, std::string& name,
+                     spdlog::level::level_enum& level) {
+  add(app);
+  program::add_check(app);
+  app.add_option("--name", name,
+                 "Name of this process in logs; the programs that it serves have their own")
+      ->capture_default_str();
+  program::add_log_level(app, level);
+  return app;
+}
+
+}  // namespace
+
+HostProgram::HostProgram(const std::string& title, std::string name,
+                         const std::function<void(CLI::App&)>& add)
+    : app_(title), name_(std::move(name)), fabric_(with_flags(app_, add, name_, level_)) {}
+
+int HostProgram::run(int argc, char** argv, const std::function<int(const HostedProcess&)>& body) {
+  return program::run(app_, argc, argv, [&] {
+    return body(
+        {.name = name_, .log = program::make_log(name_, level_), .join = fabric_.options()});
+  });
+}
+
+}  // namespace millrace::services::sdk
