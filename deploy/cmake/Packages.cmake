@@ -51,6 +51,7 @@ install(FILES ${millrace_deploy}/examples/gateway.textproto DESTINATION ${millra
 install(DIRECTORY
     ${millrace_deploy}/systemd/millrace-service@batch.service.d
     ${millrace_deploy}/systemd/millrace-service@dial-gauge.service.d
+    ${millrace_deploy}/systemd/millrace-service@http.service.d
     ${millrace_deploy}/systemd/millrace-service@mail.service.d
   DESTINATION ${millrace_units} COMPONENT services)
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
@@ -65,6 +66,8 @@ install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_sh
   COMPONENT services)
 # The folder where units look for the flags of each instance.
 install(DIRECTORY DESTINATION ${millrace_etc}/services COMPONENT services)
+# The folder where the unit of the HTTP service looks for its secrets.
+install(DIRECTORY DESTINATION ${millrace_etc}/http COMPONENT services)
 
 install(FILES ${millrace_deploy}/systemd/millrace-recorder.service ${millrace_deploy}/systemd/millrace-web.service
   DESTINATION ${millrace_units} COMPONENT tools)
@@ -133,7 +136,7 @@ set(CPACK_DEBIAN_C_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), libmillrace1 ${exactly}")
-# The certificates that vouch for mail servers.
+# The certificates that vouch for mail and web servers.
 set(CPACK_DEBIAN_SERVICES_PACKAGE_RECOMMENDS "ca-certificates")
 # For its demo.
 set(CPACK_DEBIAN_CNC_PACKAGE_RECOMMENDS "millrace-gateway, millrace-services")
@@ -144,8 +147,8 @@ set(CPACK_COMPONENT_COMMON_DESCRIPTION "millrace: what all its programs on a hos
 set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface of CNC channels on DDS
  Reads the controllers over ADS, by notifications or by polling, and dispatches
  each call of an NC program to one live instance of its service.")
-set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail, LCM
- Programs that answer calls of NC programs, a bridge to programs that speak LCM,
+set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, HTTP, mail, LCM
+ Programs that answer calls of NC programs, bridges to web servers and to programs that speak LCM,
  and the systemd unit of a service.")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "millrace: the operator's command
  Looks at a fabric, acts on it, records what happens and reads recordings; shows

@@ -131,6 +131,7 @@ TEST(Check, AcceptsGoodAndRefusesBadConfigurations) {
        {std::pair<std::string, std::string>{"millrace-archiver", "archiver"},
         {"millrace-batch", "batch"},
         {"millrace-dial-gauge", "dial_gauge"},
+        {"millrace-http", "http"},
         {"millrace-lcm", "lcm"},
         {"millrace-mail", "mail"}}) {
     const TemporaryFolder bad;

@@ -88,9 +88,9 @@ const std::map<std::string, Help>& all_help() {
 }
 
 /// The programs of the packages.
-const Words programs{"millrace",          "millrace-gateway", "millrace-cnc",
-                     "millrace-archiver", "millrace-batch",   "millrace-dial-gauge",
-                     "millrace-lcm",      "millrace-mail",    "millrace-square-root"};
+const Words programs{"millrace",       "millrace-gateway",    "millrace-cnc",  "millrace-archiver",
+                     "millrace-batch", "millrace-dial-gauge", "millrace-http", "millrace-lcm",
+                     "millrace-mail",  "millrace-square-root"};
 
 /// The completion script in the program's package.
 std::string completion_of(const std::string& program) {

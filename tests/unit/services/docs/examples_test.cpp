@@ -10,6 +10,7 @@
 #include "services/archiver/config.hpp"
 #include "services/batch/config.hpp"
 #include "services/dial_gauge/config.hpp"
+#include "services/http/config.hpp"
 #include "services/lcm/config.hpp"
 #include "services/mail/config.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -57,6 +58,13 @@ TEST(DocumentedConfiguration, OfTheArchiverIsAccepted) {
   EXPECT_EQ(sut->folder, "/var/lib/millrace/archiver/archive");
 }
 
+TEST(DocumentedConfiguration, OfHttpIsAccepted) {
+  const tests::TemporaryFolder folder;
+  const auto sut = http::load(example(folder, "http.textproto", "reference/services/http.md"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->size(), 3U);
+}
+
 TEST(DocumentedConfiguration, OfMailIsAccepted) {
   const tests::TemporaryFolder folder;
   const auto sut = mail::load(example(folder, "mail.textproto", "reference/services/mail.md"));
@@ -81,6 +89,7 @@ TEST(ExampleConfiguration, OfEachServiceIsAccepted) {
   EXPECT_EQ(dial_gauge::load(installed("dial_gauge.textproto")).value().gauges.size(), 2U);
   EXPECT_EQ(archiver::load(installed("archiver.textproto")).value().folder,
             "/var/lib/millrace/archiver/archive");
+  EXPECT_EQ(http::load(installed("http.textproto")).value().size(), 1U);
   EXPECT_EQ(lcm::load(installed("lcm.textproto")).value().rules.services.size(), 1U);
   EXPECT_EQ(mail::load(installed("mail.textproto")).value().templates.size(), 1U);
 }
@@ -99,7 +108,7 @@ TEST(ExampleConfiguration, OfEachUnitNamesItsFile) {
       }
     }
   }
-  EXPECT_EQ(count, 5U);
+  EXPECT_EQ(count, 6U);
 }
 
 }  // namespace

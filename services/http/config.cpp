@@ -1,0 +1,199 @@
+#include "services/http/config.hpp"
+
+#include <array>
+#include <set>
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include "base/configuration/check.hpp"
+#include "base/posix/guarded_file.hpp"
+#include "fabric/channel_scope.hpp"
+#include "idl/http.pb.h"
+#include "services/http/url.hpp"
+
+namespace millrace::services::http {
+
+namespace {
+
+namespace fs = std::filesystem;
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
+using base::posix::Secrecy;
+
+fs::path place(const std::string& named, const fs::path& folder, const ConfigPath& path,
+               Mistakes& mistakes) {
+  return named.empty() ? fs::path()
+                       : mistakes.take(base::configuration::place_of(named, folder), path);
+}
+
+/// All of a service but its URL.
+Endpoint endpoint_from(const config::Http::Service& from, const fs::path& folder,
+                       const ConfigPath& path, Mistakes& mistakes) {
+  Endpoint endpoint;
+  endpoint.uuid = fabric::canonical_uuid(from.uuid());
+  endpoint.name = from.name();
+  endpoint.description = from.description();
+  endpoint.delivery = from.delivery() == config::Http::AT_LEAST_ONCE
+                          ? fabric::Delivery::at_least_once
+                          : fabric::Delivery::at_most_once;
+  endpoint.concurrency = from.concurrency();
+  for (int i = 0; i < from.channel_size(); ++i) {
+    endpoint.channels.push_back(mistakes.take(fabric::parse_channel_scope(from.channel(i)),
+                                              path / ConfigStep{"channel", i}));
+  }
+  endpoint.health_period = std::chrono::milliseconds(from.health_ms());
+  endpoint.time_limit = std::chrono::milliseconds(from.time_limit_ms());
+  endpoint.proxy = from.proxy();
+  const auto file = [&](const std::string& named, const char* field) {
+    return place(named, folder, path / field, mistakes);
+  };
+  endpoint.files = {.ca = file(from.ca_file(), "ca_file"),
+                    .certificate = file(from.certificate_file(), "certificate_file"),
+                    .key = file(from.key_file(), "key_file"),
+                    .bearer_token = file(from.bearer_token_file(), "bearer_token_file"),
+                    .signing_secret = file(from.signing_secret_file(), "signing_secret_file")};
+  mistakes.expect(from.certificate_file().empty() == from.key_file().empty(),
+                  path / "certificate_file", "needs key_file, and key_file needs it");
+  mistakes.expect(from.health().empty() || from.health().starts_with('/'), path / "health",
+                  "must be a path that begins with '/'");
+  return endpoint;
+}
+
+void check_url(const config::Http::Service& from, const Url& url, const ConfigPath& path,
+               Mistakes& mistakes) {
+  const bool tls = url.scheme == "https";
+  mistakes.expect(tls || (from.ca_file().empty() && from.certificate_file().empty()), path,
+                  "must begin with https:// to use ca_file or certificate_file");
+  mistakes.expect(tls || url.is_loopback() || from.bearer_token_file().empty(), path,
+                  "must begin with https:// to use bearer_token_file, or the token could be read "
+                  "on the way");
+}
+
+std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& folder,
+                                     Mistakes& mistakes) {
+  std::vector<Endpoint> endpoints;
+  for (int i = 0; i < from.service_size(); ++i) {
+    const config::Http::Service& one = from.service(i);
+    const ConfigPath path{{"service", i}};
+    const Endpoint common = endpoint_from(one, folder, path, mistakes);
+    std::set<std::string> urls;
+    for (int u = 0; u < one.url_size(); ++u) {
+      const ConfigPath place = path / ConfigStep{"url", u};
+      const Url url = mistakes.take(parse_url(one.url(u)), place);
+      check_url(one, url, place, mistakes);
+      mistakes.expect(urls.insert(one.url(u)).second, place,
+                      fmt::format("\"{}\" occurs twice", one.url(u)));
+      Endpoint& endpoint = endpoints.emplace_back(common);
+      endpoint.url = one.url(u);
+      endpoint.health_url = one.health().empty() ? "" : url.origin() + one.health();
+      endpoint.name = common.name.empty() ? url.host_and_port() : common.name;
+      endpoint.description = common.description.empty() ? endpoint.url : common.description;
+    }
+  }
+  return endpoints;
+}
+
+tl::expected<std::string, std::string> contents(const fs::path& file, Secrecy secrecy) {
+  if (file.empty()) {
+    return {};
+  }
+  return base::posix::read_guarded(file, secrecy)
+      .map_error([&](const base::posix::FileFault& fault) {
+        return fmt::format("{}: {}{}{}", file.string(), fault.what,
+                           fault.advice.empty() ? "" : ": ", fault.advice);
+      });
+}
+
+/// An error if the file has no first line that can be a header.
+tl::expected<std::string, std::string> first_line(const fs::path& file) {
+  return contents(file, Secrecy::secret)
+      .and_then([&](const std::string& text) -> tl::expected<std::string, std::string> {
+        std::string line = text.substr(0, text.find_first_of("\r\n"));
+        const bool good =
+            !line.empty() && std::ranges::all_of(line, [](char c) { return c > ' ' && c <= '~'; });
+        if (!file.empty() && !good) {
+          return tl::unexpected(file.string() +
+                                ": its first line is empty or has blanks or unprintable bytes");
+        }
+        return line;
+      });
+}
+
+tl::expected<std::string, std::string> signing_secret(const fs::path& file) {
+  constexpr std::string_view prefix = "whsec_";
+  constexpr std::size_t least = 24;
+  constexpr std::size_t most = 64;
+  return first_line(file).and_then(
+      [&](const std::string& line) -> tl::expected<std::string, std::string> {
+        if (file.empty()) {
+          return {};
+        }
+        const std::string text = line.starts_with(prefix) ? line.substr(prefix.size()) : "";
+        std::array<unsigned char, 3 * most> bytes{};
+        const int size =
+            text.empty() || text.size() > 2 * most
+                ? -1
+                : EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
+                                  static_cast<int>(text.size()));
+        const auto padding = static_cast<int>(std::ranges::count(text, '='));
+        if (size - padding < static_cast<int>(least) || size - padding > static_cast<int>(most)) {
+          return tl::unexpected(file.string() +
+                                ": expected whsec_ and Base64 of 24 to 64 bytes, as printed by: "
+                                "echo whsec_$(openssl rand -base64 32)");
+        }
+        return std::string(bytes.begin(), bytes.begin() + (size - padding));
+      });
+}
+
+tl::expected<Secrets, std::string> secrets_from(const SecretFiles& files) {
+  Secrets secrets;
+  const auto take = [](std::string& into) {
+    return [&into](std::string text) { into = std::move(text); };
+  };
+  return contents(files.ca, Secrecy::open)
+      .map(take(secrets.ca))
+      .and_then([&] { return contents(files.certificate, Secrecy::open); })
+      .map(take(secrets.certificate))
+      .and_then([&] { return contents(files.key, Secrecy::secret); })
+      .map(take(secrets.key))
+      .and_then([&] { return first_line(files.bearer_token); })
+      .map(take(secrets.bearer_token))
+      .and_then([&] { return signing_secret(files.signing_secret); })
+      .map(take(secrets.signing_secret))
+      .map([&] { return std::move(secrets); });
+}
+
+}  // namespace
+
+tl::expected<std::vector<Endpoint>, std::string> load(const fs::path& file) {
+  return base::configuration::load<config::Http>(
+      file, [&](const config::Http& from, Mistakes& mistakes) {
+        return endpoints_from(from, fs::absolute(file).parent_path(), mistakes);
+      });
+}
+
+tl::expected<std::vector<Endpoint>, std::string> with_secrets(std::vector<Endpoint> endpoints) {
+  for (Endpoint& endpoint : endpoints) {
+    auto secrets = secrets_from(endpoint.files);
+    if (!secrets) {
+      return tl::unexpected(std::move(secrets).error());
+    }
+    endpoint.secrets = *std::move(secrets);
+  }
+  return endpoints;
+}
+
+std::vector<fs::path> files_of(const fs::path& config, const std::vector<Endpoint>& endpoints) {
+  std::set<fs::path> files{config};
+  for (const Endpoint& endpoint : endpoints) {
+    const SecretFiles& secrets = endpoint.files;
+    files.insert({secrets.ca, secrets.certificate, secrets.key, secrets.bearer_token,
+                  secrets.signing_secret});
+  }
+  files.erase(fs::path());
+  return {files.begin(), files.end()};
+}
+
+}  // namespace millrace::services::http

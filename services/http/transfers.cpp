@@ -1,0 +1,272 @@
+#include "services/http/transfers.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <new>
+#include <stdexcept>
+
+#include <curl/curl.h>
+#include <fmt/format.h>
+
+namespace millrace::services::http {
+
+namespace {
+
+/// Until the endpoint accepts the connection.
+constexpr std::chrono::milliseconds connect_limit{5000};
+/// A connection that was idle for longer carries no request that must not be sent twice: the server
+/// may be closing it (after 2 s at the earliest, by the defaults of common servers), and then
+/// nothing shows whether it has read the request.
+constexpr long most_idle_s = 1;
+
+struct EasyDeleter {
+  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
+};
+struct MultiDeleter {
+  void operator()(CURLM* handle) const { curl_multi_cleanup(handle); }
+};
+struct ListDeleter {
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+using Easy = std::unique_ptr<CURL, EasyDeleter>;
+using List = std::unique_ptr<curl_slist, ListDeleter>;
+
+/// curl_easy_setopt takes any type and reports a mismatch by its result; a refusal is a programming
+/// error.
+template <typename Value>
+void set(const Easy& handle, CURLoption option, Value value) {
+  if (const CURLcode code = curl_easy_setopt(handle.get(), option, value); code != CURLE_OK) {
+    throw std::runtime_error(fmt::format("libcurl refuses option {}: {}", static_cast<int>(option),
+                                         curl_easy_strerror(code)));
+  }
+}
+
+void set_pem(const Easy& handle, CURLoption option, const std::string& pem) {
+  if (!pem.empty()) {
+    // libcurl's type has no const. It copies the text.
+    curl_blob blob{const_cast<char*>(pem.data()), pem.size(), CURL_BLOB_COPY};
+    set(handle, option, &blob);
+  }
+}
+
+List list_of(const std::vector<std::string>& lines) {
+  List list;
+  for (const std::string& line : lines) {
+    curl_slist* const longer = curl_slist_append(list.get(), line.c_str());
+    if (longer == nullptr) {
+      throw std::bad_alloc();
+    }
+    static_cast<void>(list.release());
+    list.reset(longer);
+  }
+  return list;
+}
+
+long milliseconds(std::chrono::milliseconds time) {
+  return static_cast<long>(std::max<std::int64_t>(time.count(), 1));
+}
+
+std::string header_of(CURL* handle, const char* name) {
+  curl_header* found = nullptr;
+  return curl_easy_header(handle, name, 0, CURLH_HEADER, -1, &found) == CURLHE_OK ? found->value
+                                                                                  : "";
+}
+
+/// One transfer, for libcurl's callbacks, which must not throw.
+struct Running {
+  Transfer transfer;
+  Transfers::Done done;
+  Easy handle{curl_easy_init()};
+  List headers;
+  std::array<char, CURL_ERROR_SIZE> reason{};
+  std::string body{};
+  bool too_long = false;
+  /// Connections on which the request was begun: libcurl sends it again if a connection that was
+  /// used before ends without a response.
+  unsigned begun = 0;
+
+  [[nodiscard]] bool is_once() const {
+    return transfer.post && transfer.endpoint->delivery == fabric::Delivery::at_most_once;
+  }
+};
+
+std::size_t on_body(char* data, std::size_t size, std::size_t count, void* user) noexcept {
+  Running& running = *static_cast<Running*>(user);
+  if (running.body.size() + size * count > max_body) {
+    running.too_long = true;
+    return CURL_WRITEFUNC_ERROR;
+  }
+  running.body.append(data, size * count);
+  return size * count;
+}
+
+int on_begin(void* user, char*, char*, int, int) noexcept {
+  Running& running = *static_cast<Running*>(user);
+  ++running.begun;
+  return running.begun > 1 && running.is_once() ? CURL_PREREQFUNC_ABORT : CURL_PREREQFUNC_OK;
+}
+
+void set_trust(const Easy& handle, const Endpoint& endpoint) {
+  set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
+  set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
+  set(handle, CURLOPT_SSL_VERIFYHOST, 2L);
+  set_pem(handle, CURLOPT_CAINFO_BLOB, endpoint.secrets.ca);
+  if (!endpoint.secrets.ca.empty()) {
+    set(handle, CURLOPT_CAPATH, static_cast<const char*>(nullptr));
+  }
+  set_pem(handle, CURLOPT_SSLCERT_BLOB, endpoint.secrets.certificate);
+  set_pem(handle, CURLOPT_SSLKEY_BLOB, endpoint.secrets.key);
+  // Without it libcurl uses proxies of the environment, and without the next a .netrc.
+  set(handle, CURLOPT_PROXY, endpoint.proxy.c_str());
+  set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
+  set(handle, CURLOPT_FOLLOWLOCATION, 0L);
+  set(handle, CURLOPT_PROTOCOLS_STR, "http,https");
+}
+
+void set_request(Running& running) {
+  const Easy& handle = running.handle;
+  const Transfer& transfer = running.transfer;
+  set(handle, CURLOPT_URL, transfer.url.c_str());
+  set(handle, CURLOPT_NOSIGNAL, 1L);
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(std::min(transfer.limit, connect_limit)));
+  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
+  set(handle, CURLOPT_ERRORBUFFER, running.reason.data());
+  set(handle, CURLOPT_USERAGENT, "millrace-http/" MILLRACE_VERSION);
+  set(handle, CURLOPT_WRITEFUNCTION, &on_body);
+  set(handle, CURLOPT_WRITEDATA, &running);
+  set(handle, CURLOPT_PREREQFUNCTION, &on_begin);
+  set(handle, CURLOPT_PREREQDATA, &running);
+  set(handle, CURLOPT_CONNECT_ONLY, transfer.connect_only ? 1L : 0L);
+  running.headers =
+      list_of(transfer.post ? transfer.post->headers : credentials(*transfer.endpoint));
+  set(handle, CURLOPT_HTTPHEADER, running.headers.get());
+  if (transfer.post) {
+    set(handle, CURLOPT_POSTFIELDSIZE, static_cast<long>(transfer.post->body.size()));
+    set(handle, CURLOPT_POSTFIELDS, transfer.post->body.c_str());
+  }
+  if (running.is_once()) {
+    set(handle, CURLOPT_MAXAGE_CONN, most_idle_s);
+  }
+}
+
+Exchange::End end_of(const Running& running, CURLcode code) {
+  if (running.too_long) {
+    return Exchange::End::too_long;
+  }
+  if (code == CURLE_OK) {
+    return Exchange::End::responded;
+  }
+  if (running.begun == 0) {
+    return Exchange::End::not_sent;
+  }
+  return code == CURLE_OPERATION_TIMEDOUT ? Exchange::End::time_limit : Exchange::End::lost;
+}
+
+Exchange exchange_of(Running& running, CURLcode code) {
+  CURL* const handle = running.handle.get();
+  Exchange exchange{.end = end_of(running, code), .body = std::move(running.body)};
+  if (code != CURLE_OK) {
+    exchange.reason = running.reason[0] != '\0' ? running.reason.data() : curl_easy_strerror(code);
+    return exchange;
+  }
+  long status = 0;
+  curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &status);
+  exchange.status = static_cast<int>(status);
+  exchange.content_type = header_of(handle, "Content-Type");
+  exchange.location = header_of(handle, "Location");
+  exchange.state = header_of(handle, "Millrace-State");
+  if (!header_of(handle, "Retry-After").empty()) {
+    curl_off_t seconds = 0;
+    curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &seconds);
+    exchange.retry_after = std::chrono::seconds(seconds);
+  }
+  return exchange;
+}
+
+}  // namespace
+
+struct Transfers::Impl {
+  std::unique_ptr<CURLM, MultiDeleter> multi{curl_multi_init()};
+  std::map<Id, std::unique_ptr<Running>> running;
+  Id last = 0;
+
+  std::unique_ptr<Running> take(Id id) {
+    const auto node = running.extract(id);
+    if (node.empty()) {
+      return nullptr;
+    }
+    curl_multi_remove_handle(multi.get(), node.mapped()->handle.get());
+    return std::move(node.mapped());
+  }
+
+  /// `done` may start and cancel transfers.
+  void report(CURL* handle, CURLcode code) {
+    const auto found = std::ranges::find_if(
+        running, [&](const auto& one) { return one.second->handle.get() == handle; });
+    if (found == running.end()) {
+      return;
+    }
+    const auto ended = take(found->first);
+    const Exchange exchange = exchange_of(*ended, code);
+    ended->done(exchange);
+  }
+};
+
+Transfers::Transfers() : impl_(std::make_unique<Impl>()) {
+  if (!impl_->multi) {
+    throw std::runtime_error("libcurl cannot be used");
+  }
+}
+
+Transfers::~Transfers() {
+  while (!impl_->running.empty()) {
+    impl_->take(impl_->running.begin()->first);
+  }
+}
+
+Transfers::Id Transfers::start(Transfer transfer, Done done) {
+  auto running = std::make_unique<Running>();
+  if (!running->handle) {
+    throw std::bad_alloc();
+  }
+  running->transfer = std::move(transfer);
+  running->done = std::move(done);
+  set_trust(running->handle, *running->transfer.endpoint);
+  set_request(*running);
+  if (curl_multi_add_handle(impl_->multi.get(), running->handle.get()) != CURLM_OK) {
+    throw std::runtime_error("libcurl refuses a transfer");
+  }
+  const Id id = ++impl_->last;
+  impl_->running.emplace(id, std::move(running));
+  return id;
+}
+
+void Transfers::cancel(Id id) {
+  impl_->take(id);
+}
+
+void Transfers::run(std::chrono::milliseconds limit) {
+  int running = 0;
+  curl_multi_perform(impl_->multi.get(), &running);
+  bool any = false;
+  const auto report = [&] {
+    int left = 0;
+    while (const CURLMsg* const message = curl_multi_info_read(impl_->multi.get(), &left)) {
+      any = true;
+      impl_->report(message->easy_handle, message->data.result);
+    }
+  };
+  report();
+  if (!any) {
+    curl_multi_poll(impl_->multi.get(), nullptr, 0, static_cast<int>(limit.count()), nullptr);
+    curl_multi_perform(impl_->multi.get(), &running);
+    report();
+  }
+}
+
+void Transfers::wake() {
+  curl_multi_wakeup(impl_->multi.get());
+}
+
+}  // namespace millrace::services::http

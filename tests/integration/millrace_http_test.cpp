@@ -1,0 +1,260 @@
+// millrace-http as a process between callers on the fabric and a real web server.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/await.hpp"
+#include "tests/support/caller.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+using testing::StartsWith;
+
+const std::string uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341";
+
+std::vector<std::string> lines_of(const fs::path& file) {
+  std::vector<std::string> lines;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+void run(std::vector<std::string> command) {
+  Process process(std::move(command));
+  if (process.wait() != 0) {
+    throw std::runtime_error(process.error_output());
+  }
+}
+
+class Http : public testing::Test {
+ protected:
+  void start_server(const std::vector<std::string>& flags = {}) {
+    std::vector<std::string> command{"/usr/bin/python3", MILLRACE_HTTP_SERVER,
+                                     folder.path().string(), "--port", port};
+    command.insert(command.end(), flags.begin(), flags.end());
+    server.emplace(command);
+    port = server->await("^ready: (\\d+)").at(1);
+  }
+  [[nodiscard]] std::string url(const std::string& path, const std::string& scheme = "http") const {
+    return scheme + "://127.0.0.1:" + port + path;
+  }
+  void configure(const std::string& services) {
+    const fs::path part = folder.path() / "part";
+    std::ofstream(part) << services;
+    fs::rename(part, config);
+  }
+  static std::string service(const std::string& at, const std::string& more = {}) {
+    return "service { uuid: '" + uuid + "' name: 'press' url: '" + at + "' health_ms: 500 " + more +
+           " }\n";
+  }
+  void start() {
+    sut.emplace(std::vector<std::string>{binary("millrace-http"), "--config", config.string(),
+                                         "--domain", std::to_string(domain.number())});
+    sut->await("^ready: ");
+  }
+  /// Serves this path of the test's server.
+  void serve(const std::string& path, const std::string& more = {}) {
+    start_server();
+    configure(service(url(path), more));
+    start();
+    ASSERT_TRUE(caller.await_instance(uuid));
+  }
+  void touch(const std::string& file) const { std::ofstream(folder.path() / file) << "x"; }
+  [[nodiscard]] std::vector<std::string> posts() const { return lines_of(folder.path() / "posts"); }
+
+  TemporaryFolder folder;
+  fs::path config = folder.path() / "http.textproto";
+  std::string port = "0";
+  Domain domain;
+  Caller caller{domain.number()};
+  std::optional<Process> server;
+  std::optional<Process> sut;
+};
+
+TEST_F(Http, AnswersWithTextAndState) {
+  serve("/echo");
+  const fabric::Reply echo = caller.call(uuid, "Ma\xDF 1");
+  EXPECT_EQ(echo.text, "Ma\xDF 1");
+  EXPECT_EQ(echo.state, 1U);
+  EXPECT_EQ(caller.identity(uuid).name, "press");
+  EXPECT_EQ(caller.identity(uuid).delivery, fabric::Delivery::at_most_once);
+  ASSERT_THAT(posts(), SizeIs(1));
+  EXPECT_THAT(posts().front(), testing::EndsWith(" 1 Maß 1 "));
+  sut->terminate();
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
+TEST_F(Http, AnswersWithAPlainText) {
+  serve("/plain");
+  const fabric::Reply plain = caller.call(uuid, "Ma\xDF");
+  EXPECT_EQ(plain.text, "Ma\xDF");
+  EXPECT_EQ(plain.state, 5U);
+}
+
+TEST_F(Http, AnswersWithAnErrorIfTheResponseIsNone) {
+  start_server();
+  const std::string other = "7c9e6679-7425-40de-944b-e07fc1f90ae";
+  const std::vector<std::tuple<std::string, unsigned, std::string>> paths{
+      {"/wrong", 13U, "ERROR: response of press: not JSON"},
+      {"/500", 500U, "ERROR: HTTP 500: no vacuum"},
+      {"/endless", 13U, "ERROR: response of press: more than 65536 bytes"},
+      {"/trickle", 11U, "ERROR: press took longer than 700 ms"},
+      {"/moved", 307U, "ERROR: HTTP 307: is not followed"},
+      {"/none", 404U, "ERROR: HTTP 404"}};
+  std::string services;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    services += "service { uuid: '" + other + std::to_string(i) + "' name: 'press' url: '" +
+                url(std::get<0>(paths[i])) + "' time_limit_ms: 700 }\n";
+  }
+  configure(services);
+  start();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    ASSERT_TRUE(caller.await_instance(other + std::to_string(i)));
+    const fabric::Reply reply = caller.call(other + std::to_string(i), "x");
+    EXPECT_EQ(reply.state, std::get<1>(paths[i])) << std::get<0>(paths[i]);
+    EXPECT_THAT(reply.text, StartsWith(std::get<2>(paths[i])));
+  }
+}
+
+TEST_F(Http, ClosesTheConnectionOfACancelledCall) {
+  serve("/slow");
+  const fabric::Request request = caller.request(uuid, "x");
+  caller.publish(request);
+  await("the request", [&] { return !posts().empty(); });
+  caller.withdraw(request);
+  await("the end of the connection", [&] {
+    caller.attend();
+    return fs::exists(folder.path() / "closed");
+  });
+}
+
+TEST_F(Http, FinishesARunningCallBeforeItLeaves) {
+  serve("/slow");
+  const fabric::Request request = caller.request(uuid, "x");
+  caller.publish(request);
+  await("the request", [&] { return !posts().empty(); });
+  sut->terminate();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  touch("go");
+  EXPECT_EQ(caller.await_reply(request).text, "x");
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
+TEST_F(Http, ReadsTheResultOfAnAcceptedCall) {
+  serve("/job");
+  const fabric::Request request = caller.request(uuid, "x");
+  caller.publish(request);
+  await("the request", [&] { return !posts().empty(); });
+  touch("go");
+  const fabric::Reply reply = caller.await_reply(request);
+  EXPECT_EQ(reply.text, "made");
+  EXPECT_EQ(reply.state, 3U);
+  EXPECT_THAT(posts(), SizeIs(1));
+}
+
+TEST_F(Http, IsAnnouncedOnlyWhileItsEndpointAnswers) {
+  start_server();
+  configure(service(url("/echo")));
+  server->kill();
+  start();
+  sut->await_error("the endpoint " + url("/echo") + " does not answer: .*connect to server");
+  EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(300)));
+  start_server();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "4").text, "4");
+  server->kill();
+  EXPECT_TRUE(caller.await_no_instance(uuid)) << "without a call";
+}
+
+TEST_F(Http, IsAnnouncedOnlyWhileItsHealthCheckIsGood) {
+  serve("/echo", "health: '/health'");
+  touch("sick");
+  EXPECT_TRUE(caller.await_no_instance(uuid));
+  sut->await_error("/health returns HTTP 500");
+  fs::remove(folder.path() / "sick");
+  EXPECT_TRUE(caller.await_instance(uuid));
+}
+
+TEST_F(Http, AppliesAChangedConfigurationWithoutARestart) {
+  serve("/echo");
+  configure(service(url("/plain")));
+  await("the new URL",
+        [&] { return caller.await_instance(uuid) && caller.call(uuid, "4").state == 5; });
+  configure("service { }");
+  sut->await_error("service.uuid: is missing");
+  EXPECT_EQ(caller.call(uuid, "4").state, 5U) << "nothing is changed";
+  configure("# nothing\n");
+  EXPECT_TRUE(caller.await_no_instance(uuid));
+}
+
+class HttpOverTls : public Http {
+ protected:
+  HttpOverTls() {
+    make("server", "subjectAltName=IP:127.0.0.1");
+    make("other", "subjectAltName=IP:127.0.0.2");
+    make("client", "subjectAltName=DNS:press");
+    std::ofstream(folder.path() / "token") << "abc\n";
+    for (const char* const secret : {"client.key", "token"}) {
+      fs::permissions(folder.path() / secret, fs::perms::owner_read | fs::perms::owner_write);
+    }
+  }
+  [[nodiscard]] std::string file(const std::string& name) const { return folder.path() / name; }
+  void make(const std::string& name, const std::string& extension) const {
+    run({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+         "ec_paramgen_curve:prime256v1", "-nodes", "-subj", "/CN=" + name, "-addext", extension,
+         "-days", "2", "-keyout", file(name + ".key"), "-out", file(name + ".pem")});
+  }
+};
+
+TEST_F(HttpOverTls, ProvesWhoItIs) {
+  start_server({"--cert", file("server.pem"), "--key", file("server.key"), "--client-ca",
+                file("client.pem")});
+  configure(service(url("/echo", "https"),
+                    "ca_file: 'server.pem' certificate_file: 'client.pem' key_file: 'client.key' "
+                    "bearer_token_file: 'token'"));
+  start();
+  ASSERT_TRUE(caller.await_instance(uuid)) << sut->error_output();
+  EXPECT_EQ(caller.call(uuid, "4").text, "4");
+  EXPECT_THAT(posts(), ElementsAre(testing::EndsWith(" 1 4 Bearer abc")));
+}
+
+TEST_F(HttpOverTls, DoesNotServeWithAWrongCertificate) {
+  start_server({"--cert", file("other.pem"), "--key", file("other.key")});
+  configure(service(url("/echo", "https"), "ca_file: 'server.pem'"));
+  start();
+  sut->await_error("does not answer: .*certificate");
+  configure(service(url("/echo", "https"), "ca_file: 'other.pem'"));
+  sut->await_error("does not answer: .*(127.0.0.1|host name|subject)");
+  EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(300)));
+  EXPECT_THAT(posts(), SizeIs(0));
+}
+
+TEST_F(HttpOverTls, DoesNotStartWithASecretThatOtherUsersCanRead) {
+  fs::permissions(folder.path() / "token", fs::perms::others_read, fs::perm_options::add);
+  configure(service("https://127.0.0.1:1", "bearer_token_file: 'token'"));
+  Process started({binary("millrace-http"), "--config", config.string()});
+  EXPECT_EQ(started.wait(), 2);
+  EXPECT_THAT(started.error_output(), HasSubstr("token: is a secret, and all users of this host"));
+  Process checked({binary("millrace-http"), "--config", config.string(), "--check"});
+  EXPECT_EQ(checked.wait(), 0);
+  EXPECT_EQ(checked.output(), config.string() + " is good: 1 UUID with 1 URL\n");
+  EXPECT_THAT(checked.error_output(), HasSubstr("warning: the service needs a file"));
+}
+
+}  // namespace
+}  // namespace millrace::tests
