@@ -179,6 +179,34 @@ TEST_F(TheWeb, ShowsTheSameTimelineOfACallAsTheLog) {
             std::filesystem::file_size(file));
 }
 
+TEST_F(TheWeb, CallsAServiceForAProgram) {
+  start_web({"--allow-actions", users()});
+  service.emplace(chain.square_root());
+  HttpClient client(port);
+  const std::string headers = log_in(client);
+  const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+  const HttpAnswer root =
+      client.post("/api/call", R"({"uuid": ")" + square_root + R"(", "text": "4"})", headers);
+  EXPECT_EQ(root.status, 200) << root.body;
+  Process command = chain.millrace({"call", square_root, "4", "--json"});
+  EXPECT_EQ(command.wait(), 0);
+  const auto names = [](const boost::json::value& value) {
+    std::vector<std::string> all;
+    for (const auto& field : value.as_object()) {
+      all.emplace_back(field.key());
+    }
+    return all;
+  };
+  EXPECT_EQ(names(boost::json::parse(root.body)), names(boost::json::parse(command.output())));
+  EXPECT_EQ(boost::json::parse(root.body).at("response"), "2.000000");
+  EXPECT_EQ(boost::json::parse(root.body).at("response_state"), 1);
+  EXPECT_EQ(boost::json::parse(root.body).at("answered"), true);
+  const HttpAnswer none = client.post(
+      "/api/call", R"({"uuid": "7c9e6679-7425-40de-944b-e07fc1f90ae7", "text": "4"})", headers);
+  EXPECT_EQ(none.status, 504) << none.body;
+  EXPECT_EQ(boost::json::parse(none.body).at("answered"), false);
+}
+
 TEST_F(TheWeb, LetsAUserRetryOrAnswerABlockedCallAndTheProgramEnds) {
   start_web({"--allow-actions", users()});
   Process watcher = chain.millrace({"record", "-o", (chain.folder() / "who.mcap").string()});

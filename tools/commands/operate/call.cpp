@@ -3,9 +3,7 @@
 #include <chrono>
 #include <set>
 
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -15,6 +13,7 @@
 #include "fabric/words.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
+#include "tools/caller/one_call.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/names.hpp"
 #include "tools/commands/operate/operate.hpp"
@@ -26,11 +25,6 @@ namespace millrace::tools::commands::operate {
 namespace {
 
 namespace program = base::program;
-
-using Clock = bus::ListeningTime::Clock;
-
-/// How long it waits for a service.
-constexpr bus::Patience grace{.at_least = std::chrono::milliseconds(1000)};
 
 struct CallOptions {
   explicit CallOptions(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
@@ -81,34 +75,17 @@ caller::Order order_of(const CallOptions& options, const std::string& uuid, std:
   return order;
 }
 
-class OneCall : public caller::CallerListener {
+class CallOfTheUser : public caller::OneCall {
  public:
-  OneCall(fabric::dds::Participant& participant, const caller::Order& order)
-      : order_(order),
-        grace_(io_),
-        time_(grace, Clock::now()),
-        signals_(io_, SIGINT, SIGTERM),
-        caller_(participant, io_.get_executor(), *this) {}
-
-  caller::Ended run() {
-    const auto call = caller_.call(order_);
-    if (!call) {
-      return {.reason = call.error()};
-    }
-    wait_for_a_service(*call);
-    signals_.async_wait([this, call = *call](const boost::system::error_code& error, int) {
+  CallOfTheUser(fabric::dds::Participant& participant, const caller::Order& order)
+      : OneCall(participant, order), signals_(loop(), SIGINT, SIGTERM) {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
-        caller_.give_up(call, "interrupted");
+        give_up("interrupted");
       }
     });
-    io_.run();
-    return ended_;
   }
 
-  void on_ended(const caller::Ended& ended) override {
-    ended_ = ended;
-    io_.stop();
-  }
   void on_interim(const fabric::Reply& reply) override {
     fmt::print(stderr, "interim: {} state {}\n", base::text::quoted(reply.text), reply.state);
   }
@@ -117,53 +94,12 @@ class OneCall : public caller::CallerListener {
   }
 
  private:
-  void wait_for_a_service(const fabric::CallId& call) {
-    const auto due = Clock::now() + bus::ListeningTime::look_again;
-    grace_.expires_at(due);
-    grace_.async_wait([this, call, due](const boost::system::error_code& error) {
-      if (error) {
-        return;
-      }
-      const auto now = Clock::now();
-      time_.on_timer(due, now);
-      if (now < time_.end()) {
-        wait_for_a_service(call);
-        return;
-      }
-      // A draining instance accepts no new call, and finishes its own.
-      const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
-      if (why && !caller_.is_given_out(call)) {
-        caller_.give_up(call, *why);
-      }
-    });
-  }
-
-  const caller::Order& order_;
-  caller::Ended ended_;
-  boost::asio::io_context io_{1};
-  boost::asio::steady_timer grace_;
-  bus::ListeningTime time_;
   boost::asio::signal_set signals_;
-  caller::Caller caller_;
 };
 
 void show(const CallOptions& options, const caller::Order& order, const caller::Ended& ended) {
   if (options.json) {
-    boost::json::object out{{"uuid", print::utf8(fabric::canonical_uuid(order.uuid))},
-                            {"answered", ended.reply.has_value()},
-                            {"call", ended.call.to_string()},
-                            {"machine", order.key.machine},
-                            {"channel", order.key.channel}};
-    if (ended.reply) {
-      out["response"] = print::text_json(ended.reply->text);
-      out["response_state"] = ended.reply->state;
-      out["code"] = fabric::name_of(ended.reply->code);
-      out["instance"] = ended.reply->instance.to_string();
-      out["after_ms"] = std::chrono::duration<double, std::milli>(ended.took).count();
-    } else {
-      out["reason"] = print::utf8(ended.reason);
-    }
-    print::print_json(out);
+    print::print_json(caller::json_of(order, ended));
   } else if (!ended.reply) {
     fmt::print(stderr, "millrace: no response: {}\n", base::text::safe(ended.reason));
   } else if (options.raw) {
@@ -204,7 +140,7 @@ int call(const CallOptions& options) {
   }
   const caller::Order order = order_of(options, *uuid, std::move(text));
   fabric::dds::Participant participant(options.fabric.options());
-  const caller::Ended ended = OneCall(participant, order).run();
+  const caller::Ended ended = CallOfTheUser(participant, order).run();
   show(options, order, ended);
   const bool served = ended.reply && !fabric::observer::is_failure(*ended.reply);
   return served ? program::exit_done : program::exit_failed;

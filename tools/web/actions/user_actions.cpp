@@ -80,20 +80,28 @@ Result<fabric::Command> about_a_call(const boost::json::object& body, fabric::Co
       .kind = kind, .key = {*machine, static_cast<std::uint16_t>(*channel)}, .call = *id};
 }
 
+/// A text as a controller has it. `what` names it in the error.
+Result<std::string> controller_text(const std::string& utf8, const char* what) {
+  auto text = base::text::to_cp1252(utf8);
+  if (!text) {
+    return wrong(fmt::format("the {} is no text of a controller: {}", what, text.error()));
+  }
+  if (text->size() > fabric::max_text || text->find('\0') != std::string::npos) {
+    return wrong(fmt::format("the {} has {} bytes; a controller's string holds 127, none of them 0",
+                             what, text->size()));
+  }
+  return *std::move(text);
+}
+
 Result<fabric::Command> an_answer(const boost::json::object& body) {
   const auto response = text_in(body, "response");
   const auto state = number_in(body, "state", std::numeric_limits<std::uint32_t>::max());
   if (!response || !state) {
     return wrong(!response ? response.error() : state.error());
   }
-  const auto text = base::text::to_cp1252(*response);
+  const auto text = controller_text(*response, "response");
   if (!text) {
-    return wrong("the response cannot be sent to a controller: " + text.error());
-  }
-  if (text->size() > fabric::max_text || text->find('\0') != std::string::npos) {
-    return wrong(
-        fmt::format("the response has {} bytes; a controller's string holds 127, none of them 0",
-                    text->size()));
+    return wrong(text.error());
   }
   return about_a_call(body, fabric::CommandKind::answer).map([&](fabric::Command command) {
     command.text = *text;
@@ -161,6 +169,9 @@ http::Outcome UserActions::answer(const std::vector<std::string>& path,
   if (what == "logout" && path.size() == 1) {
     return log_out(request);
   }
+  if (what == "call" && path.size() == 1) {
+    return call(request, now);
+  }
   if (what == "actions" && path.size() == 2) {
     return act(path[1], request, now);
   }
@@ -173,6 +184,9 @@ boost::json::object UserActions::json_of(const Session& session) const {
   if (const auto user = options_.users.find(session.user); user != options_.users.end()) {
     for (const fabric::CommandKind kind : user->second.may) {
       may.emplace_back(name_of(kind));
+    }
+    if (user->second.may_call) {
+      may.emplace_back("call");
     }
     may.emplace_back("acknowledge");
   }
@@ -239,17 +253,55 @@ http::Response UserActions::log_out(const http::Request& request) {
   return response;
 }
 
-http::Outcome UserActions::act(const std::string& what, const http::Request& request,
-                               const fabric::Moment& now) {
+tl::expected<const Session*, http::Response> UserActions::session_of(const http::Request& request,
+                                                                     const fabric::Moment& now) {
   const Session* session = sessions_.find(cookie_in(request.cookie, cookie_name), now.steady);
   if (session == nullptr) {
-    return http::error_response(401, "your session has expired; log in again");
+    return tl::unexpected(http::error_response(401, "your session has expired; log in again"));
   }
   // Compares in a time that does not depend on the place of a difference.
   if (request.token.size() != session->token.size() ||
       ::CRYPTO_memcmp(request.token.data(), session->token.data(), request.token.size()) != 0) {
-    return http::error_response(403, "the page is outdated; reload it");
+    return tl::unexpected(http::error_response(403, "the page is outdated; reload it"));
   }
+  return session;
+}
+
+http::Outcome UserActions::call(const http::Request& request, const fabric::Moment& now) {
+  const auto session = session_of(request, now);
+  if (!session) {
+    return session.error();
+  }
+  const std::string& name = (*session)->user;
+  const auto user = options_.users.find(name);
+  if (user == options_.users.end() || !user->second.may_call || !options_.call) {
+    return http::error_response(403, fmt::format("{} is not allowed to call services; the file of "
+                                                 "--allow-actions lists the permissions",
+                                                 name));
+  }
+  const auto wanted = service_call_of(request.body);
+  if (!wanted) {
+    return http::error_response(400, wanted.error());
+  }
+  return http::Later{http::WorkerKind::calls,
+                     [this, call = *wanted, name]() -> std::function<http::Response()> {
+                       return [this, call, name, ended = options_.call(call)] {
+                         const bool answered = ended.at("answered").as_bool();
+                         log_->info("{}: call of {}: {}", name, base::text::safe(call.uuid),
+                                    answered ? "answered" : "no response");
+                         constexpr unsigned no_response = 504;
+                         return http::json_response(ended, answered ? 200 : no_response);
+                       };
+                     }};
+}
+
+http::Outcome UserActions::act(const std::string& what, const http::Request& request,
+                               const fabric::Moment& now) {
+  const auto found = session_of(request, now);
+  if (!found) {
+    return found.error();
+  }
+  const Session* const session = *found;
   if (what == "acknowledge") {
     return acknowledge(session->user, request, now);
   }
@@ -330,6 +382,46 @@ tl::expected<fabric::Command, std::string> command_of(std::string_view what,
     return a_drain(*object);
   }
   return wrong("there is no such action; expected answer, retry, drain or acknowledge");
+}
+
+tl::expected<ServiceCall, std::string> service_call_of(std::string_view body) {
+  constexpr std::uint32_t longest_ms = 30'000;
+  const auto object = http::object_in(body);
+  if (!object) {
+    return wrong("expected a JSON object");
+  }
+  ServiceCall call;
+  const auto number = [&](const char* name, std::uint32_t otherwise, std::uint32_t last) {
+    return object->contains(name) ? number_in(*object, name, last)
+                                  : Result<std::uint32_t>(otherwise);
+  };
+  const auto uuid = text_in(*object, "uuid");
+  const auto text = text_in(*object, "text").and_then([](const std::string& utf8) {
+    return controller_text(utf8, "text");
+  });
+  const auto machine =
+      object->contains("machine") ? text_in(*object, "machine") : Result<std::string>(call.machine);
+  const auto state = number("state", call.state, std::numeric_limits<std::uint32_t>::max());
+  const auto channel = number("channel", call.channel, std::numeric_limits<std::uint16_t>::max());
+  const auto patience =
+      number("timeout_ms", static_cast<std::uint32_t>(call.patience.count()), longest_ms);
+  for (const auto* const one : {&uuid, &text, &machine}) {
+    if (!*one) {
+      return wrong(one->error());
+    }
+  }
+  for (const auto* const one : {&state, &channel, &patience}) {
+    if (!*one) {
+      return wrong(one->error());
+    }
+  }
+  call.uuid = base::text::to_cp1252(*uuid).value_or(*uuid);
+  call.text = *text;
+  call.state = *state;
+  call.machine = *machine;
+  call.channel = static_cast<std::uint16_t>(*channel);
+  call.patience = std::chrono::milliseconds(*patience);
+  return call;
 }
 
 }  // namespace millrace::tools::web::actions

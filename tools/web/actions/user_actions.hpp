@@ -21,12 +21,27 @@
 
 namespace millrace::tools::web::actions {
 
+/// A call of a service without a controller.
+struct ServiceCall {
+  std::string uuid{};
+  /// CP1252.
+  std::string text{};
+  std::uint32_t state = 1;
+  /// The instance is chosen as for a call of this channel; empty = any.
+  std::string machine{};
+  std::uint16_t channel = 1;
+  std::chrono::milliseconds patience{10000};
+};
+
 struct UserActionsOptions {
   Users users{};
   /// Host name of this server, for the issuer of commands.
   std::string host{};
   /// Browsers send the cookie only over TLS.
   bool secure_cookie = false;
+  /// Calls and waits, in one of several threads; returns the end as `millrace call --json` prints
+  /// it.
+  std::function<boost::json::object(const ServiceCall&)> call{};
 };
 
 class UserActions : public http::ActionHandler {
@@ -60,6 +75,10 @@ class UserActions : public http::ActionHandler {
                     const fabric::Moment& now);
   http::Response acknowledge(const std::string& user, const http::Request& request,
                              const fabric::Moment& now);
+  http::Outcome call(const http::Request& request, const fabric::Moment& now);
+  /// The session of the request; the error is the response.
+  tl::expected<const Session*, http::Response> session_of(const http::Request& request,
+                                                          const fabric::Moment& now);
   http::Response report(const fabric::Command& command, const std::string& user,
                         const std::optional<fabric::Outcome>& outcome);
   [[nodiscard]] boost::json::object json_of(const Session& session) const;
@@ -75,6 +94,9 @@ class UserActions : public http::ActionHandler {
 /// The command for a body of /api/actions/WHAT, without id, issuer and time. The error names what
 /// was expected.
 tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
+
+/// The call of a body of /api/call. The error names what was expected.
+tl::expected<ServiceCall, std::string> service_call_of(std::string_view body);
 
 /// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.
 std::string draw_secret();

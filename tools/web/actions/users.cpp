@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include <crypt.h>
@@ -32,8 +33,10 @@ bool is_hash(const std::string& text) {
   return text.starts_with('$') && ::crypt_checksalt(text.c_str()) == CRYPT_SALT_OK;
 }
 
-fabric::CommandKind kind_of(config::Web::Action action) {
+std::optional<fabric::CommandKind> kind_of(config::Web::Action action) {
   switch (action) {
+    case config::Web::CALL:
+      return std::nullopt;
     case config::Web::ANSWER:
       return fabric::CommandKind::answer;
     case config::Web::RETRY:
@@ -41,15 +44,20 @@ fabric::CommandKind kind_of(config::Web::Action action) {
     case config::Web::DRAIN:
       return fabric::CommandKind::drain;
   }
-  return fabric::CommandKind::answer;
+  return std::nullopt;
 }
 
 User user_of(const config::Web::User& configured) {
   User user{.name = configured.name(), .password_hash = configured.password_hash()};
   for (const int action : configured.may()) {
-    user.may.insert(kind_of(static_cast<config::Web::Action>(action)));
+    if (const auto kind = kind_of(static_cast<config::Web::Action>(action))) {
+      user.may.insert(*kind);
+    } else {
+      user.may_call = true;
+    }
   }
-  if (user.may.empty()) {
+  if (configured.may().empty()) {
+    user.may_call = true;
     user.may = {fabric::CommandKind::answer, fabric::CommandKind::retry,
                 fabric::CommandKind::drain};
   }

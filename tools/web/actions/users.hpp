@@ -19,6 +19,8 @@ struct User {
   std::string name{};
   std::string password_hash{};
   std::set<fabric::CommandKind> may{};
+  /// Calls of services.
+  bool may_call = false;
 };
 
 /// By name.

@@ -56,8 +56,9 @@ struct Download {
   std::string name{};
 };
 
-/// Threads beside the loop, one each, so that they do not wait for each other.
-enum class WorkerKind : std::uint8_t { recordings, operators, doctor };
+/// Threads beside the loop, one each and several for calls of services, so that they do not wait
+/// for each other.
+enum class WorkerKind : std::uint8_t { recordings, operators, doctor, calls };
 
 /// Work that would block the loop. `work` runs in the thread of its worker; its result runs on the
 /// loop.

@@ -164,7 +164,8 @@ Outcome Site::answer(const Request& request, const fabric::Moment& now) const {
 Outcome Site::api(const Target& target, const Request& request, const fabric::Moment& now) const {
   const std::vector<std::string> path(target.path.begin() + 1, target.path.end());
   const std::string what = path.empty() ? std::string() : path.front();
-  if (what == "session" || what == "login" || what == "logout" || what == "actions") {
+  if (what == "session" || what == "login" || what == "logout" || what == "actions" ||
+      what == "call") {
     if (parts_.action_handler != nullptr) {
       return parts_.action_handler->answer(path, request, now);
     }

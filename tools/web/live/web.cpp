@@ -21,6 +21,7 @@
 #include "base/posix/system.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/caller/one_call.hpp"
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/examine.hpp"
 #include "tools/print/json.hpp"
@@ -129,6 +130,7 @@ struct Web : fabric::observer::ObserverListener {
   void send_close();
   [[nodiscard]] std::string metrics_text() const;
   std::optional<fabric::Outcome> issue(const fabric::Command& command);
+  boost::json::object call(const actions::ServiceCall& wanted);
 
   WebOptions options;
   base::program::Log log;
@@ -201,7 +203,10 @@ std::optional<actions::UserActions> Web::make_user_actions() {
   return std::optional<actions::UserActions>(
       std::in_place,
       actions::UserActionsOptions{
-          .users = options.users, .host = base::posix::host_name(), .secure_cookie = secure},
+          .users = options.users,
+          .host = base::posix::host_name(),
+          .secure_cookie = secure,
+          .call = [this](const actions::ServiceCall& wanted) { return call(wanted); }},
       [this](const fabric::Command& command) { return issue(command); },
       [this](const plant::Acknowledgement& said, const fabric::Moment& at) {
         plant.acknowledge(said, at.wall);
@@ -227,6 +232,20 @@ std::optional<fabric::Outcome> Web::issue(const fabric::Command& command) {
   const auto heard = bus::issue(participant, {command}, patience_for_a_word);
   const auto word = heard.find(command.id);
   return word == heard.end() ? std::nullopt : std::optional(word->second.outcome);
+}
+
+/// In one of the threads for calls; likewise. It acts as no machine of the plant: that would
+/// disturb the machine's own calls.
+boost::json::object Web::call(const actions::ServiceCall& wanted) {
+  caller::Order order{.key = {caller::unique_machine("call"), wanted.channel},
+                      .uuid = wanted.uuid,
+                      .text = wanted.text,
+                      .state = wanted.state,
+                      .patience = wanted.patience};
+  if (!wanted.machine.empty()) {
+    order.as = fabric::ChannelKey{wanted.machine, wanted.channel};
+  }
+  return caller::json_of(order, caller::OneCall(participant, order).run());
 }
 
 std::string Web::metrics_text() const {

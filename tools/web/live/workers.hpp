@@ -1,4 +1,4 @@
-// Threads beside the loop, one for each kind of work that would block it.
+// Threads beside the loop, for each kind of work that would block it.
 //
 //   Workers workers(io.get_executor());
 //   if (!workers.run(std::move(later), [](http::Response response) { … }))   // on the loop
@@ -22,6 +22,8 @@ class Workers {
   using Done = std::function<void(http::Response)>;
   /// Longest queue of a worker; further requests get status 503.
   static constexpr std::size_t most_waiting = 16;
+  /// A call waits for its service most of the time.
+  static constexpr std::size_t calls_at_once = 8;
 
   explicit Workers(boost::asio::any_io_executor loop) : loop_(std::move(loop)) {}
   ~Workers() { stop(); }
@@ -37,12 +39,13 @@ class Workers {
 
  private:
   struct Worker {
-    boost::asio::thread_pool thread{1};
+    boost::asio::thread_pool thread;
     std::size_t waiting = 0;
   };
 
   boost::asio::any_io_executor loop_;
-  std::array<Worker, 3> workers_;
+  /// By WorkerKind.
+  std::array<Worker, 4> workers_{{{1}, {1}, {1}, {calls_at_once}}};
 };
 
 }  // namespace millrace::tools::web::live

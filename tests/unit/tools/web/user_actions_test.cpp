@@ -60,8 +60,11 @@ class UserActionsTest : public testing::Test {
   }
   /// A request of a logged-in user.
   http::Request by_anna(const std::string& path, const std::string& body) {
+    return by("anna", path, body);
+  }
+  http::Request by(const std::string& user, const std::string& path, const std::string& body) {
     http::Request request = post(path, body);
-    const http::Response login = log_in("anna", "secret");
+    const http::Response login = log_in(user, "secret");
     EXPECT_EQ(login.status, 200U) << *login.body;
     for (const auto& [name, value] : login.headers) {
       if (name == "Set-Cookie") {
@@ -75,13 +78,22 @@ class UserActionsTest : public testing::Test {
   fabric::SteadyTime now = std::chrono::steady_clock::now();
   std::vector<Command> issued;
   std::vector<std::string> acknowledged;
+  std::vector<ServiceCall> called;
+  bool answered = true;
   std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "dispatched again"};
   int secrets = 0;
   UserActions sut{{.users = {{"anna",
                               {.name = "anna",
                                .password_hash = quick_hash(),
-                               .may = {CommandKind::retry, CommandKind::answer}}}},
-                   .host = "hall-pc"},
+                               .may = {CommandKind::retry, CommandKind::answer},
+                               .may_call = true}},
+                             {"carl", {.name = "carl", .password_hash = quick_hash()}}},
+                   .host = "hall-pc",
+                   .call =
+                       [this](const ServiceCall& call) {
+                         called.push_back(call);
+                         return boost::json::object{{"answered", answered}, {"response", "2"}};
+                       }},
                   [this](const Command& command) {
                     issued.push_back(command);
                     return word;
@@ -101,7 +113,7 @@ TEST_F(UserActionsTest, AcceptsAUserWithThePassword) {
   const http::Response response = log_in("anna", "secret");
   EXPECT_EQ(response.status, 200U);
   EXPECT_EQ(json(response).at("user"), "anna");
-  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(3)) << "and acknowledge";
+  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(4)) << "and call, acknowledge";
   EXPECT_THAT(response.headers.back().second,
               testing::AllOf(HasSubstr("HttpOnly"), HasSubstr("SameSite=Strict")));
 }
@@ -255,6 +267,56 @@ TEST(AFileOfUsers, NamesUsersAndTheirPermissions) {
   EXPECT_THAT(users->at("bert").may, SizeIs(3));
   EXPECT_TRUE(matches("secret", users->at("anna").password_hash));
   EXPECT_FALSE(matches("Secret", users->at("anna").password_hash));
+}
+
+TEST_F(UserActionsTest, CallsAServiceForAUserWhoMay) {
+  const http::Response done = run(by_anna(
+      "call",
+      R"({"uuid": "5a", "text": "Maß", "state": 7, "machine": "cnc", "channel": 2, "timeout_ms": 500})"));
+  EXPECT_EQ(done.status, 200U) << *done.body;
+  EXPECT_EQ(json(done).at("response"), "2");
+  ASSERT_THAT(called, SizeIs(1));
+  EXPECT_EQ(called[0].uuid, "5a");
+  EXPECT_EQ(called[0].text, "Ma\xDF");
+  EXPECT_EQ(called[0].state, 7U);
+  EXPECT_EQ(called[0].machine, "cnc");
+  EXPECT_EQ(called[0].channel, 2U);
+  EXPECT_EQ(called[0].patience, std::chrono::milliseconds(500));
+
+  answered = false;
+  EXPECT_EQ(run(by_anna("call", R"({"uuid": "5a", "text": ""})")).status, 504U);
+  EXPECT_EQ(called.back().patience, std::chrono::seconds(10));
+}
+
+TEST_F(UserActionsTest, CallsNoServiceWithoutLoginPermissionOrSense) {
+  const std::string body = R"({"uuid": "5a", "text": "4"})";
+  EXPECT_EQ(run(post("call", body)).status, 401U);
+  http::Request no_token = by_anna("call", body);
+  no_token.token.clear();
+  EXPECT_EQ(run(no_token).status, 403U);
+  EXPECT_EQ(run(by("carl", "call", body)).status, 403U);
+  for (const char* const wrong : {"4", "{}", R"({"uuid": "5a"})", R"({"uuid": "5a", "text": "中"})",
+                                  R"({"uuid": "5a", "text": "4", "state": 0})",
+                                  R"({"uuid": "5a", "text": "4", "channel": 65536})",
+                                  R"({"uuid": "5a", "text": "4", "timeout_ms": 30001})",
+                                  R"({"uuid": "5a", "text": "4", "machine": 1})"}) {
+    EXPECT_EQ(run(by_anna("call", wrong)).status, 400U) << wrong;
+  }
+  const std::string long_text(128, 'x');
+  EXPECT_EQ(run(by_anna("call", R"({"uuid": "5a", "text": ")" + long_text + "\"}")).status, 400U);
+  EXPECT_THAT(called, IsEmpty());
+}
+
+TEST(AFileOfUsers, MayAllowCallsAlone) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder.path() / "web.textproto";
+  std::ofstream(file) << "user { name: \"mes\" password_hash: \"" << quick_hash()
+                      << "\" may: CALL }\n";
+  std::filesystem::permissions(file, std::filesystem::perms(0600));
+  const auto users = read_users(file);
+  ASSERT_TRUE(users) << users.error();
+  EXPECT_TRUE(users->at("mes").may_call);
+  EXPECT_THAT(users->at("mes").may, IsEmpty());
 }
 
 TEST(AFileOfUsers, IsRefusedIfAnyUserCanReadIt) {
