@@ -74,10 +74,13 @@ void check_url(const config::Http::Service& from, const Url& url, const ConfigPa
 std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& folder,
                                      Mistakes& mistakes) {
   std::vector<Endpoint> endpoints;
+  std::set<std::string> uuids;
   for (int i = 0; i < from.service_size(); ++i) {
     const config::Http::Service& one = from.service(i);
     const ConfigPath path{{"service", i}};
     const Endpoint common = endpoint_from(one, folder, path, mistakes);
+    mistakes.expect(uuids.insert(common.uuid).second, path / "uuid",
+                    fmt::format("\"{}\" occurs twice", one.uuid()));
     std::set<std::string> urls;
     for (int u = 0; u < one.url_size(); ++u) {
       const ConfigPath place = path / ConfigStep{"url", u};

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::http {
@@ -45,6 +46,13 @@ TEST_F(HttpConfig, MakesAnEndpointOfEachUrl) {
   EXPECT_EQ(sut[1].name, "b:443");
   EXPECT_EQ(sut[1].health_url, "https://b:443/ok");
   EXPECT_EQ(sut[0].delivery, fabric::Delivery::at_most_once);
+}
+
+TEST(AnHttpConfig, NamesEveryMistakeWithItsPlace) {
+  tests::expect_mistakes("http", [](const auto& file) {
+    const auto sut = load(file);
+    return sut ? "no error" : sut.error();
+  });
 }
 
 TEST_F(HttpConfig, ReadsItsSecrets) {
