@@ -22,7 +22,8 @@ Outcome outcome_of(const Exchange& exchange) {
   if (exchange.handed_over && !(exchange.replied_after && (temporary || permanent))) {
     return {.verdict = Verdict::doubt, .reply = exchange.trouble_text};
   }
-  if (exchange.trouble == ConnectionError::tls) {
+  // A server may refuse STARTTLS for a while: 454 (RFC 3207, 4).
+  if (exchange.trouble == ConnectionError::tls && !temporary) {
     return {.verdict = Verdict::insecure, .reply = exchange.trouble_text};
   }
   if (exchange.trouble == ConnectionError::login) {

@@ -3,8 +3,10 @@
 #include "services/mail/smtp.hpp"
 
 #include <future>
+#include <ostream>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -45,6 +47,18 @@ class SilentServer {
     EXPECT_EQ(::send(connection.get(), greeting.data(), greeting.size(), MSG_NOSIGNAL),
               static_cast<ssize_t>(greeting.size()));
     return connection;
+  }
+  /// Sends these to the first client: the first at once, each other one after a line of it; then
+  /// closes the connection.
+  void answer(const std::vector<std::string_view>& replies) const {
+    const base::posix::Fd connection(::accept(socket_.get(), nullptr, nullptr));
+    for (std::size_t i = 0; i < replies.size(); ++i) {
+      char byte = 0;
+      while (i > 0 && byte != '\n' && ::recv(connection.get(), &byte, 1, 0) == 1) {
+      }
+      EXPECT_EQ(::send(connection.get(), replies[i].data(), replies[i].size(), MSG_NOSIGNAL),
+                static_cast<ssize_t>(replies[i].size()));
+    }
   }
   /// Waits for the end of the first connection.
   [[nodiscard]] bool sees_the_end() const {
@@ -113,6 +127,43 @@ TEST(Smtp, ReportsThatAServerStalls) {
   EXPECT_TRUE(outcome.stalled);
 }
 
+struct RefusalCase {
+  const char* name;
+  /// The greeting, then the replies to each command.
+  std::vector<std::string_view> replies;
+};
+
+void PrintTo(const RefusalCase& refusal, std::ostream* out) {
+  *out << refusal.name;
+}
+
+class ATemporaryRefusalBeforeAMail : public testing::TestWithParam<RefusalCase> {};
+
+TEST_P(ATemporaryRefusalBeforeAMail, LetsItBeSentLater) {
+  const SilentServer server;
+  Smtp sut({.host = "127.0.0.1",
+            .port = server.port(),
+            .security = Security::starttls,
+            .timeout = std::chrono::seconds(10)});
+  const Transport::Watch watch{.handing_over = [] { return true; },
+                               .cancelled = [] { return false; }};
+  const Mail mail{.from = "a@example.com", .to = {"b@example.com"}, .message = "text\r\n"};
+  auto sending = std::async(std::launch::async, [&] { return sut.send(mail, watch); });
+  server.answer(GetParam().replies);
+  const Outcome outcome = sending.get();
+  EXPECT_EQ(outcome.verdict, Verdict::later) << outcome.reply;
+  EXPECT_EQ(outcome.reply, GetParam().replies.back().substr(0, outcome.reply.size()));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , ATemporaryRefusalBeforeAMail,
+    testing::Values(RefusalCase{"Greeting", {"421 closed for lunch\r\n"}},
+                    RefusalCase{"Ehlo", {"220 test\r\n", "421 too many\r\n"}},
+                    RefusalCase{"StartTls",
+                                {"220 test\r\n", "250-test\r\n250 STARTTLS\r\n",
+                                 "454 TLS not available\r\n"}}),
+    [](const testing::TestParamInfo<RefusalCase>& refusal) { return refusal.param.name; });
+
 struct OutcomeCase {
   const char* what;
   Exchange exchange;
@@ -159,6 +210,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Verdict::doubt},
         OutcomeCase{
             "certificate", {.trouble = ConnectionError::tls, .code = 220}, Verdict::insecure},
+        OutcomeCase{"TLS for now", {.trouble = ConnectionError::tls, .code = 454}, Verdict::later},
+        OutcomeCase{
+            "no TLS at all", {.trouble = ConnectionError::tls, .code = 502}, Verdict::insecure},
         OutcomeCase{"password", {.trouble = ConnectionError::login, .code = 535}, Verdict::login},
         OutcomeCase{
             "login for now", {.trouble = ConnectionError::login, .code = 454}, Verdict::later},
