@@ -46,6 +46,7 @@ struct Options {
   bool behind_proxy = false;
   std::string recordings;
   std::vector<std::string> names;
+  std::vector<std::string> trusted_proxies;
   std::string users;
   std::string state_folder;
   std::vector<std::string> normal_states;
@@ -125,6 +126,15 @@ WebOptions web_options(const Options& options) {
   web.server.port = place.port;
   web.server.certificate = options.certificate;
   web.server.key = options.key;
+  for (const std::string& text : options.trusted_proxies) {
+    boost::system::error_code no_address;
+    const auto address = boost::asio::ip::make_address(text, no_address);
+    if (no_address) {
+      throw program::UsageError(
+          fmt::format("--trusted-proxy {}: expected an IP address, as in 127.0.0.1", text));
+    }
+    web.server.trusted_proxies.insert(address.to_string());
+  }
   web.behind_proxy = options.behind_proxy;
   web.recordings = options.recordings;
   web.state_folder = options.state_folder;
@@ -185,6 +195,12 @@ void add_web(CLI::App& app, Chosen& chosen) {
   command.add_option("--tls-key", options->key, "The certificate's key (PEM)")->type_name("FILE");
   command.add_flag("--behind-proxy", options->behind_proxy,
                    "Accept other hosts without TLS, behind a TLS proxy");
+  command
+      .add_option("--trusted-proxy", options->trusted_proxies,
+                  "Address of a proxy whose X-Forwarded-For names the client, for the limit of "
+                  "wrong passwords; may be repeated")
+      ->type_name("ADDRESS")
+      ->allow_extra_args(false);
   command.add_option("--name", options->names,
                      "A further name of this server in browsers, after its addresses and its "
                      "host's name; may be repeated");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <boost/asio/ip/address.hpp>
+
 #include "base/text/ascii.hpp"
 
 namespace millrace::tools::web::actions {
@@ -35,23 +37,73 @@ void Sessions::close(std::string_view id) {
   }
 }
 
+namespace {
+
+/// All users at the address of `who`. An IPv6 address stands for its /64: a host may have all of
+/// it.
+Throttle::Who all_of_address_of(const Throttle::Who& who) {
+  boost::system::error_code none;
+  const auto address = boost::asio::ip::make_address(who.peer, none);
+  if (none || !address.is_v6() || address.to_v6().is_v4_mapped()) {
+    return {.user = {}, .peer = who.peer};
+  }
+  auto bytes = address.to_v6().to_bytes();
+  std::fill(bytes.begin() + bytes.size() / 2, bytes.end(), static_cast<unsigned char>(0));
+  return {.user = {}, .peer = boost::asio::ip::address_v6(bytes).to_string()};
+}
+
+}  // namespace
+
 std::chrono::seconds Throttle::try_now(const Who& who, fabric::SteadyTime now) {
+  const Who all_of_address = all_of_address_of(who);
+  const auto pause = std::max(pause_of(who, now), pause_of(all_of_address, now));
+  if (pause.count() > 0) {
+    return pause;
+  }
+  if (failures_.size() + 2 > most_names) {
+    forget_old(now);
+  }
+  if (failures_.size() + 2 > most_names &&
+      (!failures_.contains(who) || !failures_.contains(all_of_address))) {
+    return longest_pause;
+  }
+  count(who, free_tries, now);
+  count(all_of_address, free_tries_of_address, now);
+  return std::chrono::seconds(0);
+}
+
+void Throttle::succeeded(const Who& who) {
+  failures_.erase(who);
+  const auto of_address = failures_.find(all_of_address_of(who));
+  if (of_address != failures_.end() && --of_address->second.count <= 0) {
+    failures_.erase(of_address);
+  }
+}
+
+std::chrono::seconds Throttle::pause_of(const Who& who, fabric::SteadyTime now) const {
   const auto known = failures_.find(who);
-  if (known != failures_.end() && known->second.until > now) {
-    return std::chrono::ceil<std::chrono::seconds>(known->second.until - now);
-  }
-  if (failures_.size() >= most_names && known == failures_.end()) {
-    failures_.erase(std::ranges::min_element(
-        failures_, {}, [](const auto& failures) { return failures.second.until; }));
-  }
+  return known == failures_.end() || known->second.until <= now
+             ? std::chrono::seconds(0)
+             : std::chrono::ceil<std::chrono::seconds>(known->second.until - now);
+}
+
+void Throttle::forget_old(fabric::SteadyTime now) {
+  std::erase_if(failures_,
+                [&](const auto& known) { return now - known.second.last >= remembered; });
+}
+
+void Throttle::count(const Who& who, int free, fabric::SteadyTime now) {
   Failures& failures = failures_[who];
-  const int beyond = ++failures.count - free_tries;
+  if (now - failures.last >= remembered) {
+    failures.count = 0;
+  }
+  failures.last = now;
+  const int beyond = ++failures.count - free;
   if (beyond >= 0) {
     constexpr int doublings = 6;  // One more would exceed the longest pause.
     failures.until = now + std::min<std::chrono::seconds>(
                                first_pause * (1 << std::min(beyond, doublings)), longest_pause);
   }
-  return std::chrono::seconds(0);
 }
 
 std::string_view cookie_in(std::string_view header, std::string_view name) {

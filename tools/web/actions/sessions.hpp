@@ -47,15 +47,21 @@ class Sessions {
   std::map<std::string, Session, std::less<>> sessions_;
 };
 
-/// Limits wrong passwords by user and address, so that an attacker cannot lock the user out from
-/// other addresses. Pure.
+/// Limits wrong passwords: by user and address, so that an attacker cannot lock the user out from
+/// other addresses, and by address, so that it gains nothing by trying names in turn. Pure.
+///
+/// Bounded, and an attacker cannot choose what is forgotten: a failure counts until it is
+/// `remembered` old. While too many are remembered, names and addresses without one must wait.
 class Throttle {
  public:
-  /// After so many failures each further one doubles the pause, up to a minute.
+  /// After so many failures each further one doubles the pause, up to a minute. Behind one address
+  /// may be many users.
   static constexpr int free_tries = 3;
+  static constexpr int free_tries_of_address = 30;
   static constexpr std::chrono::seconds first_pause{1};
   static constexpr std::chrono::seconds longest_pause{60};
-  static constexpr std::size_t most_names = 1'000;
+  static constexpr std::chrono::minutes remembered{15};
+  static constexpr std::size_t most_names = 4'000;
 
   struct Who {
     std::string user{};
@@ -66,14 +72,22 @@ class Throttle {
   /// How long `who` must wait; zero: not at all. The try counts as a failure until it succeeds, so
   /// parallel tries gain nothing.
   std::chrono::seconds try_now(const Who& who, fabric::SteadyTime now);
-  void succeeded(const Who& who) { failures_.erase(who); }
+  void succeeded(const Who& who);
 
  private:
   struct Failures {
     int count = 0;
+    fabric::SteadyTime last{};
     fabric::SteadyTime until{};
   };
-  std::map<Who, Failures> failures_;
+  /// Of a user at an address; an empty user stands for all of that address.
+  using Table = std::map<Who, Failures>;
+
+  [[nodiscard]] std::chrono::seconds pause_of(const Who& who, fabric::SteadyTime now) const;
+  void forget_old(fabric::SteadyTime now);
+  void count(const Who& who, int free, fabric::SteadyTime now);
+
+  Table failures_;
 };
 
 /// The value of the cookie `name` in a header Cookie.

@@ -112,7 +112,14 @@ class BrowserConnection : public Connection,
     }
     ++shared_.counts.requests;
     const Message message = parser.release();
-    const http::Request request = request_of(message, peer_);
+    if (!has_known_length(message)) {
+      const AnswerHead last{.keep_alive = false};
+      co_await write(http::error_response(501, "only Transfer-Encoding: chunked is understood"),
+                     last);
+      co_return false;
+    }
+    client_ = client_of(message, peer_, shared_.options.trusted_proxies);
+    const http::Request request = request_of(message, client_);
     const AnswerHead head{.keep_alive = message.keep_alive(),
                           .with_body = message.method() != beast::http::verb::head};
     const fabric::Moment now{std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
@@ -196,7 +203,7 @@ class BrowserConnection : public Connection,
   }
 
   asio::awaitable<void> stream_live(AnswerHead head) {
-    const std::shared_ptr<Feed> feed = shared_.feeds.open(peer_);
+    const std::shared_ptr<Feed> feed = shared_.feeds.open(client_);
     if (!feed) {
       const http::Response full =
           http::error_response(503, "too many browsers are connected; close some of them");
@@ -233,7 +240,7 @@ class BrowserConnection : public Connection,
     if (error == beast::error::timeout) {
       ++shared_.counts.dropped;
       shared_.log->info("{}: the browser does not read its events; the connection is closed",
-                        peer_);
+                        client_);
     }
     co_return !error;
   }
@@ -263,6 +270,8 @@ class BrowserConnection : public Connection,
 
   Shared& shared_;
   std::string peer_;
+  /// Of the last request: the peer, or the client of a trusted proxy.
+  std::string client_;
   Stream stream_;
   beast::flat_buffer buffer_;
   /// Expires early when there is an event or a response.

@@ -1,10 +1,16 @@
 #include "tools/web/live/messages.hpp"
 
 #include <cctype>
+#include <iterator>
 #include <string_view>
+#include <vector>
 
+#include <boost/asio/ip/address.hpp>
+#include <boost/beast/core/string.hpp>
 #include <boost/beast/http/status.hpp>
 #include <fmt/format.h>
+
+#include "base/text/ascii.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -87,6 +93,40 @@ http::Request request_of(const Message& message, const std::string& peer) {
           .if_none_match = field(message, "If-None-Match"),
           .body = message.body(),
           .peer = peer};
+}
+
+std::string client_of(const Message& message, const std::string& peer,
+                      const std::set<std::string>& trusted_proxies) {
+  if (!trusted_proxies.contains(peer)) {
+    return peer;
+  }
+  std::vector<std::string> chain;
+  const auto [first, last] = message.equal_range("X-Forwarded-For");
+  for (auto line = first; line != last; ++line) {
+    std::string_view rest(line->value().data(), line->value().size());
+    while (!rest.empty()) {
+      const std::size_t comma = rest.find(',');
+      chain.emplace_back(base::text::trim(rest.substr(0, comma)));
+      rest = comma == std::string_view::npos ? std::string_view{} : rest.substr(comma + 1);
+    }
+  }
+  std::string client = peer;
+  while (!chain.empty() && trusted_proxies.contains(client)) {
+    boost::system::error_code no_address;
+    const auto address = boost::asio::ip::make_address(chain.back(), no_address);
+    if (no_address) {
+      break;
+    }
+    client = address.to_string();
+    chain.pop_back();
+  }
+  return client;
+}
+
+bool has_known_length(const Message& message) {
+  const auto [first, last] = message.equal_range("Transfer-Encoding");
+  return first == last || (std::next(first) == last && message.count("Content-Length") == 0 &&
+                           boost::beast::iequals(first->value(), "chunked"));
 }
 
 }  // namespace millrace::tools::web::live

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -35,5 +36,14 @@ using Message = boost::beast::http::request<boost::beast::http::string_body>;
 
 /// `peer`: address of the client.
 http::Request request_of(const Message& message, const std::string& peer);
+
+/// The client of a request that `peer` sent: behind a trusted proxy the last address of
+/// X-Forwarded-For that is not one. What any other client says in that header does not count.
+std::string client_of(const Message& message, const std::string& peer,
+                      const std::set<std::string>& trusted_proxies);
+
+/// Whether the length of its body is known: no Transfer-Encoding but "chunked" (RFC 9112, 6.1).
+/// Otherwise its body would be read as the next request.
+bool has_known_length(const Message& message);
 
 }  // namespace millrace::tools::web::live

@@ -32,6 +32,8 @@ struct ServerOptions {
   /// PEM files of the certificate with its chain, and of its key; empty = plain HTTP.
   std::string certificate{};
   std::string key{};
+  /// Their X-Forwarded-For names the client; numeric IP addresses.
+  std::set<std::string> trusted_proxies{};
   /// Well below the 1024 descriptors that Cyclone's select() supports.
   std::size_t most_connections = 512;
   /// Browsers with an open event stream.

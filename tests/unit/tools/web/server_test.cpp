@@ -11,6 +11,7 @@
 
 #include "tests/support/await.hpp"
 #include "tests/support/http_client.hpp"
+#include "tools/web/live/messages.hpp"
 
 namespace millrace::tools::web::live {
 namespace {
@@ -132,6 +133,40 @@ TEST_F(AServer, RefusesARequestWithTwoHosts) {
   HttpClient client(port);
   client.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n");
   EXPECT_EQ(client.receive().status, 403);
+}
+
+// A regression: the body of such a request was read as the next request.
+TEST_F(AServer, RefusesARequestOfUnknownLengthAndEndsItsConnection) {
+  start({});
+  for (const std::string coding : {"xchunked", "chunked, identity", "gzip"}) {
+    HttpClient client(port);
+    client.send("POST /api/login HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: " + coding +
+                "\r\n\r\nGET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_THAT(client.receive().status, testing::AnyOf(400, 501)) << coding;
+    tests::await("the end", [&] { return client.is_ended(); });
+  }
+}
+
+Message forwarded(const std::vector<std::string>& lines) {
+  Message message;
+  for (const std::string& line : lines) {
+    message.insert("X-Forwarded-For", line);
+  }
+  return message;
+}
+
+TEST(TheClientOfARequest, IsThePeerUnlessThatIsATrustedProxy) {
+  const Message message = forwarded({"10.0.0.9, 10.0.0.7", "10.0.0.5"});
+  EXPECT_EQ(client_of(message, "10.0.0.1", {}), "10.0.0.1");
+  EXPECT_EQ(client_of(message, "10.0.0.1", {"127.0.0.1"}), "10.0.0.1");
+  EXPECT_EQ(client_of(message, "127.0.0.1", {"127.0.0.1"}), "10.0.0.5");
+  EXPECT_EQ(client_of(message, "127.0.0.1", {"127.0.0.1", "10.0.0.5"}), "10.0.0.7");
+}
+
+TEST(TheClientOfARequest, IsTheProxyIfThatNamesNoAddress) {
+  for (const std::string said : {"", "unknown", "10.0.0.5, ", "1.2.3.4:80", "<script>"}) {
+    EXPECT_EQ(client_of(forwarded({said}), "127.0.0.1", {"127.0.0.1"}), "127.0.0.1") << said;
+  }
 }
 
 TEST_F(AServer, ReportsWhyItCannotListen) {
