@@ -80,6 +80,44 @@ class AHandler(unittest.TestCase):
         self.assertEqual(len(text), 127)
         self.assertTrue(text.endswith("..."))
 
+    # A regression: the service ended, with exit code 0.
+    def test_whose_exception_has_no_text_to_get_ends_only_its_call(self):
+        class Silent(Exception):
+            def __str__(self):
+                raise SystemExit(0)
+
+        def raise_it(error):
+            raise error
+
+        response = testing.call(lambda call: raise_it(Silent()))
+        self.assertEqual(response.text, "ERROR: Silent (its text cannot be made)")
+        self.assertEqual(response.result, "failed")
+        self.assertEqual(testing.call(lambda call: raise_it(ValueError(Silent()))).result, "failed")
+
+    def test_that_returns_an_object_which_raises_ends_only_its_call(self):
+        class Hostile(str):
+            def encode(self, *arguments):
+                raise SystemExit(0)
+
+            def __str__(self):
+                raise SystemExit(0)
+
+        for result in (Hostile("x"), (Hostile("x"), 1), object(), (object(), object()), Hostile):
+            self.assertIn(testing.call(lambda call, result=result: result).result, ("ok", "failed"))
+
+    def test_whose_exception_is_long_or_has_control_characters_writes_a_short_clean_line(self):
+        for text in ("x" * 10_000_000, "\x1b[2J\r\n2026-01-01 forged line", "\u202eevil\u0085"):
+
+            def fails(call, text=text):
+                raise ValueError(text)
+
+            with self.assertLogs("millrace", "ERROR") as logged:
+                testing.call(fails)
+            lines = "\n".join(record.getMessage() for record in logged.records)
+            self.assertLess(len(lines), 5000)
+            self.assertNotRegex(lines, "[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+            self.assertNotIn("\n2026", lines)
+
     def test_that_calls_sys_exit_ends_only_its_call(self):
         def leaving(call):
             raise SystemExit(3)

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import inspect
 import logging
+import traceback
 from collections.abc import Awaitable, Callable
 from typing import Any, Literal, Union
 
@@ -97,11 +98,35 @@ def service(
     return register
 
 
+def _words(make: Callable[[], str], otherwise: str) -> str:
+    """What `make` returns, printable and bounded; `otherwise` if it raises or returns nothing."""
+    try:
+        text = make()
+    except BaseException:  # A handler's __str__ may raise anything.
+        return f"{otherwise} (its text cannot be made)"
+    return _text.printable(text) or otherwise
+
+
 def reason_of(error: BaseException) -> str:
     """The text of an error response for an exception: its text, or its name if it has none."""
     if isinstance(error, SystemExit):
-        return f"the handler called sys.exit({'' if error.code is None else repr(error.code)}); the service goes on"
-    return str(error) or type(error).__name__
+        value = error.code
+        code = "" if value is None else _words(lambda: repr(value), "?")
+        return f"the handler called sys.exit({code}); the service goes on"
+    return _words(lambda: str(error), type(error).__name__)
+
+
+def _traceback_of(error: BaseException) -> str:
+    """Where it was raised, and what caused it; without the texts, which may have any length."""
+    lines: list[str] = []
+    cause: BaseException | None = error
+    while cause is not None and len(lines) < 50:
+        lines += traceback.format_tb(cause.__traceback__, limit=-10)
+        lines.append(f"{type(cause).__name__}: {reason_of(cause)}\n")
+        cause = cause.__cause__ or (None if cause.__suppress_context__ else cause.__context__)
+        if cause is not None:
+            lines.append("after this exception:\n")
+    return "".join(lines).rstrip()
 
 
 def _finish(call: _call.Call, port: _call.Port, result: object) -> None:
@@ -110,9 +135,10 @@ def _finish(call: _call.Call, port: _call.Port, result: object) -> None:
         return
     try:
         text, state = _call.response_of(result)
-    except (TypeError, ValueError) as error:
-        log.error("call %s: the response cannot be sent: %s", call.id, error)
-        port.fail(_text.encode_reason(f"the response cannot be sent: {error}"))
+    except Exception as error:  # A handler may return any object.
+        reason = f"the response cannot be sent: {reason_of(error)}"
+        log.error("call %s: %s", call.id, reason)
+        port.fail(_text.encode_reason(reason))
         return
     try:
         port.answer(text, state)
@@ -124,10 +150,11 @@ def _finish(call: _call.Call, port: _call.Port, result: object) -> None:
 def _finish_with(call: _call.Call, port: _call.Port, error: BaseException) -> None:
     """Ends a call with what its handler raised."""
     if isinstance(error, _errors.Decline):
-        port.decline(_text.encode_reason(str(error) or "declined"))
+        port.decline(_text.encode_reason(_words(lambda: str(error), "declined")))
         return
-    log.error("call %s: %s", call.id, reason_of(error), exc_info=error)
-    port.fail(_text.encode_reason(reason_of(error)))
+    reason = reason_of(error)
+    log.error("call %s: %s\n%s", call.id, reason, _traceback_of(error))
+    port.fail(_text.encode_reason(reason))
 
 
 def _contained(call: _call.Call, end: Callable[[], None]) -> None:

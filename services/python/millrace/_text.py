@@ -41,6 +41,21 @@ def encode(text: str | bytes) -> bytes:
         ) from None
 
 
+#: Characters of a text that a handler made for people: more than a response holds, less than a log line should.
+_MAX_WORDS = 1000
+
+
+def printable(text: str) -> str:
+    """A text that is safe in a log: bounded, and control and format characters, also line ends, as escapes."""
+    bounded = text[:_MAX_WORDS] + (" …" if len(text) > _MAX_WORDS else "")
+    return "".join(
+        character
+        if character.isprintable()
+        else character.encode("unicode_escape", "surrogatepass").decode("ascii")
+        for character in bounded
+    )
+
+
 def encode_reason(text: str) -> bytes:
     """The CP1252 bytes of a text that explains an error; '?' in place of what CP1252 does not have."""
     return codecs.charmap_encode(text.replace("\0", " "), "replace", _BYTES)[0]
