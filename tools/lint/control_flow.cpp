@@ -4,6 +4,7 @@
 #include <string>
 #include <variant>
 
+#include "cnc/nc/characters.hpp"
 #include "fabric/cases.hpp"
 #include "tools/lint/effects.hpp"
 
@@ -36,7 +37,7 @@ std::vector<std::size_t> targets_of(const syntax::Goto& jump, const syntax::Rout
     }
   } else if (const auto* const label =
                  std::get_if<std::string>(&std::get<syntax::Name>(jump.target))) {
-    const auto found = routine.labels.find(*label);
+    const auto found = routine.labels.find(cnc::nc::upper(*label));
     return found == routine.labels.end() ? std::vector<std::size_t>{}
                                          : std::vector<std::size_t>{found->second};
   }

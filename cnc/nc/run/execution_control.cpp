@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cnc/nc/characters.hpp"
 #include "cnc/nc/run/execution.hpp"
 #include "cnc/nc/values/operations.hpp"
 #include "cnc/nc/values/result.hpp"
@@ -87,7 +88,7 @@ Outcome Execution::operator()(const syntax::Goto& jump) {
     return go_to(target->second);
   }
   const std::string label = evaluator_.name_of(std::get<syntax::Name>(jump.target));
-  const auto target = routine.labels.find(label);
+  const auto target = routine.labels.find(upper(label));
   if (target == routine.labels.end()) {
     fail(0, "$GOTO to [" + label + "], which is nowhere in this routine");
   }

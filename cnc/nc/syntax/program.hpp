@@ -43,6 +43,7 @@ struct Routine {
   std::vector<Operation> operations;
   /// Targets of $GOTO: `N100:` and `[NAME]`, as indices of operations.
   std::map<long, std::size_t> numbers;
+  /// In capital letters.
   std::map<std::string, std::size_t, std::less<>> labels;
 };
 

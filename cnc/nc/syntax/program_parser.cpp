@@ -68,15 +68,23 @@ class ProgramParser {
     head.column = cursor_.peek().column;
     head.skip_level = parse_skip_level();
     parse_number(head);
-    parse_label();
+    const bool labelled = parse_label();
     const bool numbered = head.number.has_value();
+    if (cursor_.at_block_end() && !numbered && !labelled) {
+      return;  // An empty line or a comment, which may stand before the % of the main program.
+    }
+    const bool is_command = cursor_.accept("#");
+    if (is_command && cursor_.at_word("COMMENT")) {
+      parse_comment();
+      return;
+    }
     begin_block(std::move(head));
-    if (cursor_.at_block_end()) {
+    if (is_command) {
+      writer_.add(parse_command(cursor_));
+    } else if (cursor_.at_block_end()) {
       if (numbered) {
         writer_.add(Words{});  // an operation to show the block number for
       }
-    } else if (cursor_.accept("#")) {
-      parse_command_block();
     } else {
       parse_statement_block();
     }
@@ -162,15 +170,17 @@ class ProgramParser {
     }
   }
 
-  void parse_label() {
+  /// Labels are the same in any case (inferred from programs of machines).
+  bool parse_label() {
     if (!cursor_.accept("[")) {
-      return;
+      return false;
     }
     const std::string name(cursor_.take_raw_word().text);
     cursor_.expect("]");
-    if (name.empty() || !routine().labels.emplace(name, writer_.next()).second) {
+    if (name.empty() || !routine().labels.emplace(upper(name), writer_.next()).second) {
       cursor_.fail("the label [" + name + "] is empty or exists already");
     }
+    return true;
   }
 
   // The first block decides: without a % the whole file is the main program.
@@ -179,11 +189,7 @@ class ProgramParser {
     writer_.begin_block(std::move(head));
   }
 
-  void parse_command_block() {
-    if (!cursor_.at_word("COMMENT")) {
-      writer_.add(parse_command(cursor_));
-      return;
-    }
+  void parse_comment() {
     const Token word = cursor_.take();
     if (!cursor_.accept_word("BEGIN")) {
       cursor_.fail_at(word, "#COMMENT END without #COMMENT BEGIN", 20569);
@@ -242,7 +248,7 @@ class ProgramParser {
       }
       if (const auto* name = std::get_if<Name>(&jump->target)) {
         const auto* label = std::get_if<std::string>(name);
-        if (label != nullptr && !routine().labels.contains(*label)) {
+        if (label != nullptr && !routine().labels.contains(upper(*label))) {
           report(operation, "$GOTO to [" + *label + "], which is nowhere in this routine");
         }
       } else if (const auto number = constant(std::get<Expression>(jump->target));
