@@ -81,6 +81,9 @@ class Host {
   /// finishes its calls. A script that cannot be registered is logged and left out.
   void serve(const std::vector<Script>& scripts);
 
+  /// Removes services that an operator has drained; true if that were the last ones.
+  bool remove_drained();
+
   [[nodiscard]] std::size_t size() const { return services_.size(); }
 
  private:
@@ -165,6 +168,20 @@ void Host::stop(const std::string& uuid) {
   leaving_.emplace_back([service = std::move(served.service)] { service->wait(); });
 }
 
+bool Host::remove_drained() {
+  const std::size_t left = std::erase_if(services_, [&](const auto& entry) {
+    const Served& served = entry.second;
+    if (!served.service->drained()) {
+      return false;
+    }
+    log_->info("{} is drained and has stopped serving {}", served.script.registration.name,
+               entry.first);
+    served.service->wait();
+    return true;
+  });
+  return left > 0 && services_.empty();
+}
+
 /// Time between two checks; short enough to notice that a file is still changing.
 std::chrono::milliseconds interval(const Config& config) {
   return std::clamp<std::chrono::milliseconds>(config.settle / 4, std::chrono::milliseconds(20),
@@ -177,7 +194,8 @@ class Folder {
   /// Throws program::UsageError with every mistake of the file.
   Folder(std::filesystem::path file, sdk::ServiceOptions base, program::Log log);
 
-  /// Returns after stop(). A file with a mistake changes nothing and is logged.
+  /// Returns after stop(), or when an operator has drained the last service. A file with a mistake
+  /// changes nothing and is logged.
   void follow();
   /// From any thread.
   void stop();
@@ -212,7 +230,12 @@ void Folder::follow() {
     // A check takes time; stop() need not wait for it.
     guard.unlock();
     look();
+    const bool all_left = host_.remove_drained();
     guard.lock();
+    if (all_left) {
+      log_->info("all services are drained: the end");
+      return;
+    }
   }
 }
 

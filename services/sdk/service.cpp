@@ -53,6 +53,10 @@ void Service::wait() {
   impl_->instance.leave();
 }
 
+bool Service::drained() const {
+  return impl_->instance.drained();
+}
+
 const fabric::InstanceIdentity& Service::identity() const {
   return impl_->instance.identity();
 }

@@ -82,6 +82,8 @@ class Service {
   void stop();
   /// Returns when the service has left. Once.
   void wait();
+  /// It accepts no call any more, by stop() or an operator's command, and its calls are finished.
+  [[nodiscard]] bool drained() const;
 
   [[nodiscard]] const fabric::InstanceIdentity& identity() const;
 

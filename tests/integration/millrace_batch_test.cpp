@@ -126,6 +126,26 @@ TEST_F(BatchFolder, AppliesAChangedConfigurationWithoutARestart) {
   EXPECT_TRUE(caller.await_no_instance(echo_uuid));
 }
 
+// A regression: the process stayed, without a service, and no supervisor restarted it.
+TEST_F(BatchFolder, EndsWhenAnOperatorHasDrainedItsLastService) {
+  install("say_request.sh");
+  install("exit_with.sh");
+  configure(script(echo_uuid, "say_request.sh") + script(exit_uuid, "exit_with.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  ASSERT_TRUE(caller.await_instance(exit_uuid));
+  const auto drain = [&](const std::string& uuid) {
+    Process command(
+        {binary("millrace"), "drain", uuid, "--domain", std::to_string(domain.number())});
+    EXPECT_EQ(command.wait(), 0) << command.error_output();
+  };
+  drain(echo_uuid);
+  sut->await_error("is drained and has stopped serving " + std::string(echo_uuid));
+  EXPECT_TRUE(sut->running());
+  drain(exit_uuid);
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
 TEST_F(BatchFolder, RunsTheCurrentVersionOfAScript) {
   install("exit_with.sh");
   install("say_request.sh");

@@ -296,6 +296,22 @@ TEST_F(TheCommand, DrainsAnInstance) {
   EXPECT_EQ(service.wait(), 0);
 }
 
+TEST_F(TheCommand, DrainsSeveralInstancesByTheBeginningOfTheirNamesOnlyOnceConfirmed) {
+  Process first = chain.square_root({"--name", "saw"});
+  Process second = chain.square_root({"--name", "sawmill"});
+  Process third = chain.square_root({"--name", "sawmill"});
+  EXPECT_THAT(run({"drain", "sawm"}).error_output(),
+              ContainsRegex("'sawm' is the beginning of 2 instances: sawmill .*--yes"));
+  EXPECT_EQ(exit_code, 2);
+  run({"drain", "saw"});
+  EXPECT_EQ(first.wait(), 0);
+  EXPECT_TRUE(second.running());
+  run({"drain", "sawm", "--yes"});
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_EQ(second.wait(), 0);
+  EXPECT_EQ(third.wait(), 0);
+}
+
 TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   Process service = chain.square_root();
   Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});

@@ -1,7 +1,8 @@
 // millrace drain: makes instances finish their calls and leave.
 #include <algorithm>
 #include <map>
-#include <set>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,7 @@ namespace {
 struct DrainOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string what;
+  bool confirmed = false;
 };
 
 /// Services that have an instance now and will have none without `leaving`.
@@ -38,26 +40,37 @@ std::map<std::string, std::string> services_that_end(const bus::FabricModel& liv
   return ending;
 }
 
-/// The beginning of a name may stand for one instance, or the instances of one service only.
-Instances instances_to_drain(const bus::FabricModel& live, const std::string& what) {
-  Instances found;
-  std::set<std::string> names;
-  bool is_name = false;
+/// An exact UUID, name or id stands for its instances alone; a beginning for all that begin so, if
+/// that is one, or if the operator has confirmed them.
+Instances instances_to_drain(const bus::FabricModel& live, const std::string& what,
+                             bool confirmed) {
+  Instances exact;
+  Instances all;
+  std::vector<std::string> names;
   for (const bus::KnownInstance* instance : instances_named(live, what)) {
-    found.push_back(instance->identity);
-    names.insert(fmt::format("{} ({})", instance->identity.name, instance->identity.uuid));
-    is_name = is_name || match(names_of(*instance), what) == Match::exact;
+    all.push_back(instance->identity);
+    names.push_back(fmt::format("{} ({}, instance {})", base::text::safe(instance->identity.name),
+                                base::text::safe(instance->identity.uuid),
+                                instance->identity.id.to_string()));
+    if (match(names_of(*instance), what) == Match::exact) {
+      exact.push_back(instance->identity);
+    }
   }
-  if (!is_name && names.size() > 1) {
+  if (!exact.empty()) {
+    return exact;
+  }
+  if (all.size() > 1 && !confirmed) {
     throw base::program::UsageError(
-        fmt::format("'{}' is the beginning of several: {}", what, fmt::join(names, ", ")));
+        fmt::format("'{}' is the beginning of {} instances: {}; give one exactly, or --yes to "
+                    "drain all of them",
+                    what, all.size(), fmt::join(names, ", ")));
   }
-  return found;
+  return all;
 }
 
 int drain(const DrainOptions& options) {
   const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
-  const Instances leaving = instances_to_drain(live, options.what);
+  const Instances leaving = instances_to_drain(live, options.what, options.confirmed);
   if (leaving.empty()) {
     return print_unknown_service(options.what, live, options.fabric.options());
   }
@@ -88,6 +101,7 @@ void add_drain(CLI::App& app, Chosen& chosen) {
                   "An instance; a UUID or a name means all of its instances. The "
                   "beginning is enough if only one has it")
       ->required();
+  command.add_flag("--yes", options->confirmed, "Drain all instances that begin with WHAT");
   command.callback([options, &chosen] { chosen.run = [options] { return drain(*options); }; });
 }
 
