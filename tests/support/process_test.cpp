@@ -9,13 +9,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 
+#include "base/posix/system.hpp"
 #include "tests/support/domain.hpp"
 
 namespace millrace::tests {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::ThrowsMessage;
 
 Process shell(const std::string& script) {
@@ -52,6 +55,15 @@ TEST(Process, ShowsAllOutputWhenTheProcessEndsBeforeTheLine) {
   Process sut = shell("echo something else");
   EXPECT_THAT([&] { sut.await("^ready"); },
               ThrowsMessage<std::runtime_error>(HasSubstr("something else")));
+}
+
+// As Cyclone opens its sockets.
+TEST(Process, InheritsNoPortOfTheTest) {
+  const base::posix::Fd socket(::socket(AF_INET, SOCK_DGRAM, 0));
+  ASSERT_TRUE(socket);
+  Process sut = shell("readlink /proc/self/fd/* || true");
+  EXPECT_EQ(sut.wait(), 0);
+  EXPECT_THAT(sut.output(), Not(HasSubstr("socket:")));
 }
 
 TEST(Process, RefusesAMissingProgram) {

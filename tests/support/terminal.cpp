@@ -50,6 +50,7 @@ Terminal::Terminal(const std::vector<std::string>& command, Size size) {
   }
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::close_range(STDERR_FILENO + 1, ~0U, 0);  // as in process.cpp
     ::execv(arguments.front(), arguments.data());
     ::_exit(127);
   }
