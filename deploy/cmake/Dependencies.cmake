@@ -1,4 +1,4 @@
-# Everything millrace is built with. Each is a Debian 12 package named in deploy/install-deps.
+# Everything millrace is built with. Each is a package of Debian 12 and 13 named in deploy/install-deps.
 
 find_package(Threads REQUIRED)
 find_package(Boost 1.81 REQUIRED)
