@@ -10,6 +10,9 @@
 #include <boost/asio/ip/udp.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/trust_watch.hpp"
@@ -157,6 +160,10 @@ TEST_F(PortsOfParticipants, AreThoseOfAProcessThatHasLeft) {
 }
 
 TEST_F(PortsOfParticipants, AreAnyOnAHostWithMoreProcesses) {
+#ifdef __SANITIZE_ADDRESS__
+  // Cyclone 0.10's rtps_init() loses 120 bytes, its multicast table, each time it finds no port.
+  const __lsan::ScopedDisabler not_ours;
+#endif
   for (std::uint32_t pair = 0; pair < dds::lowest_ports; ++pair) {
     take(pair);
   }
