@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include <dds/version.h>
 #include <fmt/format.h>
 
 #include "fabric/dds/authenticator.hpp"
@@ -61,14 +62,22 @@ dds::Listener reader_listener(const dds::Participant& participant, const Endpoin
 dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,
                            const dds::Qos& qos, const EndpointOptions& options,
                            const std::string& what) {
-  // Cyclone has one switch for the process. A writer takes it over when it is created; throwing it
-  // later changes the writers of participants only, and ours belong to publishers.
+#if DDS_VERSION_MAJOR > 0 || DDS_VERSION_MINOR > 10 || DDS_VERSION_PATCH >= 5
+  const dds::Qos with_batching(dds_create_qos());
+  dds_copy_qos(with_batching.get(), qos.get());
+  dds_qset_writer_batching(with_batching.get(), options.batched);
+  const dds_entity_t writer =
+      dds_create_writer(publisher.handle(), topic.handle(), with_batching.get(), options.listener);
+#else
+  // Cyclone 0.10.2 has one switch for the process. A writer takes it over when it is created;
+  // throwing it later changes the writers of participants only, and ours belong to publishers.
   static std::mutex the_switch;
   const std::lock_guard guard(the_switch);
   dds_write_set_batch(options.batched);
   const dds_entity_t writer =
       dds_create_writer(publisher.handle(), topic.handle(), qos.get(), options.listener);
   dds_write_set_batch(false);
+#endif
   return dds::check(writer, what);
 }
 
