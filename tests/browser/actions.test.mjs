@@ -206,7 +206,7 @@ test('an instance that is drained through the page leaves', async () => {
   await page.waitForSelector('article[data-open="true"] [data-action="drain"]');
   await page.click('article[data-open="true"] [data-action="drain"]');
   await logIn(page, 'a good password');
-  await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*must be restarted by hand[\s\S]*last instance of its service/);
+  await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*otherwise start it by hand[\s\S]*last instance of its service/);
   assert.ok(!root.hasEnded);
   await page.click('dialog [data-confirm]');
   await awaitText(page, '.dialog-said[data-kind="done"]', /Done/);

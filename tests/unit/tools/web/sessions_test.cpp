@@ -31,7 +31,7 @@ class AThrottle : public testing::Test {
 };
 
 // A regression: with 1,000 other names the attacker made the throttle forget the user whose
-// password he guessed.
+// password was to be guessed.
 TEST_F(AThrottle, LimitsAnAddressThatTriesManyNamesAndForgetsNoneOfThem) {
   EXPECT_EQ(allowed(10, [](int) { return std::pair("anna", "10.0.0.1"); }), Throttle::free_tries);
   const int others =
