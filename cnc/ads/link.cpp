@@ -146,8 +146,7 @@ LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
     return {ErrorCode::protocol_error, no_ads(options, end.detail)};
   }
   if (end.cause == LinkEnd::Cause::silent) {
-    return {ErrorCode::timeout,
-            fmt::format("{} {}; connection given up", peer(options), end.detail), end.silent_for};
+    return {ErrorCode::timeout, fmt::format("{} {}", peer(options), end.detail), end.silent_for};
   }
   return {ErrorCode::link_lost,
           fmt::format(

@@ -431,7 +431,7 @@ export default {
     consequence: 'Folge',
     answerDoes: 'Das NC-Programm in diesem Kanal läuft mit dieser Antwort sofort weiter, und die Maschine kann sich bewegen. Eine spätere Antwort des Dienstes wird verworfen.',
     retryDoes: 'Der Dienst führt diesen Aufruf als neuen Versuch erneut aus. Ist er bereits gelaufen, läuft er zweimal.',
-    drainDoes: 'Die Instanz schließt ihre Aufrufe ab, nimmt keine neuen an und geht. Mit der letzten Instanz endet ihr Prozess: systemd startet ihn vielleicht neu, sonst von Hand starten.',
+    drainDoes: 'Sie schließt ihre Aufrufe ab und geht. Mit der letzten Instanz endet ihr Prozess: systemd startet ihn neu, sonst von Hand starten.',
     drainLast: 'Dies ist die letzte Instanz ihres Dienstes. Aufrufe warten, bis eine andere gestartet wird.',
     doAnswer: (channel) => `${channel} beantworten`,
     doRetry: (channel) => `Aufruf auf ${channel} wiederholen`,

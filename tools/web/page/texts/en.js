@@ -435,7 +435,7 @@ export default {
     consequence: 'Consequence',
     answerDoes: 'The NC program in this channel continues at once with this response, and the machine may move. A late response of the service is discarded.',
     retryDoes: 'The service runs this call again, as a new attempt. If it has already run, it runs twice.',
-    drainDoes: 'The instance finishes its calls, takes no new ones and leaves. Its process ends with its last instance: systemd may restart it; otherwise start it by hand.',
+    drainDoes: 'It finishes its calls and leaves. Its process ends with the last instance: systemd may restart it; otherwise start it by hand.',
     drainLast: 'This is the last instance of its service. Calls wait until another one is started.',
     doAnswer: (channel) => `Answer ${channel}`,
     doRetry: (channel) => `Retry call on ${channel}`,
