@@ -54,7 +54,7 @@ export const reasons = [
   ['the NC program replaced the request', 'Das NC-Programm hat die Anfrage ersetzt.'],
   ['the NC program made a new request', 'Das NC-Programm hat eine neue Anfrage gestellt.'],
   ['the NC program has stopped waiting', 'Das NC-Programm wartet nicht mehr.'],
-  ['{}; the NC program may have got this response before', '{} Das NC-Programm hat diese Antwort vielleicht schon.'],
+  ['{}; the NC program may have got this response before', '{} Das NC-Programm hat sie vielleicht schon.'],
   ['another writer set RESPONSE_STATE to {}', 'RESPONSE_STATE wurde von anderer Seite auf {} gesetzt.'],
   ['the gateway was restarted before it responded; the request is read again', 'Das Gateway wurde vor der Antwort neu gestartet; die Anfrage wird erneut gelesen.'],
   ['the call has its response already', 'Der Aufruf ist bereits beantwortet.'],
