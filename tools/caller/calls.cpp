@@ -218,8 +218,8 @@ void Calls::decline(const fabric::Reply& reply, Moment now) {
   carry_out(dispatcher_.decline(reply.call, now.steady), now);
 }
 
-void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
-                const std::string& reason, Moment now) {
+void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply, const std::string& reason,
+                Moment now) {
   const auto found = open_.find(call);
   if (found == open_.end()) {
     return;

@@ -108,8 +108,9 @@ class Calls {
   void take_back(const gateway::dispatch::Unassign& back, Moment now);
   void withdraw(Open& open, const fabric::InstanceId& instance);
   void decline(const fabric::Reply& reply, Moment now);
-  void end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
-           const std::string& reason, Moment now);
+  /// By value: the id of a caller may be the one in open_.
+  void end(fabric::CallId call, std::optional<fabric::Reply> reply, const std::string& reason,
+           Moment now);
   void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
             const fabric::Reply* reply = nullptr, const std::string& detail = {});
 
