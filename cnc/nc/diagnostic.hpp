@@ -21,6 +21,8 @@ struct Diagnostic {
   /// The kernel's error id if the vendor documents one, otherwise 0.
   int id = 0;
   std::string text;
+  /// The virtual CNC lacks it; a controller may have it.
+  bool unknown = false;
 
   /// "FILE:LINE:COLUMN: N10: error 21462: string for variable too long"; the severity may be
   /// another word, such as "warning".

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -34,6 +35,8 @@ struct SaveEvent {
 /// An M function was executed that the language does not define itself (M00-M02, M17, M29, M30).
 struct MachineFunctionEvent {
   int number = 0;
+  /// M52=-345: a value for the PLC (IB/tccncprogramming/15556839051, documented).
+  std::optional<double> argument{};
 };
 
 /// M00, M01 with the optional stop enabled, or a single step: the program waits for

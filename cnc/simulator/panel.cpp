@@ -40,7 +40,8 @@ struct Show {
     }
   }
   void operator()(const nc::MachineFunctionEvent& function) const {
-    log.debug("channel {}: M{:02}", channel, function.number);
+    log.debug("channel {}: M{:02}{}", channel, function.number,
+              function.argument ? fmt::format("={}", *function.argument) : "");
   }
   void operator()(const nc::HeldEvent& held) const {
     log.warn("channel {}: on hold after {} at {}:{}", channel,

@@ -6,6 +6,7 @@
 
 #include "base/text/ascii.hpp"
 #include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/manual.hpp"
 #include "fabric/cases.hpp"
 #include "tools/lint/types.hpp"
 
@@ -36,19 +37,20 @@ class Reader {
   explicit Reader(std::vector<Effect>& effects) : effects_(effects) {}
 
   void read(const syntax::Expression& expression) {
-    std::visit(Cases{[](const syntax::Number&) {}, [](const syntax::Text&) {},
-                     [&](const syntax::Unary& unary) { read(*unary.operand); },
-                     [&](const syntax::Binary& binary) {
-                       read(*binary.left);
-                       read(*binary.right);
-                     },
-                     [&](const syntax::Call& call) { read(call.arguments); },
-                     [&](const syntax::Parameter& parameter) { read(parameter); },
-                     [&](const syntax::Variable& variable) { read(variable); },
-                     [&](const syntax::CycleParameter& cycle) { read(*cycle.number); },
-                     // EXIST and SIZEOF do not read the value.
-                     [](const syntax::Query&) {}},
-               expression.node);
+    std::visit(
+        Cases{[](const syntax::Missing&) {}, [](const syntax::Number&) {},
+              [](const syntax::Text&) {}, [&](const syntax::Unary& unary) { read(*unary.operand); },
+              [&](const syntax::Binary& binary) {
+                read(*binary.left);
+                read(*binary.right);
+              },
+              [&](const syntax::Call& call) { read(call.arguments); },
+              [&](const syntax::Parameter& parameter) { read(parameter); },
+              [&](const syntax::Variable& variable) { read(variable); },
+              [&](const syntax::CycleParameter& cycle) { read(*cycle.number); },
+              // EXIST and SIZEOF do not read the value.
+              [](const syntax::Query&) {}},
+        expression.node);
   }
   void read(const std::vector<syntax::Expression>& expressions) {
     for (const syntax::Expression& expression : expressions) {
@@ -101,9 +103,16 @@ class Reader {
     shown_ = false;
   }
 
-  void word(const syntax::Word& word) {
+  /// `values`: axis words of the block are values, not positions.
+  void word(const syntax::Word& word, bool values) {
     read(word.value);
+    if (word.argument) {
+      read(*word.argument);
+    }
     const auto number = constant_number(word.value);
+    if (word.address == "G" && number && syntax::calls_subprogram(*number)) {
+      effects_.push_back({.kind = Kind::configured_call});
+    }
     if (word.address == "M" && number) {
       if (*number == 2 || *number == 30) {
         effects_.push_back({.kind = Kind::end});
@@ -112,15 +121,21 @@ class Reader {
       }
       return;
     }
-    if (is_axis(word.address)) {
+    if (is_axis(word.address) && !values) {
       effects_.push_back({.kind = Kind::motion});
     }
   }
 
   void words(const syntax::Words& words) {
+    const bool values = std::ranges::any_of(words.items, [](const syntax::WordsItem& item) {
+      const auto* const one = std::get_if<syntax::Word>(&item);
+      const auto number =
+          one != nullptr && one->address == "G" ? constant_number(one->value) : std::nullopt;
+      return number && syntax::takes_values(*number);
+    });
     for (const syntax::WordsItem& item : words.items) {
       std::visit(
-          Cases{[&](const syntax::Word& one) { word(one); },
+          Cases{[&](const syntax::Word& one) { word(one, values); },
                 [&](const syntax::Assignment& one) { assign(one); },
                 [&](const syntax::DataAssignment& one) { read(one.value); },
                 [&](const syntax::QueueMessage& one) { read(one.value); }, [](const auto&) {}},
@@ -184,30 +199,35 @@ std::vector<Effect> effects_of(const syntax::Expression& expression) {
 std::vector<Effect> effects_of(const syntax::Statement& statement) {
   std::vector<Effect> effects;
   Reader reader(effects);
-  std::visit(
-      Cases{[&](const syntax::Words& words) { reader.words(words); },
-            [&](const syntax::Branch& branch) { reader.read(branch.condition); },
-            [&](const syntax::For& loop) {
-              reader.read(loop.start);
-              reader.read(loop.end);
-            },
-            [&](const syntax::Switch& one) { reader.read(one.selector); },
-            [&](const syntax::Flush&) { effects.push_back({.kind = Kind::flush}); },
-            [&](const syntax::WaitFor& wait) { reader.wait(wait); },
-            [&](const syntax::Message& message) { reader.show(message.text.values); },
-            [&](const syntax::SaveMessage& message) { reader.show(message.text.values); },
-            [&](const syntax::CycleCall& call) {
-              for (const syntax::CycleArgument& argument : call.arguments) {
-                reader.read(argument.value);
-              }
-            },
-            [&](const syntax::Declarations& declarations) {
-              for (const syntax::Declaration& declaration : declarations.variables) {
-                reader.read(declaration.initial);
-              }
-            },
-            [&](const syntax::UserError& error) { reader.error(error); }, [](const auto&) {}},
-      statement);
+  std::visit(Cases{[&](const syntax::Words& words) { reader.words(words); },
+                   [&](const syntax::Branch& branch) { reader.read(branch.condition); },
+                   [&](const syntax::For& loop) {
+                     reader.read(loop.start);
+                     reader.read(loop.end);
+                   },
+                   [&](const syntax::Switch& one) { reader.read(one.selector); },
+                   [&](const syntax::Flush&) { effects.push_back({.kind = Kind::flush}); },
+                   [&](const syntax::WaitFor& wait) { reader.wait(wait); },
+                   [&](const syntax::Message& message) { reader.show(message.text.values); },
+                   [&](const syntax::SaveMessage& message) { reader.show(message.text.values); },
+                   [&](const syntax::CycleCall& call) {
+                     for (const syntax::CycleArgument& argument : call.arguments) {
+                       reader.read(argument.value);
+                     }
+                   },
+                   [&](const syntax::Declarations& declarations) {
+                     for (const syntax::Declaration& declaration : declarations.variables) {
+                       reader.read(declaration.initial);
+                     }
+                   },
+                   [&](const syntax::UserError& error) { reader.error(error); },
+                   [&](const syntax::Skipped& skipped) {
+                     if (skipped.flushes) {
+                       effects.push_back({.kind = Kind::flush});
+                     }
+                   },
+                   [](const auto&) {}},
+             statement);
   return effects;
 }
 

@@ -34,6 +34,8 @@ struct Effect {
     end,
     /// M17, M29
     end_of_subprogram,
+    /// A subprogram that only the channel's configuration names: G80 to G89, G800 to G839.
+    configured_call,
   };
 
   /// Why a wait does not wait for the answer.

@@ -14,8 +14,10 @@ namespace {
 
 using enum Severity;
 
-constexpr std::array<RuleInfo, 27> all_rules{{
-    {Rule::syntax, "syntax", error, "The program cannot be read"},
+constexpr std::array<RuleInfo, 28> all_rules{{
+    {Rule::syntax, "syntax", error, "A block cannot be read"},
+    {Rule::not_understood, "not-understood", hint,
+     "A block has a word that only a controller knows"},
     {Rule::unknown_member, "unknown-member", error, "V.G.SERVICE has no such member"},
     {Rule::wrong_type, "wrong-type", error, "A number stands where a text belongs, or a text"},
     {Rule::state_range, "state-range", error,
@@ -213,14 +215,21 @@ boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_v
           {"runs", boost::json::array{std::move(run)}}};
 }
 
-std::string summary_of(const std::vector<Finding>& findings) {
+std::string summary_of(const std::vector<Finding>& findings, std::size_t not_understood) {
   std::string summary;
   for (const Severity severity : {Severity::error, Severity::warning, Severity::hint}) {
     if (const std::size_t number = count(findings, severity); number > 0) {
       summary += (summary.empty() ? "" : ", ") + counted(number, name_of(severity));
     }
   }
-  return summary.empty() ? "nothing found" : summary;
+  if (summary.empty()) {
+    summary = "nothing found";
+  }
+  if (not_understood > 0) {
+    summary += fmt::format("; {} {} not understood", counted(not_understood, "block"),
+                           not_understood == 1 ? "was" : "were");
+  }
+  return summary;
 }
 
 bool fails(const std::vector<Finding>& findings, bool strict) {

@@ -23,6 +23,7 @@ enum class Severity : std::uint8_t { hint, warning, error };
 
 enum class Rule : std::uint8_t {
   syntax,
+  not_understood,
   unknown_member,
   wrong_type,
   state_range,
@@ -115,8 +116,8 @@ boost::json::array json_of(const std::vector<Finding>& findings);
 /// A log of one run, with all rules. `version` is this program's.
 boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_view version);
 
-/// "2 errors, 1 warning"; "nothing found".
-std::string summary_of(const std::vector<Finding>& findings);
+/// "2 errors, 1 warning"; "nothing found; 1 block was not understood", whatever is switched off.
+std::string summary_of(const std::vector<Finding>& findings, std::size_t not_understood = 0);
 
 /// Whether the exit code is 1: an error, or, if `strict`, a warning.
 bool fails(const std::vector<Finding>& findings, bool strict);

@@ -11,6 +11,7 @@
 #include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
 #include "cnc/nc/environment.hpp"
+#include "cnc/nc/syntax/manual.hpp"
 #include "cnc/nc/syntax/program.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/dispatch/near_miss.hpp"
@@ -44,9 +45,6 @@ class Linter {
 
   void check(const Source& source) {
     const Program* const program = read(source);
-    if (program == nullptr) {
-      return;
-    }
     Walk walk([this](const std::string& name) { return called(name); },
               [this](Finding finding) { note(std::move(finding)); });
     walk.follow(*program);
@@ -74,7 +72,7 @@ class Linter {
     }
   }
 
-  std::vector<Finding> take() {
+  Report take() {
     std::ranges::stable_sort(findings_, [this](const Finding& one, const Finding& other) {
       const auto order = [this](const Finding& finding) {
         return std::tuple(files_.at(finding.place.file), finding.place.line, finding.place.column,
@@ -84,7 +82,7 @@ class Linter {
     });
     const auto twice = std::ranges::unique(findings_);
     findings_.erase(twice.begin(), twice.end());
-    return std::move(findings_);
+    return {std::move(findings_), not_understood_.size()};
   }
 
  private:
@@ -107,38 +105,46 @@ class Linter {
   }
 
   struct File {
-    std::optional<Program> program;
+    Program program;
     std::optional<Suppressions> off;
   };
 
-  /// Null if it cannot be read, which is a finding.
   const Program* read(const Source& source) {
     const auto [place, is_new] = read_.try_emplace(source.name);
     File& file = place->second;
     if (!is_new) {
-      return file.program ? &*file.program : nullptr;
+      return &file.program;
     }
     files_.emplace(source.name, files_.size());
     file.off.emplace(source.name, source.text);
     for (const Finding& mistake : file.off->mistakes()) {
       note(mistake);
     }
-    auto parsed = cnc::nc::syntax::parse_program(source.name, source.text);
-    if (!parsed) {
-      for (const cnc::nc::Diagnostic& mistake : parsed.error()) {
-        note({{source.name, std::max(1, mistake.place.line), std::max(1, mistake.place.column)},
-              Rule::syntax,
-              mistake.id == 0 ? mistake.text
-                              : fmt::format("{} (error {})", mistake.text, mistake.id)});
-      }
-      return nullptr;
+    auto reading = cnc::nc::syntax::read_program(source.name, source.text);
+    file.program = std::move(reading.program);
+    for (const cnc::nc::Diagnostic& mistake : reading.mistakes) {
+      note_mistake(source.name, mistake);
     }
-    file.program = *std::move(parsed);
-    for (const cnc::nc::Diagnostic& doubt : file.program->doubts) {
+    for (const cnc::nc::Diagnostic& doubt : file.program.doubts) {
       note({{source.name, doubt.place.line, doubt.place.column}, Rule::unknown_member, doubt.text});
     }
-    check_routines(*file.program);
-    return &*file.program;
+    for (const int line : reading.lines_with_mistakes) {
+      not_understood_.emplace(source.name, line);
+    }
+    check_routines(file.program);
+    return &file.program;
+  }
+
+  void note_mistake(const std::string& file, const cnc::nc::Diagnostic& mistake) {
+    const Place place{file, std::max(1, mistake.place.line), std::max(1, mistake.place.column)};
+    if (mistake.unknown) {
+      note({place, Rule::not_understood,
+            mistake.text + "; a controller may have it, and the rest of the block is not checked"});
+    } else {
+      note({place, Rule::syntax,
+            mistake.id == 0 ? mistake.text
+                            : fmt::format("{} (error {})", mistake.text, mistake.id)});
+    }
   }
 
   const Program* called(const std::string& name) {
@@ -170,6 +176,9 @@ class Linter {
         skipped_.insert(operation.skip_level);
       }
       const auto* const words = std::get_if<cnc::nc::syntax::Words>(&operation.statement);
+      if (words != nullptr) {
+        check_g_functions(place, *words);
+      }
       if (words != nullptr && words->misprinted_end) {
         note({place, Rule::misprinted_end,
               "M30/ is a misprint of the manual's sample; the virtual CNC reads it as M30, and the "
@@ -180,6 +189,21 @@ class Linter {
       }
       for (const Effect& effect : effects_of(operation.statement)) {
         check_constants(place, effect);
+      }
+    }
+  }
+
+  void check_g_functions(const Place& place, const cnc::nc::syntax::Words& words) {
+    for (const cnc::nc::syntax::WordsItem& item : words.items) {
+      const auto* const word = std::get_if<cnc::nc::syntax::Word>(&item);
+      const auto function =
+          word != nullptr && word->address == "G" ? constant_number(word->value) : std::nullopt;
+      if (function && !cnc::nc::syntax::is_listed_g(*function)) {
+        not_understood_.emplace(place.file, place.line);
+        note({place, Rule::not_understood,
+              fmt::format("G{:g} is not in the manual's list of G functions, so its effect is "
+                          "unknown",
+                          *function)});
       }
     }
   }
@@ -249,11 +273,13 @@ class Linter {
   std::set<int> skipped_;
   std::map<int, std::vector<std::pair<Place, std::string>>> timers_;
   std::vector<Finding> findings_;
+  /// Files and lines.
+  std::set<std::pair<std::string, int>> not_understood_;
 };
 
 }  // namespace
 
-std::vector<Finding> lint(const std::vector<Source>& programs, const LintOptions& options) {
+Report lint(const std::vector<Source>& programs, const LintOptions& options) {
   Linter linter(options);
   for (const Source& program : programs) {
     linter.check(program);

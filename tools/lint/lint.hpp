@@ -1,9 +1,10 @@
 // Checks NC programs before they run: mistakes that the parser finds, and the rules about service
 // calls (finding.hpp, docs/reference/lint-rules.md). Pure.
 //
-//   const auto findings = lint({{"part.nc", text}}, {.uuids = known, .load = from_folder});
+//   const Report report = lint({{"part.nc", text}}, {.uuids = known, .load = from_folder});
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <set>
@@ -32,7 +33,13 @@ struct LintOptions {
   std::set<Rule> off{};
 };
 
-/// By file, in the order of `programs` and of the calls in them, then by line.
-std::vector<Finding> lint(const std::vector<Source>& programs, const LintOptions& options);
+struct Report {
+  /// By file, in the order of `programs` and of the calls in them, then by line.
+  std::vector<Finding> findings;
+  /// Blocks of all files that were not understood, whatever is switched off.
+  std::size_t not_understood = 0;
+};
+
+Report lint(const std::vector<Source>& programs, const LintOptions& options);
 
 }  // namespace millrace::tools::lint

@@ -57,7 +57,8 @@ class Checker {
 
   /// Checks an expression and returns its type.
   Type check(const syntax::Expression& expression) {
-    return std::visit(Cases{[](const syntax::Number&) { return Type::number; },
+    return std::visit(Cases{[](const syntax::Missing&) { return Type::unknown; },
+                            [](const syntax::Number&) { return Type::number; },
                             [&](const syntax::Text& text) {
                               return macros_.contains(text.text) ? Type::unknown : Type::text;
                             },

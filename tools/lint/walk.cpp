@@ -273,6 +273,9 @@ bool Walk::is_limited(const Where& where, const Loop& loop) {
 }
 
 States Walk::call(const Where& where, const Operation& operation, State state, int depth) {
+  if (operation.unclear) {
+    return only({Stage::unknown, state.moves, true});
+  }
   if (const auto* const timer = std::get_if<syntax::TimerCommand>(&operation.statement)) {
     note_timer(where, operation, timer->id, timers_);
     if (timer->action == syntax::TimerAction::start) {
@@ -296,7 +299,7 @@ States Walk::call(const Where& where, const Operation& operation, State state, i
 
 States Walk::call_by_name(const Where& where, const Operation& operation, const std::string& name,
                           bool local, State state, int depth) {
-  if (depth >= most_levels) {
+  if (depth >= most_levels || name.empty()) {
     return only({Stage::unknown, state.moves, true});
   }
   if (local) {

@@ -157,6 +157,11 @@ State Walk::apply(const Where& where, const Operation& operation, std::size_t at
       break;
     case Kind::end_of_subprogram:
       break;
+    case Kind::configured_call:
+      note(where, operation, Rule::missing_subprogram,
+           "the configuration of the channel names the subprogram of G80 to G89 and G800 to G839, "
+           "so its effect on a call is unknown");
+      return {Stage::unknown, state.moves, true};
   }
   return state;
 }

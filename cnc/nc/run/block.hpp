@@ -50,6 +50,8 @@ struct Dwell {
 /// An M function of the machine.
 struct MachineFunction {
   int number = 0;
+  /// M52=-345
+  std::optional<double> argument{};
 };
 
 /// #MSG SYN and SYN_ACK

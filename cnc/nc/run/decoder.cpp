@@ -90,6 +90,7 @@ void Decoder::start(Frame main, const Run& run) {
   state_.frames.push_back(std::move(main));
   state_.blocks_read = 0;
   state_.library.clear();
+  state_.skipped.clear();
   state_.report_file = default_report_file;
   state_.awaited_message.reset();
   state_.awaits_timer = false;

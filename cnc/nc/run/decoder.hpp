@@ -20,7 +20,7 @@ class Decoder {
   /// stream.
   Decoder(Surroundings surroundings, std::string stream_name, bool flush_continue_waits,
           Duration cycle)
-      : state_{surroundings, {},    std::move(stream_name), {},   {}, 0, {}, {},
+      : state_{surroundings, {},    std::move(stream_name), {},   {}, 0, {}, {}, {},
                false,        false, flush_continue_waits,   cycle} {}
 
   /// Settings of a program run.

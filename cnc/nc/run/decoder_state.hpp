@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,8 @@ struct DecoderState {
   std::optional<long> search;
   /// Blocks read since the program's start; repeated blocks count each time.
   std::uint64_t blocks_read = 0;
+  /// Statements without an effect that the program has used.
+  std::set<std::string> skipped{};
   /// #FILE NAME
   std::string report_file;
   /// The current #MSG ACK waits for the acknowledgement of this message.

@@ -58,6 +58,10 @@ void Evaluator::count_macro(const std::string& name) {
   }
 }
 
+Value Evaluator::value_of(const syntax::Missing& /*missing*/) {
+  fail(0, "the block has a mistake");
+}
+
 Value Evaluator::value_of(const syntax::Number& number) {
   return number.value;
 }
@@ -111,6 +115,8 @@ Value Evaluator::value_of(const syntax::Query& query) {
       return truth(exists(*query.subject));
     case syntax::QueryKind::size_of:
       return size_of(query);
+    case syntax::QueryKind::has_function:
+      return truth(integer(*query.argument) >= 0);  // The virtual CNC has all of them.
     default:
       return truth(is_string(read(*query.subject)) == (query.kind == syntax::QueryKind::is_string));
   }
@@ -126,7 +132,7 @@ bool Evaluator::exists(const syntax::Reference& reference) {
 
 // Elements of a dimension, counted from 1; -1 for an unknown dimension (our choice).
 double Evaluator::size_of(const syntax::Query& query) {
-  const long dimension = query.dimension ? integer(*query.dimension) : 1;
+  const long dimension = query.argument ? integer(*query.argument) : 1;
   const auto info = scope_.memory.find(name_of(*query.subject));
   const bool known = info && dimension >= 1 &&
                      static_cast<std::size_t>(dimension) <= info->shape.dimensions.size();

@@ -44,6 +44,7 @@ class Evaluator {
   std::string name_of(const syntax::Name& name);
 
  private:
+  Value value_of(const syntax::Missing& missing);
   Value value_of(const syntax::Number& number);
   Value value_of(const syntax::Text& text);
   Value value_of(const syntax::Unary& unary);

@@ -51,6 +51,7 @@ class Execution {
   Outcome operator()(const syntax::UserError& error);
   Outcome operator()(const syntax::ForgetMacros& forget);
   Outcome operator()(const syntax::InitExternals& init);
+  Outcome operator()(const syntax::Skipped& skipped);
 
   Outcome operator()(const syntax::Message& message);
   Outcome operator()(const syntax::SaveMessage& save);
@@ -67,6 +68,7 @@ class Execution {
   void collect(const syntax::Assignment& assignment, std::vector<WordValue>&);
   void collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&);
   void collect(const syntax::MacroUse& macro, std::vector<WordValue>& words);
+  void collect(const syntax::Skipped& skipped, std::vector<WordValue>&);
   void collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&);
   void collect(const syntax::QueueMessage& message, std::vector<WordValue>&);
   void collect(const syntax::QueueInit& init, std::vector<WordValue>&);
@@ -93,6 +95,8 @@ class Execution {
                               state_.blocks_read + 1, state_.search.has_value()});
   }
   void warn(std::string text, int id = 0);
+  /// Once for each name and program.
+  void note_skipped(const std::string& name);
 
   DecoderState& state_;
   const Tick& tick_;

@@ -89,7 +89,16 @@ Outcome Execution::operator()(const syntax::Declarations& declarations) {
 void Execution::declare(const syntax::Declaration& declaration) {
   const std::string written = evaluator_.name_of(declaration.variable);
   const ElementName name = split_name(written);
-  VariableShape shape{declaration.type, declaration.length, {}};
+  VariableShape shape{declaration.type, 0, {}};
+  if (declaration.type == VariableType::string) {
+    const long length =
+        declaration.length ? evaluator_.integer(*declaration.length) : syntax::longest_string;
+    if (length < 0 || length > syntax::longest_string) {
+      fail(0, "the length of a string is 0 to " + std::to_string(syntax::longest_string) +
+                  ", not " + std::to_string(length));
+    }
+    shape.length = static_cast<std::size_t>(length);
+  }
   for (const long dimension : name.indices) {
     shape.dimensions.push_back(static_cast<std::size_t>(std::max(dimension, 0L)));
   }
@@ -163,6 +172,21 @@ Outcome Execution::raise(long id, long recovery_class, std::string text) {
 
 void Execution::warn(std::string text, int id) {
   tick_.emit(WarningEvent{{state_.place(), id, std::move(text)}});
+}
+
+void Execution::note_skipped(const std::string& name) {
+  constexpr std::size_t most_notes = 1'000;
+  if (state_.skipped.size() < most_notes && state_.skipped.insert(name).second) {
+    warn(name + " has no effect on the virtual CNC");
+  }
+}
+
+Outcome Execution::operator()(const syntax::Skipped& skipped) {
+  note_skipped(skipped.name);
+  if (skipped.flushes) {
+    state_.around.queue.flush();
+  }
+  return Outcome::done;
 }
 
 std::string Execution::text_of(const syntax::FormattedText& text) {

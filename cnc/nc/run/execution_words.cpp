@@ -49,6 +49,9 @@ Outcome Execution::apply(Meaning meaning) {
   for (DataOrder& order : data_orders_) {
     push(DataWrite{std::move(order)});
   }
+  for (const int function : meaning.skipped) {
+    note_skipped("G" + std::to_string(function));
+  }
   bool moved = false;
   for (Block::Action& action : meaning.actions) {
     auto* motion = std::get_if<Motion>(&action);
@@ -93,7 +96,11 @@ void Execution::collect(const syntax::Word& word, std::vector<WordValue>& words)
   if (words.size() == most_words) {
     fail(0, "the block has more than " + std::to_string(most_words) + " words");
   }
-  words.push_back({word.address, evaluator_.number(word.value)});
+  WordValue value{word.address, evaluator_.number(word.value)};
+  if (word.argument) {
+    value.argument = evaluator_.number(*word.argument);
+  }
+  words.push_back(std::move(value));
 }
 
 void Execution::collect(const syntax::Assignment& assignment, std::vector<WordValue>&) {
@@ -146,6 +153,10 @@ void Execution::collect(const syntax::QueueMessage& message, std::vector<WordVal
 
 void Execution::collect(const syntax::QueueInit& init, std::vector<WordValue>&) {
   data_orders_.emplace_back(InitQueue{evaluator_.name_of_variable(init.control)});
+}
+
+void Execution::collect(const syntax::Skipped& skipped, std::vector<WordValue>&) {
+  note_skipped(skipped.name);
 }
 
 void Execution::collect(const syntax::MacroUse& macro, std::vector<WordValue>& words) {

@@ -184,7 +184,7 @@ bool Interpolator::execute(const Dwell& dwell, const Tick& tick) {
 }
 
 bool Interpolator::execute(const MachineFunction& function, const Tick& tick) {
-  tick.emit(MachineFunctionEvent{function.number});
+  tick.emit(MachineFunctionEvent{function.number, function.argument});
   return true;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/manual.hpp"
 #include "cnc/nc/values/result.hpp"
 
 namespace millrace::cnc::nc::run {
@@ -19,12 +21,13 @@ constexpr double largest_position = 1e9;
 // path mode, feed per minute.
 constexpr std::array<int, 12> ignored_g = {40, 53, 54, 55, 56, 57, 58, 59, 60, 64, 71, 94};
 
-// Spindle, tool and correction have no effect on the simulated path.
-constexpr std::array<std::string_view, 5> ignored_addresses = {"S", "@S", "T", "D", "H"};
-
+// Spindles (S, S2), tool, correction, H functions and the feed at the block's end have no effect on
+// the simulated path.
 bool is_ignored_address(std::string_view address) {
-  return std::find(ignored_addresses.begin(), ignored_addresses.end(), address) !=
-         ignored_addresses.end();
+  constexpr std::string_view ignored = "STDHE";
+  return address == "@S" ||
+         (!address.empty() && ignored.find(address.front()) != std::string_view::npos &&
+          std::all_of(address.begin() + 1, address.end(), is_digit));
 }
 
 bool is_ignored(int number) {
@@ -97,14 +100,20 @@ void MotionState::read_g(double number, Draft& draft) {
       number == std::floor(number) && number >= 0 && number < 1000 ? static_cast<int>(number) : -1;
   if (function == 4) {
     draft.is_dwell = true;
-  } else if (!read_modal_g(function) && !is_ignored(function)) {
+  } else if (read_modal_g(function) || is_ignored(function)) {
+    return;
+  } else if (syntax::is_listed_g(function) && !syntax::calls_subprogram(function)) {
+    draft.has_values = draft.has_values || syntax::takes_values(function);
+    draft.skipped.push_back(function);
+  } else {
     fail(20131, "unknown G function G" + values::display(number));
   }
 }
 
-void MotionState::read_m(double number, Draft& draft) const {
-  if (number != std::floor(number) || number < 0 || number > 9999) {
-    fail(0, "M" + values::display(number) + " is not an M function");
+void MotionState::read_m(const WordValue& word, Draft& draft) const {
+  const double number = std::round(word.value);
+  if (!(number >= 0 && number <= 9999)) {
+    fail(0, "M" + values::display(word.value) + " is not an M function");
   }
   switch (const int function = static_cast<int>(number)) {
     case 0:
@@ -122,7 +131,7 @@ void MotionState::read_m(double number, Draft& draft) const {
       draft.end = BlockEnd::subprogram;
       break;
     default:
-      draft.functions.push_back(function);
+      draft.functions.push_back({function, word.argument});
       break;
   }
 }
@@ -178,11 +187,14 @@ bool MotionState::read_circle_word(const WordValue& word, Draft& draft) {
 
 void MotionState::read_word(const WordValue& word, Draft& draft) {
   if (word.address == "G") {
-    read_g(word.value, draft);
-  } else if (word.address == "M") {
-    read_m(word.value, draft);
+    return;
+  }
+  if (word.address == "M") {
+    read_m(word, draft);
   } else if (draft.is_dwell && (word.address.empty() || word.address == "X")) {
     draft.dwell = word.value;
+  } else if (draft.has_values && word.address != "F") {
+    return;
   } else if (word.address == "F") {
     read_feed(word.value);
   } else if (!is_ignored_address(word.address) && !read_circle_word(word, draft)) {
@@ -192,13 +204,20 @@ void MotionState::read_word(const WordValue& word, Draft& draft) {
 
 Meaning MotionState::interpret(const std::vector<WordValue>& words) {
   Draft draft;
+  // They decide what the other words of their block mean.
+  for (const WordValue& word : words) {
+    if (word.address == "G") {
+      read_g(word.value, draft);
+    }
+  }
   for (const WordValue& word : words) {
     read_word(word, draft);
   }
   Meaning meaning;
   meaning.end = draft.end;
-  for (const int function : draft.functions) {
-    meaning.actions.emplace_back(MachineFunction{function});
+  meaning.skipped = std::move(draft.skipped);
+  for (const MachineFunction& function : draft.functions) {
+    meaning.actions.emplace_back(function);
   }
   if (draft.is_dwell) {
     if (!draft.dwell || !(*draft.dwell >= 0)) {
@@ -206,9 +225,9 @@ Meaning MotionState::interpret(const std::vector<WordValue>& words) {
     }
     meaning.actions.emplace_back(dwell(*draft.dwell));
   } else if (const bool circle = way_ == Way::clockwise || way_ == Way::counterclockwise;
-             draft.has_centre() && !circle) {
+             draft.has_centre() && !circle && meaning.skipped.empty()) {
     fail(0, "I, J and K are the centre of a circle, for which G02 or G03 is needed");
-  } else if (!draft.axes.empty() || draft.has_centre()) {
+  } else if (!draft.axes.empty() || (draft.has_centre() && circle)) {
     move(draft, meaning);
   }
   if (draft.hold) {

@@ -18,6 +18,8 @@ namespace millrace::cnc::nc::run {
 struct WordValue {
   std::string address;
   double value = 0;
+  /// M52=-345
+  std::optional<double> argument{};
 };
 
 /// Whether the words of a block end the program or the subprogram.
@@ -27,6 +29,8 @@ enum class BlockEnd { none, subprogram, program };
 struct Meaning {
   std::vector<Block::Action> actions;
   BlockEnd end = BlockEnd::none;
+  /// Documented G functions without an effect here.
+  std::vector<int> skipped;
 };
 
 struct MotionOptions {
@@ -69,7 +73,7 @@ class MotionState {
   void read_g(double number, Draft& draft);
   /// False if the function is not modal.
   bool read_modal_g(int function);
-  void read_m(double number, Draft& draft) const;
+  void read_m(const WordValue& word, Draft& draft) const;
   void read_feed(double feed);
   void read_axis(const WordValue& word, Draft& draft) const;
   /// I, J, K and R, unless the channel has an axis of that name; false for any other word.
@@ -107,12 +111,15 @@ class MotionState {
 
 struct MotionState::Draft {
   std::vector<std::pair<std::size_t, double>> axes;
-  std::vector<int> functions;
+  std::vector<MachineFunction> functions;
+  std::vector<int> skipped;
   std::optional<double> dwell;
   /// I, J and K.
   std::array<std::optional<double>, 3> centre;
   bool has_radius = false;
   bool is_dwell = false;
+  /// Its axis words are values, not positions.
+  bool has_values = false;
   bool hold = false;
   BlockEnd end = BlockEnd::none;
 

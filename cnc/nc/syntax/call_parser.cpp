@@ -48,20 +48,25 @@ CycleRepeat parse_repeat(Cursor& cursor) {
 CycleCall parse_cycle(Cursor& cursor) {
   CycleCall call;
   cursor.expect("[");
+  cursor.continue_brackets();
   if (!cursor.accept_word("NAME")) {
     cursor.fail("NAME=… expected before " + describe(cursor.peek()));
   }
   cursor.expect("=");
   call.name = parse_name(cursor);
   cursor.accept(",");
+  cursor.continue_brackets();
   call.repeat = parse_repeat(cursor);
+  cursor.continue_brackets();
   while (!cursor.at_block_end() && !cursor.peek().is("]")) {
     cursor.accept(",");
+    cursor.continue_brackets();
     if (call.arguments.size() == most_arguments) {
       cursor.fail("a cycle takes at most " + std::to_string(most_arguments) + " arguments");
     } else {
       call.arguments.push_back(parse_argument(cursor));
     }
+    cursor.continue_brackets();
   }
   cursor.expect("]");
   return call;
@@ -75,11 +80,15 @@ bool at_call(const Cursor& cursor) {
 
 Statement parse_call(Cursor& cursor) {
   const bool local = cursor.at_word("LL");
-  cursor.take();
+  const Token call_word = cursor.take();
   if (cursor.accept_word("CYCLE")) {
     CycleCall call = parse_cycle(cursor);
     call.local = local;
     return call;
+  }
+  if (cursor.accept_word("SEQUENCE")) {
+    cursor.fail_unknown(call_word, "the virtual CNC cannot call parts of programs (L SEQUENCE)");
+    return Skipped{};
   }
   if (cursor.at_block_end()) {
     cursor.fail("the name of a subprogram expected behind L");

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/manual.hpp"
 #include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
@@ -176,11 +177,22 @@ Statement parse_disable(Cursor& cursor) {
   return EndModalCycle{};
 }
 
+// #CONTOUR MODE ON […]: as documented, without an effect here.
+Statement skip_command(Cursor& cursor, const ListedCommand& listed) {
+  const Token second = cursor.peek_ahead(1);
+  Skipped skipped{"#" + std::string(listed.first), listed.flushes};
+  if (second.kind == TokenKind::name) {
+    skipped.name += ' ' + std::string(second.text);
+  }
+  cursor.skip_block();
+  return skipped;
+}
+
 struct Command {
   std::string_view name;
   Statement (*parse)(Cursor&);
 };
-// By first words. The program parser reads #COMMENT, which concerns text and not blocks.
+// By first words. #COMMENT concerns text and not blocks.
 constexpr std::array<Command, 12> commands = {{
     {"DELETE", parse_deletion},
     {"DISABLE", parse_disable},
@@ -198,15 +210,29 @@ constexpr std::array<Command, 12> commands = {{
 
 }  // namespace
 
+void parse_comment(Cursor& cursor) {
+  const Token word = cursor.take();
+  if (!cursor.accept_word("BEGIN")) {
+    cursor.fail_at(word, "#COMMENT END without #COMMENT BEGIN", 20569);
+  } else if (!cursor.at_block_end()) {
+    cursor.fail("#COMMENT BEGIN must be alone in its block", 20566);
+  } else if (!cursor.skip_comment_lines()) {
+    cursor.report(word.line, word.column, "#COMMENT BEGIN without #COMMENT END", 20566);
+  }
+}
+
 Statement parse_command(Cursor& cursor) {
   const Token name = cursor.peek();
+  if (const auto* const listed = find_listed_command(name.text, cursor.peek_ahead(1).text)) {
+    return skip_command(cursor, *listed);
+  }
   for (const Command& command : commands) {
     if (cursor.accept_word(command.name)) {
       return command.parse(cursor);
     }
   }
-  cursor.fail("unknown command #" + std::string(name.text));
-  return Words{};
+  cursor.fail_unknown(name, "unknown command #" + std::string(name.text));
+  return Skipped{};
 }
 
 }  // namespace millrace::cnc::nc::syntax

@@ -26,7 +26,10 @@ class RoutineWriter {
   explicit RoutineWriter(Routine& routine) : routine_(&routine) {}
 
   /// Continues with another routine.
-  void begin_routine(Routine& routine) { routine_ = &routine; }
+  void begin_routine(Routine& routine) {
+    routine_ = &routine;
+    block_begin_ = next();
+  }
 
   /// The following operations belong to this block.
   void begin_block(BlockHead head) {
@@ -40,6 +43,14 @@ class RoutineWriter {
     }
   }
   [[nodiscard]] const BlockHead& head() const { return head_; }
+
+  /// The block has a mistake, and may do more than its operations show.
+  void mark_unclear() {
+    if (block_begin_ == next()) {
+      add(Skipped{});
+    }
+    routine_->operations.back().unclear = true;
+  }
 
   /// Adds an operation and returns its index. The first operation of a block has the N number.
   std::size_t add(Statement statement) {

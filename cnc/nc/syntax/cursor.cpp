@@ -26,7 +26,7 @@ std::string describe(const Token& token) {
 }
 
 Cursor::Cursor(std::string file, std::string_view text, std::vector<Diagnostic>& mistakes)
-    : file_(std::move(file)), lexer_(text), mistakes_(mistakes) {
+    : file_(std::move(file)), text_(text), lexer_(text), mistakes_(mistakes) {
   token_ = lexer_.next();
 }
 
@@ -90,6 +90,51 @@ Token Cursor::take_name_part() {
   return part;
 }
 
+Token Cursor::peek_ahead(int count) const {
+  Lexer lexer = lexer_;
+  Token token = token_;
+  for (; count > 0 && !token.ends_block(); --count) {
+    token = lexer.next();
+  }
+  return token;
+}
+
+void Cursor::continue_brackets() {
+  if (failed_ || token_.kind != TokenKind::end_of_block) {
+    return;
+  }
+  const auto before = static_cast<std::size_t>(token_.column) - 1;
+  const bool empty_line =
+      Lexer(text_.substr(token_.begin - before, before)).next().kind == TokenKind::end_of_program;
+  Lexer lexer = lexer_;
+  Token token = token_;
+  while (token.kind == TokenKind::end_of_block) {
+    token = lexer.next();
+  }
+  if (token.kind != TokenKind::end_of_program && (empty_line || token.is("]"))) {
+    lexer_ = lexer;
+    token_ = token;
+  }
+}
+
+void Cursor::skip_brackets() {
+  expect("[");
+  for (int depth = 1; depth > 0 && !at_block_end(); advance()) {
+    depth += token_.is("[") ? 1 : 0;
+    depth -= token_.is("]") ? 1 : 0;
+    if (depth == 0) {
+      break;
+    }
+  }
+  expect("]");
+}
+
+void Cursor::skip_block() {
+  while (!at_block_end()) {
+    advance();
+  }
+}
+
 bool Cursor::skip_comment_lines() {
   if (at_program_end()) {
     return false;
@@ -118,6 +163,14 @@ void Cursor::fail_at(const Token& token, std::string text, int id) {
   }
 }
 
+void Cursor::fail_unknown(const Token& token, std::string text) {
+  const std::size_t before = mistakes_.size();
+  fail_at(token, std::move(text));
+  if (mistakes_.size() > before) {
+    mistakes_.back().unknown = true;
+  }
+}
+
 void Cursor::report(int line, int column, std::string text, int id) {
   report({file_, line, column, block_number_}, std::move(text), id);
 }
@@ -134,10 +187,21 @@ void Cursor::doubt_at(const Token& token, std::string text) {
   }
 }
 
-void Cursor::next_block() {
+void Cursor::finish_block() {
   if (!at_block_end()) {
     fail(describe(token_) +
          (token_.is("=") ? " is not expected here; '==' compares" : " is not expected here"));
+  }
+}
+
+std::string_view Cursor::block_text() const {
+  return text_.substr(block_begin_, token_.begin - block_begin_);
+}
+
+void Cursor::next_block() {
+  finish_block();
+  if (failed_) {
+    lines_with_mistakes_.push_back(token_.line);
   }
   failed_ = false;
   externals_.clear();

@@ -21,6 +21,8 @@ class Cursor {
   Cursor(std::string file, std::string_view text, std::vector<Diagnostic>& mistakes);
 
   [[nodiscard]] const Token& peek() const { return token_; }
+  /// A later token of the block: 1 is the next one.
+  [[nodiscard]] Token peek_ahead(int count) const;
   /// Returns the current token and advances.
   Token take();
   /// Takes the token if it is this symbol.
@@ -39,10 +41,19 @@ class Cursor {
   Token take_name_part();
   /// Call it after `#COMMENT BEGIN`; false if the end is missing.
   bool skip_comment_lines();
+  /// Within brackets over several lines, at the end of a line: goes on behind lines without words,
+  /// and to a `]` on a line of its own, as the vendor's editor does (isg-stuttgart/vscode-isg-cnc).
+  void continue_brackets();
+  /// Goes from a `[` behind its `]`.
+  void skip_brackets();
+  /// Goes to the end of the block.
+  void skip_block();
 
   /// A mistake at the current token, or at another one of this block.
   void fail(std::string text, int id = 0);
   void fail_at(const Token& token, std::string text, int id = 0);
+  /// The virtual CNC lacks it; a controller may have it.
+  void fail_unknown(const Token& token, std::string text);
   /// A mistake elsewhere that does not end the block.
   void report(int line, int column, std::string text, int id = 0);
   void report(Place place, std::string text, int id = 0);
@@ -51,8 +62,15 @@ class Cursor {
   void doubt_at(const Token& token, std::string text);
   [[nodiscard]] std::vector<Diagnostic> take_doubts() { return std::exchange(doubts_, {}); }
 
-  /// Goes to the start of the next block; a rest of the current one is a mistake.
+  /// A rest of the block is a mistake.
+  void finish_block();
+  /// Finishes the block and goes to the start of the next one.
   void next_block();
+  /// The current block up to the token.
+  [[nodiscard]] std::string_view block_text() const;
+  [[nodiscard]] std::vector<int> take_lines_with_mistakes() {
+    return std::exchange(lines_with_mistakes_, {});
+  }
   /// N number of the current block, for messages.
   void set_block_number(long number) { block_number_ = number; }
 
@@ -68,6 +86,7 @@ class Cursor {
   void advance();
 
   std::string file_;
+  std::string_view text_;
   Lexer lexer_;
   std::vector<Diagnostic>& mistakes_;
   Token token_;
@@ -75,6 +94,7 @@ class Cursor {
   long block_number_ = 0;
   int depth_ = 0;
   bool failed_ = false;
+  std::vector<int> lines_with_mistakes_;
   std::vector<ExternalUse> externals_;
   std::vector<Diagnostic> doubts_;
 };

@@ -7,29 +7,28 @@
 namespace millrace::cnc::nc::syntax {
 namespace {
 
-constexpr std::size_t longest_string = 127;
 constexpr std::size_t most_initial_values = 4096;  // the most that fit into a block
 
-// STRING or STRING[n]
+// STRING, STRING[20] or STRING[P3]
 void parse_string_type(Cursor& cursor, Declaration& declaration) {
   declaration.type = VariableType::string;
-  declaration.length = longest_string;
   if (!cursor.accept("[")) {
     return;
   }
-  const Token length = cursor.peek();
-  if (length.kind != TokenKind::number || length.number < 0 || length.number > longest_string) {
-    cursor.fail("the length of a string is 0 to " + std::to_string(longest_string));
-    return;
+  const Token token = cursor.peek();
+  declaration.length = parse_expression(cursor);
+  const auto* const length = std::get_if<Number>(&declaration.length->node);
+  if (length != nullptr && !(length->value >= 0 && length->value <= longest_string)) {
+    cursor.fail_at(token, "the length of a string is 0 to " + std::to_string(longest_string));
   }
-  cursor.take();
-  declaration.length = static_cast<std::size_t>(length.number);
   cursor.expect("]");
 }
 
 void parse_type(Cursor& cursor, Declaration& declaration) {
   if (cursor.accept_word("STRING")) {
     parse_string_type(cursor, declaration);
+  } else if (cursor.accept_word("REAL")) {  // IB/tccncprogramming/15557118091
+    declaration.type = VariableType::real64;
   } else if (const auto type = values::find_type(cursor.peek().text)) {
     cursor.take();
     declaration.type = *type;
@@ -46,11 +45,13 @@ void parse_list(Cursor& cursor, std::vector<Expression>& list) {
     return;
   }
   do {
+    cursor.continue_brackets();
     if (cursor.peek().is("[")) {
       parse_list(cursor, list);
     } else if (list.size() < most_initial_values) {
       list.push_back(parse_expression(cursor));
     }
+    cursor.continue_brackets();
   } while (cursor.accept(",") && !cursor.failed());
   cursor.leave();
   cursor.expect("]");
@@ -105,7 +106,12 @@ Statement parse_declarations(Cursor& cursor) {
     if (at_reference(cursor)) {
       declarations.variables.push_back(parse_declaration(cursor));
     } else if (!cursor.at_block_end()) {
-      if (!cursor.accept("#") || !cursor.accept_word("ENDVAR")) {
+      const bool command = cursor.accept("#");
+      if (command && cursor.at_word("COMMENT")) {
+        parse_comment(cursor);
+        continue;
+      }
+      if (!command || !cursor.accept_word("ENDVAR")) {
         cursor.fail("a declaration or #ENDVAR expected before " + describe(cursor.peek()));
       }
       return declarations;

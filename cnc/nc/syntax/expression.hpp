@@ -14,6 +14,9 @@ namespace millrace::cnc::nc::syntax {
 struct Expression;
 using ExpressionPointer = std::unique_ptr<Expression>;
 
+/// No value: the block has a mistake, and its program never runs.
+struct Missing {};
+
 struct Number {
   double value = 0;
 };
@@ -66,19 +69,22 @@ struct CycleParameter {
 
 using Reference = std::variant<Parameter, Variable, CycleParameter>;
 
-/// A function of a variable itself, not of its value.
-enum class QueryKind { exists, size_of, is_string, is_number };
+/// A function of a variable itself, not of its value; or whether the channel has an M or H
+/// function.
+enum class QueryKind { exists, size_of, is_string, is_number, has_function };
 
-/// EXIST[V.P.A], SIZEOF[V.P.A, 2]
+/// EXIST[V.P.A], SIZEOF[V.P.A, 2], EXIST[M80]
 struct Query {
   QueryKind kind{};
+  /// Null for has_function.
   std::unique_ptr<Reference> subject;
-  ExpressionPointer dimension;
+  /// The dimension of SIZEOF, the number of has_function.
+  ExpressionPointer argument;
 };
 
 struct Expression {
-  using Node =
-      std::variant<Number, Text, Unary, Binary, Call, Parameter, Variable, CycleParameter, Query>;
+  using Node = std::variant<Missing, Number, Text, Unary, Binary, Call, Parameter, Variable,
+                            CycleParameter, Query>;
   Node node;
 };
 

@@ -97,17 +97,23 @@ Expression parse_call(Cursor& cursor, const values::Function& function) {
   return {std::move(call)};
 }
 
-// EXIST[V.P.A]
+// EXIST[V.P.A], EXIST[M80]
 Expression parse_query(Cursor& cursor, QueryKind kind) {
   cursor.take();
   cursor.expect("[");
+  if (kind == QueryKind::exists && at_machine_function(cursor)) {
+    cursor.take_letter();
+    Query query{QueryKind::has_function, nullptr, on_heap(parse_word_value(cursor))};
+    cursor.expect("]");
+    return {std::move(query)};
+  }
   if (!at_reference(cursor)) {
     cursor.fail("a parameter or variable expected before " + describe(cursor.peek()));
     return {};
   }
   Query query{kind, std::make_unique<Reference>(parse_reference(cursor)), nullptr};
   if (kind == QueryKind::size_of && cursor.accept(",")) {
-    query.dimension = on_heap(parse_expression(cursor));
+    query.argument = on_heap(parse_expression(cursor));
   }
   cursor.expect("]");
   return {std::move(query)};
@@ -130,7 +136,7 @@ Expression parse_name(Cursor& cursor) {
   if (const values::Function* function = values::find_function(token.text)) {
     return parse_call(cursor, *function);
   }
-  cursor.fail("unknown name " + describe(token) + " in an expression");
+  cursor.fail_unknown(token, "unknown name " + describe(token) + " in an expression");
   return {};
 }
 
@@ -200,6 +206,21 @@ Expression parse_binary(Cursor& cursor, int precedence) {
 }
 
 }  // namespace
+
+bool begins_value(const Token& token) {
+  return token.kind != TokenKind::name || begins_reference(token) ||
+         find_named(queries, token) != nullptr || find_named(constants, token) != nullptr ||
+         values::find_function(token.text) != nullptr;
+}
+
+bool at_machine_function(const Cursor& cursor) {
+  const std::string_view text = cursor.peek().text;
+  if (cursor.peek().kind != TokenKind::name || (upper(text[0]) != 'M' && upper(text[0]) != 'H')) {
+    return false;
+  }
+  const std::string_view number = text.substr(text.size() > 1 && upper(text[1]) == 'P' ? 2 : 1);
+  return number.empty() || is_digit(number.front());
+}
 
 Expression parse_expression(Cursor& cursor) {
   return parse_binary(cursor, lowest_precedence);

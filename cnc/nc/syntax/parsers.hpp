@@ -21,6 +21,8 @@ namespace millrace::cnc::nc::syntax {
 
 /// A command after its `#`.
 [[nodiscard]] Statement parse_command(Cursor& cursor);
+/// #COMMENT BEGIN up to #COMMENT END, at the word COMMENT.
+void parse_comment(Cursor& cursor);
 
 /// All forms of #MSG, after the name (message_parser.cpp). Errors 20721, 20724 and 20726.
 [[nodiscard]] Statement parse_message(Cursor& cursor);
@@ -64,5 +66,10 @@ namespace millrace::cnc::nc::syntax {
 [[nodiscard]] Reference parse_reference(Cursor& cursor);
 /// True if a reference begins here.
 [[nodiscard]] bool at_reference(const Cursor& cursor);
+[[nodiscard]] bool begins_reference(const Token& token);
+/// True if an expression may begin with the token: X[SIN[30]] is a position, Z[DIST_CTRL ON] not.
+[[nodiscard]] bool begins_value(const Token& token);
+/// M80, H[P1], MP1
+[[nodiscard]] bool at_machine_function(const Cursor& cursor);
 
 }  // namespace millrace::cnc::nc::syntax

@@ -35,6 +35,8 @@ struct Operation {
   /// External variables (V.E.) that it uses, without indices.
   std::vector<ExternalUse> externals;
   Statement statement;
+  /// A mistake ends its block, which names V.G.SERVICE: it may do more than it shows.
+  bool unclear = false;
 };
 
 /// A main program or a subprogram.
@@ -60,6 +62,17 @@ struct Program {
 //
 //   auto parsed = parse_program("demo.nc", text);
 //   if (!parsed) for (const Diagnostic& mistake : parsed.error()) …
+
+/// A program as far as it can be read, for checks. A block with a mistake has what stands before
+/// the mistake.
+struct Reading {
+  Program program;
+  /// At most 200, in the order of the text.
+  std::vector<Diagnostic> mistakes;
+  /// The lines of all blocks with mistakes, also of those beyond the 200.
+  std::vector<int> lines_with_mistakes;
+};
+[[nodiscard]] Reading read_program(const std::string& file, std::string_view text);
 
 /// The parsed program (which may still have `Program::doubts`), or all of its mistakes (at most
 /// 200), in the order of the text.

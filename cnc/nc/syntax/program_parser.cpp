@@ -26,15 +26,32 @@ std::optional<long> constant(const Expression& expression) {
   return std::lround(number->value);
 }
 
+void sort(std::vector<Diagnostic>& mistakes) {
+  std::ranges::stable_sort(mistakes, {}, [](const Diagnostic& mistake) {
+    return std::tie(mistake.place.line, mistake.place.column);
+  });
+}
+
+/// A block of which only the beginning is known.
+bool concerns_services(std::string_view block) {
+  constexpr std::string_view name = "V.G.SERVICE";
+  return std::ranges::search(block, name, {}, [](char c) { return upper(c); }).begin() !=
+         block.end();
+}
+
 class ProgramParser {
  public:
   ProgramParser(const std::string& file, std::string_view text) : cursor_(file, text, mistakes_) {
     program_.file = file;
   }
 
-  tl::expected<Program, std::vector<Diagnostic>> parse() {
+  Reading read() {
     while (!cursor_.at_program_end()) {
       parse_block();
+      cursor_.finish_block();
+      if (cursor_.failed() && concerns_services(cursor_.block_text())) {
+        writer_.mark_unclear();
+      }
       cursor_.next_block();
       if (writer_.next() > most_blocks) {
         cursor_.report(cursor_.peek().line, 1,
@@ -46,19 +63,13 @@ class ProgramParser {
     end_routine();
     check_calls();
     program_.doubts = cursor_.take_doubts();
-    if (mistakes_.empty()) {
-      return std::move(program_);
-    }
-    mistakes_.insert(mistakes_.end(), program_.doubts.begin(), program_.doubts.end());
-    std::stable_sort(
-        mistakes_.begin(), mistakes_.end(), [](const Diagnostic& a, const Diagnostic& b) {
-          return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);
-        });
-    return tl::make_unexpected(std::move(mistakes_));
+    sort(mistakes_);
+    return {std::move(program_), std::move(mistakes_), cursor_.take_lines_with_mistakes()};
   }
 
  private:
   void parse_block() {
+    writer_.begin_block({cursor_.peek().line, cursor_.peek().column, {}});
     if (cursor_.accept("%")) {
       parse_program_name();
       return;
@@ -75,7 +86,7 @@ class ProgramParser {
     }
     const bool is_command = cursor_.accept("#");
     if (is_command && cursor_.at_word("COMMENT")) {
-      parse_comment();
+      parse_comment(cursor_);
       return;
     }
     begin_block(std::move(head));
@@ -177,6 +188,7 @@ class ProgramParser {
     }
     const std::string name(cursor_.take_raw_word().text);
     cursor_.expect("]");
+    cursor_.accept(":");
     if (name.empty() || !routine().labels.emplace(upper(name), writer_.next()).second) {
       cursor_.fail("the label [" + name + "] is empty or exists already");
     }
@@ -187,17 +199,6 @@ class ProgramParser {
   void begin_block(BlockHead head) {
     in_main_ = in_main_ || &writer_.routine() == &program_.main;
     writer_.begin_block(std::move(head));
-  }
-
-  void parse_comment() {
-    const Token word = cursor_.take();
-    if (!cursor_.accept_word("BEGIN")) {
-      cursor_.fail_at(word, "#COMMENT END without #COMMENT BEGIN", 20569);
-    } else if (!cursor_.at_block_end()) {
-      cursor_.fail("#COMMENT BEGIN must be alone in its block", 20566);
-    } else if (!cursor_.skip_comment_lines()) {
-      cursor_.report(word.line, word.column, "#COMMENT BEGIN without #COMMENT END", 20566);
-    }
   }
 
   void parse_statement_block() {
@@ -233,7 +234,7 @@ class ProgramParser {
       const auto* call = std::get_if<SubprogramCall>(&operation.statement);
       const auto* name =
           call != nullptr && call->local ? std::get_if<std::string>(&call->name) : nullptr;
-      if (name != nullptr && !program_.subprograms.contains(*name)) {
+      if (name != nullptr && !name->empty() && !program_.subprograms.contains(*name)) {
         report(operation, "LL " + *name + ", but the file has no subprogram %L " + *name);
       }
     }
@@ -278,13 +279,25 @@ class ProgramParser {
 
 }  // namespace
 
+Reading read_program(const std::string& file, std::string_view text) {
+  if (text.size() > largest_program) {
+    return {{},
+            {{{file, 0, 0, 0}, 0, "the program is larger than 16 MiB; split it into subprograms"}},
+            {1}};
+  }
+  return ProgramParser(file, text).read();
+}
+
 tl::expected<Program, std::vector<Diagnostic>> parse_program(const std::string& file,
                                                              std::string_view text) {
-  if (text.size() > largest_program) {
-    return tl::make_unexpected(std::vector<Diagnostic>{
-        {{file, 0, 0, 0}, 0, "the program is larger than 16 MiB; split it into subprograms"}});
+  Reading reading = read_program(file, text);
+  if (reading.mistakes.empty()) {
+    return std::move(reading.program);
   }
-  return ProgramParser(file, text).parse();
+  std::vector<Diagnostic>& mistakes = reading.mistakes;
+  mistakes.insert(mistakes.end(), reading.program.doubts.begin(), reading.program.doubts.end());
+  sort(mistakes);
+  return tl::make_unexpected(std::move(mistakes));
 }
 
 }  // namespace millrace::cnc::nc::syntax

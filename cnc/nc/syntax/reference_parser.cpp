@@ -129,25 +129,29 @@ CycleParameter parse_cycle_parameter(Cursor& cursor) {
   return {std::move(parameter.index)};
 }
 
-bool at_variable(const Cursor& cursor) {
-  return cursor.at_word("V") || cursor.at_word("VS") || cursor.at_word("SD");
+bool names_variable(const Token& token) {
+  return token.kind == TokenKind::name &&
+         (same_word(token.text, "V") || same_word(token.text, "VS") || same_word(token.text, "SD"));
 }
 
 }  // namespace
 
-bool at_reference(const Cursor& cursor) {
-  const Token& token = cursor.peek();
+bool begins_reference(const Token& token) {
   return token.is("@") ||
-         (token.kind == TokenKind::name && (is_run_of_p(token.text) || at_variable(cursor)));
+         (token.kind == TokenKind::name && (is_run_of_p(token.text) || names_variable(token)));
+}
+
+bool at_reference(const Cursor& cursor) {
+  return begins_reference(cursor.peek());
 }
 
 Reference parse_reference(Cursor& cursor) {
   if (!cursor.enter()) {
     return Parameter{0, std::make_unique<Expression>(), {}};
   }
-  Reference reference = cursor.peek().is("@") ? Reference(parse_cycle_parameter(cursor))
-                        : at_variable(cursor) ? Reference(parse_variable(cursor))
-                                              : Reference(parse_parameter(cursor));
+  Reference reference = cursor.peek().is("@")           ? Reference(parse_cycle_parameter(cursor))
+                        : names_variable(cursor.peek()) ? Reference(parse_variable(cursor))
+                                                        : Reference(parse_parameter(cursor));
   cursor.leave();
   return reference;
 }

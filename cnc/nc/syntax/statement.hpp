@@ -16,6 +16,17 @@ namespace millrace::cnc::nc::syntax {
 struct Word {
   std::string address;
   Expression value;
+  /// M52=-345, H5=P1: a value for the PLC (IB/tccncprogramming/15556839051, documented).
+  std::optional<Expression> argument{};
+};
+
+/// A documented statement that has no effect on the virtual CNC (manual.hpp): a # command, or an
+/// axis function Z[DIST_CTRL …] among the words of a block.
+struct Skipped {
+  /// As in "#CONTOUR MODE has no effect".
+  std::string name;
+  /// It empties the channel, as #FLUSH WAIT does.
+  bool flushes = false;
 };
 
 /// P1 = 3, V.P.A += 2.
@@ -56,7 +67,7 @@ struct QueueInit {
 };
 
 using WordsItem = std::variant<Word, Assignment, MacroDefinition, MacroUse, DataAssignment,
-                               QueueMessage, QueueInit>;
+                               QueueMessage, QueueInit, Skipped>;
 
 /// A block of words and assignments.
 struct Words {
@@ -199,12 +210,15 @@ struct ReportFile {
   Expression name;
 };
 
+/// The greatest n of STRING[n], and that of STRING.
+inline constexpr int longest_string = 127;
+
 /// A line between #VAR and #ENDVAR.
 struct Declaration {
   Reference variable;
   VariableType type = VariableType::real64;
   /// The n of STRING[n].
-  std::size_t length = 0;
+  std::optional<Expression> length{};
   std::vector<Expression> initial;
 };
 struct Declarations {
@@ -234,9 +248,9 @@ struct InitExternals {
   std::vector<Reference> variables;
 };
 
-using Statement =
-    std::variant<Words, Jump, Branch, For, EndFor, Switch, Goto, SubprogramCall, CycleCall,
-                 EndModalCycle, Flush, WaitFor, Message, SaveMessage, ReportFile, TimerCommand,
-                 TimeCommand, Declarations, Deletion, UserError, ForgetMacros, InitExternals>;
+using Statement = std::variant<Words, Jump, Branch, For, EndFor, Switch, Goto, SubprogramCall,
+                               CycleCall, EndModalCycle, Flush, WaitFor, Message, SaveMessage,
+                               ReportFile, TimerCommand, TimeCommand, Declarations, Deletion,
+                               UserError, ForgetMacros, InitExternals, Skipped>;
 
 }  // namespace millrace::cnc::nc::syntax

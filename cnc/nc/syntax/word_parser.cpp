@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/manual.hpp"
 #include "cnc/nc/syntax/parsers.hpp"
 
 namespace millrace::cnc::nc::syntax {
@@ -83,6 +84,55 @@ Word parse_cycle_word(Cursor& cursor) {
   return word;
 }
 
+// G01, G131=50, M30, H5=-345 after the letter: a number, and a value for the PLC or the CNC. The
+// number has no operators, so that the text after M30 can be checked.
+void parse_function(Cursor& cursor, Word& word) {
+  const bool assigned = cursor.accept("=");
+  word.value =
+      cursor.peek().kind == TokenKind::number ? parse_word_value(cursor) : parse_expression(cursor);
+  if (!assigned && cursor.accept("=")) {
+    word.argument = parse_expression(cursor);
+  }
+}
+
+// Z[DIST_CTRL …], S[REV 1000 M03 M63=-789], X[M54=P1]
+// (IB/tf5200_programming_manual/5252363631026771979): an axis or a spindle, and no position.
+bool at_axis_function(const Cursor& cursor) {
+  const Token& token = cursor.peek();
+  const char letter = token.kind == TokenKind::name ? upper(token.text.front()) : '\0';
+  return (letter == 'S' || axis_letters.find(letter) != std::string_view::npos) &&
+         cursor.peek_ahead(1).is("[") && !begins_value(cursor.peek_ahead(2));
+}
+
+// The M and H functions are executed, the rest is skipped.
+void parse_axis_function(Cursor& cursor, Words& words) {
+  const Token axis = cursor.take();
+  cursor.expect("[");
+  Skipped skipped;
+  int depth = 1;
+  while (!cursor.at_block_end()) {
+    if (at_machine_function(cursor)) {
+      Word word{upper(cursor.take_letter().text), {}};
+      parse_function(cursor, word);
+      words.items.emplace_back(std::move(word));
+      continue;
+    }
+    depth += cursor.peek().is("[") ? 1 : 0;
+    depth -= cursor.peek().is("]") ? 1 : 0;
+    if (depth == 0) {
+      break;
+    }
+    const Token token = cursor.take();
+    if (skipped.name.empty()) {
+      skipped.name = std::string(axis.text) + '[' + std::string(token.text) + " ...]";
+    }
+  }
+  cursor.expect("]");
+  if (!skipped.name.empty()) {
+    words.items.emplace_back(std::move(skipped));
+  }
+}
+
 // X10, X=10, X1=10 (an axis whose name ends with a digit), X_ACHSE=10 (an axis with a longer name).
 Word parse_word(Cursor& cursor) {
   const Token whole = cursor.peek();
@@ -95,18 +145,17 @@ Word parse_word(Cursor& cursor) {
       word.address += upper(rest.text);
       word.value = parse_expression(cursor);
     } else {
-      cursor.fail_at(whole, "unknown word " + describe(whole));
+      cursor.fail_unknown(whole, "unknown word " + describe(whole));
     }
     return word;
   }
   if (addresses.find(word.address) == std::string_view::npos ||
       (cursor.peek().adjacent && !is_word_value(cursor))) {
-    cursor.fail_at(whole, "unknown word " + describe(whole));
+    cursor.fail_unknown(whole, "unknown word " + describe(whole));
     return word;
   }
-  if (word.address == "M" && cursor.peek().kind == TokenKind::number) {
-    // Without operators, so that the text after M30 can be checked.
-    word.value = parse_word_value(cursor);
+  if (word.address == "G" || word.address == "M" || word.address == "H") {
+    parse_function(cursor, word);
     return word;
   }
   const Token first = cursor.peek();
@@ -119,9 +168,9 @@ Word parse_word(Cursor& cursor) {
   return word;
 }
 
-bool is_dwell(const Word& word) {
-  const auto* number = std::get_if<Number>(&word.value.node);
-  return word.address == "G" && number != nullptr && number->value == 4;
+// The number of a G function that is a constant; null for other words.
+const Number* function_of(const Word& word) {
+  return word.address == "G" ? std::get_if<Number>(&word.value.node) : nullptr;
 }
 
 bool is_program_end(const Words& words) {
@@ -147,13 +196,21 @@ Words parse_words(Cursor& cursor) {
       words.items.emplace_back(parse_assignment(cursor));
     } else if (cursor.peek().kind == TokenKind::string) {
       words.items.push_back(parse_macro(cursor));
+    } else if (at_axis_function(cursor)) {
+      parse_axis_function(cursor, words);
     } else if (cursor.peek().kind == TokenKind::name) {
+      const Token token = cursor.peek();
       Word word = parse_word(cursor);
-      const bool dwell = is_dwell(word);
-      words.items.emplace_back(std::move(word));
-      if (dwell && at_bare_value(cursor)) {
-        words.items.emplace_back(Word{"", parse_word_value(cursor)});
+      const Number* const function = function_of(word);
+      if (function != nullptr && calls_subprogram(function->value) && cursor.peek().is("[")) {
+        cursor.skip_brackets();  // G800[1, 2]: arguments
+      } else if (function != nullptr && takes_values(function->value) && at_bare_value(cursor)) {
+        words.items.emplace_back(std::move(word));
+        word = {"", parse_word_value(cursor)};
+      } else if (function != nullptr && cursor.peek().is("[")) {
+        cursor.fail_unknown(token, "unknown word " + describe(token) + " with brackets");
       }
+      words.items.emplace_back(std::move(word));
     } else if (cursor.peek().is("/") && is_program_end(words)) {
       const Token slash = cursor.take();
       words.misprinted_end = true;

@@ -134,7 +134,7 @@ Result<Value> inverted_bits(Arguments arguments) {
   return integer(arguments[0]).map([](long x) -> Value { return static_cast<double>(~x); });
 }
 
-constexpr std::array<Function, 24> number_table = {{
+constexpr std::array<Function, 26> number_table = {{
     {"ABS", 1, 1, of_number<std::fabs>},
     {"SQR", 1, 1, of_number<square>},
     {"SQRT", 1, 1, square_root},
@@ -154,6 +154,8 @@ constexpr std::array<Function, 24> number_table = {{
     {"INT", 1, 1, of_number<truncate>},
     {"FRACT", 1, 1, of_number<fraction>},
     {"ROUND", 1, 1, of_number<nearest>},
+    {"CEIL", 1, 1, of_number<std::ceil>},
+    {"FLOOR", 1, 1, of_number<std::floor>},
     {"SIGN", 1, 1, of_number<sign>},
     {"MIN", 2, 2, of_two<least>},
     {"MAX", 2, 2, of_two<greatest>},

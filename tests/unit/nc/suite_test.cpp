@@ -156,7 +156,13 @@ struct Writer {
     out << "save to " << event.file << (event.time_stamp ? " with time" : "")
         << (event.line_end ? "" : " without line end") << ": " << event.text << '\n';
   }
-  void operator()(const MachineFunctionEvent& event) const { out << 'M' << event.number << '\n'; }
+  void operator()(const MachineFunctionEvent& event) const {
+    out << 'M' << event.number;
+    if (event.argument) {
+      out << '=' << *event.argument;
+    }
+    out << '\n';
+  }
   void operator()(const HeldEvent& event) const {
     out << (event.single_step ? "stopped before N" : "held in N") << event.place.block << '\n';
   }

@@ -195,7 +195,8 @@ int check(const Options& options) {
   for (const std::string& name : options.programs) {
     programs.push_back(read_program(name));
   }
-  const std::vector<checks::Finding> findings = checks::lint(programs, checks_of(options));
+  const checks::Report report = checks::lint(programs, checks_of(options));
+  const std::vector<checks::Finding>& findings = report.findings;
   if (options.sarif) {
     print::print_json(checks::sarif_of(findings, MILLRACE_VERSION));
   } else if (options.json) {
@@ -204,7 +205,7 @@ int check(const Options& options) {
     for (const checks::Finding& finding : findings) {
       fmt::print("{}", checks::text_of(finding));
     }
-    fmt::print("{}\n", checks::summary_of(findings));
+    fmt::print("{}\n", checks::summary_of(findings, report.not_understood));
   }
   return checks::fails(findings, options.strict) ? exit_found : base::program::exit_done;
 }

@@ -30,7 +30,7 @@ auto texts_of(const tests::Section& section) {
 }
 
 std::vector<Finding> lint(const std::string& text, LintOptions options = {}) {
-  return lint(std::vector<Source>{{"part.nc", text}}, options);
+  return lint(std::vector<Source>{{"part.nc", text}}, options).findings;
 }
 
 std::vector<Rule> rules_of(const std::vector<Finding>& findings) {
@@ -47,7 +47,7 @@ TEST_P(Programs, HaveTheFindingsThatAreExpected) {
   const Source program{GetParam().name + ".nc", GetParam().text()};
   std::string found;
   for (const Finding& finding :
-       lint(std::vector<Source>{program}, {.load = texts_of(GetParam())})) {
+       lint(std::vector<Source>{program}, {.load = texts_of(GetParam())}).findings) {
     const std::string file = finding.place.file == program.name ? "" : finding.place.file + ":";
     found += file + std::to_string(finding.place.line) + " " +
              std::string(about(finding.rule).name) + "\n";
@@ -85,7 +85,9 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
     // The programs of the suite are full of deliberate language errors, which its own tests check.
     for (const Finding& finding :
          lint(std::vector<Source>{program},
-              {.load = beside, .off = {Rule::syntax, Rule::wait_without_timeout}})) {
+              {.load = beside,
+              .off = {Rule::syntax, Rule::not_understood, Rule::wait_without_timeout}})
+             .findings) {
       found += finding.place.file + ":" + std::to_string(finding.place.line) + " " +
                std::string(about(finding.rule).name) + "\n";
     }
@@ -127,8 +129,8 @@ TEST(Lint, FindsTimersThatChannelsShare) {
   const std::string one = "#TIMER START [ID=3]\n#TIMER START [ID=4]\nM30\n";
   const std::string other = "#TIMER START [ID=5]\n#TIMER START [ID=4]\nM30\n";
   const std::vector<Source> programs{{"one.nc", one}, {"other.nc", other}};
-  EXPECT_THAT(lint(programs, {}), IsEmpty());
-  const auto findings = lint(programs, {.channels = true});
+  EXPECT_THAT(lint(programs, {}).findings, IsEmpty());
+  const auto findings = lint(programs, {.channels = true}).findings;
   ASSERT_THAT(findings, SizeIs(1));
   EXPECT_EQ(findings[0].place, (Place{"other.nc", 2, 1}));
   EXPECT_THAT(findings[0].text, HasSubstr("timer 4"));
@@ -139,6 +141,24 @@ TEST(Lint, LeavesOutWhatIsSwitchedOff) {
   EXPECT_THAT(lint("#WAIT FOR V.G.SERVICE.RESPONSE_STATE == 1\nM30\n",
                    {.off = {Rule::wait_without_timeout}}),
               SizeIs(1));
+}
+
+TEST(Lint, CountsTheBlocksThatItDoesNotUnderstandWhateverIsOff) {
+  const LintOptions off{.off = {Rule::syntax, Rule::not_understood}};
+  std::string text = "#CONTOUR MODE ON [DEV PATH_DEV 0.5]\nG999\n$IF P1 >\n$ENDIF\n";
+  for (int i = 0; i < 300; ++i) {
+    text += "#SPECIAL\n";
+  }
+  const Report report = lint(std::vector<Source>{{"part.nc", text + "M30\n"}}, off);
+  EXPECT_THAT(report.findings, IsEmpty());
+  EXPECT_EQ(summary_of(report.findings, report.not_understood),
+            "nothing found; 302 blocks were not understood");
+}
+
+TEST(Lint, ChecksACallBehindAMistakeWithTheMistakeSwitchedOff) {
+  const std::string text = "#SPECIAL [5]\n$IF P1 >\n$ENDIF\nV.G.SERVICE.REQUEST_STATE = -1\nM30\n";
+  EXPECT_THAT(rules_of(lint(text, {.off = {Rule::syntax, Rule::not_understood}})),
+              testing::Contains(Rule::state_range));
 }
 
 TEST(Lint, HasAnInfoForEachRuleInItsPlace) {
@@ -163,6 +183,7 @@ TEST(LintReport, EscapesTerminalControlsInFileNames) {
 TEST(LintReport, CountsWhatWasFound) {
   EXPECT_EQ(summary_of(findings), "1 error, 1 warning, 1 hint");
   EXPECT_EQ(summary_of({}), "nothing found");
+  EXPECT_EQ(summary_of({findings[0]}, 1), "1 error; 1 block was not understood");
 }
 
 TEST(LintReport, FailsForErrorsAndIfStrictForWarnings) {
