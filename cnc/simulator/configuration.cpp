@@ -59,10 +59,18 @@ std::vector<AxisSettings> axes(const Axes& from, const ConfigPath& path, Mistake
 
 Declaration external(const config::CncExternalVariable& from, const ConfigPath& path,
                      Mistakes& mistakes) {
-  mistakes.expect(from.name().find_first_of("[]\"") == std::string::npos, path / "name",
-                  fmt::format("\"{}\"; expected a name without brackets and '\"'", from.name()));
+  // PART[].COUNT: a member of each element of an array of structures.
+  constexpr std::string_view index = "[].";
+  const std::size_t place = from.name().find(index);
+  const bool member = place != std::string::npos && from.array_elements() > 0;
+  const std::string array = from.name().substr(0, member ? place : std::string::npos);
+  const std::string behind = member ? from.name().substr(place + index.size() - 1) : std::string();
+  mistakes.expect((array + behind).find_first_of("[]\"") == std::string::npos, path / "name",
+                  fmt::format("\"{}\"; expected a name without brackets and '\"', or, with "
+                              "array_elements, one such as PART[].COUNT",
+                              from.name()));
   Declaration declaration{
-      "V.E." + from.name(),
+      "V.E." + array + behind,
       element_of(from),
       Access{static_cast<std::uint32_t>(from.access_rights())},
       {},
