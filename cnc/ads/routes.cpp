@@ -29,8 +29,8 @@ ConnectError admit(const ConnectInfo& request, const TlsClient& client,
   }
   if (security.shared_ca) {
     const bool right = security.shared_ca->ignore_common_name ||
-                       (request.flags & connect_flags::ignore_common_name) != 0 ||
-                       client.common_name == request.host || client.common_name == client.address;
+                       client.common_name == client.address ||
+                       std::ranges::count(security.shared_ca->clients, client.common_name) > 0;
     return right ? ConnectError::none : ConnectError::common_name;
   }
   if ((request.flags & connect_flags::self_signed) == 0 || !security.self_signed) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 namespace millrace::cnc::ads {
 
@@ -54,8 +55,8 @@ struct ServerSelfSigned {
   std::string password;
 };
 
-/// The certificate of a server, and the CA of its clients' certificates. Their common names are
-/// those of their hosts, or their addresses.
+/// The certificate of a server, and the CA of its clients' certificates. A client's common name is
+/// its IP address or one of `clients`; the client's own statement about its host proves nothing.
 struct ServerSharedCa {
   /// In PEM, as in SharedCa.
   std::string ca;
@@ -63,6 +64,7 @@ struct ServerSharedCa {
   std::string key;
   /// Accepts any common name.
   bool ignore_common_name = false;
+  std::vector<std::string> clients{};
 };
 
 /// The credentials of a server and what it expects of clients; certificates of one kind only.

@@ -77,6 +77,7 @@ Declaration external(const config::CncExternalVariable& from, const ConfigPath& 
       External{from.scope() == config::CncExternalVariable::GLOBAL, from.synchronisation(), 0}};
   if (from.array_elements() > 0) {
     declaration.dimensions = {from.array_elements()};
+    declaration.behind = behind.size();
   }
   return declaration;
 }
@@ -313,7 +314,8 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
     to.security.shared_ca = {text_of(base / shared.ca(), here / "ca", mistakes),
                              text_of(base / shared.certificate(), here / "certificate", mistakes),
                              text_of(base / shared.key(), here / "key", mistakes),
-                             shared.ignore_common_name()};
+                             shared.ignore_common_name(),
+                             {shared.client().begin(), shared.client().end()}};
   }
   if (!from.routes_file().empty()) {
     to.routes_file = base / from.routes_file();

@@ -272,16 +272,26 @@ TEST(AdmittedClient, WithCertificateIsKnownOnceItHasAddedARoute) {
   EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::unknown_certificate);
 }
 
-TEST(AdmittedClient, OfASharedCaHasItsHostOrAddressForACommonName) {
+TEST(AdmittedClient, OfASharedCaHasItsAddressOrAConfiguredNameForACommonName) {
   ServerSecurity security{.shared_ca = ServerSharedCa{}};
+  security.shared_ca->clients = {"GATEWAY"};
   Routes routes;
-  const ConnectInfo request{.host = "GATEWAY"};
+  const ConnectInfo request{};
   EXPECT_EQ(admit(request, {"AB", "GATEWAY", "10.0.0.1"}, security, routes), ConnectError::none);
   EXPECT_EQ(admit(request, {"AB", "10.0.0.1", "10.0.0.1"}, security, routes), ConnectError::none);
   EXPECT_EQ(admit(request, {"AB", "OTHER", "10.0.0.1"}, security, routes),
             ConnectError::common_name);
   security.shared_ca->ignore_common_name = true;
   EXPECT_EQ(admit(request, {"AB", "OTHER", "10.0.0.1"}, security, routes), ConnectError::none);
+}
+
+TEST(AdmittedClient, ProvesNothingByWhatItSaysOfItself) {
+  const ServerSecurity security{.shared_ca = ServerSharedCa{}};
+  Routes routes;
+  const TlsClient other{"AB", "OTHER", "10.0.0.1"};
+  EXPECT_EQ(admit({.host = "OTHER"}, other, security, routes), ConnectError::common_name);
+  EXPECT_EQ(admit({.flags = connect_flags::ignore_common_name}, other, security, routes),
+            ConnectError::common_name);
 }
 
 /// The CA of a plant, and certificates that it has issued.
