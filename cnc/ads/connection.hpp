@@ -28,6 +28,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Ends the connection; it does not call the device afterwards.
   void close();
   [[nodiscard]] bool closed() const { return outbox_.stopped(); }
+  /// No client has sent a whole frame yet.
+  [[nodiscard]] bool half_open() const { return !closed() && !session_.has_client(); }
   [[nodiscard]] const boost::asio::ip::address& address() const { return address_; }
   /// For example "127.0.0.1:54321".
   [[nodiscard]] const std::string& peer() const { return peer_; }

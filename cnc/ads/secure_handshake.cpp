@@ -355,12 +355,13 @@ asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
 
 asio::awaitable<tl::expected<AcceptedClient, std::string>> welcome_securely(Stream::Socket socket,
                                                                             SecureWelcome welcome) {
-  auto stream = welcome.context.stream(std::move(socket));
+  const std::shared_ptr<TlsStream> stream = welcome.context.stream(std::move(socket));
+  welcome.opened(stream);
   const auto client = co_await answer_hello(*stream, welcome);
   if (!client) {
     co_return tl::make_unexpected(client.error());
   }
-  co_return AcceptedClient{Transport{std::move(stream), Framing::headerless}, *client};
+  co_return AcceptedClient{Transport{stream, Framing::headerless}, *client};
 }
 
 }  // namespace millrace::cnc::ads

@@ -54,6 +54,8 @@ struct SecureWelcome {
   NetId source;
   std::chrono::milliseconds timeout{};
   SecureFaults faults{};
+  /// Called first, with the connection, which may be closed during the handshake.
+  std::function<void(std::weak_ptr<Stream>)> opened = [](const std::weak_ptr<Stream>&) {};
 };
 
 struct AcceptedClient {

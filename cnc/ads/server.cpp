@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <list>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
@@ -45,6 +48,31 @@ tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions&
   }
 }
 
+/// A Secure ADS connection before its client is known.
+struct Handshake {
+  asio::ip::address address;
+  std::weak_ptr<Stream> stream{};
+  void close() const {
+    boost::system::error_code ignored;
+    if (const auto open = stream.lock()) {
+      open->socket().close(ignored);
+    }
+  }
+};
+
+/// The oldest of the address that has the most: an address that shuts others out closes its own.
+template <class HalfOpen>
+std::shared_ptr<HalfOpen> most_dispensable(const std::vector<std::shared_ptr<HalfOpen>>& half_open,
+                                           const auto& address_of) {
+  std::map<asio::ip::address, std::size_t> counts;
+  for (const auto& one : half_open) {
+    ++counts[address_of(*one)];
+  }
+  const auto found = std::ranges::max_element(
+      half_open, {}, [&](const auto& one) { return counts.at(address_of(*one)); });
+  return found == half_open.end() ? nullptr : *found;
+}
+
 }  // namespace
 
 struct Server::Impl : std::enable_shared_from_this<Impl> {
@@ -68,6 +96,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   [[nodiscard]] SessionOptions plain_session() const;
   [[nodiscard]] bool comes_too_soon();
   [[nodiscard]] bool full() const;
+  /// Closes a half-open connection; false if there is none.
+  bool make_room();
   void report_refused(const Connection& connection);
   void stop();
 
@@ -81,8 +111,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   Connections connections;
   /// For the fault that limits their rate: when the last Secure ADS connection came.
   std::optional<std::chrono::steady_clock::time_point> last_secure;
-  /// Secure ADS connections before their first frame.
-  std::size_t welcoming = 0;
+  /// The oldest in front.
+  std::vector<std::shared_ptr<Handshake>> handshakes;
   /// Refused connections since the last log line about one.
   std::size_t refused = 0;
   std::chrono::steady_clock::time_point next_refusal_line{};
@@ -92,7 +122,13 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
 void Server::Impl::admit(tcp::socket socket) {
   if (!tls) {
     admit(plain_transport(std::move(socket)), plain_session());
-  } else if (welcoming < options.max_connections) {
+  } else {
+    if (handshakes.size() >= options.max_connections) {
+      const auto given_up = most_dispensable(
+          handshakes, [](const Handshake& handshake) { return handshake.address; });
+      std::erase(handshakes, given_up);
+      given_up->close();
+    }
     asio::co_spawn(acceptor.get_executor(), welcome(shared_from_this(), std::move(socket)),
                    base::program::rethrow_from_loop);
   }
@@ -120,16 +156,22 @@ asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::soc
                     peer.address().to_string(), peer.port());
     co_return;
   }
-  ++self->welcoming;
+  const auto handshake = std::make_shared<Handshake>(Handshake{peer.address()});
+  self->handshakes.push_back(handshake);
   const auto admits = [self, address = peer.address().to_string()](const ConnectInfo& request,
                                                                    const TlsPeer& known) {
     return ads::admit(request, {known.fingerprint, known.common_name, address},
                       *self->options.security, *self->routes);
   };
-  SecureWelcome how{*self->tls, admits, self->options.session.net_id,
-                    self->options.handshake_timeout, self->options.secure_faults};
+  SecureWelcome how{
+      *self->tls,
+      admits,
+      self->options.session.net_id,
+      self->options.handshake_timeout,
+      self->options.secure_faults,
+      [handshake](std::weak_ptr<Stream> stream) { handshake->stream = std::move(stream); }};
   auto welcomed = co_await welcome_securely(std::move(socket), std::move(how));
-  --self->welcoming;
+  std::erase(self->handshakes, handshake);
   if (!self->acceptor.is_open()) {
     co_return;
   }
@@ -155,7 +197,7 @@ void Server::Impl::admit(Transport transport, const SessionOptions& session) {
       older->close();
     }
   }
-  if (full()) {
+  if (full() && !make_room()) {
     report_refused(*connection);
     return;
   }
@@ -175,6 +217,21 @@ bool Server::Impl::full() const {
   const auto open =
       std::ranges::count_if(connections, [](const auto& one) { return !one->closed(); });
   return static_cast<std::size_t>(open) >= options.max_connections;
+}
+
+bool Server::Impl::make_room() {
+  std::vector<std::shared_ptr<Connection>> half_open;
+  std::ranges::copy_if(connections, std::back_inserter(half_open),
+                       [](const auto& one) { return one->half_open(); });
+  const auto given_up =
+      most_dispensable(half_open, [](const Connection& one) { return one.address(); });
+  if (given_up == nullptr) {
+    return false;
+  }
+  log->info("{}: connection closed by us: it has sent no frame, and {} connections are open",
+            given_up->peer(), options.max_connections);
+  given_up->close();
+  return true;
 }
 
 void Server::Impl::report_refused(const Connection& connection) {

@@ -35,7 +35,9 @@ struct ServerOptions {
   std::size_t max_frame = std::size_t{4} << 20U;
   /// In bytes. A connection with more unsent output than this is not read from.
   std::size_t max_output = std::size_t{1} << 20U;
-  /// A further connection is closed at once; the log has a line about them at most every 10 s.
+  /// A further connection closes the oldest half-open one (without a whole frame, or in its
+  /// handshake) of the address that has the most of them, so that no address shuts others out.
+  /// Without a half-open one it is closed at once; the log has a line at most every 10 s.
   std::size_t max_connections = 250;
   /// A connection without any byte sent or received for this long is closed, with a log line,
   /// unless its client waits for us: for notifications or a delayed response. 0 = never.

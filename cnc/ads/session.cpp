@@ -55,11 +55,11 @@ tl::expected<Bytes, ProtocolError> Session::react_to_ads(BytesView body, Moment 
 }
 
 void Session::recognise(const NetId& client, Moment now) {
-  if (lingering_ == nullptr || client_) {
+  if (client_) {
     return;
   }
   client_ = client;
-  if (auto kept = lingering_->take(client)) {
+  if (auto kept = lingering_ == nullptr ? std::nullopt : lingering_->take(client)) {
     subscriptions_.adopt(std::move(*kept), now);
   }
 }

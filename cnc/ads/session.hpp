@@ -86,6 +86,8 @@ class Session {
   Bytes go_on();
   /// The connection is lost.
   void end();
+  /// A client with a route has sent a whole frame.
+  [[nodiscard]] bool has_client() const { return client_.has_value(); }
   /// The client has released its port: the connection is to be closed once all output is sent, as
   /// its router does (inferred from clients, which wait for that).
   [[nodiscard]] bool over() const { return over_; }

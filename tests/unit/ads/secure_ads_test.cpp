@@ -159,6 +159,21 @@ TEST_F(SecureAdsTest, ClosesAConnectionWithoutAHandshake) {
   EXPECT_FALSE(wait_for(io, peer.receive()));
 }
 
+TEST_F(SecureAdsTest, ServesAClientBesideAsManyHalfHandshakesAsConnections) {
+  server_options.handshake_timeout = 1min;
+  server_options.max_connections = 3;
+  server.emplace(io.get_executor(), device, server_options, base::program::no_log());
+  std::vector<RawPeer> silent;
+  for (std::size_t i = 0; i < server_options.max_connections; ++i) {
+    silent.push_back(wait_for(io, RawPeer::connect(server->tcp_port())));
+    wait_for(io, silent.back().send({0x16, 0x03, 0x01}));
+  }
+  options.tcp_port = server->tcp_port();
+  sut.emplace(io.get_executor(), options);
+  EXPECT_TRUE(wait_for(io, sut->connect()));
+  EXPECT_FALSE(wait_for(io, silent.front().receive()));
+}
+
 TEST_F(SecureAdsTest, ReleasesItsNotificationsBeforeItLeaves) {
   ASSERT_TRUE(connect());
   const AddNotificationRequest wanted{{1, 1}, 4};

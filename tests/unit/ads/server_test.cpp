@@ -107,11 +107,35 @@ TEST_F(ServerTest, RefusesOneConnectionTooManyAndDisturbsNoOther) {
   start(options);
   auto first = connect();
   auto second = connect();
-  ASSERT_TRUE(run_until(io, [&] { return sut->connections() == 2; }));
+  for (auto* peer : {&first, &second}) {
+    send(*peer, vector("read_request"));
+    ASSERT_EQ(receive(*peer), vector("read_response"));
+  }
   auto third = connect();
   EXPECT_EQ(receive(third), std::nullopt);
   for (auto* peer : {&first, &second}) {
     send(*peer, vector("read_request"));
+    EXPECT_EQ(receive(*peer), vector("read_response"));
+  }
+}
+
+TEST_F(ServerTest, ClosesTheOldestHalfFrameForAClientAndNoClient) {
+  ServerOptions options;
+  options.max_connections = 3;
+  start(options);
+  auto client = connect();
+  send(client, vector("read_request"));
+  ASSERT_EQ(receive(client), vector("read_response"));
+  const Bytes request = vector("read_request");
+  const Bytes half(request.begin(), request.begin() + 20);
+  auto oldest = connect();
+  send(oldest, half);
+  auto other = connect();
+  send(other, half);
+  auto newer = connect();
+  EXPECT_EQ(receive(oldest), std::nullopt);
+  for (auto* peer : {&client, &newer}) {
+    send(*peer, request);
     EXPECT_EQ(receive(*peer), vector("read_response"));
   }
 }
