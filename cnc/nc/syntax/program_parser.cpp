@@ -34,9 +34,7 @@ void sort(std::vector<Diagnostic>& mistakes) {
 
 /// A block of which only the beginning is known.
 bool concerns_services(std::string_view block) {
-  constexpr std::string_view name = "V.G.SERVICE";
-  return std::ranges::search(block, name, {}, [](char c) { return upper(c); }).begin() !=
-         block.end();
+  return upper(block).find("V.G.SERVICE") != std::string::npos;
 }
 
 class ProgramParser {
