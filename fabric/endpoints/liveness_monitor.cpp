@@ -46,7 +46,7 @@ void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<vo
                                     {.keep = wire::Keep::last,
                                      .batches_per_turn = batches_per_turn,
                                      .on_flooding = [this](const std::string& line) {
-                                       flooding_ = line;
+                                       flooding_.insert(line);
                                        on_endpoint_->post();
                                      }});
 
@@ -82,8 +82,8 @@ Discovery::News LivenessMonitor::update() {
   if (identity_changes_) {
     check_identities(news);
   }
-  if (const auto flood = std::exchange(flooding_, std::nullopt)) {
-    news.ignored.push_back({"keys", *flood, *flood});
+  for (const std::string& flood : std::exchange(flooding_, {})) {
+    news.ignored.push_back({"keys", flood, flood});
   }
   return news;
 }

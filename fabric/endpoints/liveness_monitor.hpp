@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -78,8 +79,8 @@ class LivenessMonitor {
   registry::InstanceRegistry registry_;
   std::optional<Discovery> discovery_;
   wire::Subscription<Heartbeat> heartbeats_;
-  /// The writer that sends heartbeats of ever new processes, until it was reported.
-  std::optional<std::string> flooding_;
+  /// The writers that send heartbeats of ever new processes, until they were reported.
+  std::set<std::string> flooding_;
   /// Null without trust.
   dds::Authenticator* authenticator_ = nullptr;
   std::optional<dds::Authenticator::ChangeQueue> identity_changes_;

@@ -170,7 +170,7 @@ void ReplyEndpoint::Impl::drain() {
   // Each callback may close this end.
   while (listener != nullptr) {
     auto batch = requests->take();
-    if (const auto flood = requests->take_flooding()) {
+    while (const auto flood = requests->take_flooding()) {
       if (const auto line =
               log_limiter.admit("keys", *flood, *flood, std::chrono::steady_clock::now())) {
         listener->on_ignored(*line);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "fabric/dds/authenticator.hpp"
+#include "fabric/wire/key_limit.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -45,7 +46,8 @@ dds::Entity create_subscriber(const dds::Participant& participant, const std::st
       fmt::format("subscribe to {}", partition)));
 }
 
-dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options) {
+dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options,
+                              KeyLimit* limit) {
   dds::Listener listener(dds_create_listener(nullptr));
   if (options.listener != nullptr) {
     dds_copy_listener(listener.get(), options.listener);
@@ -55,6 +57,8 @@ dds::Listener reader_listener(const dds::Participant& participant, const Endpoin
   // An endpoint with its own match listener authenticates by itself.
   if (participant.authenticator() != nullptr && taken == nullptr) {
     participant.authenticator()->listen(listener.get());
+  } else if (limit != nullptr && taken == nullptr) {
+    limit->listen(listener.get());
   }
   return listener;
 }

@@ -41,8 +41,12 @@ dds::Entity create_publisher(const dds::Participant& participant, const std::str
 /// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
 dds::Entity create_subscriber(const dds::Participant& participant, const std::string& partition);
 
-/// The listener of a reader, which with trust also stores the participants of matched writers.
-dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options);
+class KeyLimit;
+
+/// The listener of a reader, which with trust also stores the participants of matched writers, and
+/// otherwise their names for `limit`, if that is not null.
+dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options,
+                              KeyLimit* limit = nullptr);
 
 /// A writer; throws std::runtime_error with `what`.
 dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,

@@ -1,6 +1,9 @@
 #include "fabric/wire/key_limit.hpp"
 
+#include <utility>
+
 #include "base/program/barrier.hpp"
+#include "fabric/wire/endpoint.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -26,11 +29,44 @@ bool KeyLimit::admits(dds_instance_handle_t writer, dds_instance_handle_t key) {
   }
   auto& keys = keys_.newest();
   if (keys.size() >= most_ && !keys.contains(key)) {
-    flooding_ = writer;
+    if (flooding_.size() < most_flooding) {
+      flooding_.insert(writer);
+    }
     return false;
   }
   keys[key] = ++admitted_;
   return true;
+}
+
+std::optional<dds_instance_handle_t> KeyLimit::take_flooding() {
+  const std::lock_guard guard(lock_);
+  if (flooding_.empty()) {
+    return std::nullopt;
+  }
+  return flooding_.extract(flooding_.begin()).value();
+}
+
+void KeyLimit::listen(dds_listener_t* listener) {
+  dds_lset_subscription_matched_arg(
+      listener,
+      [](dds_entity_t reader, dds_subscription_matched_status_t status, void* self) noexcept {
+        base::program::contain("naming a writer", [&] {
+          if (status.current_count_change > 0) {
+            const dds_instance_handle_t writer = status.last_publication_handle;
+            std::string name = program_of(reader, writer);
+            auto& limit = *static_cast<KeyLimit*>(self);
+            const std::lock_guard guard(limit.lock_);
+            limit.names_.put(writer, std::move(name));
+          }
+        });
+      },
+      this, true);
+}
+
+std::string KeyLimit::name_of(dds_instance_handle_t writer) const {
+  const std::lock_guard guard(lock_);
+  const std::string* const name = names_.find(writer);
+  return name != nullptr ? *name : std::string();
 }
 
 void KeyLimit::forget(dds_instance_handle_t key, std::uint64_t before) {

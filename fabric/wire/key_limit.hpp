@@ -3,6 +3,7 @@
 //
 //   KeyLimit limit(4);                     // outlives the topic, and is not moved
 //   limit.watch(topic);                    // before the reader is created
+//   limit.listen(listener);                // of the reader: names writers, also those that leave
 //   if (auto writer = limit.take_flooding()) …
 //   const auto before = limit.admitted();
 //   for (…) if (instance_state_of(info) == InstanceState::no_writers) limit.forget(key, before);  // taken since
@@ -12,6 +13,8 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -46,11 +49,14 @@ class KeyLimit {
   /// A sample that was taken after `before` shows that this key has no writer any more. Ignored if
   /// a sample of it was admitted since: Cyclone still keeps that one.
   void forget(dds_instance_handle_t key, std::uint64_t before);
-  /// A writer whose samples were dropped since the last call.
-  std::optional<dds_instance_handle_t> take_flooding() {
-    const std::lock_guard guard(lock_);
-    return std::exchange(flooding_, std::nullopt);
-  }
+  /// A writer whose samples were dropped and that was not returned since; call it until it returns
+  /// none.
+  std::optional<dds_instance_handle_t> take_flooding();
+
+  /// Makes `listener`, of a reader, remember the DDS names of the participants of its writers.
+  void listen(dds_listener_t* listener);
+  /// The name of a writer that is or lately was matched; empty if it is unknown.
+  [[nodiscard]] std::string name_of(dds_instance_handle_t writer) const;
 
  private:
   const std::size_t most_;
@@ -60,7 +66,11 @@ class KeyLimit {
   base::Recent<dds_instance_handle_t, std::unordered_map<dds_instance_handle_t, std::uint64_t>,
                std::hash<dds_instance_handle_t>>
       keys_{most_writers};
-  std::optional<dds_instance_handle_t> flooding_;
+  /// Those that take_flooding() returns; further ones are reported at their next sample.
+  static constexpr std::size_t most_flooding = 64;
+  std::set<dds_instance_handle_t> flooding_;
+  base::Recent<dds_instance_handle_t, std::string, std::hash<dds_instance_handle_t>> names_{
+      most_writers};
 };
 
 }  // namespace millrace::fabric::wire

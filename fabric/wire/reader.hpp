@@ -72,8 +72,8 @@ class Reader {
 
   [[nodiscard]] const Authorizer& authorizer() const { return authorizer_; }
 
-  /// For the log, if samples were dropped since the last call because a writer has too many keys
-  /// (Topic::most_keys).
+  /// For the log, if samples were dropped because a writer has too many keys (Topic::most_keys): a
+  /// line for each such writer; call it until it returns none.
   std::optional<std::string> take_flooding();
   /// The DDS name of a writer's participant.
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
@@ -176,7 +176,7 @@ Reader<Value>::Reader(const dds::Participant& participant, const std::string& pa
   }
   reader_ = dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
                                          reader_qos(Codec<Value>::topic(), keep, options).get(),
-                                         reader_listener(participant, options).get()),
+                                         reader_listener(participant, options, limit_.get()).get()),
                        fmt::format("read {} in {}", Codec<Value>::topic().name, partition));
   if (!authorizer_.enabled()) {
     return;
@@ -301,9 +301,13 @@ std::optional<std::string> Reader<Value>::take_flooding() {
   if (!writer) {
     return std::nullopt;
   }
+  // It may have left by now.
+  const std::string program = authorizer_.enabled()
+                                  ? authorizer_.authenticator()->name_of_writer(*writer)
+                                  : limit_->name_of(*writer);
   return fmt::format(
       "participant {} writes more than {} DDS instances on {}: further ones are dropped",
-      program_of(*writer), limit_->most(), Codec<Value>::topic().name);
+      program.empty() ? program_of(*writer) : program, limit_->most(), Codec<Value>::topic().name);
 }
 
 template <typename Value>

@@ -107,8 +107,8 @@ class Subscription {
         }
         auto batch = reader->take();
         if constexpr (std::is_same_v<From, Reader<Value>>) {
-          const auto flooding = options.on_flooding ? reader->take_flooding() : std::nullopt;
-          if (flooding) {
+          while (const auto flooding =
+                     reader && options.on_flooding ? reader->take_flooding() : std::nullopt) {
             options.on_flooding(*flooding);
           }
         }

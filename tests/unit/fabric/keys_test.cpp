@@ -24,6 +24,18 @@ TEST(KeyLimit, LimitsTheKeysOfEachWriterAndNamesTheOneThatHasMore) {
   EXPECT_EQ(sut.take_flooding(), std::nullopt);
 }
 
+// A regression: only the last one was named.
+TEST(KeyLimit, NamesEachWriterThatHasMore) {
+  KeyLimit sut(1);
+  for (const dds_instance_handle_t writer : {1U, 2U}) {
+    EXPECT_TRUE(sut.admits(writer, 11));
+    EXPECT_FALSE(sut.admits(writer, 12));
+  }
+  EXPECT_EQ(sut.take_flooding(), 1U);
+  EXPECT_EQ(sut.take_flooding(), 2U);
+  EXPECT_EQ(sut.take_flooding(), std::nullopt);
+}
+
 TEST(KeyLimit, ForgetsTheMostSilentOfTooManyWriters) {
   KeyLimit sut(1);
   for (dds_instance_handle_t writer = 1; writer <= KeyLimit::most_writers + 1; ++writer) {
@@ -76,6 +88,12 @@ class AReader : public testing::Test {
     })) << heard;
   }
 
+  [[nodiscard]] std::string name_of_there() const {
+    dds_guid_t guid{};
+    EXPECT_EQ(dds_get_guid(there.handle(), &guid), DDS_RETCODE_OK);
+    return dds::guid_prefix(guid);
+  }
+
   static constexpr std::size_t most = 8'192;
   TwoProcesses processes;
   dds::Participant here{processes.here()};
@@ -97,6 +115,24 @@ TEST_F(AReader, AcceptsNoMoreKeysOfAWriterThanItsTopicAllowsAndNamesTheWriter) {
   EXPECT_THAT(*flood,
               testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
                                     "on millrace/v4/reply: further ones are dropped"));
+}
+
+// A regression: its line in the log had no name.
+TEST_F(AReader, NamesAWriterThatHasLeft) {
+  match();
+  {
+    Writer<Reply> leaving(there, "millrace/weather");
+    boost::asio::io_context context;
+    ASSERT_TRUE(tests::run_until(context, [&] { return !leaving.matched().empty(); }));
+    for (std::size_t key = 1; key <= most + 64; ++key) {
+      ASSERT_TRUE(leaving.write(reply(key)));
+    }
+  }
+  boost::asio::io_context context;
+  ASSERT_TRUE(tests::run_until(context, [&] { return sut.matched().size() == 1; }));
+  flood = sut.take_flooding();
+  ASSERT_TRUE(flood.has_value());
+  EXPECT_THAT(*flood, testing::StartsWith("participant " + name_of_there() + " writes more than"));
 }
 
 // An instance that answers for months has answered more and more callers.
