@@ -1,7 +1,9 @@
 #include "fabric/observer/observer.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -91,6 +93,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
           if (taken.valid && !counts(taken)) {
             return;
           }
+          cut(taken);
           if (auto sample = news_of(std::move(taken))) {
             hand_out(std::move(*sample));
           }
@@ -111,6 +114,26 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   bool counts(wire::Taken<Reply>& taken);
   bool counts(wire::Taken<Outcome>& taken);
   void ignore(dds_instance_handle_t writer, const std::string& program, const std::string& what);
+
+  /// Cuts what is longer than any sample of a millrace process, and counts it: an observer keeps
+  /// hundreds of samples. All other fields have a limit in the IDL.
+  template <typename Value>
+  void cut(wire::Taken<Value>& taken) {
+    static_cast<void>(taken);
+  }
+  void cut(wire::Taken<Reply>& taken) { cut_text(replies, taken); }
+  void cut(wire::Taken<Command>& taken) { cut_text(commands, taken); }
+  void cut(wire::Taken<DataSample>& taken);
+  template <typename Value>
+  void cut_text(const wire::Subscription<Value>& from, wire::Taken<Value>& taken) {
+    if (std::string& text = taken.value.text; text.size() > max_text) {
+      report_cut(taken.writer, from ? from->program_of(taken.writer) : "",
+                 fmt::format("a text of {} bytes; {} are kept", text.size(), max_text));
+      text = text.substr(0, max_text);
+    }
+  }
+  void report_cut(dds_instance_handle_t writer, const std::string& program,
+                  const std::string& what);
 
   template <typename Use>
   void for_each_topic(Use use) {
@@ -171,6 +194,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   Context context;
   LogLimiter log_limiter;
   std::uint64_t delivered = 0;
+  std::uint64_t shortened = 0;
   // Before the entities that wake it.
   std::optional<dds::PostOnce> post;
   endpoints::LivenessMonitor liveness;
@@ -365,6 +389,39 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
   return listener != nullptr;
 }
 
+/// Each of a group's values is read in one request of 16 kB (gateway/data/sampler.hpp).
+void Observer::Impl::cut(wire::Taken<DataSample>& taken) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 20U;
+  std::size_t bytes = 0;
+  const auto add = [&bytes](const auto& elements) {
+    for (const auto& element : elements) {
+      if constexpr (requires { element.size(); }) {
+        bytes += element.size();
+      }
+      bytes += sizeof element;
+    }
+  };
+  const auto first_too_many = std::ranges::find_if(taken.value.values, [&](const Value& value) {
+    bytes += sizeof value;
+    std::visit(add, value.elements);
+    return bytes > most_bytes;
+  });
+  if (first_too_many != taken.value.values.end()) {
+    report_cut(
+        taken.writer, data ? data->program_of(taken.writer) : "",
+        fmt::format("{} values of more than {} bytes; {} are kept", taken.value.values.size(),
+                    most_bytes, first_too_many - taken.value.values.begin()));
+    taken.value.values = {taken.value.values.begin(), first_too_many};
+  }
+}
+
+void Observer::Impl::report_cut(dds_instance_handle_t writer, const std::string& program,
+                                const std::string& what) {
+  ++shortened;
+  warn_limited("cut", std::to_string(writer),
+               fmt::format("participant {} publishes {}", program, what));
+}
+
 void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& program,
                             const std::string& what) {
   warn_limited(what.substr(0, what.find(' ')), std::to_string(writer),
@@ -421,6 +478,7 @@ bool Observer::drain() {
 
 Counts Observer::counts() const {
   Counts counts{.delivered = impl_->delivered,
+                .shortened = impl_->shortened,
                 .lost = impl_->gateways ? impl_->gateways->lost() : 0};
   impl_->for_each_topic([&](const auto& samples) {
     if (samples) {

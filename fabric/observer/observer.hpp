@@ -41,6 +41,8 @@ enum class Interest : std::uint8_t {
 /// What the bus delivered.
 struct Counts {
   std::uint64_t delivered = 0;
+  /// Of them longer than any sample of a millrace process; the rest was cut off.
+  std::uint64_t shortened = 0;
   /// Gone before they arrived: overwritten by their writer, or dropped.
   std::uint64_t lost = 0;
 };

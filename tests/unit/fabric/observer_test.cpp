@@ -8,6 +8,7 @@
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tests/support/unchecked_reply_writer.hpp"
 #include "tests/unit/fabric/endpoints.hpp"
 
 namespace millrace::fabric {
@@ -96,6 +97,34 @@ TEST_F(AnObserver, AcceptsAReplyFromItsInstanceOnly) {
   ASSERT_TRUE(service->end.publish(reply(asked)));
   ASSERT_TRUE(until([&] { return count<Reply>() > 0; }));
   EXPECT_EQ(all<Reply>().front().text, "2.000000");
+}
+
+// A regression: the page kept 400 replies of 500 kB.
+TEST_F(AnObserver, CutsAReplyThatNoChannelCanTakeAndCountsIt) {
+  tests::UncheckedReplyWriter careless(there, wire::service_partition("millrace", who.uuid),
+                                       registry::format_instance(who.id));
+  Reply one = reply(asked);
+  one.text = std::string(500'000, 'x');
+  ASSERT_TRUE(until([&] {
+    careless.write(one, static_cast<std::uint32_t>(ReplyKind::final));
+    return count<Reply>() > 0;
+  }));
+  EXPECT_EQ(all<Reply>().front().text, std::string(max_text, 'x'));
+  EXPECT_GE(sut.counts().shortened, 1U);
+  EXPECT_TRUE(until_ignored(" publishes a text of 500000 bytes; 127 are kept"));
+}
+
+TEST_F(AnObserver, CutsValuesThatNoControllerHas) {
+  wire::Writer<DataSample> careless(there, "millrace");
+  const Value large{
+      .name = "V.A.TABLE", .type = ValueType::real64, .elements = std::vector<double>(100'000)};
+  const DataSample sample{.key = {"cnc", 1}, .group = "axes", .values = {large, large, large}};
+  ASSERT_TRUE(until([&] {
+    EXPECT_TRUE(careless.write(sample));
+    return count<DataSample>() > 0;
+  }));
+  EXPECT_EQ(all<DataSample>().front().values, std::vector(1, large));
+  EXPECT_GE(sut.counts().shortened, 1U);
 }
 
 TEST_F(AnObserver, AcceptsAReplyFromTheAssignedInstanceOnly) {

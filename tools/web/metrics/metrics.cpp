@@ -198,6 +198,9 @@ void Metrics::put_program(Families& families, const ProgramFigures& program) con
   counter("millrace_observer_lost_samples_total",
           "Samples that were lost before this observer received them.",
           static_cast<double>(program.bus.lost));
+  counter("millrace_observer_shortened_samples_total",
+          "Samples that were longer than any of millrace; the rest was cut off.",
+          static_cast<double>(program.bus.shortened));
   gauge("millrace_web_connections", "Open HTTP connections.",
         static_cast<double>(program.connections));
   gauge("millrace_web_browsers", "Browsers with an open event stream.",
