@@ -27,21 +27,30 @@ namespace millrace::fabric::endpoints {
 /// Its handler is called on the executor, one at a time, never from within a function of it.
 class VariableReplyEndpoint {
  public:
-  /// Largest number of requesters with a writer. The one that was silent for longest is removed for
-  /// a new one, and matched again with its next request.
+  /// Largest number of known requesters, of one participant and of all. For a new one, that of them
+  /// which was silent for longest is forgotten, and matched again with its next request.
+  static constexpr std::size_t most_of_one = 16;
   static constexpr std::size_t most_requesters = 128;
+  /// New requesters in 2 s, of one participant and of all: tools have one each. Requests of further
+  /// ones are dropped; a tool repeats its request.
+  static constexpr std::size_t most_new_of_one = 8;
+  static constexpr std::size_t most_new = 32;
 
   using OnRequest = std::function<void(const VariableRequest&)>;
+  /// Gets a line for the log, at most once a minute for each participant.
+  using OnIgnored = std::function<void(const std::string&)>;
   /// `participant` outlives it. Throws std::runtime_error with Cyclone's reason.
   VariableReplyEndpoint(const dds::Participant& participant,
-                        const boost::asio::any_io_executor& executor, OnRequest on_request);
+                        const boost::asio::any_io_executor& executor, OnRequest on_request,
+                        OnIgnored on_ignored);
   ~VariableReplyEndpoint();
   VariableReplyEndpoint(const VariableReplyEndpoint&) = delete;
   VariableReplyEndpoint& operator=(const VariableReplyEndpoint&) = delete;
 
-  /// Fails for a name or reason that is too long, and where DDS has no room for one more requester.
+  /// Fails for a name or reason that is too long, for a requester that is not known, and where DDS
+  /// has no room for one more.
   tl::expected<void, std::string> publish(const InstanceId& requester, const VariableReply& reply);
-  /// Number of requesters with a writer.
+  /// Number of known requesters.
   [[nodiscard]] std::size_t requesters() const;
 
  private:

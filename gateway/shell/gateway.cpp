@@ -67,8 +67,10 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
              .machines = settings.machines,
              .policies = settings.policies},
             journal_->state()),
-      variables_(participant_, executor,
-                 [this](const auto& request) { core_.on_variable_request(request); }) {
+      variables_(
+          participant_, executor,
+          [this](const auto& request) { core_.on_variable_request(request); },
+          [this](const std::string& reason) { on_ignored(reason); }) {
   core_.set_readers({.events = false, .statuses = false, .min_level = min_level_of(log_)});
   journal_->on_recorded([this](const Ticket& ticket) { core_.on_recorded(ticket); });
   journal_->on_write_error([this](const std::string& error) { core_.on_journal_error(error); });

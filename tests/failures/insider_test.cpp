@@ -11,6 +11,7 @@
 #include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/request_key.hpp"
+#include "fabric/variables.hpp"
 #include "fabric/wire/codec.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/history/execution_log.hpp"
@@ -131,6 +132,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     chain.trust().run({"issue", "PKI", "gateway-2", "--role", "gateway", "--machine", "other"});
     chain.trust().run({"issue", "PKI", "screen", "--role", "observer"});
     chain.trust().run({"issue", "PKI", "panel", "--role", "observer"});
+    chain.trust().run({"issue", "PKI", "desk", "--role", "operator"});
   }
 
   [[nodiscard]] static bool with_trust() { return GetParam() != "Open"; }
@@ -440,6 +442,29 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndPublishesInItsOwnName) {
   EXPECT_THAT(said, says("screen", "the disk is full"));
   EXPECT_THAT(said, says("panel", "all is lost"));
   EXPECT_THAT(said, says("panel", "no such trouble"));
+}
+
+// A regression: each id cost a DDS writer in the gateway's loop. No call was answered during the
+// flood, and SIGTERM was not obeyed.
+TEST_P(AnInsider, MakesVariableRequestsUnderEverNewIdsAndCallsGoOn) {
+  prepare();
+  const auto as = join("desk");
+  dds::Participant participant(as);
+  wire::Writer<VariableRequest> sut(participant, "millrace");
+  const auto act = [&](std::size_t) {
+    static_cast<void>(sut.write({.requester = InstanceId::random(),
+                                 .token = InstanceId::random(),
+                                 .key = {"cnc", 1},
+                                 .names = {"block_number"},
+                                 .patience = 1s}));
+  };
+  attack(as, act);
+  gateway->await_error("participant [0-9a-f:]+ makes variable requests under ever new ids",
+                       allowed);
+  const Flood again(2000, act);
+  await("the flood", [&] { return again.done() > 1000; });
+  gateway->terminate();
+  EXPECT_EQ(gateway->wait(8s), 0);
 }
 
 // A regression: 1.9 kB were kept for each process that a heartbeat named.
