@@ -131,7 +131,8 @@ void CallEndpoint::Impl::open() {
         }
       },
       {.endpoint = {.listener = on_match.get()}});
-  liveness.open(participant, weak_from_this(), *discovery_post, *heartbeat_post);
+  liveness.open(participant, Discovery::Of::calls, weak_from_this(), *discovery_post,
+                *heartbeat_post);
 }
 
 void CallEndpoint::Impl::flush() {
@@ -183,14 +184,13 @@ void CallEndpoint::Impl::drain_discovery() {
 
 void CallEndpoint::Impl::update() {
   Discovery::News news = liveness.update();
-  for (const wire::RequestPartition& seen : news.request_partitions) {
-    request_writers->open(seen);
-  }
   for (const auto& [handle, is] : matches->take()) {
     liveness.registry().matched(handle, is);
   }
-  for (const InstanceId& instance : liveness.registry().take_vanished()) {
-    if (!liveness.registry().is_seen(instance)) {
+  for (const auto& [instance, uuid] : liveness.registry().touched_homes()) {
+    if (uuid) {
+      request_writers->open({*uuid, instance});
+    } else {
       request_writers->on_vanished(instance);
     }
   }
@@ -283,7 +283,7 @@ void CallEndpoint::Impl::take(registry::EndpointHandle writer, const InstanceLoa
   }
   if (is_theirs) {
     listener->on_load(load);
-  } else if (liveness.registry().is_seen(load.status.instance)) {
+  } else if (liveness.registry().has_home(load.status.instance)) {
     ignore(writer, fmt::format("a heartbeat of instance {} is dropped: another process sent it",
                                load.status.instance.to_string()));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/dds/made_id.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
 
@@ -66,21 +67,64 @@ tl::expected<InstanceIdentity, std::string> identity_of(
   return identity;
 }
 
+/// Neither reliable nor transient local, and with room for one sample: only its matches matter.
+dds::Qos match_only_qos() {
+  dds::Qos qos(dds_create_qos());
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_resource_limits(qos.get(), 1, 1, 1);
+  return qos;
+}
+
 }  // namespace
 
-Discovery::Discovery(const dds::Participant& participant, const dds_listener_t* listener)
-    : fabric_(participant.options().fabric),
-      readers_(dds::check(dds_create_reader(participant.handle(),
-                                            DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, listener),
-                          "read DCPSSubscription")),
-      writers_(dds::check(dds_create_reader(participant.handle(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
-                                            nullptr, listener),
-                          "read DCPSPublication")) {}
+Discovery::Discovery(const dds::Participant& participant, Of of, dds::PostOnce* wake)
+    : fabric_(participant.options().fabric), of_(of) {
+  const dds::Listener on_data(dds_create_listener(nullptr));
+  if (wake != nullptr) {
+    wake->listen_for_data(on_data.get());
+  }
+  readers_ = dds::Entity(
+      dds::check(dds_create_reader(participant.handle(), DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
+                                   nullptr, on_data.get()),
+                 "read DCPSSubscription"));
+  writers_ = dds::Entity(
+      dds::check(dds_create_reader(participant.handle(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr,
+                                   on_data.get()),
+                 "read DCPSPublication"));
+  if (of == Of::calls || participant.authenticator() == nullptr) {
+    return;
+  }
+  matches_.emplace([wake] {
+    if (wake != nullptr) {
+      wake->post();
+    }
+  });
+  const dds::Listener on_match(dds_create_listener(nullptr));
+  matches_->listen(on_match.get());
+  replies_topic_ = wire::create_topic(participant, wire::reply_topic);
+  replies_subscriber_ = wire::create_subscriber(participant, wire::all_services(fabric_));
+  replies_ = dds::Entity(
+      dds::check(dds_create_reader(replies_subscriber_.handle(), replies_topic_.handle(),
+                                   match_only_qos().get(), on_match.get()),
+                 "match writers of replies"));
+}
 
 Discovery::News Discovery::drain(registry::InstanceRegistry& registry, SteadyTime now) {
+  if (matches_) {
+    registry.match_readers();
+  } else if (of_ == Of::tools) {
+    registry.match_all();
+  }
   News news;
   drain_readers(registry, now, news);
   drain_writers(registry, news);
+  if (matches_) {
+    for (const auto& [handle, is] : matches_->take()) {
+      registry.matched(handle, is);
+    }
+  }
   return news;
 }
 
@@ -106,10 +150,11 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
                                           fit(request_partition->uuid), identity.error())});
       return;
     }
+    const bool made_id = dds::is_made_by(identity->id, endpoint.participant_key);
     switch (registry.reader_seen(
-        info.instance_handle, {std::move(*identity), endpoint.participant_instance_handle}, now)) {
+        info.instance_handle, {std::move(*identity), endpoint.participant_instance_handle, made_id},
+        now)) {
       case Seen::taken:
-        news.request_partitions.push_back(*request_partition);
         break;
       case Seen::second:
         news.ignored.push_back(
@@ -130,11 +175,13 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
 void Discovery::drain_writers(registry::InstanceRegistry& registry, News& news) {
   const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::reply_topic.name)) {
-      if (const auto instance = registry::parse_instance(user_data(endpoint))) {
-        if (registry.writer_seen(info.instance_handle,
-                                 {*instance, endpoint.participant_instance_handle}) == Seen::full) {
-          news.ignored.push_back(full("reply writers"));
-        }
+      const auto instance = registry::parse_instance(user_data(endpoint));
+      const std::string where = partition(endpoint);
+      if (instance && where.starts_with(fabric_ + "/") &&
+          registry.writer_seen(info.instance_handle,
+                               {*instance, endpoint.participant_instance_handle,
+                                where.substr(fabric_.size() + 1)}) == Seen::full) {
+        news.ignored.push_back(full("reply writers"));
       }
     }
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::heartbeat_topic.name)) {

@@ -1,12 +1,15 @@
 // Reads Cyclone's built-in topics: the request readers, reply writers and heartbeat writers, and
-// their participants.
+// their participants. Any participant can announce any endpoint: DDS Security checks its permission
+// only when it matches the endpoint with one of ours.
 #pragma once
 
-#include <functional>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fabric/dds/entity.hpp"
+#include "fabric/dds/listeners.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/registry/instance_registry.hpp"
 #include "fabric/wire/topics.hpp"
@@ -15,8 +18,16 @@ namespace millrace::fabric::endpoints {
 
 class Discovery {
  public:
-  /// `listener` is called in Cyclone's thread when there is something to drain.
-  Discovery(const dds::Participant& participant, const dds_listener_t* listener);
+  enum class Of : std::uint8_t {
+    /// An endpoint with calls: it reads replies and reports what was matched with it.
+    calls,
+    /// A tool without requests of its own. With trust, a reader of replies that keeps none of them
+    /// is
+    /// matched with each instance that may answer.
+    tools
+  };
+  /// `wake`, if not null, is posted when there is something to drain, and outlives this.
+  Discovery(const dds::Participant& participant, Of of, dds::PostOnce* wake);
 
   struct Ignored {
     /// The kind of mistake, and its endpoint: both limit the warnings.
@@ -25,8 +36,6 @@ class Discovery {
     std::string reason;
   };
   struct News {
-    /// The partitions of all seen request readers, new or not.
-    std::vector<wire::RequestPartition> request_partitions;
     /// Endpoints that look like an instance's but are rejected, and why.
     std::vector<Ignored> ignored;
   };
@@ -38,6 +47,12 @@ class Discovery {
   void drain_writers(registry::InstanceRegistry& registry, News& news);
 
   std::string fabric_;
+  Of of_;
+  /// With trust, of a tool: the reply writers that were matched. Before its reader.
+  std::optional<dds::MatchQueue> matches_;
+  dds::Entity replies_topic_;
+  dds::Entity replies_subscriber_;
+  dds::Entity replies_;
   dds::Entity readers_;
   dds::Entity writers_;
 };

@@ -27,6 +27,8 @@ using ClaimKey = std::pair<std::string, InstanceId>;
 struct MachineClaim {
   Handle participant = DDS_HANDLE_NIL;
   MachineStatus status{};
+  /// The gateway's id names this participant as its maker.
+  bool made_id = false;
   /// Its writer counts as gone.
   bool lost = false;
 };
@@ -43,7 +45,9 @@ bool covers(const MachineStatus& status, const ChannelKey& key) {
 }
 
 /// Only a gateway publishes about itself, also while it is taken for gone.
-constexpr auto first_come = [](const auto&, const auto&) { return 0; };
+constexpr auto by_maker = [](const ClaimKey&, const Claims::Sample& sample) {
+  return sample.value.made_id ? 0 : 1;
+};
 
 }  // namespace
 
@@ -201,8 +205,10 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   if (had_claimed && known->writer == taken.writer && status.claimed == Time{}) {
     lose(key, known->value);
     claims.forget(key);
-  } else if (claims.update(key, taken.writer, {machines->participant_of(taken.writer), status},
-                           first_come)) {
+  } else if (claims.update(key, taken.writer,
+                           {machines->participant_of(taken.writer), status,
+                            machines->made_id(taken.writer, status.gateway)},
+                           by_maker)) {
     listener->on_machine(status);
   } else {
     ignore(taken.writer, machines->program_of(taken.writer),
@@ -369,13 +375,20 @@ void GatewayMonitor::drain() {
 
 bool GatewayMonitor::is_gateway(registry::EndpointHandle participant,
                                 const InstanceId& gateway) const {
+  // A gateway of another machine can publish this id as its own.
   bool is = false;
+  bool is_maker = false;
+  bool has_maker = false;
   impl_->claims.each_from({}, [&](const ClaimKey& key, const Claims::Sample& sample) {
-    is = key.second == gateway && sample.value.participant == participant &&
-         participant != DDS_HANDLE_NIL;
-    return !is;
+    if (key.second == gateway && sample.value.participant != DDS_HANDLE_NIL) {
+      const bool same = sample.value.participant == participant;
+      is = is || same;
+      is_maker = is_maker || (same && sample.value.made_id);
+      has_maker = has_maker || sample.value.made_id;
+    }
+    return true;
   });
-  return is;
+  return has_maker ? is_maker : is;
 }
 
 bool GatewayMonitor::claims(registry::EndpointHandle participant,

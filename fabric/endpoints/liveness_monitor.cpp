@@ -30,9 +30,9 @@ std::optional<bool> is_busy(const Heartbeat& heartbeat) {
 
 }  // namespace
 
-void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<void> alive,
-                           dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat,
-                           int batches_per_turn) {
+void LivenessMonitor::open(const dds::Participant& participant, Discovery::Of of,
+                           std::weak_ptr<void> alive, dds::PostOnce& on_endpoint,
+                           dds::PostOnce& on_heartbeat, int batches_per_turn) {
   alive_ = std::move(alive);
   on_endpoint_ = &on_endpoint;
   authenticator_ = participant.authenticator();
@@ -50,9 +50,7 @@ void LivenessMonitor::open(const dds::Participant& participant, std::weak_ptr<vo
                                        on_endpoint_->post();
                                      }});
 
-  const dds::Listener endpoint_listener(dds_create_listener(nullptr));
-  on_endpoint.listen_for_data(endpoint_listener.get());
-  discovery_.emplace(participant, endpoint_listener.get());
+  discovery_.emplace(participant, of, &on_endpoint);
 }
 
 void LivenessMonitor::close() {

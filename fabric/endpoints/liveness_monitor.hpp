@@ -2,7 +2,7 @@
 // has been silent for too long. For endpoints that use instances.
 //
 //   LivenessMonitor liveness(executor, {.on_load = …, .announce = …});
-//   liveness.open(participant, weak_from_this(), on_endpoint, on_heartbeat);
+//   liveness.open(participant, Discovery::Of::calls, weak_from_this(), on_endpoint, on_heartbeat);
 //   liveness.update();                                             // in the turn of on_endpoint
 //   liveness.drain_heartbeats();                                   // in the turn of on_heartbeat
 //   for (const InstanceId& instance : liveness.changes().gone) …   // after both
@@ -50,7 +50,7 @@ class LivenessMonitor {
   /// Throws std::runtime_error with Cyclone's reason. `alive` sees the owner gone; `on_endpoint`
   /// and `on_heartbeat` outlive what is opened here, which close() ends. `batches_per_turn`
   /// limits drain_heartbeats as SubscriptionOptions does.
-  void open(const dds::Participant& participant, std::weak_ptr<void> alive,
+  void open(const dds::Participant& participant, Discovery::Of of, std::weak_ptr<void> alive,
             dds::PostOnce& on_endpoint, dds::PostOnce& on_heartbeat, int batches_per_turn = 0);
   void close();
 

@@ -19,12 +19,15 @@ RequestWriters::RequestWriters(const dds::Participant& participant,
 void RequestWriters::open(const wire::RequestPartition& of) {
   if (const auto known = writers_.find(of.instance); known != writers_.end()) {
     known->second.vanished = false;
-    return;
+    if (known->second.uuid == of.uuid) {
+      return;
+    }
+    std::erase(unsent_, &known->second);
+    writers_.erase(known);
   }
   const dds::Listener on_match(dds_create_listener(nullptr));
   matches_.listen(on_match.get());
-  writers_.try_emplace(of.instance, participant_,
-                       wire::request_partition(participant_.options().fabric, of.uuid, of.instance),
+  writers_.try_emplace(of.instance, participant_, of,
                        wire::EndpointOptions{.listener = on_match.get(), .batched = true});
 }
 

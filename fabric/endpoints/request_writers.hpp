@@ -1,5 +1,6 @@
-// The request writers, one for each instance: opened when the instance is discovered, closed when
-// it is gone and no request is pending.
+// The request writers, one for each instance: opened when its process has proved that it may
+// answer, so that announcements alone cost no writer; closed when it is gone and no request is
+// pending.
 //
 //   RequestWriters writers(participant, executor, weak_from_this(), matches);
 //   writers.open({uuid, instance});
@@ -34,9 +35,10 @@ class RequestWriters {
   RequestWriters(const RequestWriters&) = delete;
   RequestWriters& operator=(const RequestWriters&) = delete;
 
-  /// Throws std::runtime_error with Cyclone's reason.
+  /// Replaces the writer of another UUID with this instance id. Throws std::runtime_error with
+  /// Cyclone's reason.
   void open(const wire::RequestPartition& of);
-  /// The instance has no request reader any more.
+  /// No process is the instance any more.
   void on_vanished(const InstanceId& instance);
 
   /// See CallEndpoint.
@@ -48,10 +50,14 @@ class RequestWriters {
  private:
   /// Of one instance.
   struct RequestWriter {
-    RequestWriter(const dds::Participant& participant, const std::string& partition,
+    RequestWriter(const dds::Participant& participant, const wire::RequestPartition& of,
                   const wire::EndpointOptions& options)
-        : writer(participant, partition, options) {}
+        : uuid(of.uuid),
+          writer(participant,
+                 wire::request_partition(participant.options().fabric, of.uuid, of.instance),
+                 options) {}
 
+    std::string uuid;
     wire::Writer<Request> writer;
     /// Requests that were written and not withdrawn.
     std::unordered_set<RequestKey, RequestKeyHash> pending;

@@ -71,9 +71,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
         listener(&own_listener),
         liveness(executor, {.on_load = [this](auto, const InstanceLoad& load, bool is_theirs,
                                               SteadyTime at) { take(load, is_theirs, at); },
-                            .announce = [this] { report_changes(); }}) {
-    liveness.registry().match_all();
-  }
+                            .announce = [this] { report_changes(); }}) {}
 
   void open(const boost::asio::any_io_executor& executor);
   void close();
@@ -230,7 +228,8 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   gateways.emplace(participant, executor, *this, endpoints::GatewayMonitor::Of::all);
   gateways->subscribe_channels();
   if (interest != Interest::calls) {
-    liveness.open(participant, weak_from_this(), *post, *post, batches_per_turn);
+    liveness.open(participant, endpoints::Discovery::Of::tools, weak_from_this(), *post, *post,
+                  batches_per_turn);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -293,7 +292,6 @@ void Observer::Impl::report_changes() {
     return;
   }
   const registry::InstanceRegistry::Changes changes = liveness.changes();
-  static_cast<void>(liveness.registry().take_vanished());
   for (const InstanceId& instance : changes.gone) {
     loads.forget(instance);
     hand_out(InstanceNews{Change::gone, {.id = instance}});

@@ -9,10 +9,12 @@ InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Read
                                                      SteadyTime now) {
   const auto known = readers_.find(handle);
   const bool again = known != readers_.end() && known->second.identity.id == reader.identity.id &&
+                     known->second.identity.uuid == reader.identity.uuid &&
                      known->second.participant == reader.participant;
+  const bool proved = again && known->second.proved;
   if (!again) {
     forget_reader(handle);
-    if (readers_.size() >= most_endpoints) {
+    if (readers_.size() >= most_endpoints && !make_room(&Process::readers, reader.participant)) {
       return Seen::full;
     }
     // An instance that changes its user_data keeps its place.
@@ -40,28 +42,52 @@ InstanceRegistry::Seen InstanceRegistry::reader_seen(EndpointHandle handle, Read
   }
   const InstanceId id = reader.identity.id;
   const EndpointHandle participant = reader.participant;
-  touched_.insert(id);
-  readers_.insert_or_assign(handle, std::move(reader));
-  return home_of(id) == participant ? Seen::taken : Seen::second;
+  readers_.insert_or_assign(handle, SeenReader{std::move(reader), proved});
+  prove(id);
+  return !has_home(id) || is_home(participant, id) ? Seen::taken : Seen::second;
 }
 
 InstanceRegistry::Seen InstanceRegistry::writer_seen(EndpointHandle handle, Writer writer) {
-  forget_writer(handle);
-  if (writers_.size() >= most_endpoints) {
+  // A match proves what a writer announced first.
+  if (writers_.contains(handle)) {
+    return Seen::taken;
+  }
+  if (writers_.size() >= most_endpoints && !make_room(&Process::writers, writer.participant)) {
     return Seen::full;
   }
-  ++processes_[writer.participant].writers;
-  touched_.insert(writer.instance);
-  writers_of_[writer.instance].insert(handle);
-  writers_.insert_or_assign(handle, writer);
+  processes_[writer.participant].writers.insert(handle);
+  const InstanceId id = writer.instance;
+  writers_of_[id].insert(handle);
+  writers_.emplace(handle, std::move(writer));
+  prove(id);
   return Seen::taken;
 }
 
 void InstanceRegistry::heartbeat_writer_seen(EndpointHandle handle, EndpointHandle participant) {
-  if (heartbeat_writers_.size() < most_endpoints &&
-      heartbeat_writers_.try_emplace(handle, participant).second) {
-    ++processes_[participant].writers;
+  if (heartbeat_writers_.contains(handle) ||
+      (heartbeat_writers_.size() >= most_endpoints &&
+       !make_room(&Process::heartbeat_writers, participant))) {
+    return;
   }
+  heartbeat_writers_.emplace(handle, participant);
+  processes_[participant].heartbeat_writers.insert(handle);
+}
+
+bool InstanceRegistry::make_room(std::set<EndpointHandle> Process::*of,
+                                 EndpointHandle participant) {
+  const auto most = std::ranges::max_element(
+      processes_, {}, [of](const auto& process) { return (process.second.*of).size(); });
+  if (most == processes_.end() || most->first == participant) {
+    return false;
+  }
+  const auto& endpoints = most->second.*of;
+  const auto unmatched = std::ranges::find_if(
+      endpoints, [this](EndpointHandle handle) { return !matched_.contains(handle); });
+  const EndpointHandle displaced = unmatched == endpoints.end() ? *endpoints.begin() : *unmatched;
+  forget_reader(displaced);
+  forget_writer(displaced);
+  forget_heartbeat_writer(displaced);
+  return true;
 }
 
 void InstanceRegistry::endpoint_gone(EndpointHandle handle) {
@@ -71,10 +97,7 @@ void InstanceRegistry::endpoint_gone(EndpointHandle handle) {
     departed_.put(handle, writer->second);
   }
   forget_writer(handle);
-  if (const auto heartbeats = heartbeat_writers_.extract(handle); !heartbeats.empty()) {
-    --processes_[heartbeats.mapped()].writers;
-    forget_process(heartbeats.mapped());
-  }
+  forget_heartbeat_writer(handle);
 }
 
 void InstanceRegistry::forget_reader(EndpointHandle handle) {
@@ -88,7 +111,6 @@ void InstanceRegistry::forget_reader(EndpointHandle handle) {
   std::erase(home->second, handle);
   if (home->second.empty()) {
     readers_of_.erase(home);
-    vanished_.push_back(id);
   }
   processes_[reader.mapped().participant].readers.erase(handle);
   forget_process(reader.mapped().participant);
@@ -106,14 +128,22 @@ void InstanceRegistry::forget_writer(EndpointHandle handle) {
   if (home->second.empty()) {
     writers_of_.erase(home);
   }
-  --processes_[writer.mapped().participant].writers;
+  processes_[writer.mapped().participant].writers.erase(handle);
   forget_process(writer.mapped().participant);
+}
+
+void InstanceRegistry::forget_heartbeat_writer(EndpointHandle handle) {
+  if (const auto writer = heartbeat_writers_.extract(handle); !writer.empty()) {
+    processes_[writer.mapped()].heartbeat_writers.erase(handle);
+    forget_process(writer.mapped());
+  }
 }
 
 /// If there is nothing of it any more.
 void InstanceRegistry::forget_process(EndpointHandle participant) {
   const auto process = processes_.find(participant);
-  if (process->second.readers.empty() && process->second.writers == 0) {
+  if (process->second.readers.empty() && process->second.writers.empty() &&
+      process->second.heartbeat_writers.empty()) {
     processes_.erase(process);
   }
 }
@@ -132,7 +162,17 @@ void InstanceRegistry::touch(EndpointHandle handle) {
     touched_.insert(reader->second.identity.id);
   }
   if (const auto writer = writers_.find(handle); writer != writers_.end()) {
-    touched_.insert(writer->second.instance);
+    prove(writer->second.instance);
+  }
+}
+
+void InstanceRegistry::prove(const InstanceId& id) {
+  touched_.insert(id);
+  if (const auto readers = readers_of_.find(id); readers != readers_of_.end()) {
+    for (const EndpointHandle handle : readers->second) {
+      SeenReader& reader = readers_.at(handle);
+      reader.proved = reader.proved || can_answer(reader);
+    }
   }
 }
 
@@ -216,11 +256,15 @@ bool InstanceRegistry::heartbeat(EndpointHandle writer, SteadyTime now, std::opt
 }
 
 void InstanceRegistry::requested(const InstanceId& instance, SteadyTime now) {
-  const auto process = processes_.find(home_of(instance));
-  if (process != processes_.end() && !process->second.requested_at) {
-    process->second.requested_at = now;
-    if (process->second.lease != SteadyTime::duration(0)) {
-      check_at(silent_at(process->second));
+  const SeenReader* const home = home_of(instance);
+  if (home == nullptr) {
+    return;
+  }
+  Process& process = processes_.at(home->participant);
+  if (!process.requested_at) {
+    process.requested_at = now;
+    if (process.lease != SteadyTime::duration(0)) {
+      check_at(silent_at(process));
     }
   }
 }
@@ -289,46 +333,61 @@ bool InstanceRegistry::speaks_for(EndpointHandle handle, const InstanceId& insta
       !was_authenticated(writer->participant)) {
     return false;
   }
-  const EndpointHandle home = home_of(instance);
-  return home == 0 || home == writer->participant;
+  const SeenReader* const home = home_of(instance);
+  return home == nullptr || home->participant == writer->participant;
 }
 
-EndpointHandle InstanceRegistry::home_of(const InstanceId& id) const {
-  const auto readers = readers_of_.find(id);
-  if (readers == readers_of_.end()) {
-    return 0;
-  }
-  // An unauthenticated participant does not keep an authenticated one from using its id.
-  const auto believed = std::ranges::find_if(readers->second, [&](EndpointHandle handle) {
-    return is_authenticated(readers_.at(handle).participant);
-  });
-  return readers_.at(believed == readers->second.end() ? readers->second.front() : *believed)
-      .participant;
-}
-
-bool InstanceRegistry::heartbeats_for(EndpointHandle handle, const InstanceId& instance) const {
-  const auto writer = heartbeat_writers_.find(handle);
-  return writer != heartbeat_writers_.end() && home_of(instance) == writer->second;
-}
-
-bool InstanceRegistry::can_answer(const InstanceId& id, EndpointHandle participant) const {
-  const auto writers = writers_of_.find(id);
-  return writers != writers_of_.end() &&
-         std::ranges::any_of(writers->second, [&](EndpointHandle handle) {
-           return is_matched(handle) && writers_.at(handle).participant == participant;
-         });
-}
-
-const InstanceIdentity* InstanceRegistry::ready_now(const InstanceId& id) const {
+const InstanceRegistry::SeenReader* InstanceRegistry::home_of(const InstanceId& id) const {
   const auto readers = readers_of_.find(id);
   if (readers == readers_of_.end()) {
     return nullptr;
   }
+  const SeenReader* home = nullptr;
   for (const EndpointHandle handle : readers->second) {
-    const Reader& reader = readers_.at(handle);
-    if (reader.participant == home_of(id) && is_matched(handle) &&
-        is_authenticated(reader.participant) && !processes_.at(reader.participant).silent &&
-        can_answer(id, reader.participant)) {
+    const SeenReader& reader = readers_.at(handle);
+    if (reader.proved && is_authenticated(reader.participant) &&
+        (home == nullptr || (reader.made_id && !home->made_id))) {
+      home = &reader;
+    }
+  }
+  return home;
+}
+
+std::vector<std::pair<InstanceId, std::optional<std::string>>> InstanceRegistry::touched_homes()
+    const {
+  std::vector<std::pair<InstanceId, std::optional<std::string>>> homes;
+  for (const InstanceId& id : touched_) {
+    const SeenReader* const home = home_of(id);
+    homes.emplace_back(id, home != nullptr ? std::optional(home->identity.uuid) : std::nullopt);
+  }
+  return homes;
+}
+
+bool InstanceRegistry::heartbeats_for(EndpointHandle handle, const InstanceId& instance) const {
+  const auto writer = heartbeat_writers_.find(handle);
+  return writer != heartbeat_writers_.end() && is_home(writer->second, instance);
+}
+
+bool InstanceRegistry::can_answer(const Reader& reader) const {
+  const auto writers = writers_of_.find(reader.identity.id);
+  return writers != writers_of_.end() &&
+         std::ranges::any_of(writers->second, [&](EndpointHandle handle) {
+           const Writer& writer = writers_.at(handle);
+           return (writers_match_ || matched_.contains(handle)) &&
+                  writer.participant == reader.participant && writer.uuid == reader.identity.uuid;
+         });
+}
+
+const InstanceIdentity* InstanceRegistry::ready_now(const InstanceId& id) const {
+  const SeenReader* const home = home_of(id);
+  if (home == nullptr) {
+    return nullptr;
+  }
+  for (const EndpointHandle handle : readers_of_.at(id)) {
+    const SeenReader& reader = readers_.at(handle);
+    if (reader.participant == home->participant && reader.proved &&
+        (readers_match_ || matched_.contains(handle)) &&
+        !processes_.at(reader.participant).silent && can_answer(reader)) {
       return &reader.identity;
     }
   }
@@ -339,13 +398,17 @@ InstanceRegistry::Changes InstanceRegistry::changes() {
   Changes changes;
   for (const InstanceId& id : std::exchange(touched_, {})) {
     const InstanceIdentity* const ready = ready_now(id);
-    const auto known = announced_.find(id);
+    auto known = announced_.find(id);
+    // An id that another process of another UUID has from now on is another instance.
+    if (known != announced_.end() && (ready == nullptr || ready->uuid != known->second.uuid)) {
+      changes.gone.push_back(id);
+      announced_.erase(known);
+      known = announced_.end();
+    }
     if (ready == nullptr) {
-      if (known != announced_.end()) {
-        changes.gone.push_back(id);
-        announced_.erase(known);
-      }
-    } else if (known == announced_.end()) {
+      continue;
+    }
+    if (known == announced_.end()) {
       changes.ready.push_back(*ready);
       announced_.emplace(id, *ready);
     } else if (known->second != *ready) {

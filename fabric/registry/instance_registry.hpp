@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -34,10 +35,14 @@ class InstanceRegistry {
   struct Reader {
     InstanceIdentity identity;
     EndpointHandle participant = 0;
+    /// The instance id names this participant as its maker (fabric/dds/made_id.hpp).
+    bool made_id = false;
   };
   struct Writer {
     InstanceId instance;
     EndpointHandle participant = 0;
+    /// Of its partition. DDS has checked that the participant may answer for it, if it is matched.
+    std::string uuid{};
   };
   struct Changes {
     std::vector<InstanceIdentity> ready;
@@ -45,16 +50,17 @@ class InstanceRegistry {
     std::vector<InstanceId> gone;
   };
 
-  /// Far more endpoints of a kind than a fabric has. Further ones are ignored until they announce
-  /// themselves again: a stranger can announce any number.
+  /// Far more endpoints of a kind than a fabric has, since a stranger can announce any number. A
+  /// further one displaces one of the participant with the most, which is ignored until it
+  /// announces itself again.
   static constexpr std::size_t most_endpoints = 16'384;
 
   enum class Seen : std::uint8_t {
     taken,
-    /// Another process announced this instance before, and still runs: ids are random, so this one
-    /// is mistaken or lies. It counts once the other one is gone.
+    /// Another process has proved this instance, and still runs: ids are random, so this one is
+    /// mistaken or lies. It counts once the other one is gone.
     second,
-    /// There are too many.
+    /// There are too many, and no participant has more of them than this one.
     full
   };
   /// A request reader with an identity; again when its identity changed.
@@ -66,8 +72,10 @@ class InstanceRegistry {
   void endpoint_gone(EndpointHandle handle);
   /// An endpoint was matched with ours, or unmatched; it may not have been seen yet.
   void matched(EndpointHandle handle, bool is);
-  /// For observers, which have nothing to match: every seen endpoint counts as matched.
-  void match_all() { match_all_ = true; }
+  /// For tools, which send no requests: each request reader counts as matched.
+  void match_readers() { readers_match_ = true; }
+  /// The same for reply writers, without trust: nothing proves an instance then.
+  void match_all() { readers_match_ = writers_match_ = true; }
 
   /// From now on only instances of authenticated processes count.
   void require_authentication() { authentication_required_ = true; }
@@ -103,26 +111,30 @@ class InstanceRegistry {
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return check_at_; }
 
   /// Whether this writer may publish for `instance`: it is the instance's reply writer, of the
-  /// process that reads its requests, if one is known. It may have left since; its earlier samples
-  /// may still be untaken.
+  /// process that has proved it, if one has. It may have left since; its earlier samples may still
+  /// be untaken.
   [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
   /// The same for a writer of heartbeats.
   [[nodiscard]] bool heartbeats_for(EndpointHandle writer, const InstanceId& instance) const;
-  /// Of all present participants, this one announced the instance first.
+  /// This participant is the instance's process.
   [[nodiscard]] bool is_home(EndpointHandle participant, const InstanceId& instance) const {
-    return is_seen(instance) && home_of(instance) == participant;
+    const Reader* const home = home_of(instance);
+    return home != nullptr && home->participant == participant;
   }
-  /// The instance has a request reader.
-  [[nodiscard]] bool is_seen(const InstanceId& instance) const {
-    return readers_of_.contains(instance);
+  /// A present participant has proved the instance.
+  [[nodiscard]] bool has_home(const InstanceId& instance) const {
+    return home_of(instance) != nullptr;
   }
 
-  /// Instances without a request reader, since the last call.
-  std::vector<InstanceId> take_vanished() { return std::exchange(vanished_, {}); }
+  /// The instances that may have changed since the last call of changes(), with the UUID that their
+  /// home has proved; nullopt: they have no home.
+  [[nodiscard]] std::vector<std::pair<InstanceId, std::optional<std::string>>> touched_homes()
+      const;
 
-  /// The changes since the last call. An instance is ready when a request reader and a reply writer
-  /// of its id, both of the participant that announced it first, are matched, and that participant
-  /// is not silent.
+  /// The changes since the last call. An instance is ready when its home's request reader and reply
+  /// writer are matched, and its home is not silent. Its home is an authenticated participant with
+  /// a reply writer that DDS has matched, so that it may answer for the UUID: an announcement alone
+  /// proves nothing. Of several the one that made the id, otherwise the first.
   Changes changes();
 
  private:
@@ -137,10 +149,10 @@ class InstanceRegistry {
     /// The first request since its last heartbeat.
     std::optional<SteadyTime> requested_at{};
     bool silent = false;
-    /// Its request readers.
+    /// Its request readers, its reply writers, and its writers of heartbeats.
     std::set<EndpointHandle> readers;
-    /// Its reply writers and writers of heartbeats.
-    std::size_t writers = 0;
+    std::set<EndpointHandle> writers;
+    std::set<EndpointHandle> heartbeat_writers;
     /// When the missing identity is reported; nullopt: it has one, or it was reported.
     std::optional<SteadyTime> reported_at{};
   };
@@ -148,9 +160,11 @@ class InstanceRegistry {
   /// Far more writers than leave before their last samples are taken.
   static constexpr std::size_t most_departed = 256;
 
-  [[nodiscard]] bool is_matched(EndpointHandle handle) const {
-    return match_all_ || matched_.contains(handle);
-  }
+  struct SeenReader : Reader {
+    /// Its participant had a matched reply writer of this instance and UUID.
+    bool proved = false;
+  };
+
   [[nodiscard]] bool is_authenticated(EndpointHandle participant) const {
     return !authentication_required_ || names_.contains(participant);
   }
@@ -159,10 +173,14 @@ class InstanceRegistry {
   }
   void report_unauthenticated(Process& process, SteadyTime now);
   [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
-  [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
+  [[nodiscard]] bool can_answer(const Reader& reader) const;
+  /// Evaluates which participants have proved the instance.
+  void prove(const InstanceId& id);
+  /// Whether there is room for one more endpoint of this participant; `of` is its kind.
+  bool make_room(std::set<EndpointHandle> Process::*of, EndpointHandle participant);
   [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
-  /// The present participant that announced the instance first; 0 if none.
-  [[nodiscard]] EndpointHandle home_of(const InstanceId& id) const;
+  /// The request reader of the instance's process; null if none has proved it.
+  [[nodiscard]] const SeenReader* home_of(const InstanceId& id) const;
   [[nodiscard]] static SteadyTime silent_at(const Process& process);
   /// on_time must be called at `time`, if not before.
   void check_at(SteadyTime time) {
@@ -170,11 +188,12 @@ class InstanceRegistry {
   }
   void forget_reader(EndpointHandle handle);
   void forget_writer(EndpointHandle handle);
+  void forget_heartbeat_writer(EndpointHandle handle);
   void forget_process(EndpointHandle participant);
   void touch(EndpointHandle handle);
   void touch_all_of(const Process& process);
 
-  std::unordered_map<EndpointHandle, Reader> readers_;
+  std::unordered_map<EndpointHandle, SeenReader> readers_;
   std::unordered_map<EndpointHandle, Writer> writers_;
   std::unordered_map<EndpointHandle, EndpointHandle> heartbeat_writers_;
   /// By instance: where its requests are read, as they came, and where its replies are written.
@@ -185,7 +204,8 @@ class InstanceRegistry {
   /// The writers that left last; handles are not used twice.
   base::Recent<EndpointHandle, Writer> departed_{most_departed};
   std::unordered_set<EndpointHandle> matched_;
-  bool match_all_ = false;
+  bool readers_match_ = false;
+  bool writers_match_ = false;
   bool authentication_required_ = false;
   /// The proved name, by participant.
   std::map<EndpointHandle, std::string> names_;
@@ -194,7 +214,6 @@ class InstanceRegistry {
   std::map<InstanceId, InstanceIdentity> announced_;
   /// Instances that may have changed since the last call of changes().
   std::set<InstanceId> touched_;
-  std::vector<InstanceId> vanished_;
   std::optional<SteadyTime> check_at_;
 };
 

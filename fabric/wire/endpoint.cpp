@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "fabric/dds/authenticator.hpp"
+#include "fabric/dds/made_id.hpp"
 #include "fabric/wire/key_limit.hpp"
 
 namespace millrace::fabric::wire {
@@ -93,6 +94,16 @@ std::string program_of(dds_entity_t reader, dds_instance_handle_t writer) {
   std::string name = dds::guid_prefix(endpoint->participant_key);
   dds_builtintopic_free_endpoint(endpoint);
   return name;
+}
+
+bool made_id(dds_entity_t reader, dds_instance_handle_t writer, const InstanceId& id) {
+  dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) {
+    return false;
+  }
+  const bool made = dds::is_made_by(id, endpoint->participant_key);
+  dds_builtintopic_free_endpoint(endpoint);
+  return made;
 }
 
 dds_instance_handle_t participant_of(dds_entity_t reader, dds_instance_handle_t writer) {

@@ -59,6 +59,9 @@ using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::s
 /// GUID. Empty if it is gone.
 std::string program_of(dds_entity_t reader, dds_instance_handle_t writer);
 
+/// Whether the participant of this writer made the id (fabric/dds/made_id.hpp).
+bool made_id(dds_entity_t reader, dds_instance_handle_t writer, const InstanceId& id);
+
 /// The participant as in samples of DCPSParticipant; nil if it is gone.
 dds_instance_handle_t participant_of(dds_entity_t reader, dds_instance_handle_t writer);
 

@@ -79,6 +79,10 @@ class Reader {
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
   }
+  /// Whether the participant of a writer made the id, as far as it is still there.
+  [[nodiscard]] bool made_id(dds_instance_handle_t writer, const InstanceId& id) const {
+    return wire::made_id(reader_, writer, id);
+  }
   /// The participant of a writer, as in samples of built-in topics; nil if it left before it was
   /// known.
   dds_instance_handle_t participant_of(dds_instance_handle_t writer);

@@ -8,6 +8,7 @@
 
 #include "base/posix/system.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/dds/made_id.hpp"
 #include "gateway/shell/certificate_alarms.hpp"
 
 namespace millrace::gateway::shell {
@@ -16,8 +17,9 @@ namespace {
 
 namespace asio = boost::asio;
 
-core::GatewayIdentity identity_of(const journal::Journal& journal) {
-  return {fabric::InstanceId::random(), base::posix::host_name(),
+core::GatewayIdentity identity_of(const journal::Journal& journal,
+                                  const fabric::dds::Participant& participant) {
+  return {fabric::dds::make_id(participant), base::posix::host_name(),
           static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
           journal.state().numbers().epoch};
 }
@@ -51,8 +53,8 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
       heartbeat_timer_(executor),
       load_timer_(executor),
       certificate_timer_(executor),
-      own_(identity_of(*journal_)),
       participant_(settings.join),
+      own_(identity_of(*journal_, participant_)),
       call_endpoint_(participant_, executor, *this),
       command_endpoint_(participant_, executor, *this),
       alarms_(participant_, executor,

@@ -134,8 +134,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   /// The calls as of the last log line, once a minute.
   core::CallCounts calls_logged_;
   SteadyTime calls_logged_at_ = std::chrono::steady_clock::now();
-  core::GatewayIdentity own_;
   fabric::dds::Participant participant_;
+  core::GatewayIdentity own_;
   fabric::endpoints::CallEndpoint call_endpoint_;
   fabric::endpoints::CommandEndpoint command_endpoint_;
   fabric::endpoints::AlarmEndpoint alarms_;

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/posix/system.hpp"
+#include "fabric/dds/made_id.hpp"
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"
@@ -25,9 +26,10 @@ namespace asio = boost::asio;
 namespace {
 
 fabric::InstanceIdentity make_identity(const ServiceOptions& options,
-                                       std::chrono::milliseconds lease) {
+                                       const fabric::dds::Participant& participant) {
+  const std::chrono::milliseconds lease = participant.options().lease;
   return {
-      .id = fabric::InstanceId::random(),
+      .id = fabric::dds::make_id(participant),
       .uuid = fabric::canonical_uuid(options.uuid),
       .name = options.name,
       .description = options.description,
@@ -122,7 +124,7 @@ struct Instance::Impl final : HostedInstance {
         shared(options.participant
                    ? options.participant
                    : std::make_shared<SharedParticipant>(join_options(options), own_log)),
-        identity(make_identity(options, shared->participant().options().lease)),
+        identity(make_identity(options, shared->participant())),
         draining(std::move(report_draining)),
         runner(std::make_shared<Runner>(
             scheduler_options(options, identity.id,

@@ -4,7 +4,9 @@
 #include "fabric/registry/identity.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -251,6 +253,65 @@ TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
   // Otherwise no request could have been seen at all.
   EXPECT_GT(requests_seen_by("office"), 0U);
   EXPECT_EQ(requests_seen_by("slow"), 0U);
+}
+
+/// A service of another UUID, which announces an instance that it has no permission for. Only its
+/// own process lets it: everyone else's DDS refuses the matches.
+class FalseInstance {
+ public:
+  FalseInstance(const fabric::dds::ParticipantOptions& join, const fabric::InstanceId& id)
+      : participant_(join),
+        requests_(participant_, wire::request_partition("millrace", root_uuid, id), wire::Keep::all,
+                  {.user_data = fabric::registry::format_identity(
+                       {.id = id, .uuid = root_uuid, .name = "false"})}),
+        replies_(participant_, wire::service_partition("millrace", root_uuid),
+                 {.user_data = fabric::registry::format_instance(id)}),
+        commands_(participant_, "millrace", wire::Keep::all),
+        outcomes_(participant_, "millrace"),
+        thread_([this](const std::stop_token& over) {
+          while (!over.stop_requested()) {
+            for (const auto& taken : commands_.take()) {
+              static_cast<void>(outcomes_.write({.responder = taken.value.instance,
+                                                 .command = taken.value.id,
+                                                 .done = true,
+                                                 .detail = "FORGED"}));
+            }
+            std::this_thread::sleep_for(1ms);
+          }
+        }) {}
+
+ private:
+  fabric::dds::Participant participant_;
+  wire::Reader<fabric::Request> requests_;
+  wire::Writer<fabric::Reply> replies_;
+  wire::Reader<fabric::Command> commands_;
+  wire::Writer<fabric::Outcome> outcomes_;
+  std::jthread thread_;
+};
+
+// A regression: an announcement counted before DDS had checked the permission for it. After a
+// restart of the gateway no call was answered while the false instance was there.
+TEST_F(IdentityTest, AnAnnouncementWithoutPermissionTakesNoInstanceAway) {
+  const std::string another = "00000000-0000-4000-8000-000000000002";
+  sut.trust({"issue", sut.plant(), "another", "--role", "service", "--uuid", another});
+  Process service = sut.square_root(sut.as("square-root"));
+  const std::string id = service.await("serves \\S+ as (\\S+) on domain").at(1);
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  // The gateway discovers the false instance first, and then the true one.
+  service.signal(SIGSTOP);
+  const FalseInstance attacker(join_unchecked("another"), *fabric::InstanceId::parse(id));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("link up");
+  const auto status = [&](int expected) {
+    return sut.ask({"status", "--expect-service", root_uuid + "=1"}, sut.as("screen"), expected);
+  };
+  EXPECT_THAT(status(1), HasSubstr("0 of 1 expected instances"));
+  EXPECT_THAT(sut.ask({"drain", id, "--timeout", "2s"}, sut.as("office"), 1),
+              Not(HasSubstr("FORGED")));
+  service.signal(SIGCONT);
+  cnc.await("response = 1.732051");
+  status(0);
+  EXPECT_THAT(sut.ask({"drain", id}, sut.as("office")), HasSubstr("leaves when the calls"));
 }
 
 // It joins, since its certificate is valid, but has no identity.

@@ -42,9 +42,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
 
   void open(boost::asio::io_context& io) {
     post_.emplace(io.get_executor(), weak_from_this(), [this] { drain(); });
-    const fabric::dds::Listener on_endpoint(dds_create_listener(nullptr));
-    post_->listen_for_data(on_endpoint.get());
-    discovery_.emplace(participant_, on_endpoint.get());
+    discovery_.emplace(participant_, fabric::endpoints::Discovery::Of::tools, &*post_);
     gateways_.emplace(participant_, io.get_executor(), *this,
                       fabric::endpoints::GatewayMonitor::Of::all);
     outcomes_ = fabric::wire::Subscription<fabric::Outcome>(

@@ -248,9 +248,27 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
   return all;
 }
 
+/// With trust, an announced UUID counts only for a participant that may answer for it: DDS has
+/// matched a writer of its replies.
+std::set<std::pair<Handle, std::string>> proved_services(const Directory& directory,
+                                                         const std::set<Handle>& matched) {
+  std::set<std::pair<Handle, std::string>> all;
+  for (const auto& [handle, endpoint] : directory.endpoints()) {
+    if (endpoint.writer && endpoint.topic == fabric::wire::reply_topic.name &&
+        matched.contains(handle)) {
+      for (const std::string& partition : endpoint.partitions) {
+        all.emplace(endpoint.participant, partition);
+      }
+    }
+  }
+  return all;
+}
+
 /// The other processes on the domain. `authenticator` is null without trust.
 std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
+                                 const std::set<Handle>& matched,
                                  const fabric::dds::Authenticator* authenticator) {
+  const auto proved = proved_services(directory, matched);
   std::map<Handle, Program> programs;
   for (const auto& [handle, participant] : directory.participants()) {
     programs.emplace(handle,
@@ -273,7 +291,10 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
       program->second.fabrics.insert(fabric_of(partition));
       const auto request_partition = fabric::wire::parse_request_partition(fabric, partition);
       if (request_partition && !endpoint.writer &&
-          endpoint.topic == fabric::wire::request_topic.name && !endpoint.user_data.empty()) {
+          endpoint.topic == fabric::wire::request_topic.name && !endpoint.user_data.empty() &&
+          (authenticator == nullptr ||
+           proved.contains({endpoint.participant,
+                            fabric::wire::service_partition(fabric, request_partition->uuid)}))) {
         program->second.serves.insert(request_partition->uuid);
       }
     }
@@ -295,7 +316,7 @@ class Visit {
   Visit(const Examination& examination, Findings& found)
       : participant_(examination.join),
         directory_(participant_),
-        discovery_(participant_, nullptr),
+        discovery_(participant_, fabric::endpoints::Discovery::Of::tools, nullptr),
         readers_(participant_),
         observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
         alarms_(participant_, io_.get_executor(), listener_),
@@ -331,8 +352,9 @@ class Visit {
         }
       }
     }
-    found_.programs = programs_in(directory_, fabric, participant_.authenticator());
-    found_.misfits = misfits_in(directory_, readers_.matched(), fabric);
+    const std::set<Handle> matched = readers_.matched();
+    found_.programs = programs_in(directory_, fabric, matched, participant_.authenticator());
+    found_.misfits = misfits_in(directory_, matched, fabric);
     found_.clocks = compare_clocks(participant_, found_.live);
   }
 

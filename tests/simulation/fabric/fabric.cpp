@@ -229,7 +229,8 @@ void Fabric::discover(const PairPointer& pair, bool reader) {
     static_cast<void>(gateway.requests[instance.identity.id]);
     side.reader = true;
   } else {
-    gateway.registry.writer_seen(writer_of(pair->instance), {instance.identity.id, pair->instance});
+    gateway.registry.writer_seen(writer_of(pair->instance),
+                                 {instance.identity.id, pair->instance, instance.identity.uuid});
     gateway.registry.matched(writer_of(pair->instance), true);
     if (!side.writer) {
       side.writer = true;

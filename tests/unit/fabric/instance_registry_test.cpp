@@ -21,7 +21,7 @@ class InstanceRegistryTest : public testing::Test {
  protected:
   void discover_both() {
     sut.reader_seen(reader, {identity, process}, start);
-    sut.writer_seen(reply_writer, {identity.id, process});
+    sut.writer_seen(reply_writer, {identity.id, process, identity.uuid});
   }
   void match(bool is = true) {
     sut.matched(reader, is);
@@ -44,7 +44,7 @@ TEST_F(InstanceRegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
   sut.reader_seen(reader, {identity, process}, start);
   sut.matched(reader, true);
   EXPECT_THAT(sut.changes().ready, IsEmpty());
-  sut.writer_seen(reply_writer, {identity.id, process});
+  sut.writer_seen(reply_writer, {identity.id, process, identity.uuid});
   EXPECT_THAT(sut.changes().ready, IsEmpty());
   sut.matched(reply_writer, true);
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
@@ -89,7 +89,7 @@ TEST_F(InstanceRegistryTest, ReportsAChangedIdentityOnce) {
 TEST_F(InstanceRegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
   constexpr registry::EndpointHandle second = 3;
   discover_both();
-  sut.writer_seen(second, {identity.id, process});
+  sut.writer_seen(second, {identity.id, process, identity.uuid});
   match();
   sut.changes();
   sut.endpoint_gone(second);
@@ -128,7 +128,7 @@ TEST_F(InstanceRegistryTest, CountsEachDiscoveredInstanceAsReadyIfConfigured) {
 
 TEST_F(InstanceRegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
   sut.reader_seen(reader, {identity, process}, start);
-  sut.writer_seen(reply_writer, {identity.id, other_participant});
+  sut.writer_seen(reply_writer, {identity.id, other_participant, identity.uuid});
   match();
   EXPECT_THAT(sut.changes().ready, IsEmpty());
 }
@@ -143,13 +143,14 @@ TEST_F(InstanceRegistryTest, AcceptsSamplesOfAnInstanceFromItsOwnWriterOnly) {
 
 TEST_F(InstanceRegistryTest, AcceptsNoSampleFromAWriterThatPretendsToBeTheInstances) {
   discover_both();
-  sut.writer_seen(3, {identity.id, other_participant});
+  match();
+  sut.writer_seen(3, {identity.id, other_participant, identity.uuid});
   EXPECT_FALSE(sut.speaks_for(3, identity.id));
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
 TEST_F(InstanceRegistryTest, AcceptsSamplesOfAWriterWhoseReaderIsNotDiscoveredYet) {
-  sut.writer_seen(reply_writer, {identity.id, process});
+  sut.writer_seen(reply_writer, {identity.id, process, identity.uuid});
   EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
@@ -298,19 +299,125 @@ TEST_F(InstanceRegistryTest, CountsAHeartbeatForItsOwnProcessOnly) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
-TEST_F(InstanceRegistryTest, ReportsInstancesWithoutEndpoints) {
+TEST_F(InstanceRegistryTest, NamesTheInstancesThatNeedAWriterOfRequestsOnceTheyAreProved) {
+  const auto home = [&](std::optional<std::string> uuid) {
+    return ElementsAre(std::pair(identity.id, std::move(uuid)));
+  };
   discover_both();
-  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  EXPECT_THAT(sut.touched_homes(), home(std::nullopt));
+  sut.matched(reply_writer, true);
+  EXPECT_THAT(sut.touched_homes(), home(identity.uuid));
+  sut.changes();
+  EXPECT_THAT(sut.touched_homes(), IsEmpty());
   sut.endpoint_gone(reply_writer);
-  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  EXPECT_THAT(sut.touched_homes(), home(identity.uuid)) << "its last requests may be withdrawn";
   sut.endpoint_gone(reader);
-  EXPECT_THAT(sut.take_vanished(), ElementsAre(identity.id));
-  EXPECT_FALSE(sut.is_seen(identity.id));
+  EXPECT_THAT(sut.touched_homes(), home(std::nullopt));
+  EXPECT_FALSE(sut.has_home(identity.id));
+}
+
+/// DDS matches none of its endpoints, since its certificate does not allow them.
+class AnUnprovedAnnouncement : public InstanceRegistryTest {
+ protected:
+  static constexpr registry::EndpointHandle false_reader = 7;
+  static constexpr registry::EndpointHandle false_writer = 8;
+  static constexpr registry::EndpointHandle false_heartbeats = 9;
+
+  void SetUp() override {
+    sut.reader_seen(false_reader, {identity, other_participant}, start);
+    sut.writer_seen(false_writer, {identity.id, other_participant, identity.uuid});
+    sut.heartbeat_writer_seen(false_heartbeats, other_participant);
+  }
+};
+
+// A regression: after a restart of the gateway no call was answered while the attacker was there.
+TEST_F(AnUnprovedAnnouncement, TakesNoInstanceAway) {
+  EXPECT_FALSE(sut.has_home(identity.id));
+  EXPECT_FALSE(sut.is_home(other_participant, identity.id));
+  EXPECT_FALSE(sut.heartbeats_for(false_heartbeats, identity.id));
+  discover_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_TRUE(sut.is_home(process, identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(false_writer, identity.id));
+}
+
+// A regression: for tools each announcement counted.
+TEST_F(AnUnprovedAnnouncement, IsNoInstanceForAToolThatMatchesWriters) {
+  sut.match_readers();
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  discover_both();
+  sut.matched(reply_writer, true);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_FALSE(sut.is_home(other_participant, identity.id));
+}
+
+TEST_F(AnUnprovedAnnouncement, IsNotProvedByAWriterOfAnotherUuid) {
+  constexpr registry::EndpointHandle of_its_own = 12;
+  sut.match_readers();
+  sut.writer_seen(of_its_own, {identity.id, other_participant, "its own"});
+  sut.matched(of_its_own, true);
+  EXPECT_FALSE(sut.is_home(other_participant, identity.id));
+  // What it announces after the match proves nothing either.
+  sut.writer_seen(of_its_own, {identity.id, other_participant, identity.uuid});
+  EXPECT_FALSE(sut.is_home(other_participant, identity.id));
+}
+
+TEST_F(AnUnprovedAnnouncement, DisplacesNoInstanceFromAFullTable) {
+  constexpr registry::EndpointHandle first = 100;
+  for (std::size_t i = 0; i < registry::InstanceRegistry::most_endpoints; ++i) {
+    sut.reader_seen(first + 3 * i,
+                    {{.id = InstanceId::random(), .uuid = "none"}, other_participant}, start);
+    sut.writer_seen(first + 3 * i + 1, {InstanceId::random(), other_participant, "none"});
+    sut.heartbeat_writer_seen(first + 3 * i + 2, other_participant);
+  }
+  discover_both();
+  match();
+  sut.heartbeat_writer_seen(heartbeats, process);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_TRUE(sut.heartbeats_for(heartbeats, identity.id));
+}
+
+// A service may announce any id in its own UUID, and would take the instance away after a restart
+// of the gateway.
+TEST_F(InstanceRegistryTest, PrefersTheProcessThatMadeTheId) {
+  const InstanceIdentity thief{.id = identity.id, .uuid = "its own"};
+  sut.reader_seen(7, {thief, other_participant}, start);
+  sut.writer_seen(8, {thief.id, other_participant, thief.uuid});
+  sut.matched(7, true);
+  sut.matched(8, true);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(thief));
+  sut.reader_seen(reader, {identity, process, true}, start);
+  sut.writer_seen(reply_writer, {identity.id, process, identity.uuid});
+  match();
+  const auto changes = sut.changes();
+  EXPECT_THAT(changes.gone, ElementsAre(identity.id));
+  EXPECT_THAT(changes.ready, ElementsAre(identity));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(8, identity.id));
+}
+
+TEST_F(InstanceRegistryTest, CountsAnIdWithAnotherUuidAsAnotherInstance) {
+  discover_both();
+  match();
+  sut.changes();
+  const InstanceIdentity other{.id = identity.id, .uuid = "press"};
+  sut.reader_seen(7, {other, other_participant}, start);
+  sut.writer_seen(8, {other.id, other_participant, other.uuid});
+  sut.matched(7, true);
+  sut.matched(8, true);
+  EXPECT_THAT(sut.changes().changed, IsEmpty());
+  sut.endpoint_gone(reader);
+  const auto changes = sut.changes();
+  EXPECT_THAT(changes.gone, ElementsAre(identity.id));
+  EXPECT_THAT(changes.ready, ElementsAre(other));
+  EXPECT_THAT(changes.changed, IsEmpty());
 }
 
 // A regression: a process that announced the id of an instance later could publish that it drains,
 // or answer its calls.
-TEST_F(InstanceRegistryTest, AcceptsTheProcessThatAnnouncedAnInstanceFirst) {
+TEST_F(InstanceRegistryTest, AcceptsTheProcessThatProvedAnInstanceFirst) {
   using Seen = registry::InstanceRegistry::Seen;
   discover_both();
   match();
@@ -320,7 +427,7 @@ TEST_F(InstanceRegistryTest, AcceptsTheProcessThatAnnouncedAnInstanceFirst) {
   InstanceIdentity forged = identity;
   forged.draining = true;
   EXPECT_EQ(sut.reader_seen(false_reader, {forged, other_participant}, start), Seen::second);
-  sut.writer_seen(false_writer, {identity.id, other_participant});
+  sut.writer_seen(false_writer, {identity.id, other_participant, identity.uuid});
   sut.matched(false_reader, true);
   sut.matched(false_writer, true);
   const auto changes = sut.changes();
