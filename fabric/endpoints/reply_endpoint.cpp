@@ -23,8 +23,9 @@ namespace millrace::fabric::endpoints {
 namespace {
 
 /// The last response to this many channels of gateways stays for readers that find this endpoint
-/// later. Far more than ever wait; about 1 kB each.
-constexpr std::size_t most_answered = 4096;
+/// later. Far more than ever wait, and as many as the service remembers calls; about 2 kB each,
+/// also of callers that have left (docs/dev/measurements/footprint.md).
+constexpr std::size_t most_answered = 1024;
 
 /// Two samples that arrive closer to each other than this belong to one burst: the receiving thread
 /// did not sleep in between, so a further one probably follows. A reply to a single call takes more

@@ -63,7 +63,7 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 // A writer sends to one instance: its keys are the channels of the requester.
 const Topic request_topic{
     "millrace/v4/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
-// Twice as many as an instance keeps for later readers (fabric/endpoints/reply_endpoint.cpp).
+// Far more than an instance keeps for later readers (fabric/endpoints/reply_endpoint.cpp).
 const Topic reply_topic{
     "millrace/v4/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{

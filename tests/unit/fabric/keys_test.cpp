@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/made_id.hpp"
 #include "fabric/key_owners.hpp"
 #include "fabric/reply_keys.hpp"
 #include "fabric/wire/key_limit.hpp"
@@ -115,6 +116,17 @@ TEST_F(AReader, AcceptsNoMoreKeysOfAWriterThanItsTopicAllowsAndNamesTheWriter) {
   EXPECT_THAT(*flood,
               testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
                                     "on millrace/v4/reply: further ones are dropped"));
+}
+
+TEST_F(AReader, KnowsTheMakerOfAnIdFromItsGuid) {
+  match();
+  boost::asio::io_context context;
+  ASSERT_TRUE(tests::run_until(context, [&] { return !sut.matched().empty(); }));
+  const dds_instance_handle_t writer = sut.matched().front();
+  const InstanceId id = dds::make_id(there);
+  EXPECT_TRUE(sut.made_id(writer, id));
+  EXPECT_FALSE(sut.made_id(writer, InstanceId::random()));
+  EXPECT_NE(id, dds::make_id(there));
 }
 
 // A regression: its line in the log had no name.
