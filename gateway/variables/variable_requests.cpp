@@ -52,15 +52,17 @@ void VariableRequests::on_down(const std::string& reason, Moment now) {
   up_ = false;
   down_reason_ = reason;
   for (auto& [number, open] : requests_) {
-    if (open.phase == Phase::writing && request_under_way_ == number) {
-      const std::string unknown =
-          fmt::format("{} may or may not be written; read it. The link to {} is down: {}",
-                      printable(open.request.names[open.written]), machine_, reason);
-      report_write(open.request, false, unknown, now);
-      refuse(open.request, unknown, now);
-    } else {
+    const std::string written = progress_of(open, request_under_way_ == number);
+    if (written.empty()) {
       refuse(open.request, fmt::format("the link to {} is down: {}", machine_, reason), now);
+      continue;
     }
+    const std::string why =
+        fmt::format("{}. The link to {} is down: {}", written, machine_, reason);
+    if (open.phase == Phase::writing) {
+      report_write(open.request, false, why, now);
+    }
+    refuse(open.request, why, now);
   }
   while (!requests_.empty()) {
     remove(requests_.begin());

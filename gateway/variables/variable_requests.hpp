@@ -161,6 +161,9 @@ class VariableRequests {
   void clear_step();
   void expire(OpenRequest& open, Moment now);
 
+  /// What an interrupted write has done; empty if nothing is written. `under_way`: the controller
+  /// has the request to write.
+  [[nodiscard]] static std::string progress_of(const OpenRequest& open, bool under_way);
   void answer(const fabric::VariableRequest& request, fabric::VariableReply reply, Moment now);
   void refuse(const fabric::VariableRequest& request, const std::string& reason, Moment now,
               std::vector<fabric::VariableResult> results = {});

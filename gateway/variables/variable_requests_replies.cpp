@@ -161,6 +161,19 @@ std::vector<fabric::VariableResult> VariableRequests::results_of(const OpenReque
   return results;
 }
 
+std::string VariableRequests::progress_of(const OpenRequest& open, bool under_way) {
+  if (open.phase == Phase::after) {
+    return "written, but not read back";
+  }
+  if (open.phase != Phase::writing || (!under_way && open.written == 0)) {
+    return {};
+  }
+  const std::string name = printable(open.request.names[open.written]);
+  return fmt::format(
+      "{}{}", under_way ? name + " may or may not be written; read it" : name + " is not written",
+      open.written > 0 ? fmt::format("; the {} before it are", open.written) : "");
+}
+
 void VariableRequests::answer(const VariableRequest& request, fabric::VariableReply reply,
                               Moment now) {
   reply.token = request.token;

@@ -379,6 +379,32 @@ TEST_F(VariableRequestsTest, ReportsAnUnknownOutcomeWhenTheLinkEndsDuringAWrite)
   EXPECT_THAT(written, ElementsAre(Field(&Output::Written::done, false)));
 }
 
+TEST_F(VariableRequestsTest, ReportsWhatIsWrittenWhenTheLinkEndsBetweenTwoWrites) {
+  ask(write({"V.E.A", "V.E.B"}, {{"1"}, {"2"}}));
+  while (writes.empty()) {
+    ASSERT_TRUE(step());
+  }
+  sut->on_down("reset by peer", now);
+  keep_news();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.reason,
+            "V.E.B is not written; the 1 before it are. The link to press is down: reset by peer");
+  EXPECT_THAT(written, ElementsAre(Field(&Output::Written::done, true),
+                                   Field(&Output::Written::done, false)));
+}
+
+TEST_F(VariableRequestsTest, ReportsAWriteThatIsDoneWhenTheLinkEndsBeforeItIsReadBack) {
+  ask(write({"V.E.A"}, {{"1"}}));
+  while (writes.empty()) {
+    ASSERT_TRUE(step());
+  }
+  sut->on_down("reset by peer", now);
+  keep_news();
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].reply.reason,
+            "written, but not read back. The link to press is down: reset by peer");
+}
+
 TEST_F(VariableRequestsTest, WritesNothingOfAnEarlierRequestToAnotherGateway) {
   pass(1s);
   VariableRequest late = write({"V.E.A"}, {{"1"}});
