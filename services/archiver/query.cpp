@@ -190,7 +190,7 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
 template <typename Rows>
 void write_file(const std::filesystem::path& file, const Source& source, const Condition& condition,
                 std::uint64_t limit, const Rows& rows, std::uint64_t& count) {
-  SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms);
+  SQLite::Database database = open_to_read(file);
   if (!database.tableExists("archive")) {
     throw std::runtime_error("not a file of an archive");
   }

@@ -64,7 +64,8 @@ fabric::Time time_of(const DataSample& sample, const Value& value) {
 }
 
 bool same(const Value& a, const Value& b) {
-  return a.quality == b.quality && a.reason == b.reason && a.elements == b.elements;
+  return a.type == b.type && a.is_array == b.is_array && a.quality == b.quality &&
+         a.reason == b.reason && a.elements == b.elements;
 }
 
 }  // namespace

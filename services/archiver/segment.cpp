@@ -4,7 +4,9 @@
 #include <optional>
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include "base/posix/files.hpp"
 #include "base/text/cp1252.hpp"
@@ -105,6 +107,12 @@ void bind(SQLite::Statement& statement, int index, const std::optional<Value>& v
 template <typename Value>
 void bind(SQLite::Statement& statement, int index, const Value& value) {
   statement.bind(index, value);
+}
+
+/// Whether changes of a file are outside of it.
+bool has_log(const std::filesystem::path& file) {
+  std::error_code none;
+  return std::filesystem::exists(file.string() + "-wal", none);
 }
 
 /// The identities of a file and of its write-ahead log, which has the newest changes.
@@ -243,7 +251,22 @@ void Segment::Impl::reset() {
 
 Segment::Segment(const std::filesystem::path& file, const Beginning& beginning)
     : impl_(naming_strangers([&] { return std::make_unique<Impl>(file, beginning); })) {}
-Segment::~Segment() = default;
+Segment::~Segment() {
+  if (!impl_) {
+    return;
+  }
+  const std::filesystem::path file = impl_->file;
+  impl_.reset();
+  if (has_log(file)) {
+    return;  // Another process reads it, and its last reader merges the log.
+  }
+  try {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec("PRAGMA journal_mode = DELETE");
+  } catch (const std::exception&) {
+    // It has all rows, but only those who may write into its folder can read it.
+  }
+}
 Segment::Segment(Segment&&) noexcept = default;
 Segment& Segment::operator=(Segment&&) noexcept = default;
 
@@ -313,6 +336,25 @@ bool close(const std::filesystem::path& file, Time now) {
     }
     throw;
   }
+}
+
+SQLite::Database open_to_read(const std::filesystem::path& file) {
+  try {
+    SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms);
+    static_cast<void>(database.tableExists("archive"));
+    return database;
+  } catch (const SQLite::Exception& error) {
+    const bool needs_log =
+        error.getErrorCode() == SQLITE_CANTOPEN || error.getErrorCode() == SQLITE_READONLY;
+    if (!needs_log || ::access(file.c_str(), R_OK) != 0 || has_log(file)) {
+      throw;
+    }
+  }
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(file).string()) {
+    uri += fmt::format("%{:02x}", static_cast<unsigned char>(c));
+  }
+  return {uri + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI, busy_timeout_ms};
 }
 
 struct ClosedSegment::Impl {

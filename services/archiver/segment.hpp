@@ -49,6 +49,7 @@ class Segment {
   /// Opens `file`; creates it if it is missing or empty; migrates an older one. Checks its contents
   /// before any write. Throws std::runtime_error for a file of a newer millrace.
   Segment(const std::filesystem::path& file, const Beginning& beginning);
+  /// Leaves a single regular file unless another process reads it; see close().
   ~Segment();
   Segment(Segment&&) noexcept;
   Segment& operator=(Segment&&) noexcept;
@@ -75,6 +76,11 @@ class Segment {
 /// can be copied, and read on read-only media. False if another process has it open: try again
 /// later. Does not wait.
 bool close(const std::filesystem::path& file, fabric::Time now);
+
+/// Opens a file of the archive only to read it, also while an archiver writes. One whose archiver
+/// did not end orderly is in WAL mode, which needs write access to its folder: without that it is
+/// read as it is on the disk, if it has no write-ahead log with further rows.
+SQLite::Database open_to_read(const std::filesystem::path& file);
 
 /// A file of the archive that is only read.
 class ClosedSegment {

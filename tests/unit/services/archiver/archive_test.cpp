@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "services/archiver/segment.hpp"
 #include "tests/support/power_cut_disk.hpp"
@@ -132,6 +133,64 @@ TEST_F(ArchiveTest, LeavesAClosedFileThatStandsAlone) {
   SQLite::Database database(closed.string(), SQLite::OPEN_READONLY);
   EXPECT_EQ(database.execAndGet("PRAGMA journal_mode").getString(), "delete");
   EXPECT_EQ(database.execAndGet("SELECT count(*) FROM put").getInt(), 1);
+}
+
+TEST_F(ArchiveTest, LeavesAFileThatStandsAloneAtItsEnd) {
+  {
+    Archive sut = open();
+    sut.append({put(1)}, morning);
+  }
+  SQLite::Database database(numbered(1).string(), SQLite::OPEN_READONLY);
+  EXPECT_EQ(database.execAndGet("PRAGMA journal_mode").getString(), "delete");
+  EXPECT_EQ(database.execAndGet("SELECT count(*) FROM put").getInt(), 1);
+  Archive again = open();
+  EXPECT_EQ(again.file(), numbered(1));
+  EXPECT_THAT(again.append({put(2)}, morning), ElementsAre(2));
+}
+
+/// The rights of another user: root may write everywhere.
+class AnotherUser {
+ public:
+  AnotherUser() : is_root_(::geteuid() == 0) {
+    if (is_root_) {
+      EXPECT_EQ(::seteuid(65534), 0);
+    }
+  }
+  ~AnotherUser() {
+    if (is_root_) {
+      EXPECT_EQ(::seteuid(0), 0);
+    }
+  }
+  AnotherUser(const AnotherUser&) = delete;
+  AnotherUser& operator=(const AnotherUser&) = delete;
+
+ private:
+  bool is_root_;
+};
+
+TEST_F(ArchiveTest, OfAKilledArchiverIsReadWithoutTheRightToWrite) {
+  const std::filesystem::path copied = folder.path() / "copied";
+  std::filesystem::create_directory(copied);
+  {
+    Archive sut = open();
+    sut.append({put(1)}, morning);
+    SQLite::Database(sut.file().string(), SQLite::OPEN_READWRITE)
+        .exec("PRAGMA wal_checkpoint(TRUNCATE)");
+    std::filesystem::copy(sut.file(), copied / "archive-000001.db");
+  }
+  using std::filesystem::perms;
+  std::filesystem::permissions(copied / "archive-000001.db",
+                               perms::owner_read | perms::group_read | perms::others_read);
+  const perms listed = perms::owner_read | perms::owner_exec | perms::group_read |
+                       perms::group_exec | perms::others_read | perms::others_exec;
+  std::filesystem::permissions(folder.path(), listed | perms::owner_write);
+  std::filesystem::permissions(copied, listed);
+  {
+    const AnotherUser user;
+    SQLite::Database sut = open_to_read(copied / "archive-000001.db");
+    EXPECT_EQ(sut.execAndGet("SELECT count(*) FROM put").getInt(), 1);
+  }
+  std::filesystem::permissions(copied, perms::owner_all);
 }
 
 TEST_F(ArchiveTest, BeginsTheNextFileWhileTheOldOneIsRead) {

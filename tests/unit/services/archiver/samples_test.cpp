@@ -51,6 +51,16 @@ class ArchivedSamples : public testing::Test {
   Segment sut{file, {.begun = morning}};
 };
 
+TEST_F(ArchivedSamples, HaveARowForAnotherTypeOfTheSameValue) {
+  const auto whole = [](ValueType type) {
+    return Value{
+        .name = "N", .type = type, .at = morning, .elements = std::vector<std::int64_t>{7}};
+  };
+  sut.append({sample({whole(ValueType::sgn16)}, morning)});
+  sut.append({sample({whole(ValueType::sgn32)}, morning + 1s)});
+  EXPECT_THAT(found(), ElementsAre(HasSubstr(R"("type":"SGN16")"), HasSubstr(R"("type":"SGN32")")));
+}
+
 TEST_F(ArchivedSamples, AreRowsOfWhatChanged) {
   sut.append({sample({real("X", 1.5, morning), real("Y", 2, morning)})});
   sut.append({sample({real("X", 1.5, morning + 1s), real("Y", 2.25, morning + 1s)}, morning + 1s)});
