@@ -191,7 +191,7 @@ Outcome MailSender::attempt(Lock& lock, const Entry& entry, bool program_waits) 
   condition_.tried(outcome, result ? std::optional(result->stage) : std::nullopt, program_waits);
   report_condition();
   if (!outcome.contact) {
-    pause_until_ = std::chrono::system_clock::now() + config_.retry.first;
+    pause_until_ = std::chrono::steady_clock::now() + config_.retry.first;
   }
   busy_.erase(entry.call);
   changed_.notify_all();
@@ -271,13 +271,13 @@ void MailSender::run(Lane lane) {
   Lock lock(lock_);
   while (!stopping_) {
     const fabric::Time time = std::chrono::system_clock::now();
-    fabric::Time wake = time + look_around;
-    if (const auto call = due(lane, time, wake)) {
-      try_again(lock, *call, time);
+    std::chrono::nanoseconds wait = look_around;
+    if (const auto call = due(lane, time, wait)) {
+      try_again(lock, *call);
       continue;
     }
     if (lane == Lane::stalled) {
-      changed_.wait_for(lock, wake - time);
+      changed_.wait_for(lock, wait);
       continue;
     }
     const auto steady = std::chrono::steady_clock::now();
@@ -290,17 +290,16 @@ void MailSender::run(Lane lane) {
       // The lock was released in between.
       continue;
     }
-    changed_.wait_for(lock,
-                      std::min<std::chrono::nanoseconds>(wake - time, next_tidying_ - steady));
+    changed_.wait_for(lock, std::min<std::chrono::nanoseconds>(wait, next_tidying_ - steady));
   }
 }
 
-void MailSender::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
+void MailSender::try_again(Lock& lock, fabric::CallId call) {
   const auto entry = known(call);
   if (!entry) {
     log_->error("call {}: its mail is tried again later: {}", call.to_string(), entry.error());
     note_spool(entry);
-    pause_until_ = now + spool_pause;
+    pause_until_ = std::chrono::steady_clock::now() + spool_pause;
     return;
   }
   if (!*entry || (*entry)->stage != Stage::waiting) {
@@ -332,18 +331,21 @@ bool MailSender::believes_clock() {
 }
 
 std::optional<fabric::CallId> MailSender::due(Lane lane, fabric::Time now,
-                                              fabric::Time& wake) const {
+                                              std::chrono::nanoseconds& wait) const {
+  const std::chrono::nanoseconds pause = pause_until_ - std::chrono::steady_clock::now();
   std::optional<fabric::CallId> longest;
   fabric::Time since = fabric::Time::max();
   for (const auto& [call, wanted] : waiting_) {
     if (busy_.contains(call) || stalled_.contains(call) != (lane == Lane::stalled)) {
       continue;
     }
-    // A clock that was set back must not delay a mail for days.
-    const fabric::Time latest = now + config_.retry.longest;
-    const fabric::Time next = std::max(std::min(wanted, latest), pause_until_);
-    if (next > now && (wanted <= latest || pause_until_ > now)) {
-      wake = std::min(wake, next);
+    // No attempt is planned later than that: the clock was set back, which must not delay a mail
+    // for days.
+    const bool is_planned = wanted <= now + config_.retry.longest;
+    const std::chrono::nanoseconds left =
+        std::max(pause, is_planned ? wanted - now : std::chrono::nanoseconds{});
+    if (left.count() > 0) {
+      wait = std::min(wait, left);
     } else if (wanted < since) {
       longest = call;
       since = wanted;

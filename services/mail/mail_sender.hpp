@@ -71,10 +71,11 @@ class MailSender {
   void note_spool(const Spool::Result<Value>& result);
 
   void run(Lane lane);
-  /// The call whose mail has been due for the longest time; if none is due, sets `wake` to the time
-  /// of the next check.
-  std::optional<fabric::CallId> due(Lane lane, fabric::Time now, fabric::Time& wake) const;
-  void try_again(Lock& lock, fabric::CallId call, fabric::Time now);
+  /// The call whose mail has been due for the longest time; if none is due, reduces `wait` to the
+  /// time until one is.
+  std::optional<fabric::CallId> due(Lane lane, fabric::Time now,
+                                    std::chrono::nanoseconds& wait) const;
+  void try_again(Lock& lock, fabric::CallId call);
   /// Writes the entries that could not be stored before.
   void write_again(Lock& lock);
   void forget_old(Lock& lock, fabric::Time now);
@@ -99,8 +100,8 @@ class MailSender {
   /// Old calls are removed only by a trusted clock: a repeated call sends a second mail after its
   /// removal.
   std::optional<base::loop::ClockWatch> clock_;
-  /// No contact: no attempt before this time.
-  fabric::Time pause_until_{};
+  /// No contact: no attempt before this time, whatever happens to the wall clock.
+  std::chrono::steady_clock::time_point pause_until_{};
   /// Time of the next removal of old calls and of the next attempt to store entries.
   std::chrono::steady_clock::time_point next_tidying_{};
   bool stopping_ = false;

@@ -1,5 +1,8 @@
 #include "services/mail/mail_sender.hpp"
 
+#include <atomic>
+#include <chrono>
+#include <ctime>
 #include <deque>
 #include <filesystem>
 #include <future>
@@ -16,6 +19,18 @@
 #include "tests/support/kept_alarms.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/mail/sample.hpp"
+
+namespace {
+/// How much the wall clock was set back.
+std::atomic<std::chrono::nanoseconds> set_back{};
+}  // namespace
+
+/// The wall clock of this program: a test cannot set the host's. Preempts that of libstdc++.
+std::chrono::system_clock::time_point std::chrono::system_clock::now() noexcept {
+  timespec time{};
+  ::clock_gettime(CLOCK_REALTIME, &time);
+  return time_point(seconds(time.tv_sec) + nanoseconds(time.tv_nsec) - set_back.load());
+}
 
 namespace millrace::services::mail {
 namespace {
@@ -113,9 +128,9 @@ const std::string good = "done program=A parts=1";
 
 class MailSenderTest : public testing::Test {
  protected:
-  void start() {
+  void start(std::chrono::milliseconds first_pause = 1ms) {
     Config config = sample_config();
-    config.retry = {.first = 1ms, .longest = 4ms};
+    config.retry = {.first = first_pause, .longest = 4 * first_pause};
     sut.emplace(config, Spool(spool), server, base::program::no_log(), alarms);
   }
   /// The entry on the disk, as the next process reads it.
@@ -125,8 +140,8 @@ class MailSenderTest : public testing::Test {
     std::filesystem::copy(spool, copy);
     return Spool(copy).find(sample_call(good).call).value();
   }
-  void put(Stage stage) {
-    Entry entry{.call = sample_call(good).call, .stage = stage};
+  void put(Stage stage, fabric::Time next = {}) {
+    Entry entry{.call = sample_call(good).call, .stage = stage, .next = next};
     entry.mail = compose(sample_config(), sample_call(good), {}).value();
     entry.made = std::chrono::system_clock::now();
     ASSERT_TRUE(Spool(spool).put(entry));
@@ -181,6 +196,21 @@ TEST_F(MailSenderTest, RetriesUntilTheMailIsAcceptedOnce) {
   EXPECT_EQ(server.attempts(), 4U);
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
   EXPECT_EQ(server.taken(), 1U);
+}
+
+TEST_F(MailSenderTest, TriesAgainAfterAPauseAlsoIfTheClockWasSetBackByADay) {
+  start(200ms);
+  server.will({{.verdict = Verdict::later, .reply = "no route", .contact = false}});
+  sut->answer(sample_call(good));
+  set_back = std::chrono::nanoseconds(24h);
+  tests::await("the second attempt", [&] { return server.attempts() >= 2; });
+  set_back = std::chrono::nanoseconds();
+}
+
+TEST_F(MailSenderTest, TriesAtOnceAMailWhoseNextAttemptIsADayAhead) {
+  put(Stage::waiting, std::chrono::system_clock::now() + 24h);
+  start();
+  tests::await("the attempt", [&] { return server.attempts() >= 1; });
 }
 
 TEST_F(MailSenderTest, ReportsAWaitingMailAndTheReasonUntilItIsAccepted) {
