@@ -373,6 +373,22 @@ std::string checked(const std::string& file) {
                      missing.empty() ? "" : fmt::format(", {} not usable here", missing.size()));
 }
 
+/// `millrace-batch outlive PROGRAM [ARGUMENT]…`, for scripts; `argv` begins with "outlive". Returns
+/// an exit code.
+int start_apart(int argc, char** argv) {
+  CLI::App app("Starts a program that outlives the call of the script that uses this command",
+               "millrace-batch outlive");
+  app.add_option("PROGRAM", "The program and its arguments")->required();
+  // The flags behind the program are its own.
+  const bool is_help = argc > 1 && std::string_view(argv[1]).starts_with('-');
+  return program::run(app, is_help ? argc : std::min(argc, 2), argv, [&] {
+    if (const auto started = outlive({argv + 1, argv + argc}); !started) {
+      throw std::runtime_error(started.error());
+    }
+    return program::exit_done;
+  });
+}
+
 bool is_exec(std::string_view argument) {
   return argument == "--exec" || argument.starts_with("--exec=");
 }
@@ -387,6 +403,9 @@ bool asks_for_help(std::string_view argument) {
 
 int main(int argc, char** argv) {
   using namespace millrace::services::batch;
+  if (argc > 1 && std::string_view(argv[1]) == "outlive") {
+    return start_apart(argc - 1, argv + 1);
+  }
   if (std::none_of(argv, argv + argc, is_exec)) {
     return program::asks_for_check(argc, argv) ? program::check(argc, argv, checked)
                                                : serve_folder(argc, argv);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <cerrno>
 #include <csignal>
@@ -13,12 +14,13 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/types.h>
 #include <sys/wait.h>
-#include <tl/expected.hpp>
 #include <unistd.h>
 
 #include "base/posix/system.hpp"
@@ -72,6 +74,9 @@ class Instructions {
 
   void stream(const Fd& from, int to) {
     posix_spawn_file_actions_adddup2(&actions_, from.get(), to);
+  }
+  void open_nothing(int stream) {
+    posix_spawn_file_actions_addopen(&actions_, stream, "/dev/null", O_RDWR, 0);
   }
   void close_all_but_streams() { posix_spawn_file_actions_addclosefrom_np(&actions_, 3); }
   void folder(const std::filesystem::path& folder) {
@@ -146,9 +151,20 @@ bool give_input(const Pipe& pipe, const std::string& input) {
          static_cast<ssize_t>(input.size());
 }
 
+/// Marks the processes of one run. A program that leaves by itself (setsid(2) after fork(2)) does
+/// so at any time, also after the end of its call; its environment it has from the beginning.
+constexpr std::string_view mark_name = "MILLRACE_BATCH_RUN";
+
+std::string next_mark() {
+  static std::atomic<std::uint64_t> number = 0;
+  static const auto start = Clock::now().time_since_epoch().count();
+  return fmt::format("{}={}-{}-{}", mark_name, ::getpid(), start, ++number);
+}
+
 /// A started process, leader of its own session. The caller must reap it.
 struct Child {
   pid_t pid = -1;
+  std::string mark;
   /// Becomes readable when the process has ended (pidfd).
   base::posix::Fd ended;
   /// The read ends of its standard output and error; non-blocking.
@@ -176,6 +192,8 @@ tl::expected<Child, std::string> spawn(const Command& command) {
   arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
   std::vector<std::string> variables = environment(command.environment);
   Child child;
+  child.mark = next_mark();
+  variables.push_back(child.mark);
   const int error = ::posix_spawn(&child.pid, command.program.c_str(), instructions.actions(),
                                   instructions.attributes(), pointers(arguments).data(),
                                   pointers(variables).data());
@@ -196,7 +214,7 @@ tl::expected<Child, std::string> spawn(const Command& command) {
   return child;
 }
 
-// The processes of a session, in any process group.
+// The processes of a run, in any process group and session.
 
 namespace fs = std::filesystem;
 
@@ -220,13 +238,26 @@ std::optional<pid_t> session_of(const fs::path& process) {
   return runs ? std::optional(session) : std::nullopt;
 }
 
-/// The running processes, without zombies. The session keeps its number until its leader is reaped.
-std::vector<pid_t> processes_of(pid_t session) {
+/// Whether the environment of a process has `assignment`; false if it is another user's.
+bool has_variable(const fs::path& process, const std::string& assignment) {
+  std::ifstream environment(process / "environ", std::ios::binary);
+  for (std::string each; std::getline(environment, each, '\0');) {
+    if (each == assignment) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The running processes of a run, without zombies: those in its session, which keeps its number
+/// until its leader is reaped, and those with its mark.
+std::vector<pid_t> processes_of(const Child& child) {
   std::vector<pid_t> found;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator("/proc", failed)) {
     const auto pid = base::text::parse_number<pid_t>(entry.path().filename().string());
-    if (pid && session_of(entry.path()) == session) {
+    const auto session = pid ? session_of(entry.path()) : std::nullopt;
+    if (session && (session == child.pid || has_variable(entry.path(), child.mark))) {
       found.push_back(*pid);
     }
   }
@@ -234,19 +265,19 @@ std::vector<pid_t> processes_of(pid_t session) {
 }
 
 /// Sends `signal` to all of them.
-void signal_session(pid_t session, int signal) {
-  for (const pid_t process : processes_of(session)) {
+void signal_all(const Child& child, int signal) {
+  for (const pid_t process : processes_of(child)) {
     ::kill(process, signal);
   }
 }
 
 /// Ends all of them (SIGKILL), also those that start during this call.
-void kill_session(pid_t session) {
+void kill_all(const Child& child) {
   // A killed process starts no further one: when no new process is found, all are killed.
   std::set<pid_t> killed;
   for (bool more = true; more;) {
     more = false;
-    for (const pid_t process : processes_of(session)) {
+    for (const pid_t process : processes_of(child)) {
       ::kill(process, SIGKILL);
       more = killed.insert(process).second || more;
     }
@@ -291,7 +322,7 @@ class Run {
     while (!wait()) {
     }
     // The zombie keeps its number, so the session is still ours to end.
-    kill_session(child_.pid);
+    kill_all(child_);
     drain(child_.output, ended_.output, limits_.max_output);
     drain(child_.errors, ended_.errors, limits_.max_errors);
     reap();
@@ -334,12 +365,12 @@ class Run {
       early_ = end;
       phase_ = Phase::asked_to_end;
       next_ = Clock::now() + limits_.kill_after;
-      signal_session(child_.pid, SIGTERM);
+      signal_all(child_, SIGTERM);
       // A stopped (SIGSTOP) process could not handle it.
-      signal_session(child_.pid, SIGCONT);
+      signal_all(child_, SIGCONT);
     } else {
       phase_ = Phase::killed;
-      kill_session(child_.pid);
+      kill_all(child_);
     }
   }
 
@@ -366,7 +397,37 @@ class Run {
   Ended ended_;
 };
 
+/// The call's pipes: the service reads them until the call ends only.
+bool is_pipe(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) != 0 || S_ISFIFO(status.st_mode);
+}
+
 }  // namespace
+
+tl::expected<pid_t, std::string> outlive(std::vector<std::string> arguments) {
+  Instructions instructions;
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (is_pipe(stream)) {
+      instructions.open_nothing(stream);
+    }
+  }
+  std::vector<std::string> variables;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
+    if (name_of(*entry) != mark_name) {
+      variables.emplace_back(*entry);
+    }
+  }
+  pid_t pid = -1;
+  // Returns when the program runs: in its session, with its environment.
+  const int error = ::posix_spawnp(&pid, arguments.front().c_str(), instructions.actions(),
+                                   instructions.attributes(), pointers(arguments).data(),
+                                   pointers(variables).data());
+  if (error != 0) {
+    return tl::unexpected(std::generic_category().message(error) + ": " + arguments.front());
+  }
+  return pid;
+}
 
 Ended run(const Command& command, const Limits& limits, const Unwanted& unwanted) {
   if (unwanted()) {

@@ -4,8 +4,8 @@
 //       {.program = "/opt/cell/measure", .arguments = {"WELLE7"}, .input = "WELLE7\n"},
 //       {.time_limit = 5s});
 //
-// The end is that of the main process. Processes that it leaves in its session are ended with it,
-// in any process group; only a process with its own session (setsid) stays.
+// The end is that of the main process. All processes that it leaves are ended with it, in any
+// process group and session; only a process that outlive() has started stays.
 #pragma once
 
 #include <chrono>
@@ -14,6 +14,9 @@
 #include <functional>
 #include <string>
 #include <vector>
+
+#include <sys/types.h>
+#include <tl/expected.hpp>
 
 namespace millrace::services::batch {
 
@@ -64,5 +67,10 @@ using Unwanted = std::function<bool()>;
 /// Blocks until the process has ended; ends it early once `unwanted` returns true.
 Ended run(
     const Command& command, const Limits& limits, const Unwanted& unwanted = [] { return false; });
+
+/// Starts a program (found in PATH) in a session of its own that outlives the run from which this
+/// is called, once this has returned. Streams of the run become /dev/null. The error is the reason
+/// why it did not start.
+tl::expected<pid_t, std::string> outlive(std::vector<std::string> arguments);
 
 }  // namespace millrace::services::batch

@@ -1,4 +1,5 @@
 // millrace-batch as a process, called over the fabric.
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -180,6 +181,26 @@ TEST_F(BatchFolder, EndsAProgramWhoseCallIsWithdrawn) {
         [&] { return static_cast<bool>(std::ifstream(pids) >> leader); });
   caller.withdraw(request);
   await("the end of the program", [&] { return !fs::exists("/proc/" + std::to_string(leader)); });
+}
+
+TEST_F(BatchFolder, LeavesAProgramThatIsToOutliveItsCall) {
+  const fs::path leaves = programs / "leaves.sh";
+  std::ofstream(leaves)
+      << "#!/bin/sh\n"
+      << binary("millrace-batch")
+      << " outlive sh -c 'echo $$ >\"$1.part\"; mv \"$1.part\" \"$1\"; exec sleep "
+         "600' sh \"$1\"\n";
+  fs::permissions(leaves, fs::perms::owner_all);
+  configure(script(echo_uuid, "leaves.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  const fs::path file = folder.path() / "pid";
+  EXPECT_EQ(caller.call(echo_uuid, file.string()).state, 1U);
+  pid_t stays = 0;
+  await("the program's process id",
+        [&] { return static_cast<bool>(std::ifstream(file) >> stays); });
+  EXPECT_TRUE(fs::exists("/proc/" + std::to_string(stays)));
+  ::kill(stays, SIGKILL);
 }
 
 TEST_F(BatchFolder, FinishesARunningCallBeforeItLeaves) {
