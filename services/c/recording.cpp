@@ -252,7 +252,7 @@ millrace_code millrace_recording_next(millrace_recording* recording,
     auto next = recording->reading->next();
     if (!next) {
       recording->problems.clear();
-      for (const auto& problem : recording->reading->problems()) {
+      for (const auto& problem : recording->reading->problems().described()) {
         recording->problems.push_back(problem.to_string());
       }
       return MILLRACE_NOTHING;

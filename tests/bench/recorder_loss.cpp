@@ -233,7 +233,7 @@ Found count(const fs::path& file, std::uint64_t epoch, std::uint64_t calls) {
         }
       });
   if (!report.problems.empty()) {
-    throw std::runtime_error(report.problems.front().to_string());
+    throw std::runtime_error(report.problems[0].to_string());
   }
   const auto was_seen = [](const auto& call) {
     return (call.second.events & 1U << static_cast<unsigned>(fabric::EventKind::seen)) != 0;

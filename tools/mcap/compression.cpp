@@ -150,6 +150,12 @@ std::optional<Compression> compression_of(std::string_view name) {
   return std::nullopt;
 }
 
+std::uint64_t largest_content(std::uint64_t packed) {
+  constexpr std::uint64_t highest_ratio = 1000;
+  constexpr std::uint64_t always = std::uint64_t{8} << 20U;
+  return std::min(largest_uncompressed, std::max(always, highest_ratio * packed));
+}
+
 std::string compress(Compression compression, Bytes records) {
   switch (compression) {
     case Compression::lz4:
@@ -163,8 +169,10 @@ std::string compress(Compression compression, Bytes records) {
 }
 
 Done decompress(Compression compression, Bytes packed, std::uint64_t size, std::string& records) {
-  if (size > largest_uncompressed) {
-    return wrong("it would exceed the size limit");
+  if (const std::uint64_t most = largest_content(packed.size()); size > most) {
+    return wrong("it would exceed the size limit: the chunk declares " + std::to_string(size) +
+                 " bytes, and " + std::to_string(packed.size()) + " compressed bytes may hold " +
+                 std::to_string(most));
   }
   switch (compression) {
     case Compression::lz4:

@@ -26,6 +26,10 @@ std::optional<Compression> compression_of(std::string_view name);
 /// reader's memory.
 inline constexpr std::uint64_t largest_uncompressed = std::uint64_t{256} << 20U;
 
+/// The largest accepted content of `packed` bytes: 1000 times as many, since 8 kB of zstd can hold
+/// 256 MiB of zeros; but always 8 MiB, 32 times a chunk of our recorder.
+std::uint64_t largest_content(std::uint64_t packed);
+
 std::string compress(Compression compression, Bytes records);
 
 /// Decompresses `packed` into `records`. The result must have exactly `size` bytes, and `packed` no

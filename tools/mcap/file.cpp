@@ -31,7 +31,8 @@ void sync_folder_of(const std::filesystem::path& path) {
 }  // namespace
 
 tl::expected<FileSource, std::string> FileSource::open(const std::filesystem::path& path) {
-  return adopt(::open(path.c_str(), O_RDONLY | O_CLOEXEC), path);
+  // A pipe would wait for its writer.
+  return adopt(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC), path);
 }
 
 tl::expected<FileSource, std::string> FileSource::adopt(int descriptor,

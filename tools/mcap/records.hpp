@@ -220,7 +220,37 @@ struct Problem {
   bool operator==(const Problem&) const = default;
 };
 
-using Problems = std::vector<Problem>;
+/// The problems of a file, in its order. A file of a few kB can have millions: equal ones in a row
+/// are one, and only the first are kept.
+class Problems {
+ public:
+  static constexpr std::size_t most = 100;
+  /// Bytes of a text; it may contain a name from the file.
+  static constexpr std::size_t longest_text = 1000;
+
+  void add(Problem problem);
+
+  [[nodiscard]] std::size_t size() const { return list_.size(); }
+  [[nodiscard]] bool empty() const { return list_.empty(); }
+  /// With the number of those in a row, and at the end the number of those that are not kept:
+  /// "… (and 17 more of these, the last at byte 4800)".
+  [[nodiscard]] std::vector<Problem> described() const;
+  [[nodiscard]] const Problem& operator[](std::size_t index) const { return list_[index].first; }
+  bool operator==(const Problems&) const = default;
+
+ private:
+  /// Equal problems in a row.
+  struct Run {
+    Problem first;
+    std::uint64_t more = 0;
+    std::uint64_t last_offset = 0;
+    bool operator==(const Run&) const = default;
+  };
+
+  std::vector<Run> list_;
+  /// Those after the last one that is kept.
+  Run omitted_;
+};
 
 template <typename T>
 using Expected = tl::expected<T, Problem>;
@@ -233,8 +263,12 @@ inline tl::unexpected<Problem> problem(std::uint64_t offset, std::string text) {
 
 class Definitions {
  public:
+  /// Bytes of all together: they stay in memory, and a compressed chunk holds a thousand times its
+  /// size.
+  static constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20U;
+
   /// False if it is known already. Another definition of the same id is a problem, and the first
-  /// one stays.
+  /// one stays; so is one that exceeds the limit.
   Expected<bool> add(const Schema& schema, std::uint64_t offset);
   /// The same; a channel with an unknown schema is also a problem.
   Expected<bool> add(const Channel& channel, std::uint64_t offset);
@@ -247,8 +281,13 @@ class Definitions {
   [[nodiscard]] const std::map<ChannelId, Channel>& channels() const { return channels_; }
 
  private:
+  template <typename Definition>
+  Expected<bool> add_to(std::map<std::uint16_t, Definition>& all, const Definition& definition,
+                        const std::string& name, std::uint64_t offset);
+
   std::map<SchemaId, Schema> schemas_;
   std::map<ChannelId, Channel> channels_;
+  std::uint64_t bytes_ = 0;
 };
 
 }  // namespace millrace::tools::mcap

@@ -25,8 +25,10 @@ class Copier : public Visitor {
     keep(writer_.write(message));
   }
   void on_attachment(const Attachment& attachment) override { keep(writer_.write(attachment)); }
-  void on_metadata(const Metadata& metadata) override { metadata_.push_back(metadata); }
-  void on_problem(const Problem& problem) override { problems_.push_back(problem); }
+  void on_metadata(const Metadata& metadata, std::uint64_t) override {
+    metadata_.push_back(metadata);
+  }
+  void on_problem(const Problem& problem) override { problems_.add(problem); }
 
   [[nodiscard]] bool has_metadata() const { return !metadata_.empty(); }
   void write_metadata(const Revise& revise) {
@@ -78,7 +80,7 @@ tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
   }
   copier.write_metadata(revise);
   if (closed && !summary) {
-    copier.problems().push_back(summary.error());
+    copier.problems().add(summary.error());
   }
   return copier.result().and_then([&] { return writer.close(); }).map([&] {
     return RepairReport{writer.statistics(), std::move(copier.problems())};
@@ -105,6 +107,23 @@ std::filesystem::path free_repaired_name(const std::filesystem::path& damaged) {
   return name;
 }
 
+tl::expected<RepairReport, std::string> repair_into(
+    const std::filesystem::path& repaired,
+    const std::function<tl::expected<RepairReport, std::string>(Sink&)>& write) {
+  auto sink = FileSink::create(repaired);
+  if (!sink) {
+    return tl::unexpected(sink.error());
+  }
+  auto report = write(*sink);
+  if (auto finished = report ? sink->finish() : tl::expected<void, std::string>(); !finished) {
+    report = tl::unexpected(finished.error());
+  }
+  if (!report) {
+    sink->discard();
+  }
+  return report;
+}
+
 tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
                                                     const std::filesystem::path& repaired,
                                                     const std::string& library,
@@ -113,20 +132,11 @@ tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path&
   if (!source) {
     return tl::unexpected(source.error());
   }
-  auto sink = FileSink::create(repaired);
-  if (!sink) {
-    return tl::unexpected(sink.error());
-  }
-  auto report = repair(*source, *sink, library, revise);
-  if (!report) {
-    sink->discard();
-    return tl::unexpected(damaged.string() + ": " + report.error());
-  }
-  if (auto finished = sink->finish(); !finished) {
-    sink->discard();
-    return tl::unexpected(finished.error());
-  }
-  return report;
+  return repair_into(repaired, [&](Sink& sink) {
+    return repair(*source, sink, library, revise).map_error([&](const std::string& why) {
+      return damaged.string() + ": " + why;
+    });
+  });
 }
 
 }  // namespace millrace::tools::mcap

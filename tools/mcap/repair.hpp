@@ -31,6 +31,11 @@ tl::expected<RepairReport, std::string> repair(
 
 // Repair on disk.
 
+/// Lets `write` write the new file `repaired`, which is removed if that fails.
+tl::expected<RepairReport, std::string> repair_into(
+    const std::filesystem::path& repaired,
+    const std::function<tl::expected<RepairReport, std::string>(Sink&)>& write);
+
 /// The default name of a repaired file: "run.mcap" and "run.mcap.part" become "run.repaired.mcap".
 std::filesystem::path repaired_name(const std::filesystem::path& damaged);
 

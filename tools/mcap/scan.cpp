@@ -6,6 +6,7 @@
 
 #include "tools/mcap/codec.hpp"
 #include "tools/mcap/compression.hpp"
+#include "tools/mcap/summary.hpp"
 
 namespace millrace::tools::mcap {
 
@@ -275,8 +276,37 @@ class Scanner {
            "the CRC of all data is wrong although each chunk is correct: something outside of the "
            "chunks, or the CRC itself, is damaged"});
     }
-    closed_ = true;
     done_ = true;
+    closed_ = !has_appendix(offset_ + record_prefix_size + data_end_length);
+  }
+
+  /// Whether something follows the summary that begins at `start`: 'cat a b' makes such a file. It
+  /// is reported; a damaged summary is left to its reader.
+  bool has_appendix(std::uint64_t start) {
+    for (std::uint64_t at = start; at - start <= largest_summary;) {
+      source_.read(at, record_prefix_size, content_);
+      Cursor in(content_);
+      const std::uint8_t opcode = in.u8();
+      const std::uint64_t length = in.u64();
+      if (!in.ok() || length > source_.size() - at - record_prefix_size) {
+        return false;
+      }
+      at += record_prefix_size + length;
+      if (opcode != static_cast<std::uint8_t>(Opcode::footer)) {
+        continue;
+      }
+      source_.read(at, magic.size(), content_);
+      at += magic.size();
+      if (content_ != magic || at >= source_.size()) {
+        return false;
+      }
+      report({at, "the recording ends here, but the file continues: the " +
+                      std::to_string(source_.size() - at) +
+                      " bytes from here on are not read; 'tail -c +" + std::to_string(at + 1) +
+                      "' makes a file of them"});
+      return true;
+    }
+    return false;
   }
 
   void report(const Problem& problem) {
@@ -328,6 +358,13 @@ class Scanner {
         report({begin, "the chunk's records end inside a record"});
         break;
       }
+      if (opcode == 0) {
+        // Zeros are not records of length 0.
+        report({begin,
+                "a record of the chunk has the type 0, which does not exist; the rest of the "
+                "chunk is skipped"});
+        break;
+      }
       Cursor fields(content, begin + record_prefix_size);
       take(opcode, fields);
     }
@@ -349,8 +386,11 @@ class Scanner {
         return hand_out<Header>(in, &Visitor::on_header);
       case Opcode::attachment:
         return hand_out<Attachment>(in, &Visitor::on_attachment);
-      case Opcode::metadata:
-        return hand_out<Metadata>(in, &Visitor::on_metadata);
+      case Opcode::metadata: {
+        const std::uint64_t offset = prefix_of(in);
+        const auto metadata = decode<Metadata>(in);
+        return metadata ? visitor_.on_metadata(*metadata, offset) : report(metadata.error());
+      }
       default:
         return take(opcode, in);
     }

@@ -59,13 +59,13 @@ class Visitor {
   virtual void on_message(const Channel& /*channel*/, const Message& /*message*/,
                           std::uint64_t /*offset*/) {}
   virtual void on_attachment(const Attachment&) {}
-  virtual void on_metadata(const Metadata&) {}
+  virtual void on_metadata(const Metadata&, std::uint64_t /*offset*/) {}
   virtual void on_problem(const Problem&) {}
 };
 
 /// Scans the data section. `known` are definitions from elsewhere, normally the summary: they are
 /// announced first, and make messages readable whose own definitions are lost. Returns true if the
-/// data section has an end, that is if the file was closed.
+/// data section has an end, that is if the file was closed, and is the only one of the file.
 bool scan(Source& source, Definitions known, Visitor& visitor);
 
 }  // namespace millrace::tools::mcap

@@ -33,7 +33,7 @@ Expected<std::string> read_summary_bytes(Source& source, const Footer& footer) {
   const std::uint64_t footer_offset = source.size() - tail_size;
   const std::uint64_t start = footer.summary_start;
   if (start == 0) {
-    return problem(footer_offset, "the file has no summary");
+    return std::string();
   }
   if (start < magic.size() + data_end_size || start > footer_offset) {
     return problem(footer_offset, "the footer has an impossible position of the summary");
@@ -42,6 +42,9 @@ Expected<std::string> read_summary_bytes(Source& source, const Footer& footer) {
   source.read(start - data_end_size, 1, bytes);
   if (bytes.empty() || bytes[0] != static_cast<char>(Opcode::data_end)) {
     return problem(start, "there is no DataEnd record before the summary: the footer is damaged");
+  }
+  if (footer_offset - start > largest_summary) {
+    return problem(start, "the summary would exceed the size limit, 64 MiB");
   }
   const std::uint64_t covered = source.size() - start - magic.size() - sizeof footer.summary_crc;
   source.read(start, covered, bytes);
@@ -69,6 +72,7 @@ Expected<void> take(std::uint8_t opcode, Cursor in, Summary& summary) {
     case Opcode::channel:
       return define(decode<Channel>(in));
     case Opcode::statistics:
+      summary.has_statistics = true;
       return decode<Statistics>(in).map(
           [&](Statistics&& record) { summary.statistics = std::move(record); });
     case Opcode::chunk_index:
@@ -117,7 +121,6 @@ Expected<Summary> read_summary(Source& source) {
   }
   Summary summary;
   summary.header = std::move(*header);
-  bool has_statistics = false;
   Cursor in(*bytes, footer->summary_start);
   while (!in.empty()) {
     const std::uint8_t opcode = in.u8();
@@ -125,21 +128,27 @@ Expected<Summary> read_summary(Source& source) {
     if (!in.ok()) {
       return in.problem("last summary");
     }
-    has_statistics |= opcode == static_cast<std::uint8_t>(Opcode::statistics);
     const auto taken = take(opcode, Cursor(content, in.offset() - content.size()), summary);
     if (!taken) {
       return tl::unexpected(taken.error());
     }
   }
-  if (!has_statistics) {
-    return problem(footer->summary_start, "the summary has no statistics");
-  }
   return summary;
+}
+
+namespace {
+
+/// Of the metadata records of a file together, in bytes. The recorder writes some kB.
+constexpr std::uint64_t most_metadata = std::uint64_t{4} << 20U;
+
+Problem too_much_metadata(std::uint64_t offset, const std::string& name) {
+  return {offset, "the metadata record '" + name +
+                      "' exceeds the size limit of all such records, 4 MiB; it is not shown"};
 }
 
 Expected<Metadata> read_metadata(Source& source, const MetadataIndex& index) {
   std::string bytes;
-  source.read(index.offset, std::min(index.length, source.size()), bytes);
+  source.read(index.offset, index.length, bytes);
   Cursor in(bytes, index.offset);
   const bool is_metadata = in.u8() == static_cast<std::uint8_t>(Opcode::metadata);
   const Bytes content = in.take(in.u64());
@@ -150,7 +159,35 @@ Expected<Metadata> read_metadata(Source& source, const MetadataIndex& index) {
   return decode<Metadata>(fields);
 }
 
+}  // namespace
+
+std::vector<Metadata> read_metadata(Source& source, const Summary& summary, Problems& problems) {
+  std::vector<Metadata> all;
+  std::uint64_t size = 0;
+  for (const MetadataIndex& index : summary.metadata) {
+    if (index.length > most_metadata - size) {
+      problems.add(too_much_metadata(index.offset, index.name));
+      continue;
+    }
+    size += index.length;
+    if (auto metadata = read_metadata(source, index)) {
+      all.push_back(std::move(*metadata));
+    } else {
+      problems.add(std::move(metadata.error()));
+    }
+  }
+  return all;
+}
+
 namespace {
+
+std::uint64_t size_of(const Metadata& metadata) {
+  std::uint64_t size = metadata.name.size();
+  for (const auto& [key, value] : metadata.values) {
+    size += sizeof(StringMap::value_type) + key.size() + value.size();
+  }
+  return size;
+}
 
 void count(Survey& survey, const std::string& compression, std::uint64_t stored,
            std::uint64_t uncompressed) {
@@ -184,11 +221,15 @@ class Counter : public Visitor {
     ++all.channel_messages[channel.id];
   }
   void on_attachment(const Attachment&) override { ++statistics().attachments; }
-  void on_metadata(const Metadata& metadata) override {
-    survey_.metadata.push_back(metadata);
+  void on_metadata(const Metadata& metadata, std::uint64_t offset) override {
     ++statistics().metadata;
+    if (size_of(metadata) > most_metadata - metadata_size_) {
+      return survey_.problems.add(too_much_metadata(offset, metadata.name));
+    }
+    metadata_size_ += size_of(metadata);
+    survey_.metadata.push_back(metadata);
   }
-  void on_problem(const Problem& problem) override { survey_.problems.push_back(problem); }
+  void on_problem(const Problem& problem) override { survey_.problems.add(problem); }
 
   Survey& survey() { return survey_; }
 
@@ -196,39 +237,37 @@ class Counter : public Visitor {
   Statistics& statistics() { return survey_.summary.statistics; }
 
   Survey survey_;
+  std::uint64_t metadata_size_ = 0;
 };
 
-Survey survey_by_scan(Source& source, Problem why) {
+Survey survey_by_scan(Source& source, const Expected<Summary>& summary) {
   Counter counter;
-  if (scan(source, {}, counter)) {
-    // The data have an end, so a missing summary is a new problem; otherwise the scan has reported
+  const bool closed = scan(source, {}, counter);
+  Survey& survey = counter.survey();
+  survey.closed = closed && summary;
+  if (closed && !summary) {
+    // The data have an end, so a damaged summary is a new problem; otherwise the scan has reported
     // it.
-    counter.survey().problems.push_back(std::move(why));
+    survey.problems.add(summary.error());
   }
-  return std::move(counter.survey());
+  return std::move(survey);
 }
 
 }  // namespace
 
 Survey survey(Source& source) {
   auto summary = read_summary(source);
-  if (!summary) {
-    return survey_by_scan(source, std::move(summary.error()));
+  if (!summary || !summary->has_statistics) {
+    return survey_by_scan(source, summary);
   }
   Survey result;
   result.from_summary = true;
+  result.closed = true;
   result.summary = std::move(*summary);
   for (const ChunkIndex& chunk : result.summary.chunks) {
     count(result, chunk.compression, chunk.compressed_size, chunk.uncompressed_size);
   }
-  for (const MetadataIndex& index : result.summary.metadata) {
-    auto metadata = read_metadata(source, index);
-    if (metadata) {
-      result.metadata.push_back(std::move(*metadata));
-    } else {
-      result.problems.push_back(std::move(metadata.error()));
-    }
-  }
+  result.metadata = read_metadata(source, result.summary, result.problems);
   return result;
 }
 

@@ -27,7 +27,11 @@ void ChunkBuilder::add(const Message& message) {
 }
 
 ChunkIndex ChunkBuilder::finish(std::string& out, std::uint64_t base, Compression compression) {
-  if (records_.size() > largest_uncompressed) {
+  std::string packed;
+  if (records_.size() <= largest_uncompressed && compression != Compression::none) {
+    packed = compress(compression, records_);
+  }
+  if (records_.size() > largest_content(packed.size())) {
     compression = Compression::none;
   }
   ChunkIndex place;
@@ -36,8 +40,6 @@ ChunkIndex ChunkBuilder::finish(std::string& out, std::uint64_t base, Compressio
   place.uncompressed_size = records_.size();
   place.compression = name_of(compression);
   place.chunk_offset = base + out.size();
-  const std::string packed =
-      compression == Compression::none ? std::string() : compress(compression, records_);
   const Bytes stored = compression == Compression::none ? Bytes(records_) : Bytes(packed);
   place.compressed_size = stored.size();
   append(out, Chunk{start_, end_, records_.size(), crc32(records_), place.compression, stored});

@@ -120,10 +120,12 @@ std::vector<Topic> topics_of(const mcap::Summary& summary) {
 
 std::string text_of(const std::string& file, std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
-  std::string text = fmt::format(
-      "{}: {}, {}\nwritten by  {}\n", file, size_text(size),
-      survey.from_summary ? "closed" : "without a valid summary: the whole file was read",
-      shown(survey.summary.header.library));
+  std::string text =
+      fmt::format("{}: {}, {}\nwritten by  {}\n", file, size_text(size),
+                  survey.from_summary ? "closed"
+                  : survey.closed     ? "closed, without statistics: the whole file was read"
+                                      : "without a valid summary: the whole file was read",
+                  shown(survey.summary.header.library));
   if (counts.messages > 0) {
     text += fmt::format("recorded    {} to {} ({})\n", time_text(time_of(counts.start)),
                         time_text(time_of(counts.end)),
@@ -156,7 +158,7 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
   boost::json::object out;
   out["size"] = size;
-  out["closed"] = survey.from_summary;
+  out["closed"] = survey.closed;
   out["library"] = utf8(survey.summary.header.library);
   put_time(out, "start", time_of(counts.start));
   put_time(out, "end", time_of(counts.end));
@@ -191,7 +193,7 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   }
   out["attachments"] = std::move(attachments);
   boost::json::array problems;
-  for (const mcap::Problem& problem : survey.problems) {
+  for (const mcap::Problem& problem : survey.problems.described()) {
     problems.push_back({{"offset", problem.offset}, {"text", utf8(problem.text)}});
   }
   out["problems"] = std::move(problems);

@@ -8,6 +8,7 @@
 #include "tools/mcap/file.hpp"
 #include "tools/print/recording_report.hpp"
 #include "tools/recording/completeness.hpp"
+#include "tools/recording/lcm_log.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::recorder {
@@ -114,6 +115,10 @@ tl::expected<mcap::RepairReport, std::string> repair_recording(
   auto source = mcap::FileSource::open(damaged);
   if (!source) {
     return tl::unexpected(source.error());
+  }
+  if (recording::is_lcm_log(*source)) {
+    return mcap::repair_into(
+        repaired, [&](mcap::Sink& sink) { return recording::repair_lcm_log(*source, sink); });
   }
   const Count count(*source);
   return mcap::repair_file(damaged, repaired, library,

@@ -57,7 +57,7 @@ class RecordingFile {
 // A complete recording from one that was cut or damaged.
 
 /// mcap::repair_file(), with the recorder's counts counted again: some may be lost. The counts of
-/// received and lost samples are unknown.
+/// received and lost samples are unknown. A log of LCM becomes one with its whole events.
 tl::expected<mcap::RepairReport, std::string> repair_recording(
     const std::filesystem::path& damaged, const std::filesystem::path& repaired,
     const std::string& library);

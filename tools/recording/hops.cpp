@@ -65,7 +65,8 @@ void HopStatistics::count(const Call& call) {
     if (use_) {
       use_(call.uuid, static_cast<Hop>(hop), *times.at(hop));
     } else {
-      services_[call.uuid].at(hop).add(*times.at(hop));
+      const bool has_room = services_.size() < most_services || services_.contains(call.uuid);
+      services_[has_room ? call.uuid : further_services].at(hop).add(*times.at(hop));
     }
   }
 }

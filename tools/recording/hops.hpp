@@ -52,6 +52,11 @@ class HopStatistics {
   /// Called for each hop of each call that counts, by its canonical UUID.
   using Use = std::function<void(const std::string&, Hop, std::chrono::nanoseconds)>;
 
+  /// A plant has some ten; a file can have millions, and the times of each take up to 100 kB.
+  static constexpr std::size_t most_services = 1000;
+  /// The name of those beyond.
+  static constexpr const char* further_services = "(further services)";
+
   HopStatistics() = default;
   /// `use` counts instead; services() stays empty.
   explicit HopStatistics(Use use) : use_(std::move(use)) {}

@@ -36,7 +36,7 @@ int list(const CallsOptions& options) {
   const auto read = recording::read_entries(
       source, options.filter, [&](const recording::Entry& entry) { calls.add(entry); });
   print_listing(calls::recorded_listing(), calls.rows(), options.output);
-  return report(options.file, read.problems);
+  return report(options.file, read.problems, read.has_read);
 }
 
 int show(const CallsOptions& options) {
@@ -55,7 +55,7 @@ int show(const CallsOptions& options) {
   } else {
     fmt::print("{}", print::text_of(timeline));
   }
-  return report(options.file, read.problems);
+  return report(options.file, read.problems, read.has_read);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ int print_entries(const CatOptions& options) {
     fmt::print(stderr, "{}: {} messages of other programs are not shown\n", options.file.string(),
                report_read.foreign);
   }
-  return report(options.file, report_read.problems);
+  return report(options.file, report_read.problems, report_read.has_read);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ int write(const ExportOptions& options, std::ostream& out) {
                options.output.empty() ? "standard output" : options.output);
     return base::program::exit_failed;
   }
-  return report(options.file, read.problems);
+  return report(options.file, read.problems, read.has_read);
 }
 
 int export_file(const ExportOptions& options) {

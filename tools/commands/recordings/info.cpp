@@ -19,7 +19,7 @@ struct InfoOptions {
 
 int info(const InfoOptions& options) {
   mcap::FileSource source = open(options.file);
-  const mcap::Survey survey = mcap::survey(source);
+  const mcap::Survey survey = recording::survey(source);
   recording::HopStatistics hops;
   if (options.hops) {
     recording::read_entries(source, {}, [&](const recording::Entry& entry) { hops.add(entry); });
@@ -35,7 +35,8 @@ int info(const InfoOptions& options) {
     fmt::print("{}{}", print::text_of(options.file.string(), source.size(), survey),
                options.hops ? '\n' + print::hops_text(hops) : "");
   }
-  return report(options.file, survey.problems);
+  return report(options.file, survey.problems,
+                survey.summary.statistics.messages > 0 || !survey.metadata.empty());
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
-#include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::recordings {
 
@@ -33,19 +32,19 @@ mcap::FileSource open(const std::filesystem::path& file) {
   return std::move(*source);
 }
 
-int report(const std::filesystem::path& file, const mcap::Problems& problems) {
+int report(const std::filesystem::path& file, const mcap::Problems& problems, bool has_read) {
   // Standard output first, where both go to one terminal.
   std::fflush(stdout);
-  for (const mcap::Problem& problem : problems) {
+  for (const mcap::Problem& problem : problems.described()) {
     fmt::print(stderr, "{}: {}\n", file.string(), base::text::safe(problem.to_string()));
   }
   if (problems.empty()) {
     return program::exit_done;
   }
-  auto source = mcap::FileSource::open(file);
-  const bool is_ours = source && !recording::is_lcm_log(*source);
-  fmt::print(stderr, "Everything else in {} has been read{}.\n", file.string(),
-             is_ours ? "; 'millrace recording repair' makes a whole file of it" : "");
+  fmt::print(stderr, "{} {}{}.\n",
+             has_read ? "Everything else has been read from" : "Nothing can be read from",
+             file.string(),
+             has_read ? "; 'millrace recording repair' makes a whole file of it" : "");
   return program::exit_failed;
 }
 

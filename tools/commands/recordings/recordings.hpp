@@ -24,7 +24,8 @@ void add_file(CLI::App& command, std::filesystem::path& file);
 /// Throws UsageError if it cannot be read.
 mcap::FileSource open(const std::filesystem::path& file);
 
-/// Names each problem on standard error; returns the exit code, which tells whether there are any.
-int report(const std::filesystem::path& file, const mcap::Problems& problems);
+/// Names each problem on standard error, and whether anything else was read; returns the exit code,
+/// which tells whether there are any.
+int report(const std::filesystem::path& file, const mcap::Problems& problems, bool has_read);
 
 }  // namespace millrace::tools::commands::recordings

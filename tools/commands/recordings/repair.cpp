@@ -24,7 +24,7 @@ void show(const RepairOptions& options, const std::filesystem::path& output,
           const mcap::RepairReport& report) {
   if (options.json) {
     boost::json::array problems;
-    for (const mcap::Problem& problem : report.problems) {
+    for (const mcap::Problem& problem : report.problems.described()) {
       problems.emplace_back(print::utf8(problem.to_string()));
     }
     print::print_json(boost::json::object{{"file", print::utf8(output.string())},
@@ -33,7 +33,7 @@ void show(const RepairOptions& options, const std::filesystem::path& output,
                                           {"problems", std::move(problems)}});
     return;
   }
-  for (const mcap::Problem& problem : report.problems) {
+  for (const mcap::Problem& problem : report.problems.described()) {
     fmt::print("{}: {}\n", options.file.string(), base::text::safe(problem.to_string()));
   }
   fmt::print("{}: {} messages in {} chunks\n", output.string(), report.saved.messages,

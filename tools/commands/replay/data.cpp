@@ -64,28 +64,27 @@ class DataReplay {
 
   int run() {
     wait_for(time_to_be_found);
-    mcap::Problems problems;
+    recording::ReadReport read;
     const auto begun = Clock::now();
     for (std::size_t round = 0; !interrupted_ && (options_.rounds == 0 || round < options_.rounds);
          ++round) {
-      problems = play();
+      read = play();
     }
     const auto took = Clock::now() - begun;
     take_back();
     progress_.clear();
     report(took);
     return std::max(interrupted_ || refused_ > 0 ? program::exit_failed : program::exit_done,
-                    recordings::report(options_.file, problems));
+                    recordings::report(options_.file, read.problems, read.has_read));
   }
 
  private:
-  mcap::Problems play() {
+  recording::ReadReport play() {
     start_ = Clock::now();
     wall_ = std::chrono::system_clock::now();
     try {
       return recording::read_entries(source_, filter_,
-                                     [this](const recording::Entry& entry) { send(entry); })
-          .problems;
+                                     [this](const recording::Entry& entry) { send(entry); });
     } catch (const Interrupted&) {
       return {};
     }
@@ -224,7 +223,7 @@ int data(const Options& options) {
   const auto read = recording::read_entries(
       source, filter, [&](const recording::Entry& entry) { plan.add(entry); });
   if (plan.channels().empty()) {
-    recordings::report(options.file, read.problems);
+    recordings::report(options.file, read.problems, read.has_read);
     throw program::UsageError(
         fmt::format("{} has no machine data and no event of a program that passes the filters; "
                     "'millrace recording "

@@ -175,7 +175,7 @@ int replay(const Options& options) {
   const Plan plan = builder.build({.max_gap = options.max_gap});
   report_skipped(plan);
   if (plan.calls.empty()) {
-    recordings::report(options.file, read.problems);
+    recordings::report(options.file, read.problems, read.has_read);
     throw program::UsageError(fmt::format(
         "{} has no call to replay{}; 'millrace recording cat --kind request' lists what it has",
         options.file.string(), plan.skipped.empty() ? " that passes the filters" : ""));
@@ -183,7 +183,7 @@ int replay(const Options& options) {
   const int result = options.to_services  ? to_services(options, plan)
                      : options.as_service ? as_service(options, plan)
                                           : as_cnc(options, plan);
-  return std::max(result, recordings::report(options.file, read.problems));
+  return std::max(result, recordings::report(options.file, read.problems, read.has_read));
 }
 
 }  // namespace

@@ -97,15 +97,15 @@ void describe(boost::json::object& out, mcap::Source& file) {
     }
   }
   put_machines(out, machines);
-  for (const mcap::MetadataIndex& index : summary->metadata) {
-    const auto metadata = mcap::read_metadata(file, index);
-    if (!metadata || metadata->name != print::recorder_metadata) {
+  mcap::Problems ignored;
+  for (const mcap::Metadata& metadata : mcap::read_metadata(file, *summary, ignored)) {
+    if (metadata.name != print::recorder_metadata) {
       continue;
     }
     for (const auto& [key, name] :
          {std::pair(print::calls_ended, "calls"), std::pair(print::calls_failed, "failed")}) {
-      const auto value = metadata->values.find(key);
-      const auto number = value == metadata->values.end()
+      const auto value = metadata.values.find(key);
+      const auto number = value == metadata.values.end()
                               ? std::nullopt
                               : base::text::parse_number<std::uint64_t>(value->second);
       if (number) {
@@ -203,7 +203,7 @@ Recordings::Result<boost::json::object> Recordings::list() const {
 Recordings::Result<boost::json::object> Recordings::info(const std::string& name) const {
   return source(name).map([&](mcap::FileSource file) {
     recording::HopStatistics hops;
-    boost::json::object out = print::json_of(file.size(), mcap::survey(file));
+    boost::json::object out = print::json_of(file.size(), recording::survey(file));
     read_while(file, {}, [&](const recording::Entry& entry) {
       hops.add(entry);
       return !*stopped_;

@@ -212,6 +212,140 @@ TEST(McapDamage, ALargeAnnouncedSizeAllocatesNoMemory) {
   }
 }
 
+// A small file that holds much.
+
+/// A file with one chunk of `records`, without a summary.
+std::string file_of(Compression compression, const std::string& records) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  append(bytes, Chunk{1, 2, records.size(), 0, std::string(name_of(compression)),
+                      compress(compression, records)});
+  append(bytes, DataEnd{0});
+  append_footer(bytes, {}, 0);
+  return bytes.append(magic);
+}
+
+TEST(McapDamage, AChunkThatHoldsAThousandTimesItsSizeIsNotDecompressed) {
+  const std::string bytes = file_of(Compression::zstd, std::string(std::size_t{64} << 20U, '\0'));
+  ASSERT_LT(bytes.size(), 10'000U);
+  Memory file(bytes);
+  const Survey sut = survey(file);
+  ASSERT_EQ(sut.problems.size(), 1U);
+  EXPECT_NE(sut.problems[0].text.find("the chunk declares 67108864 bytes, and "), std::string::npos)
+      << sut.problems[0].text;
+}
+
+TEST(McapDamage, ZerosInAChunkAreOneProblem) {
+  for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd}) {
+    const auto sut = scan_all(file_of(compression, std::string(1'000'000, '\0')));
+    EXPECT_EQ(sut.problems.described().size(), 1U);
+    EXPECT_EQ(sut.problems.size(), 1U);
+  }
+}
+
+TEST(McapDamage, EqualProblemsInARowAreOne) {
+  std::string records;
+  for (int i = 0; i < 1000; ++i) {
+    append(records, DataEnd{0});
+  }
+  const auto sut = scan_all(file_of(Compression::none, records)).problems;
+  ASSERT_EQ(sut.size(), 1U);
+  EXPECT_NE(sut.described()[0].text.find("(and 999 more of these, the last at byte "),
+            std::string::npos)
+      << sut.described()[0].text;
+}
+
+TEST(McapDamage, OnlyTheFirstOfManyProblemsAreKept) {
+  Problems sut;
+  for (std::uint64_t i = 0; i < 1'000'000; ++i) {
+    sut.add({i, std::string(i == 0 ? 1'000'000 : 1, i % 2 == 0 ? 'a' : 'b')});
+  }
+  const auto described = sut.described();
+  ASSERT_EQ(described.size(), Problems::most + 1);
+  EXPECT_LT(described.front().text.size(), Problems::longest_text + 10);
+  EXPECT_EQ(described.back().to_string(),
+            "at byte 100: from here on 999900 more problems are not listed, the last at byte "
+            "999999");
+}
+
+TEST(McapDamage, DefinitionsBeyondTheirLimitAreNotKept) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  for (SchemaId id = 1; id <= 100; ++id) {
+    std::string records;
+    append(records, Schema{id, "s", "", std::string(std::size_t{1} << 20U, ' ')});
+    append(bytes, Chunk{1, 2, records.size(), 0, "zstd", compress(Compression::zstd, records)});
+  }
+  append(bytes, DataEnd{0});
+  append_footer(bytes, {}, 0);
+  Memory file(bytes.append(magic));
+  ASSERT_LT(file.size(), 100'000U);
+  const Survey sut = survey(file);
+  EXPECT_EQ(sut.summary.definitions.schemas().size(), 63U);
+  EXPECT_NE(sut.problems[0].text.find("size limit of all definitions"), std::string::npos);
+}
+
+TEST(McapDamage, AMetadataRecordThatASummaryNamesAThousandTimesIsReadWithinALimit) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  const std::uint64_t place = bytes.size();
+  append(bytes, Metadata{"large", {{"", std::string(1'000'000, 'x')}}});
+  const std::uint64_t length = bytes.size() - place;
+  append(bytes, DataEnd{0});
+  const std::uint64_t start = bytes.size();
+  append(bytes, Statistics{});
+  for (int i = 0; i < 1000; ++i) {
+    append(bytes, MetadataIndex{place, length, "large"});
+  }
+  append_footer(bytes, {start, 0}, crc32(Bytes(bytes).substr(start)));
+  Memory file(bytes.append(magic));
+  const Survey sut = survey(file);
+  EXPECT_TRUE(sut.from_summary);
+  EXPECT_EQ(sut.metadata.size(), 4U);
+  ASSERT_EQ(sut.problems.size(), 1U);
+  EXPECT_NE(sut.problems.described()[0].text.find("(and 995 more of these"), std::string::npos)
+      << sut.problems.described()[0].text;
+}
+
+// Valid files that our recorder does not write.
+
+TEST(McapSurvey, OfAFileWithoutSummaryOrStatisticsIsCountedAndHasNoProblem) {
+  std::string records;
+  append(records, Channel{4, 0, "topic", "json", {}});
+  append(records, Message{4, 1, 10, 10, "{}"});
+  const std::string without_summary = file_of(Compression::lz4, records);
+  std::string without_statistics = without_summary;
+  without_statistics.resize(without_statistics.size() - magic.size() - 29);
+  const std::uint64_t start = without_statistics.size();
+  append(without_statistics, Channel{4, 0, "topic", "json", {}});
+  append_footer(without_statistics, {start, 0}, crc32(Bytes(without_statistics).substr(start)));
+  without_statistics += magic;
+  for (const std::string& bytes : {without_summary, without_statistics}) {
+    Memory file(bytes);
+    const Survey sut = survey(file);
+    EXPECT_EQ(sut.problems, Problems{}) << sut.problems[0].text;
+    EXPECT_TRUE(sut.closed);
+    EXPECT_FALSE(sut.from_summary);
+    EXPECT_EQ(sut.summary.statistics.messages, 1U);
+    Memory repaired;
+    EXPECT_EQ(repair(file, repaired, "test")->problems, Problems{});
+  }
+}
+
+TEST(McapDamage, ASecondFileBehindTheFirstIsReported) {
+  const std::string first = sample_file(2, 3).bytes;
+  const std::string second = sample_file(1, 3).bytes;
+  Memory file(first + second);
+  const Survey sut = survey(file);
+  EXPECT_FALSE(sut.closed);
+  ASSERT_EQ(sut.problems.size(), 1U);
+  EXPECT_EQ(sut.problems[0].to_string(),
+            "at byte " + std::to_string(first.size()) +
+                ": the recording ends here, but the file continues: the " +
+                std::to_string(second.size()) + " bytes from here on are not read; 'tail -c +" +
+                std::to_string(first.size() + 1) + "' makes a file of them");
+}
+
 TEST(McapDamage, AProblemInsideOfACompressedChunkHasTheChunksPlace) {
   std::string records;
   append(records, Message{9, 1, 10, 10, "{}"});

@@ -16,9 +16,9 @@ class Collector : public Visitor {
     scanned.messages.push_back(
         {message.channel, message.sequence, message.log_time, std::string(message.data)});
   }
-  void on_metadata(const Metadata&) override { ++scanned.metadata; }
+  void on_metadata(const Metadata&, std::uint64_t) override { ++scanned.metadata; }
   void on_attachment(const Attachment&) override { ++scanned.attachments; }
-  void on_problem(const Problem& problem) override { scanned.problems.push_back(problem); }
+  void on_problem(const Problem& problem) override { scanned.problems.add(problem); }
 
   Scanned scanned;
 };

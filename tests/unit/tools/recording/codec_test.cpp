@@ -13,6 +13,7 @@
 #include "idl/recording.pb.h"
 #include "tests/unit/tools/recording/one_call.hpp"
 #include "tools/mcap/summary.hpp"
+#include "tools/recording/lcm_log.hpp"
 #include "tools/recording/reader.hpp"
 #include "tools/recording/writer.hpp"
 
@@ -304,7 +305,7 @@ TEST(LcmLog, IsReadAsARecording) {
   const Read sut = read(mirrored(1) + event("CAMERA", std::string(100'000, 'p')) + mirrored(2) +
                         event("MILLRACE_PRESENCE", "x") + mirrored(3));
   EXPECT_THAT(sut.numbers, ElementsAre(1, 2, 3));
-  EXPECT_THAT(sut.report.problems, IsEmpty());
+  EXPECT_THAT(sut.report.problems.described(), IsEmpty());
   EXPECT_EQ(sut.report.foreign, 2U);
   EXPECT_THAT(read(mirrored(1) + mirrored(2), {.call = fabric::CallId{5, 2}}).numbers,
               ElementsAre(2));
@@ -315,7 +316,7 @@ TEST(LcmLog, ThatIsCutOffIsReadUpToThere) {
   for (std::size_t size = mirrored(1).size() + 1; size < whole.size(); ++size) {
     const Read sut = read(whole.substr(0, size));
     ASSERT_THAT(sut.numbers, ElementsAre(1)) << size;
-    ASSERT_THAT(sut.report.problems, SizeIs(1)) << size;
+    ASSERT_THAT(sut.report.problems.described(), SizeIs(1)) << size;
     EXPECT_EQ(sut.report.problems[0].offset, mirrored(1).size());
   }
 }
@@ -323,18 +324,57 @@ TEST(LcmLog, ThatIsCutOffIsReadUpToThere) {
 TEST(LcmLog, IsReadAfterADamagedPlace) {
   const Read torn = read(mirrored(1) + "torn"s + mirrored(2));
   EXPECT_THAT(torn.numbers, ElementsAre(1, 2));
-  EXPECT_THAT(torn.report.problems.at(0).text, HasSubstr("4 bytes are skipped"));
+  EXPECT_THAT(torn.report.problems[0].text, HasSubstr("4 bytes are skipped"));
   std::string huge = mirrored(1);
   huge[24] = '\x7F';
   const Read sut = read(huge + mirrored(2));
   EXPECT_THAT(sut.numbers, ElementsAre(2));
-  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("after the end of the file"));
+  EXPECT_THAT(sut.report.problems[0].text, HasSubstr("after the end of the file"));
+}
+
+TEST(LcmLog, IsALogWithoutTheBeginOfItsFirstEvent) {
+  const std::string whole = mirrored(1) + mirrored(2) + mirrored(3);
+  for (std::size_t cut = 1; cut < mirrored(1).size(); ++cut) {
+    const Read sut = read(whole.substr(cut));
+    ASSERT_THAT(sut.numbers, ElementsAre(2, 3)) << cut;
+    ASSERT_THAT(sut.report.problems.described(), SizeIs(1)) << cut;
+  }
+}
+
+TEST(LcmLog, HasNothingReadableIfItsOnlyEventIsCut) {
+  const std::string whole = mirrored(1);
+  for (std::size_t size = 5; size < whole.size(); ++size) {
+    const Read sut = read(whole.substr(0, size));
+    ASSERT_FALSE(sut.report.has_read) << size;
+    ASSERT_THAT(sut.report.problems.described(), SizeIs(1)) << size;
+  }
+}
+
+TEST(LcmLog, HasASurvey) {
+  mcap::Memory file(mirrored(1) + event("CAMERA", std::string(100'000, 'p')) + mirrored(2));
+  const mcap::Survey sut = recording::survey(file);
+  EXPECT_TRUE(sut.closed);
+  EXPECT_EQ(sut.summary.statistics.messages, 3U);
+  EXPECT_EQ(sut.summary.statistics.start, 2000U);
+  ASSERT_EQ(sut.summary.definitions.channels().size(), 2U);
+  EXPECT_EQ(sut.summary.definitions.channel(1)->topic, "CAMERA");
+}
+
+TEST(LcmLog, IsRepairedByTheCopyOfItsWholeEvents) {
+  const std::string camera = event("CAMERA", std::string(3'000'000, 'p'));
+  mcap::Memory damaged("torn" + mirrored(1) + "torn" + camera + mirrored(2).substr(0, 40));
+  mcap::Memory repaired;
+  const auto report = repair_lcm_log(damaged, repaired);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->saved.messages, 2U);
+  EXPECT_EQ(report->problems.size(), 2U) << "the first two are equal";
+  EXPECT_TRUE(repaired.bytes() == mirrored(1) + camera);
 }
 
 TEST(LcmLog, ReportsInvalidMirrorMessages) {
   const Read sut = read(mirrored(1) + event("MILLRACE_MIRROR.request", "nonsense!"));
   EXPECT_THAT(sut.numbers, ElementsAre(1));
-  EXPECT_THAT(sut.report.problems.at(0).text, HasSubstr("on MILLRACE_MIRROR.request: "));
+  EXPECT_THAT(sut.report.problems[0].text, HasSubstr("on MILLRACE_MIRROR.request: "));
 }
 
 }  // namespace
