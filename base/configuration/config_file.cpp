@@ -1,14 +1,12 @@
 #include "base/configuration/config_file.hpp"
 
 #include <cassert>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
+
+#include "base/posix/guarded_file.hpp"
 
 namespace millrace::base::configuration {
 
@@ -39,15 +37,13 @@ class SyntaxErrors : public google::protobuf::io::ErrorCollector {
 }  // namespace
 
 tl::expected<std::string, std::string> read_text(const std::filesystem::path& file) {
-  errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  // A folder can be opened but not read.
-  if (!in || !(text << in.rdbuf())) {
-    const std::string reason = errno != 0 ? std::strerror(errno) : "it is empty";
-    return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), reason));
+  // Others could choose what a process runs, or to whom it talks.
+  if (const auto fault = base::posix::fault_of_file(file, base::posix::Secrecy::open)) {
+    return tl::unexpected(fmt::format("{}: {}; {}", file.string(), fault->what, fault->advice));
   }
-  return text.str();
+  return base::posix::read_regular(file).map_error([&](const std::string& reason) {
+    return fmt::format("{}: cannot be read: {}", file.string(), reason);
+  });
 }
 
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,

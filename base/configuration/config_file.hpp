@@ -47,7 +47,7 @@ class ConfigPlaces {
   google::protobuf::TextFormat::ParseInfoTree tree_;
 };
 
-/// The text of a file.
+/// The text of a regular file that not all users of the host can write.
 tl::expected<std::string, std::string> read_text(const std::filesystem::path& file);
 
 /// As read_config, for text in memory; `name` is the file's name in messages. Fills `places`.

@@ -47,7 +47,9 @@ Result sync_folder(const fs::path& file) {
 }
 
 Result write_new(const fs::path& file, std::string_view content, mode_t mode) {
-  const Fd fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode));
+  // What is there is left over, or a link that leads elsewhere.
+  ::unlink(file.c_str());
+  const Fd fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (!fd) {
     return failed("cannot create", file);
   }

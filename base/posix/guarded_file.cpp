@@ -1,11 +1,15 @@
 #include "base/posix/guarded_file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/posix/system.hpp"
 
 namespace millrace::base::posix {
 
@@ -21,7 +25,47 @@ std::optional<FileFault> fault_of_writers(const std::filesystem::path& path, mod
       "`chmod go-w " + path.string() + "`, and replace it if others may have changed it"};
 }
 
-std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy secrecy) {
+}  // namespace
+
+tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file) {
+  const Fd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  struct stat status {};
+  if (!fd || ::fstat(fd.get(), &status) != 0) {
+    return tl::unexpected(std::string(std::strerror(errno)));
+  }
+  if (!S_ISREG(status.st_mode)) {
+    return tl::unexpected(std::string("it is not a regular file"));
+  }
+  std::string text;
+  std::array<char, 16384> part{};
+  while (text.size() <= largest_file) {
+    const ssize_t size = ::read(fd.get(), part.data(), part.size());
+    if (size == 0) {
+      return text;
+    }
+    if (size < 0 && errno != EINTR) {
+      return tl::unexpected(std::string(std::strerror(errno)));
+    }
+    text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  }
+  return tl::unexpected("it has more than " + std::to_string(largest_file >> 20U) + " MiB");
+}
+
+tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file) {
+  return read_regular(file).and_then(
+      [](std::string text) -> tl::expected<std::string, std::string> {
+        if (text.empty()) {
+          return tl::unexpected(std::string("it is empty"));
+        }
+        text.resize(std::min(text.find('\n'), text.size()));
+        if (text.ends_with('\r')) {
+          text.pop_back();
+        }
+        return text;
+      });
+}
+
+std::optional<FileFault> fault_of_file(const std::filesystem::path& file, Secrecy secrecy) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) {
     return {};  // reading it reports the reason
@@ -38,25 +82,19 @@ std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy sec
                           secrecy == Secrecy::secret ? S_IWGRP | S_IWOTH : S_IWOTH);
 }
 
-}  // namespace
-
 tl::expected<std::string, FileFault> read_guarded(const std::filesystem::path& file,
                                                   Secrecy secrecy) {
-  if (auto fault = fault_of(file, secrecy)) {
+  if (auto fault = fault_of_file(file, secrecy)) {
     return tl::unexpected(*std::move(fault));
   }
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) {
-    const int reason = errno;
-    return tl::unexpected(
-        FileFault{std::string("cannot be read (") + std::strerror(reason) + ")",
-                  reason == EACCES
-                      ? "it and its folder have to be readable for the user of this program: see "
-                        "`chown` and `chmod`"
-                      : ""});
-  }
-  return text;
+  return read_regular(file).map_error([](const std::string& reason) {
+    return FileFault{
+        "cannot be read (" + reason + ")",
+        reason == std::strerror(EACCES)
+            ? "it and its folder have to be readable for the user of this program: see "
+              "`chown` and `chmod`"
+            : ""};
+  });
 }
 
 std::optional<FileFault> fault_of_folder(const std::filesystem::path& folder) {

@@ -1,3 +1,7 @@
+// Reads whole files that people name: configurations, certificates, passwords.
+//
+//   if (auto text = read_regular(file); !text) … text.error()
+//
 // Reads files that decide whom a process trusts, and its own credentials. A file must not be
 // writable by other users; a secret must not be readable by all of them.
 //
@@ -5,6 +9,7 @@
 //   if (!key) … key.error().what, key.error().advice
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -13,6 +18,16 @@
 #include <tl/expected.hpp>
 
 namespace millrace::base::posix {
+
+/// Of a file that is read at once, in bytes.
+inline constexpr std::size_t largest_file = std::size_t{16} << 20U;
+
+/// The contents of a regular file. A pipe (which waits for its writer), a device (which may have no
+/// end) and a larger file are errors. The error is the reason, without the name.
+tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file);
+
+/// The first line of such a file, without its end. Also an error: there is none.
+tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file);
 
 enum class Secrecy : std::uint8_t {
   /// Not world-writable.
@@ -29,8 +44,10 @@ struct FileFault {
   std::string advice;
 };
 
-/// The contents of a regular file. Other kinds are a fault: opening a pipe would wait for its
-/// writer.
+/// The fault of a file whose contents decide what a process does; a missing file has none.
+std::optional<FileFault> fault_of_file(const std::filesystem::path& file, Secrecy secrecy);
+
+/// As read_regular().
 tl::expected<std::string, FileFault> read_guarded(const std::filesystem::path& file,
                                                   Secrecy secrecy);
 

@@ -137,6 +137,22 @@ void set_formatter(CLI::App& app, const std::shared_ptr<CLI::FormatterBase>& for
   }
 }
 
+/// CLI11 takes -1 for 18446744073709551615 where a flag has an unsigned number.
+void refuse_negative(CLI::App& app) {
+  for (CLI::Option* const option : app.get_options()) {
+    if (option->get_type_name() == "UINT" || option->get_type_name() == "N") {
+      option->check([](const std::string& text) {
+        return text.find('-') == std::string::npos
+                   ? std::string()
+                   : fmt::format("{} is not allowed; expected 0 or a greater number", text);
+      });
+    }
+  }
+  for (CLI::App* const command : app.get_subcommands({})) {
+    refuse_negative(*command);
+  }
+}
+
 /// <CLI/CLI.hpp> adds the formatter and the configuration reader to <CLI/App.hpp>; each source that
 /// includes them compiles them, 3 s each time. Only this source includes them, and it uses them, so
 /// that Clang keeps them too.
@@ -185,6 +201,7 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
   own_name() = name;
   set_formatter(app, std::make_shared<ExamplesFirst>());
+  refuse_negative(app);
   if (app.get_version_ptr() == nullptr) {
     app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
   }

@@ -1,5 +1,7 @@
 #include "base/text/quoted.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdint>
 
@@ -24,10 +26,15 @@ bool is_number(std::string_view text) {
   return error == std::errc{} && end == last;
 }
 
-/// True if a spreadsheet would take the text for a formula.
+/// True if a spreadsheet would take the text for a formula. Some ignore spaces before it; Excel
+/// also knows the full-width forms of the marks.
 bool is_formula(std::string_view text) {
-  constexpr std::string_view marks = "=+-@";
-  return !text.empty() && marks.find(text.front()) != std::string_view::npos && !is_number(text);
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  constexpr std::array<std::string_view, 8> marks{
+      "=", "+", "-", "@", "\xef\xbc\x9d", "\xef\xbc\x8b", "\xef\xbc\x8d", "\xef\xbc\xa0"};
+  return std::ranges::any_of(marks,
+                             [&](std::string_view mark) { return text.starts_with(mark); }) &&
+         !is_number(text);
 }
 
 std::string escaped(char c) {
@@ -72,8 +79,16 @@ std::string safe(std::string_view utf8, std::string_view kept) {
 }
 
 std::string csv_cell(std::string_view utf8) {
-  const std::string text = (is_formula(utf8) ? "'" : "") + safe(utf8);
-  if (text.find_first_of(",\"") == std::string::npos) {
+  // A spreadsheet in German or French splits lines at semicolons, and ignores quotes inside of what
+  // it takes for a cell.
+  std::string text;
+  for (std::size_t begin = 0; begin <= utf8.size();) {
+    const std::size_t end = std::min(utf8.find(';', begin), utf8.size());
+    const std::string_view part = utf8.substr(begin, end - begin);
+    text += (begin > 0 ? ";" : "") + std::string(is_formula(part) ? "'" : "") + safe(part);
+    begin = end + 1;
+  }
+  if (text.find_first_of(",;\"") == std::string::npos) {
     return text;
   }
   std::string cell = "\"";

@@ -20,7 +20,7 @@ std::string safe(std::string_view utf8, std::string_view kept = "");
 
 /// A cell of comma-separated values (RFC 4180): safe(), in quotes if necessary. A text that a
 /// spreadsheet would take for a formula (begins with = + - @ and is not a number) gets a ' in
-/// front.
+/// front; also one behind a semicolon, at which some split cells.
 std::string csv_cell(std::string_view utf8);
 
 /// Text of an XML element or attribute.

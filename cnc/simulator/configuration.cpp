@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/configuration/check.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/ascii.hpp"
 #include "base/text/cp1252.hpp"
@@ -252,11 +252,10 @@ std::optional<ListenAddress> listen_address(const std::string& text, const Confi
 }
 
 std::string text_of(const std::filesystem::path& file, const ConfigPath& path, Mistakes& mistakes) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  mistakes.expect(in.is_open() && !in.bad(), path,
-                  fmt::format("cannot read {}: {}", file.string(), std::strerror(errno)));
-  return text;
+  const auto text = base::posix::read_regular(file);
+  mistakes.expect(text.has_value(), path,
+                  fmt::format("cannot read {}: {}", file.string(), text ? "" : text.error()));
+  return text.value_or("");
 }
 
 std::string in_cp1252(const std::string& text, const ConfigPath& path, Mistakes& mistakes) {

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
-#include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>
@@ -19,6 +18,7 @@
 
 #include "base/openssl/certificate.hpp"
 #include "base/posix/files.hpp"
+#include "base/posix/guarded_file.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -169,12 +169,16 @@ std::string text_of(const ads::Routes& routes) {
 std::shared_ptr<ads::Routes> read_routes(const std::filesystem::path& file,
                                          const base::program::Log& log) {
   auto routes = std::make_shared<ads::Routes>();
-  std::ifstream in(file);
-  for (std::string line; !file.empty() && std::getline(in, line);) {
-    routes->add(route_of(line, file));
+  const bool is_there = !file.empty() && std::filesystem::exists(file);
+  const tl::expected<std::string, std::string> text =
+      is_there ? base::posix::read_regular(file) : tl::expected<std::string, std::string>();
+  if (!text) {
+    throw std::runtime_error(
+        fmt::format("{}: the file of routes cannot be read: {}", file.string(), text.error()));
   }
-  if (in.bad() || (!in.is_open() && std::filesystem::exists(file))) {
-    throw std::runtime_error(fmt::format("{}: the file of routes cannot be read", file.string()));
+  std::istringstream in(*text);
+  for (std::string line; std::getline(in, line);) {
+    routes->add(route_of(line, file));
   }
   routes->on_added([file, log, known = std::weak_ptr(routes)](const ads::Route& route) {
     log->info("route added to NetId {}{}", route.net_id.to_string(),

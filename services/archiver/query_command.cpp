@@ -3,8 +3,11 @@
 #include <iostream>
 #include <map>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include "base/posix/system.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "base/text/times.hpp"
@@ -101,6 +104,11 @@ class Output {
   /// An empty `file` is standard output. A pipe or a device is written directly.
   explicit Output(const std::string& file)
       : file_(file), draft_(file.empty() || is_special(file) ? file : file + ".part") {
+    if (draft_ != file_) {
+      // What is there is left over, or a link that leads elsewhere.
+      ::unlink(draft_.c_str());
+      base::posix::Fd(::open(draft_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    }
     if (!file_.empty()) {
       stream_.open(draft_, std::ios::binary | std::ios::trunc);
       if (!stream_) {

@@ -1,12 +1,12 @@
 #include "services/mail/config.hpp"
 
 #include <cstdlib>
-#include <fstream>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "base/configuration/check.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/posix/system.hpp"
 #include "idl/mail.pb.h"
 #include "services/mail/compose.hpp"
@@ -213,15 +213,9 @@ class Reader {
 };
 
 tl::expected<std::string, std::string> first_line(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  if (!in || !std::getline(in, line)) {
-    return tl::unexpected(base::posix::last_error("cannot read the password in " + file.string()));
-  }
-  if (line.ends_with('\r')) {
-    line.pop_back();
-  }
-  return line;
+  return base::posix::read_first_line(file).map_error([&](const std::string& why) {
+    return "cannot read the password in " + file.string() + ": " + why;
+  });
 }
 
 }  // namespace

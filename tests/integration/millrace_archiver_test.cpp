@@ -283,6 +283,22 @@ TEST_F(Archiver, LosesNoAcknowledgedRowHoweverItIsKilled) {
   EXPECT_GE(load->acknowledged.size(), static_cast<std::size_t>(crashes));
 }
 
+TEST(ArchiverCommands, ExportFollowsNoLinkAtTheNameOfItsDraft) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "out.csv";
+  const std::filesystem::path other = folder.path() / "other";
+  std::ofstream(other) << "another's";
+  std::filesystem::create_symlink(other, file.string() + ".part");
+  std::filesystem::create_directory(folder.path() / "archive");
+  Process sut({binary("millrace-archiver"), "export", "--format", "csv", "--folder",
+               (folder.path() / "archive").string(), "--output", file.string()});
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  std::string first;
+  EXPECT_TRUE(std::ifstream(other) >> first);
+  EXPECT_EQ(first, "another's");
+  EXPECT_FALSE(std::filesystem::is_symlink(file));
+}
+
 TEST(ArchiverCommands, ExportLeavesItsFileAsItWasUnlessAllIsWell) {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "out.csv").string();

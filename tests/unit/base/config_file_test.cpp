@@ -1,12 +1,15 @@
 #include "base/configuration/config_file.hpp"
 
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "idl/gateway.pb.h"
 #include "tests/support/expected_mistakes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::base::configuration {
 namespace {
@@ -49,6 +52,34 @@ TEST(ConfigFile, ReportsThatAFileIsMissing) {
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(),
               EndsWith("no_such_file.textproto: cannot be read: No such file or directory"));
+}
+
+TEST(ConfigFile, IsARegularFileOfALimitedSize) {
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& file : {pipe.string(), std::string("/dev/zero"), std::string("/tmp")}) {
+    const auto sut = read_config<config::Gateway>(file);
+    ASSERT_FALSE(sut);
+    EXPECT_EQ(sut.error(), file + ": is not a regular file; name a file");
+  }
+  const std::filesystem::path large = folder.path() / "large";
+  std::ofstream(large) << "#";
+  std::filesystem::resize_file(large, (16U << 20U) + 1);
+  EXPECT_EQ(read_config<config::Gateway>(large).error(),
+            large.string() + ": cannot be read: it has more than 16 MiB");
+}
+
+TEST(ConfigFile, IsNotOneThatAllUsersOfTheHostCanWrite) {
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "gateway.textproto";
+  std::ofstream(file) << "machine { name: 'press' }\n";
+  ASSERT_TRUE(read_config<config::Gateway>(file)) << read_config<config::Gateway>(file).error();
+  std::filesystem::permissions(file, std::filesystem::perms::others_write,
+                               std::filesystem::perm_options::add);
+  EXPECT_EQ(read_config<config::Gateway>(file).error(),
+            file.string() + ": all users of this host can write it; `chmod go-w " + file.string() +
+                "`, and replace it if others may have changed it");
 }
 
 TEST(ConfigFile, LeavesTheMessageEmptyAfterAMistake) {

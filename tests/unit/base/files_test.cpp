@@ -45,6 +45,15 @@ class DurableFile : public testing::Test {
   std::filesystem::path file = folder.path() / "file";
 };
 
+TEST_F(DurableFile, IsNotWrittenThroughALinkAtItsTemporaryName) {
+  const fs::path other = folder.path() / "other";
+  fs::create_symlink(other, file.string() + ".part");
+  ASSERT_TRUE(write_durably(file, "text"));
+  EXPECT_FALSE(fs::exists(other));
+  EXPECT_EQ(content(file), "text");
+  EXPECT_FALSE(fs::is_symlink(file));
+}
+
 TEST_F(DurableFile, HoldsWhatWasWrittenLast) {
   ASSERT_TRUE(write_durably(file, "a longer first one"));
   ASSERT_TRUE(write_durably(file, std::string("a\0b", 3)));

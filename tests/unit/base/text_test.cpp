@@ -37,7 +37,7 @@ TEST(Safe, KeepsTheGivenControls) {
 }
 
 TEST(CsvCell, IsQuotedWhereItMustBe) {
-  EXPECT_EQ(csv_cell("plain text; 1.5"), "plain text; 1.5");
+  EXPECT_EQ(csv_cell("plain text; 1.5"), "\"plain text; 1.5\"");
   EXPECT_EQ(csv_cell("a,b"), "\"a,b\"");
   EXPECT_EQ(csv_cell("say \"a\""), "\"say \"\"a\"\"\"");
 }
@@ -53,6 +53,13 @@ TEST(CsvCell, IsNoFormula) {
   EXPECT_EQ(csv_cell("+1+cmd|' /C calc'!A0"), "'+1+cmd|' /C calc'!A0");
   EXPECT_EQ(csv_cell("@SUM(A1)"), "'@SUM(A1)");
   EXPECT_EQ(csv_cell("-2-3"), "'-2-3");
+  EXPECT_EQ(csv_cell(" =1+1"), "' =1+1");
+  EXPECT_EQ(csv_cell("\xef\xbc\x9d"
+                     "1+1"),
+            "'\xef\xbc\x9d"
+            "1+1");
+  EXPECT_EQ(csv_cell(";=1+1"), "\";'=1+1\"");
+  EXPECT_EQ(csv_cell("a;-5; @x;"), "\"a;-5;' @x;\"");
   for (const char* const number : {"-12.5", "-3", "-1e-05", "7"}) {
     EXPECT_EQ(csv_cell(number), number);
   }

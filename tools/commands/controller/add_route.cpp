@@ -1,7 +1,6 @@
 // millrace controller add-route: adds a route to this host in a controller.
 #include <algorithm>
 #include <exception>
-#include <fstream>
 #include <functional>
 #include <random>
 
@@ -13,6 +12,7 @@
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
 #include "base/posix/files.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "cnc/ads/secure_handshake.hpp"
@@ -66,13 +66,10 @@ std::string password_of(const RouteOptions& options) {
   if (options.password_file.empty()) {
     return read_hidden(fmt::format("Password of {} on {}", options.user, options.host));
   }
-  std::ifstream in(options.password_file);
-  std::string line;
-  if (!std::getline(in, line)) {
-    throw program::UsageError(fmt::format("--password-file {}: it cannot be read, or is empty",
-                                          options.password_file.string()));
-  }
-  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+  return program::must(
+      base::posix::read_first_line(options.password_file).map_error([&](const std::string& why) {
+        return fmt::format("--password-file {}: {}", options.password_file.string(), why);
+      }));
 }
 
 Job job_of(const RouteOptions& options) {

@@ -1,7 +1,6 @@
 #include "tools/commands/controller/controller.hpp"
 
 #include <array>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 
 #include "base/loop/loop.hpp"
 #include "base/openssl/certificate.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
 #include "cnc/ads/secure_handshake.hpp"
 #include "cnc/ads/stream.hpp"
@@ -78,8 +78,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return base::posix::read_regular(file).value_or("");
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/posix/guarded_file.hpp"
 #include "base/posix/system.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
@@ -80,10 +80,9 @@ void attach_configuration(const Options& options, recorder::Options& settings) {
   if (file.empty()) {
     return;
   }
-  std::ifstream in(file, std::ios::binary);
   settings.attachments.push_back({.name = file.filename().string(),
                                   .media_type = "text/plain",
-                                  .data = std::string(std::istreambuf_iterator<char>(in), {}),
+                                  .data = base::posix::read_regular(file).value_or(""),
                                   .at = std::chrono::system_clock::now()});
 }
 

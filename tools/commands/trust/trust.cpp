@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/posix/files.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/trust/permissions.hpp"
@@ -231,13 +231,12 @@ std::string passphrase_of(const PkiOptions& options) {
   if (options.passphrase_file.empty()) {
     return {};
   }
-  std::ifstream in(options.passphrase_file);
-  std::string line;
-  if (!std::getline(in, line) || line.empty()) {
-    throw UsageError(fmt::format("--passphrase-file {}: expected a passphrase in its first line",
-                                 options.passphrase_file));
+  const auto line = base::posix::read_first_line(options.passphrase_file);
+  if (!line || line->empty()) {
+    throw UsageError(fmt::format("--passphrase-file {}: expected a passphrase in its first line{}",
+                                 options.passphrase_file, line ? "" : "; " + line.error()));
   }
-  return line;
+  return *line;
 }
 
 tools::trust::PkiFolder open(const PkiOptions& options) {
