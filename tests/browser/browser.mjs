@@ -39,16 +39,20 @@ export class Browser {
     assert.deepEqual(complaints, []);
   }
 
-  /** A new tab at a view of the page, shown when the page has its first data. */
-  async open(url, { view = '', query = '', language = 'en', dark = false, width = 1440, height = 900 } = {}) {
-    const context = await this.#browser.createBrowserContext();
+  /**
+   * A new tab at a view of the page, shown when the page has its first data; for a user of its own, or for that of the tab
+   * `beside`; `without` are interfaces that the browser lacks.
+   */
+  async open(url, { view = '', query = '', language = 'en', dark = false, width = 1440, height = 900, beside = null, without = [] } = {}) {
+    const context = beside?.browserContext() ?? await this.#browser.createBrowserContext();
     const page = await context.newPage();
     await page.setViewport({ width, height });
     await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     // The language that the browser reports, as a user's settings would set it.
-    await page.evaluateOnNewDocument((tag) => {
+    await page.evaluateOnNewDocument((tag, missing) => {
       Object.defineProperty(navigator, 'languages', { get: () => [tag] });
-    }, language);
+      missing.forEach((name) => delete globalThis[name]);
+    }, language, without);
     page.on('console', (message) => {
       if (['error', 'warn', 'warning'].includes(message.type())) {
         this.complaints.push(`${message.type()}: ${message.text()}`);

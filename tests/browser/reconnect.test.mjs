@@ -33,6 +33,38 @@ test('a page that is loaded again shows the same', async () => {
   await page.close();
 });
 
+test('eight tabs of one browser all follow the plant, also after the first one is closed', async () => {
+  const tabs = [await browser.open(web.url, { view: '#/calls' })];
+  while (tabs.length < 8) {
+    tabs.push(await browser.open(web.url, { view: '#/calls', beside: tabs[0] }));
+  }
+  const show = (request) => Promise.all(tabs.map((tab) => awaitText(tab, 'tr[data-call] .cell-request', request)));
+  await plant.request(1, squareRootUuid, '16');
+  await show(/16/);
+  for (const tab of tabs) {
+    assert.equal(await tab.evaluate(async () => (await fetch('/api/about')).status), 200);
+    assert.equal(await tab.$eval('.lost', (node) => node.hidden), true);
+  }
+  await tabs.shift().close();
+  await tabs[0].reload();
+  await plant.request(1, squareRootUuid, '49');
+  await show(/49/);
+  assert.deepEqual(browser.complaints, []);
+  await Promise.all(tabs.map((tab) => tab.close()));
+});
+
+test('a browser without shared workers has a connection for the visible tab', async () => {
+  const page = await browser.open(web.url, { view: '#/plant', without: ['SharedWorker'] });
+  await isWell(page);
+  const other = await browser.open(web.url, { view: '#/plant', without: ['SharedWorker'], beside: page });
+  await isWell(other);
+  await awaitText(page, '.lost', /No data since/);
+  await page.bringToFront();
+  await isWell(page);
+  assert.deepEqual(browser.complaints, []);
+  await page.close();
+});
+
 test('while millrace web is down the page shows since when it has no data, and afterwards what it missed', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await isWell(page);
