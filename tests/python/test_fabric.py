@@ -320,6 +320,12 @@ class ACoroutine(OnAFabric):
         self.sut.await_output("^cancelled")
         self.assertEqual(millrace.call(self.UUID, "x").text, "alone")
 
+    def test_is_cancelled_with_its_call_also_after_a_pause_without_calls(self):
+        self.call("pause", self.UUID)
+        self.sut.await_output("^paused")
+        self.cancel("cancel", self.UUID)
+        self.sut.await_output("^cancelled")
+
     def test_drains_on_sigterm(self):
         self.sut.signal()
         self.assertEqual(self.sut.wait(), 0, self.sut.errors.text)
