@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/text/ascii.hpp"
+#include "base/text/controls.hpp"
 #include "base/text/cp1252.hpp"
 
 namespace millrace::base::text {
@@ -64,12 +65,13 @@ std::string safe(std::string_view utf8, std::string_view kept) {
   std::string out;
   for (std::size_t i = 0; i < utf8.size(); ++i) {
     const char c = utf8[i];
-    const bool high = static_cast<std::uint8_t>(c) >= 0x80;
-    // C1 controls are U+0080 to U+009F: two bytes, C2 and their own number.
-    const bool c1 = is_text && c == '\xc2' && static_cast<std::uint8_t>(utf8[i + 1]) < 0xa0;
-    if (c1) {
-      out += escaped(utf8[++i]);
-    } else if ((is_control(c) && kept.find(c) == std::string_view::npos) || (high && !is_text)) {
+    const auto control = is_text ? control_at(utf8.substr(i)) : std::nullopt;
+    if (control && control->size > 1) {
+      out += control->code < 0x100 ? fmt::format("\\x{:02x}", control->code)
+                                   : fmt::format("\\u{:04x}", control->code);
+      i += control->size - 1;
+    } else if ((is_control(c) && kept.find(c) == std::string_view::npos) ||
+               (!is_text && static_cast<std::uint8_t>(c) >= 0x80)) {
       out += escaped(c);
     } else {
       out += c;

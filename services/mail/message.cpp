@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/text/ascii.hpp"
+#include "base/text/controls.hpp"
 #include "base/text/cp1252.hpp"
 #include "services/text/answer.hpp"
 
@@ -88,8 +89,12 @@ bool is_ascii(std::string_view text) {
                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
 }
 std::string without_controls(std::string_view text) {
-  std::string clean(text);
-  std::replace_if(clean.begin(), clean.end(), base::text::is_control, ' ');
+  std::string clean;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto control = base::text::control_at(text.substr(i));
+    clean += control ? ' ' : text[i];
+    i += control ? control->size - 1 : 0;
+  }
   return clean;
 }
 

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { Browser, picture, violations } from './browser.mjs';
-import { dataOfLathe, endedCalls, heldTimeline, minuteOf, plantWith, recordings, serve, uuids } from './invented.mjs';
+import { dataOfLathe, diagnoses, endedCalls, heldTimeline, minuteOf, plantWith, recordings, serve, uuids } from './invented.mjs';
 
 let browser;
 
@@ -99,3 +99,36 @@ for (const [name, { view = '#/plant', query, ready, change = () => {}, shownAt =
     });
   }
 }
+
+/** The fields whose texts others choose: programs, services, operators, and who writes on the network. */
+const foreign = new Set(['name', 'description', 'version', 'host', 'machine', 'channels', 'service', 'program', 'request', 'response', 'reason', 'text',
+  'detail', 'fabric', 'gateway_host', 'last_gateway_host', 'gateway_version', 'by', 'note', 'user', 'group', 'machines', 'what', 'advice', 'addresses']);
+const controls = '\u0007\u0085\u061c\u202e';
+
+/** The same data, each of these texts with controls of terminals and of the direction of text. */
+const withControls = (value, field) => (typeof value === 'string' ? (foreign.has(field) ? value + controls : value)
+  : Array.isArray(value) ? value.map((each) => withControls(each, field))
+    : value !== null && typeof value === 'object' ? Object.fromEntries(Object.entries(value).map(([name, each]) => [name, withControls(each, name)]))
+      : value);
+
+/** What a reader sees or hears. */
+const shownTexts = (page) => page.evaluate(() => [document.title, document.body.textContent,
+  ...[...document.querySelectorAll('[title], [aria-label]')].flatMap((node) => [node.title, node.ariaLabel ?? ''])]);
+
+test('no view shows a control character of a foreign text', async () => {
+  const found = [];
+  for (const [name, { view = '#/plant', change = () => {}, query, ready, ...plant }] of Object.entries({ ...states, doctor: { view: '#/doctor', ready: '.finding' } })) {
+    const snapshot = plantWith(plant);
+    change(snapshot);
+    const more = { ...recordings(), '/api/calls': endedCalls(), '/api/calls/5f3a9c0112d4-17': heldTimeline(), '/api/doctor': diagnoses() };
+    const server = await serve(withControls(snapshot), minuteOf(snapshot), { ...dataOfLathe(), ...withControls(more) });
+    const page = await browser.open(server.url, { view, query });
+    await page.waitForSelector(ready);
+    const texts = await shownTexts(page);
+    assert.ok(name === 'empty' || texts.some((text) => text.includes('\\x07\\x85\\u061c\\u202e')), name);
+    found.push(...texts.filter((text) => /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u.test(text)).map((text) => `${name}: ${JSON.stringify(text)}`));
+    await page.close();
+    await server.stop();
+  }
+  assert.deepEqual(found, []);
+});

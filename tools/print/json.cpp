@@ -7,6 +7,7 @@
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
+#include "base/text/controls.hpp"
 #include "base/text/cp1252.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/print/data.hpp"
@@ -20,15 +21,34 @@ using fabric::as;
 using fabric::Kind;
 using fabric::Leaf;
 
+std::string escaped(std::uint32_t control) {
+  constexpr std::string_view names{"btn\0fr", 6};
+  const std::uint32_t i = control - '\b';
+  const bool has_name = i < names.size() && names[i] != '\0';
+  return has_name ? std::string{'\\', names[i]} : fmt::format("\\u{:04x}", control);
+}
+
+/// Control characters are escaped: JSON is also read at terminals. Other readers get the same text.
 void append_string(std::string& text, std::string_view content) {
-  const bool is_plain = std::ranges::none_of(content, [](char letter) {
-    return static_cast<unsigned char>(letter) < ' ' || letter == '"' || letter == '\\';
+  const bool is_plain = std::ranges::all_of(content, [](char letter) {
+    return letter >= ' ' && letter < '\x7f' && letter != '"' && letter != '\\';
   });
+  text += '"';
   if (is_plain) {
-    text.append("\"").append(content).append("\"");
+    text += content;
   } else {
-    text += boost::json::serialize(boost::json::string(content));
+    for (std::size_t i = 0; i < content.size(); ++i) {
+      const char letter = content[i];
+      if (const auto control = base::text::control_at(content.substr(i))) {
+        text += escaped(control->code);
+        i += control->size - 1;
+      } else {
+        text += letter == '"' || letter == '\\' ? "\\" : "";
+        text += letter;
+      }
+    }
   }
+  text += '"';
 }
 
 void append(std::string& text, const boost::json::value& value) {

@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "base/text/ascii.hpp"
+#include "base/text/controls.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
 
@@ -30,6 +32,20 @@ TEST(Safe, EscapesControlsOfTheUpperHalf) {
   EXPECT_EQ(safe("a\xc2\x9b"
                  "2Jß\xc2\xa0"),
             "a\\x9b2Jß\xc2\xa0");
+}
+
+TEST(Safe, EscapesWhatChangesTheOrderOfText) {
+  // U+202E shows "cod.exe" as "exe.doc".
+  for (const auto& [character, shown] : {std::pair{"\u061c", "\\u061c"},
+                                         {"\u200e", "\\u200e"},
+                                         {"\u200f", "\\u200f"},
+                                         {"\u2028", "\\u2028"},
+                                         {"\u202e", "\\u202e"},
+                                         {"\u2066", "\\u2066"},
+                                         {"\u2069", "\\u2069"}}) {
+    EXPECT_EQ(safe(fmt::format("a{}b", character)), fmt::format("a{}b", shown));
+  }
+  EXPECT_EQ(safe("ع – 12 €…"), "ع – 12 €…");
 }
 
 TEST(Safe, KeepsTheGivenControls) {
@@ -63,6 +79,12 @@ TEST(CsvCell, IsNoFormula) {
   for (const char* const number : {"-12.5", "-3", "-1e-05", "7"}) {
     EXPECT_EQ(csv_cell(number), number);
   }
+}
+
+TEST(ShellWord, IsQuotedWhereAShellWouldChangeIt) {
+  EXPECT_EQ(shell_word("/etc/millrace/fabric.textproto"), "/etc/millrace/fabric.textproto");
+  EXPECT_EQ(shell_word("hall 3's"), R"('hall 3'\''s')");
+  EXPECT_EQ(shell_word(""), "''");
 }
 
 TEST(XmlText, EscapesTheCharactersOfXml) {

@@ -1,15 +1,21 @@
-// Elements of the page. Text is inserted as text, never as markup, so texts of programs, services and operators are shown
-// literally.
+// Elements of the page. Text is inserted as text, never as markup, and without characters that change how other text is
+// shown, so texts of programs, services and operators are shown literally.
 //
 //   element('p', { class: 'why' }, 'The gateway says: ', element('q', {}, reason))
 
 const svgSpace = 'http://www.w3.org/2000/svg';
 
+/** Escapes control characters and direction marks as the commands do: \x1b. */
+export function visible(text) {
+  return String(text ?? '').replace(/[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/gu,
+    (char) => (char < '\u0100' ? `\\x${char.charCodeAt(0).toString(16).padStart(2, '0')}` : `\\u${char.charCodeAt(0).toString(16).padStart(4, '0')}`));
+}
+
 /** Adds children: nodes directly, other values as text; null, undefined and false are left out. */
 export function append(parent, children) {
   for (const child of children.flat(Infinity)) {
     if (child !== null && child !== undefined && child !== false) {
-      parent.append(child instanceof Node ? child : document.createTextNode(String(child)));
+      parent.append(child instanceof Node ? child : document.createTextNode(visible(child)));
     }
   }
   return parent;
@@ -33,7 +39,7 @@ function dress(node, properties) {
     if (typeof value === 'function') {
       node.addEventListener(name.slice(2), value);
     } else if (value !== false && value !== null && value !== undefined) {
-      node.setAttribute(name, value === true ? '' : value);
+      setAttribute(node, name, value === true ? '' : value);
     }
   }
   return node;
@@ -64,17 +70,19 @@ export function slot(parent) {
 
 /** Sets the text of a node only if it differs, which keeps the reader's selection. */
 export function setText(node, text) {
-  if (node.textContent !== text) {
-    node.textContent = text;
+  const shown = visible(text);
+  if (node.textContent !== shown) {
+    node.textContent = shown;
   }
 }
 
 /** Sets an attribute only if it differs. */
 export function setAttribute(node, name, value) {
+  const text = /^(title|aria-label)$/.test(name) ? visible(value) : String(value);
   if (value === null || value === undefined || value === false) {
     node.removeAttribute(name);
-  } else if (node.getAttribute(name) !== String(value)) {
-    node.setAttribute(name, String(value));
+  } else if (node.getAttribute(name) !== text) {
+    node.setAttribute(name, text);
   }
 }
 

@@ -2,9 +2,9 @@
 import { get, post } from './api.js';
 import { acknowledgeKey, concernName } from './attention.js';
 import { channelName, keyOf } from './model.js';
-import { element } from './dom.js';
+import { element, visible } from './dom.js';
 import { ask, tell } from './parts/dialog.js';
-import { said, visible } from './parts/marks.js';
+import { said } from './parts/marks.js';
 import { words } from './words.js';
 
 const text = words.actions;

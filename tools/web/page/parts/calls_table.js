@@ -1,10 +1,10 @@
 // A list of calls: time, channel, service, request, response, duration, instance, result. A row opens its timeline.
 import { channelName, toolOf } from '../model.js';
-import { element, Keyed } from '../dom.js';
+import { element, Keyed, visible } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, fineClock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { chooser, explained, tableHead, visible } from './marks.js';
+import { chooser, explained, tableHead } from './marks.js';
 
 const text = words.calls;
 const columns = ['time', 'channel', 'service', 'request', 'response', 'duration', 'instance', 'result'];
@@ -35,7 +35,7 @@ function callRow(call, hrefOf, dayOf) {
     element('th', { scope: 'row', class: 'cell-time', 'data-label': text.columns.time },
       element('a', { href: hrefOf(call), title: text.open(call.call) }, dayOf ? moment(ended, dayOf()) : fineClock(ended).slice(0, 12))),
     cell('channel', visible(channelName(call)), toolOf(call) && element('span', { class: 'detail' }, toolOf(call))),
-    cell('service', element('span', { title: visible(call.uuid) }, visible(call.service || call.uuid))),
+    cell('service', element('span', { title: visible(call.uuid) }, call.service || call.uuid)),
     cell('request', quoted(call.request, call.request_state)),
     cell('response', call.end === 'withdrawn' ? '–' : quoted(call.response, call.response_state)),
     cell('duration', duration(call.duration_ms)),

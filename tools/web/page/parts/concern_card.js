@@ -1,15 +1,15 @@
 // A cause that needs attention, in two or three lines: state, place, time, reason, person in charge, action.
 import { acknowledgementOf, concernName, isOfProgram, otherChannels } from '../attention.js';
-import { element, setAttribute, setText, slot } from '../dom.js';
+import { element, setAttribute, setText, slot, visible } from '../dom.js';
 import { age, clock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { reasonOf, said, stateMark, visible } from './marks.js';
+import { reasonOf, said, stateMark } from './marks.js';
 
-/** Command lines for the advice. */
-function commandsOf(concern) {
-  const where = concernName(concern);
+/** Command lines for the advice; `flags` name the fabric. */
+function commandsOf(concern, flags) {
+  const where = quoted(concernName(concern)) + flags;
   return concern.kind === 'held'
-    ? [`millrace answer ${quoted(where)} RESPONSE --state N`, `millrace retry ${quoted(where)}`]
+    ? [`millrace answer ${where} RESPONSE --state N`, `millrace retry ${where}`]
     : [];
 }
 
@@ -69,7 +69,7 @@ export function concernCard(app) {
       mark.update(concern.kind === 'trouble' && concern.level === 'look' ? 'warning' : concern.kind, concern.level);
       setAttribute(node, 'data-level', concern.level);
       setAttribute(node, 'data-kind', concern.kind);
-      setText(name, visible(concernName(concern)));
+      setText(name, concernName(concern));
       const known = Number.isFinite(concern.since);
       setText(lasting, known ? age(now - concern.since) : '');
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
@@ -98,7 +98,7 @@ export function concernCard(app) {
       buttons.hidden = !buttons.firstChild;
       const acts = buttons.querySelector('[data-action="retry"], [data-action="answer"]') !== null;
       setAttribute(node, 'data-acts', acts);
-      const commands = acts ? [] : commandsOf(concern);
+      const commands = acts ? [] : commandsOf(concern, app.model.about?.flags ?? '');
       showTerminal(commands, () => commands.length > 0 && [element('span', { class: 'label' }, `${words.command}: `),
         commands.map((command) => element('code', {}, command))]);
       terminal.hidden = commands.length === 0;
@@ -137,6 +137,6 @@ function adviceOf(concern, last) {
   return advice && [
     element('p', { class: 'who' }, element('span', { class: 'for-readers' }, `${words.plant.who}: `), advice.who, ': '),
     element('p', { class: 'todo' }, element('span', { class: 'for-readers' }, `${words.plant.todo}: `),
-      known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todo),
+      known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, concern.todo) : todo),
   ];
 }

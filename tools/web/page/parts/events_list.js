@@ -1,8 +1,8 @@
 // The server's events, the newest first.
-import { element, Keyed, setAttribute, setText } from '../dom.js';
+import { element, Keyed, setAttribute, setText, visible } from '../dom.js';
 import { milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
-import { inReadersLanguage, visible } from './marks.js';
+import { inReadersLanguage } from './marks.js';
 
 const text = words.events;
 const levels = { 'instance ended': 'look', 'last instance ended': 'person', 'gateway gone': 'person', 'link down': 'person', 'program aborted': 'person', 'call held': 'person', problem: 'person' };

@@ -1,11 +1,11 @@
 // A machine: its link, and a row for each of its channels.
 import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
-import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
 import { age, duration, period } from '../time.js';
 import { perSecond, words } from '../words.js';
-import { stateMark, visible } from './marks.js';
+import { stateMark } from './marks.js';
 
 /** A shorter call is shown without its text: at ten calls a second it is unreadable. */
 const readableMs = 700;
@@ -126,7 +126,7 @@ export function machineTile() {
   return {
     node,
     update({ machine, now, density }) {
-      setText(name, visible(machine.name));
+      setText(name, machine.name);
       setAttribute(node, 'data-machine', machine.name);
       const level = levelOfMachine(machine, now);
       if (node.dataset.level !== level) {

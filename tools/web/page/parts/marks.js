@@ -1,6 +1,6 @@
 // Small elements of several views: a state with shape and word, a text of the fabric, a line of facts.
 import { shapeOf } from '../attention.js';
-import { element, replace, setAttribute, setText } from '../dom.js';
+import { element, replace, setAttribute, setText, visible } from '../dom.js';
 import { shape } from '../shapes.js';
 import { words } from '../words.js';
 
@@ -26,13 +26,13 @@ export function stateMark(tag = 'span', className = 'state') {
 
 /** A text of a program, a service or a gateway; those of gateways are English. */
 export function said(text, properties = {}) {
-  return element('q', { class: 'said', ...properties }, visible(text));
+  return element('q', { class: 'said', ...properties }, text);
 }
 
 /** A gateway's reason, in the reader's language if there is a translation. */
 export function reasonOf(reason) {
   const known = words.reason(reason ?? '');
-  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
+  return reason && (known ? element('p', { class: 'reason' }, known) : said(reason, { lang: 'en', class: 'said reason' }));
 }
 
 /** A sentence of a program, in the reader's language if there is a translation. */
@@ -41,12 +41,6 @@ export const inReadersLanguage = (sentence) => words.reason(sentence) || sentenc
 /** The same as an element. */
 export function explained(sentence, className = null, tag = 'span') {
   return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, visible(inReadersLanguage(sentence)));
-}
-
-/** Escapes control characters and direction marks as the commands do: \x1b. */
-export function visible(text) {
-  return String(text ?? '').replace(/[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu,
-    (char) => (char.charCodeAt(0) < 256 ? `\\x${char.charCodeAt(0).toString(16).padStart(2, '0')}` : `\\u${char.charCodeAt(0).toString(16)}`));
 }
 
 /** A description list: pairs of term and value; pairs without a value are left out. */

@@ -1,9 +1,9 @@
 // A table of channel × instance with the calls of the last minute, below the advice whether one more instance would help.
 import { adviceOf, matrixOf } from '../capacity.js';
-import { element, setAttribute, setText, slot } from '../dom.js';
+import { element, setAttribute, setText, slot, visible } from '../dom.js';
 import { busyOfMinute, channelName } from '../model.js';
 import { perSecond, words } from '../words.js';
-import { scrolling, visible } from './marks.js';
+import { scrolling } from './marks.js';
 
 const text = words.services;
 
@@ -28,7 +28,7 @@ function table({ columns, rows }, busy, caption) {
         element('th', { scope: 'col', rowspan: tall, class: 'matrix-busy' }, text.sums.busy)),
       isOfChannels && element('tr', {}, columns.map((column) => element('th', { scope: 'col' }, String(column.channel))))),
     element('tbody', {}, rows.map(({ service, cells }, i) => element('tr', { 'data-instance': service.instance },
-      element('th', { scope: 'row' }, visible(service.name || text.nameless), ' ', element('span', { class: 'matrix-where' }, visible(`${service.host}:${service.pid}`))),
+      element('th', { scope: 'row' }, visible(service.name || text.nameless), ' ', element('span', { class: 'matrix-where' }, `${service.host}:${service.pid}`)),
       cells.map((rate, column) => cell(rate, columns[column], top)),
       element('td', { class: 'matrix-busy', 'data-label': text.sums.busy }, busy[i] === undefined ? text.noValue : words.plant.busy(busy[i]))))));
 }

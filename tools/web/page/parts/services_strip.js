@@ -4,7 +4,6 @@ import { byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
 import { duration } from '../time.js';
 import { perSecond, words } from '../words.js';
-import { visible } from './marks.js';
 
 const columns = ['name', 'instances', 'busy', 'rate', 'p50', 'errors'];
 const text = words.plant;
@@ -65,7 +64,7 @@ function row() {
         replace(icon, level !== 'fine' && shape(level === 'person' ? 'down' : 'look'));
       }
       setAttribute(node, 'data-uuid', group.uuid);
-      setText(link, visible(group.name || group.uuid));
+      setText(link, group.name || group.uuid);
       setAttribute(link, 'href', `#/services/${encodeURIComponent(group.uuid)}`);
       setAttribute(link, 'title', group.uuid);
       squares.update(group);

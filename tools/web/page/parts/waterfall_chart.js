@@ -1,10 +1,10 @@
 // The waterfall of a call: a lane for the gateway and one for each attempt, on one time axis; below, a table of all steps,
 // as `millrace calls` prints them.
-import { element } from '../dom.js';
+import { element, visible } from '../dom.js';
 import { duration, fineClock, milliseconds } from '../time.js';
 import { layOut, marksOf, scaleOf } from '../waterfall.js';
 import { words } from '../words.js';
-import { copyButton, explained, inReadersLanguage, scrolling, tableHead, visible } from './marks.js';
+import { copyButton, explained, inReadersLanguage, scrolling, tableHead } from './marks.js';
 
 const text = words.call;
 /** Narrower bars, as a share of the width, have no text; the legend has it. */
@@ -31,7 +31,7 @@ function laneNode(lane, scale, nameOf) {
   const title = lane.number === 0 ? text.gatewayLane : text.attemptLane(lane.number);
   const who = lane.instance ? nameOf(lane.instance) : '';
   return element('div', { class: 'lane', 'data-attempt': lane.number },
-    element('div', { class: 'lane-title' }, element('strong', {}, title), who && element('span', {}, visible(who))),
+    element('div', { class: 'lane-title' }, element('strong', {}, title), who && element('span', {}, who)),
     element('div', { class: 'lane-bars' },
       lane.bars.map((bar) => barNode(bar, scale)),
       lane.marks.map((mark) => place(element('i', { class: 'lane-mark', 'data-hop': mark.hop, title: text.hops[mark.hop] }), scale.at(mark.at)))));

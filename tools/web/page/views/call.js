@@ -1,7 +1,7 @@
 // One call with its waterfall. While the call is in progress, the view follows it.
 import { get } from '../api.js';
-import { element, replace, slot } from '../dom.js';
-import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark, visible } from '../parts/marks.js';
+import { element, replace, slot, visible } from '../dom.js';
+import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { milliseconds } from '../time.js';

@@ -2,8 +2,8 @@
 import { get } from '../api.js';
 import { byName } from '../model.js';
 import { callsTable, countCalls, resultChooser } from '../parts/calls_table.js';
-import { chooser, visible } from '../parts/marks.js';
-import { element, setText } from '../dom.js';
+import { chooser } from '../parts/marks.js';
+import { element, setText, visible } from '../dom.js';
 import { words } from '../words.js';
 
 const text = words.calls;

@@ -3,11 +3,11 @@
 import { get } from '../api.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from '../lines.js';
 import { byName } from '../model.js';
-import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds, moment, period } from '../time.js';
 import { plot } from '../parts/plot.js';
-import { chooser, explained, scrolling, tableHead, visible } from '../parts/marks.js';
+import { chooser, explained, scrolling, tableHead } from '../parts/marks.js';
 import { number, words } from '../words.js';
 
 const text = words.data;
@@ -99,7 +99,7 @@ function band() {
           told = fresh;
           setAttribute(node, 'data-state', run.state);
           // There is no room for the folder.
-          replace(node, shape(outcomes[run.state]?.[0]), element('span', {}, visible(run.program.split(/[\\/]/).at(-1) || text.noName)));
+          replace(node, shape(outcomes[run.state]?.[0]), element('span', {}, run.program.split(/[\\/]/).at(-1) || text.noName));
         }
         node.style.left = `${100 * place.left}%`;
         node.style.width = `${100 * place.width}%`;
@@ -136,7 +136,7 @@ function variableRow(choose) {
       id = variable.id;
       tick.checked = isChosen;
       const quality = qualityOf(sample.gone, value.quality);
-      setText(name, visible(value.name));
+      setText(name, value.name);
       setAttribute(node, 'data-variable', id);
       setText(cells.value, `${shown(value.value, value.name)}${value.elements ? text.elements(number(value.elements)) : ''}`);
       setText(cells.read, value.at ? text.ago(age(now - milliseconds(value.at))) : words.services.noValue);

@@ -1,7 +1,7 @@
 // The findings of `millrace doctor`: problems first, with what to do.
 import { get } from '../api.js';
-import { explained, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
-import { element, replace } from '../dom.js';
+import { explained, placeholder, scrolling, tableHead } from '../parts/marks.js';
+import { element, replace, visible } from '../dom.js';
 import { shape } from '../shapes.js';
 import { clock, duration, milliseconds } from '../time.js';
 import { words } from '../words.js';
@@ -28,10 +28,10 @@ function programs(found) {
     element('table', { class: 'programs' }, element('caption', {}, text.programs),
       tableHead(['program', 'host', 'pid', 'address', 'role'], text.columns),
       element('tbody', {}, found.map((program) => element('tr', {},
-        element('th', { scope: 'row', 'data-label': text.columns.program }, visible(program.name || '–')),
-        element('td', { 'data-label': text.columns.host }, visible(program.host || '–')),
-        element('td', { 'data-label': text.columns.pid }, visible(program.pid || '–')),
-        element('td', { 'data-label': text.columns.address }, visible(program.addresses)),
+        element('th', { scope: 'row', 'data-label': text.columns.program }, program.name || '–'),
+        element('td', { 'data-label': text.columns.host }, program.host || '–'),
+        element('td', { 'data-label': text.columns.pid }, program.pid || '–'),
+        element('td', { 'data-label': text.columns.address }, program.addresses),
         element('td', { 'data-label': text.columns.role }, role(program)))))));
 }
 

@@ -1,8 +1,8 @@
 // The recordings in the server's folder: a list; for each recording its summary, its calls and its file.
 import { get } from '../api.js';
 import { callsTable, resultChooser } from '../parts/calls_table.js';
-import { facts, placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
-import { element, replace } from '../dom.js';
+import { facts, placeholder, scrolling, tableHead } from '../parts/marks.js';
+import { element, replace, setText, visible } from '../dom.js';
 import { duration, milliseconds, moment } from '../time.js';
 import { number, size, words } from '../words.js';
 
@@ -77,7 +77,7 @@ function alarmTable({ alarms, more }) {
       element('tbody', {}, alarms.map((each) => element('tr', {},
         element('td', {}, moment(milliseconds(each.time))), element('th', { scope: 'row' }, `${visible(each.program || each.responder)} · ${visible(each.host)}`),
         element('td', {}, each.over ? text.over : words.doctor.severity[each.level] ?? each.level),
-        element('td', { lang: 'en' }, visible(each.text || each.alarm), element('span', { class: 'detail' }, visible(each.advice)))))))),
+        element('td', { lang: 'en' }, visible(each.text || each.alarm), element('span', { class: 'detail' }, each.advice))))))),
   more && element('p', { class: 'list-status' }, text.more)];
 }
 
@@ -96,7 +96,7 @@ export function recordingView(app, name, query) {
   const filtered = resultChooser(result, (value) => { location.hash = here({ skip: 0, result: value }); });
   const node = element('div', {},
     element('nav', { class: 'back', 'aria-label': text.back }, element('a', { href: '#/recordings' }, `← ${text.back}`)),
-    element('h1', { tabindex: '-1' }, visible(name)),
+    element('h1', { tabindex: '-1' }, name),
     element('p', {}, element('a', { class: 'act', href: fileOf(name), download: true }, text.download)),
     about, said,
     element('h2', {}, text.calls),
@@ -114,11 +114,11 @@ export function recordingView(app, name, query) {
       try {
         const { calls, more } = await get(['recordings', name, 'calls'], { result, limit: perPage, skip: skip || '' });
         table.show(calls);
-        status.textContent = calls.length === 0 ? words.calls.noneFiltered : text.page(number(skip + 1), number(skip + calls.length));
+        setText(status, calls.length === 0 ? words.calls.noneFiltered : text.page(number(skip + 1), number(skip + calls.length)));
         replace(pages, skip > 0 && element('a', { href: here({ skip: Math.max(0, skip - perPage) }) }, `← ${text.earlier}`),
           more && element('a', { href: here({ skip: skip + perPage }) }, `${text.later} →`));
       } catch (problem) {
-        status.textContent = problem.message;
+        setText(status, problem.message);
       }
     },
   };

@@ -1,12 +1,12 @@
 // The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time, to the channels
 // of each instance, and to its instances.
 import { get } from '../api.js';
-import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { busyOfMinute, byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds } from '../time.js';
 import { plot, sparkline } from '../parts/plot.js';
-import { placeholder, scrolling, tableHead, visible } from '../parts/marks.js';
+import { placeholder, scrolling, tableHead } from '../parts/marks.js';
 import { serviceMatrix } from '../parts/service_matrix.js';
 import { busyBar, instanceSquares } from '../parts/services_strip.js';
 import { number, perSecond, words } from '../words.js';
@@ -66,9 +66,9 @@ function instanceRow(app) {
         said = state.word + state.name;
         replace(cells.state, element('span', { class: 'result', 'data-level': state.level }, shape(state.name),
           service.goneAt === undefined ? state.word : text.goneAt(clock(service.goneAt - app.clockOffset()))));
-        replace(cells.instance, element('span', { class: 'instance-name', title: visible(service.description) }, visible(service.name || text.nameless)),
-          element('span', { class: 'instance-where', title: service.instance }, visible(`${service.host}:${service.pid}`)));
-        replace(cells.version, visible(service.version), service.certificate && element('span', { class: 'instance-where' }, visible(service.certificate)));
+        replace(cells.instance, element('span', { class: 'instance-name', title: visible(service.description) }, service.name || text.nameless),
+          element('span', { class: 'instance-where', title: service.instance }, `${service.host}:${service.pid}`));
+        replace(cells.version, visible(service.version), service.certificate && element('span', { class: 'instance-where' }, service.certificate));
       }
       setText(cells.channels, service.channels?.length ? service.channels.map(visible).join(', ') : text.all);
       load.update(service);
@@ -108,7 +108,7 @@ function unfolded(app) {
     node,
     update({ group, history }) {
       const name = visible(group.name || group.uuid);
-      replace(uuid, element('code', {}, visible(group.uuid)), ` · ${text.delivery[group.instances[0].delivery] ?? ''}`);
+      replace(uuid, element('code', {}, group.uuid), ` · ${text.delivery[group.instances[0].delivery] ?? ''}`);
       setText(caption, name);
       setAttribute(region, 'aria-label', name);
       matrix.update({ group, history });
@@ -156,7 +156,7 @@ function serviceCard(app, opened) {
         replace(icon, level !== 'fine' && shape(level === 'person' ? 'down' : 'look'));
       }
       setAttribute(node, 'data-uuid', group.uuid);
-      setText(name, visible(group.name || text.nameless));
+      setText(name, group.name || text.nameless);
       setAttribute(name, 'title', visible(group.uuid));
       squares.update(group);
       busy.update(busyOfMinute(group, history?.instances ?? {}) ?? load.busy);
