@@ -36,11 +36,17 @@ Command shell(const std::string& script, const std::vector<std::string>& argumen
 
 const Limits generous{.time_limit = 30s, .kill_after = 30s};
 
-/// True for a process that has ended, or is a zombie of its new parent.
-bool is_over(pid_t pid) {
+/// As in /proc; 'X' if there is no such process.
+char state_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text;
-  return !std::getline(file, text) || text.find(") Z") != std::string::npos;
+  return std::getline(file, text) ? text.at(text.rfind(") ") + 2) : 'X';
+}
+
+/// True for a process that has ended, or is a zombie of its new parent.
+bool is_over(pid_t pid) {
+  const char state = state_of(pid);
+  return state == 'X' || state == 'Z';
 }
 
 /// Killed processes end after some time.
@@ -232,6 +238,21 @@ TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenItIsCancelled) {
   EXPECT_EQ(sut.end, End::unwanted);
   EXPECT_TRUE(is_over(leader));
   wait_until_over(helper);
+}
+
+TEST(Process, CanEndItselfInOrderAlsoWhenItIsStopped) {
+  const tests::TemporaryFolder folder;
+  const std::string file = folder.path() / "pid";
+  const auto is_stopped = [&] {
+    pid_t pid = 0;
+    return static_cast<bool>(std::ifstream(file) >> pid) && state_of(pid) == 'T';
+  };
+  const Ended sut = run(shell("trap 'echo in order; exit' TERM; echo $$ >\"$1.part\"; "
+                              "mv \"$1.part\" \"$1\"; kill -s STOP $$; exec sleep 600",
+                              {file}),
+                        generous, is_stopped);
+  EXPECT_EQ(sut.end, End::unwanted);
+  EXPECT_EQ(sut.output.text, "in order\n");
 }
 
 TEST(Process, IsNotStartedForAWithdrawnCall) {
