@@ -62,6 +62,12 @@ TEST(MailMessage, AllowsNoSubjectOrNameToBeginAHeader) {
                          Not(HasSubstr("\nBcc")), Not(HasSubstr("\nCc"))));
 }
 
+TEST(MailMessage, AllowsNoSubjectToChangeTheOrderOfText) {
+  Content evil = content();
+  evil.subject = "A\u202etxt\u0085.exe";
+  EXPECT_THAT(to_message(evil), HasSubstr("\r\nSubject: A txt .exe\r\n"));
+}
+
 TEST(MailMessage, EncodesOtherThanPlainTextInSevenBits) {
   EXPECT_EQ(header_text("Maß"), "=?utf-8?Q?Ma=C3=9F?=");
   EXPECT_EQ(header_text("=?utf-8?Q?fake?="), "=?utf-8?Q?=3D=3Futf=2D8=3FQ=3Ffake=3F=3D?=");
