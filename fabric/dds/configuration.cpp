@@ -12,6 +12,7 @@
 
 #include "base/program/barrier.hpp"
 #include "base/program/repeats.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::fabric::dds {
 
@@ -135,6 +136,35 @@ std::string cyclone_configuration(const ParticipantOptions& options, std::string
     list += announcing(options.domain);
   }
   return list;
+}
+
+std::string configuration_without_place(const ParticipantOptions& options, std::string_view uri) {
+  return cyclone_configuration(options, uri) + ports_element(Ports::any);
+}
+
+bool lacks_place(std::string_view log) {
+  return log.find("participant index") != std::string_view::npos;
+}
+
+std::string why_not_joined(std::uint32_t domain, std::string_view reason, std::string_view log,
+                           std::string_view uri) {
+  std::string why = fmt::format("cannot join DDS domain {}: {}", domain, reason);
+  if (lacks_place(log)) {
+    why +=
+        "; other processes have all places of this host: raise processes_per_host in the fabric's "
+        "profile, on all hosts (in CYCLONEDDS_URI it is MaxAutoParticipantIndex), or end one";
+  } else if (!uri.empty()) {
+    why += fmt::format(
+        "; CYCLONEDDS_URI applies, since no profile (--fabric-config) configures the network: "
+        "correct or unset it ({})",
+        base::text::safe(uri));
+  }
+  while (!log.empty()) {
+    const std::size_t end = std::min(log.find('\n'), log.size());
+    why += fmt::format("\n  Cyclone: {}", base::text::safe(log.substr(0, end)));
+    log.remove_prefix(std::min(end + 1, log.size()));
+  }
+  return why;
 }
 
 namespace {

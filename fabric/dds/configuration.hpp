@@ -29,6 +29,16 @@ inline constexpr std::uint32_t lowest_ports = 100;
 std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri,
                                   Ports ports = Ports::lowest);
 
+/// The configuration with which a process joins although others have all places of this host that
+/// `options` allows: on any port, which those listed as peers do not ask.
+std::string configuration_without_place(const ParticipantOptions& options, std::string_view uri);
+/// True if Cyclone's log says that all places are taken.
+bool lacks_place(std::string_view log);
+
+/// Why a domain could not be joined: Cyclone's reason and log, and which setting to change.
+std::string why_not_joined(std::uint32_t domain, std::string_view reason, std::string_view log,
+                           std::string_view uri);
+
 // The log of Cyclone while a process runs: lines on standard error, in Cyclone's format. Repeated
 // lines (a rejected participant tries once a second) appear at growing intervals.
 

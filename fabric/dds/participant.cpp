@@ -50,6 +50,9 @@ class LogCapture {
       auto& capture = *static_cast<LogCapture*>(self);
       const std::lock_guard guard(capture.lock_);
       capture.text_.append(data->message, data->size);
+      if (!capture.text_.ends_with('\n')) {
+        capture.text_ += '\n';
+      }
     });
   }
 
@@ -64,9 +67,9 @@ void check_fabric_name(const std::string& name) {
   }
 }
 
-[[noreturn]] void fail(std::uint32_t domain, dds_return_t reason, const LogCapture& log) {
-  throw std::runtime_error(
-      fmt::format("cannot join DDS domain {}: {}\n{}", domain, dds_strretcode(reason), log.text()));
+[[noreturn]] void fail(std::uint32_t domain, dds_return_t reason, const LogCapture& log,
+                       std::string_view uri = {}) {
+  throw std::runtime_error(why_not_joined(domain, dds_strretcode(reason), log.text(), uri));
 }
 
 /// Once per process.
@@ -90,13 +93,21 @@ void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
   }
   const std::string configuration = cyclone_configuration(options, uri);
   dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
-  const std::string other = cyclone_configuration(options, uri, Ports::any);
-  if (domain < 0 && other != configuration &&
-      log.text().find("participant index") != std::string::npos) {
-    domain = dds_create_domain(options.domain, other.c_str());
+  const bool is_usual = cyclone_configuration(options, uri, Ports::any) != configuration;
+  // A service that others do not find is worth nothing; a tool that finds them is.
+  if (domain < 0 && lacks_place(log.text()) &&
+      (is_usual || options.finding == Finding::discovers)) {
+    domain = dds_create_domain(options.domain, configuration_without_place(options, uri).c_str());
+    if (domain >= 0 && !is_usual) {
+      fmt::print(stderr,
+                 "{}: other processes have all places of this host, so this one uses a port that "
+                 "packet filters may close: raise processes_per_host in the fabric's profile, on "
+                 "all hosts (in CYCLONEDDS_URI it is MaxAutoParticipantIndex), or end one\n",
+                 program_invocation_short_name);
+    }
   }
   if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
-    fail(options.domain, domain, log);
+    fail(options.domain, domain, log, uses_uri(options) ? uri : std::string_view());
   }
 }
 

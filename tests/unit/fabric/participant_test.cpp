@@ -168,10 +168,13 @@ TEST_F(PortsOfParticipants, AreAnyOnAHostWithMoreProcesses) {
     take(pair);
   }
   EXPECT_EQ(reason({.domain = domain.number()}), "none");
-  EXPECT_THAT(reason({.domain = domain.number(),
-                      .configuration = "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-                                       "</Discovery>"}),
-              HasSubstr("participant index"));
+  const std::string fixed = "<Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>";
+  EXPECT_EQ(reason({.domain = domain.number(), .configuration = fixed}), "none")
+      << "status and doctor join";
+  const std::string why = reason(
+      {.domain = domain.number(), .finding = dds::Finding::announces, .configuration = fixed});
+  EXPECT_THAT(why, HasSubstr("processes_per_host"));
+  EXPECT_THAT(why, HasSubstr("\n  Cyclone: "));
 }
 
 TEST(Participant, ReportsCyclonesReasonWhyItCannotJoin) {
@@ -182,6 +185,14 @@ TEST(Participant, ReportsCyclonesReasonWhyItCannotJoin) {
                                R"(</Interfaces></General>)"});
   EXPECT_THAT(why, HasSubstr("cannot join DDS domain " + std::to_string(domain.number())));
   EXPECT_THAT(why, HasSubstr("no-such-lan"));
+}
+
+TEST(WhyNotJoined, NamesTheSettingAndHasALineForEachOfCyclones) {
+  const std::string why =
+      dds::why_not_joined(3, "Error", "one\ntwo\n", "<CycloneDDS><Domain>…</Domain></CycloneDDS>");
+  EXPECT_THAT(why, HasSubstr("CYCLONEDDS_URI applies"));
+  EXPECT_THAT(why, HasSubstr("\n  Cyclone: one\n  Cyclone: two"));
+  EXPECT_THAT(dds::why_not_joined(3, "Error", "one", ""), Not(HasSubstr("CYCLONEDDS_URI")));
 }
 
 TEST(Participant, RefusesAMisspeltSetting) {
