@@ -104,6 +104,9 @@ bool is_address(std::string_view name) {
 
 std::optional<Response> Site::refusal_of(const Request& request) const {
   const std::string name = plant::small_letters(std::string(name_of_host(request.host)));
+  if (request.host.empty()) {
+    return error_response(400, "this request has no Host; send the name or address of this server");
+  }
   if (!is_address(name) && name != "localhost" && !parts_.names.contains(name)) {
     return error_response(
         403, fmt::format("this server is not called '{}'; start it with --name {} if it is", name,

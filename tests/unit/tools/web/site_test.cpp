@@ -156,6 +156,14 @@ TEST_F(ASite, ShowsPrograms) {
   EXPECT_EQ(answer(get("/api/programs/more")).status, 404U);
 }
 
+TEST_F(ASite, AsksForAHostWhereARequestNamesNone) {
+  Request request = get("/");
+  request.host.clear();
+  const Response refused = answer(request);
+  EXPECT_EQ(refused.status, 400U);
+  EXPECT_THAT(*refused.body, HasSubstr("has no Host"));
+}
+
 TEST_F(ASite, RefusesAForeignHostName) {
   Request request = get("/api/about");
   for (const char* host : {"127.0.0.1", "[::1]:8080", "localhost:8080", "LOCALHOST", "Hall-PC:1"}) {
@@ -163,7 +171,7 @@ TEST_F(ASite, RefusesAForeignHostName) {
     EXPECT_EQ(answer(request).status, 200U) << host;
   }
   for (const char* host :
-       {"evil.example", "evil.example:8080", "", "127.0.0.1.evil.example", "[evil]",
+       {"evil.example", "evil.example:8080", "127.0.0.1.evil.example", "[evil]",
         "[::1].evil.example", "127.0.0.1:80, evil.example", "localhost:evil", "1.2", "...."}) {
     request.host = host;
     EXPECT_EQ(answer(request).status, 403U) << host;
