@@ -35,7 +35,7 @@ class Csv {
 };
 
 /// Of a call that has ended.
-/// "07:00:00.123456  cnc/1  560aacbf-…  "2" 1 -> "1.414214" 1  2.40 ms  sq1 on vm  5f-17"
+/// "07:00:00.123456Z  cnc/1  560aacbf-…  "2" 1 -> "1.414214" 1  2.40 ms  sq1 on vm  5f-17"
 std::string line_of(const recording::Call& call, const recording::InstanceNames::Name& instance);
 boost::json::object json_of(const recording::Call& call,
                             const recording::InstanceNames::Name& instance);

@@ -81,7 +81,7 @@ std::string time_text(fabric::Time time) {
 }
 
 std::string clock_text(fabric::Time time) {
-  return time == fabric::Time{} ? "-" : with_fraction(time, "{:%H:%M:%S}");
+  return time == fabric::Time{} ? "-" : with_fraction(time, "{:%H:%M:%S}") + 'Z';
 }
 
 std::string duration_text(nanoseconds duration) {

@@ -14,7 +14,7 @@ namespace millrace::tools::print {
 
 /// "2026-03-01T07:00:00.123456Z"; "-" for a time that is not known.
 std::string time_text(fabric::Time time);
-/// "07:00:00.123456".
+/// "07:00:00.123456Z".
 std::string clock_text(fabric::Time time);
 /// Three digits and a unit: "1.23 ms", "45.6 s"; from a minute on as age_text().
 std::string duration_text(std::chrono::nanoseconds duration);

@@ -1,6 +1,9 @@
 #include "tools/commands/calls/call_list.hpp"
 
 #include <algorithm>
+#include <functional>
+
+#include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
@@ -22,6 +25,10 @@ const Step* request_of(const CallRow& row) {
 }
 Cell took(const CallRow& row) {
   return row.took ? Cell(*row.took) : Cell();
+}
+Cell shown_text(const Step* step) {
+  return step == nullptr ? Cell()
+                         : fmt::format("{} {}", base::text::quoted(step->text), step->state);
 }
 Cell service_of(const CallRow& row) {
   return look::service_text(row.instance.name, row.uuid);
@@ -58,7 +65,8 @@ CallRow CallList::row_of(const Known& known) const {
   fabric::InstanceId instance = row.call.instance();
   const Step* const answered = row.call.last(Stage::answered);
   if (const Step* const end = row.call.end()) {
-    row.state = event_name_of(end->stage);
+    row.state = end->stage == Stage::written ? recording::name_of(row.call.outcome())
+                                             : event_name_of(end->stage);
     row.at = end->at;
     row.took = row.call.duration();
     if (end->stage == Stage::written) {
@@ -71,10 +79,8 @@ CallRow CallList::row_of(const Known& known) const {
     row.attempt = answered->attempt;
     instance = answered->instance;
     row.response = *answered;
-    if (const Step* const received = row.call.of_attempt(Stage::received, answered->attempt)) {
-      row.took = answered->at - received->at;
-    }
-  } else if (const Step* const newest = row.call.newest()) {
+  } else if (const Step* const newest = row.call.newest();
+             newest != nullptr && !(known.status && known.status->since >= newest->at)) {
     row.state = event_name_of(newest->stage);
     row.at = newest->at;
   } else if (known.status) {
@@ -98,7 +104,8 @@ std::vector<CallRow> CallList::rows() const {
   for (const auto& [id, known] : calls_) {
     rows.push_back(row_of(known));
   }
-  std::ranges::sort(rows, {}, [](const CallRow& row) { return std::pair(row.at, row.call.id); });
+  std::ranges::sort(rows, std::greater(),
+                    [](const CallRow& row) { return std::pair(row.at, row.call.id); });
   return rows;
 }
 
@@ -114,7 +121,7 @@ print::Listing<CallRow> listing_with(const Column& time) {
       {"", "channel",
        [](const CallRow& row) -> Cell { return std::int64_t{row.call.key.channel}; }},
       {"", "uuid", [](const CallRow& row) -> Cell { return row.uuid; }},
-      {"STATE", "state", [](const CallRow& row) -> Cell { return row.state; }, Align::left, 1},
+      {"STATE", "state", [](const CallRow& row) -> Cell { return row.state; }},
       time,
       {"", "at", [](const CallRow& row) -> Cell { return row.at; }},
       {"TOOK", "duration_ms", &took, Align::right, 2},
@@ -122,16 +129,11 @@ print::Listing<CallRow> listing_with(const Column& time) {
       {"HOST", "host", [](const CallRow& row) -> Cell { return row.instance.host; }, Align::left,
        6},
       {"", "name", [](const CallRow& row) -> Cell { return row.instance.name; }},
-      {"REQUEST", "",
-       [](const CallRow& row) -> Cell {
-         return request_of(row) ? Cell(base::text::quoted(request_of(row)->text)) : Cell();
-       },
-       Align::left, 4, true},
+      {"REQUEST", "", [](const CallRow& row) { return shown_text(request_of(row)); }, Align::left,
+       print::always, true},
       {"RESPONSE", "",
-       [](const CallRow& row) -> Cell {
-         return row.response ? Cell(base::text::quoted(row.response->text)) : Cell();
-       },
-       Align::left, 4, true},
+       [](const CallRow& row) { return shown_text(row.response ? &*row.response : nullptr); },
+       Align::left, print::always, true},
       {"", "request",
        [](const CallRow& row) -> Cell {
          return request_of(row) ? Cell(base::text::to_utf8(request_of(row)->text)) : Cell();
@@ -150,10 +152,12 @@ print::Listing<CallRow> listing_with(const Column& time) {
        }},
       {"ATTEMPT", "attempt", [](const CallRow& row) -> Cell { return std::int64_t{row.attempt}; },
        Align::right, print::only_wide},
-      {"WHY", "detail", [](const CallRow& row) -> Cell {
+      {"WHY", "detail",
+       [](const CallRow& row) -> Cell {
          const Step* const newest = row.call.newest();
          return newest == nullptr ? std::string() : newest->detail;
-       }}};
+       },
+       Align::left, 4, true}};
 }
 
 }  // namespace

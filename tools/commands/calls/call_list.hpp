@@ -21,11 +21,12 @@ struct CallRow {
   std::uint32_t attempt = 0;
   /// That has or had the last attempt.
   recording::InstanceNames::Name instance{};
-  /// "dispatched", "answered", "written": the last known step.
+  /// What became of it ("answered", "failed", "settled", "withdrawn"), or the last known step
+  /// ("dispatched", "held").
   std::string state{};
   /// Time of the last known step.
   fabric::Time at{};
-  /// From seen to ended; otherwise the time in the handler.
+  /// From seen to ended, if both are known: as everywhere.
   std::optional<std::chrono::nanoseconds> took{};
   /// The step with the response, if there is one.
   std::optional<recording::Step> response{};
@@ -37,7 +38,7 @@ class CallList {
   explicit CallList(std::size_t most) : calls_(most) {}
 
   void add(const recording::Entry& entry);
-  /// The oldest first.
+  /// The newest first.
   [[nodiscard]] std::vector<CallRow> rows() const;
 
  private:

@@ -1,4 +1,5 @@
 // millrace recording calls: the calls of a recording, or one of them over every hop.
+#include <algorithm>
 #include <limits>
 
 #include <fmt/format.h>
@@ -35,7 +36,9 @@ int list(const CallsOptions& options) {
   calls::CallList calls(std::numeric_limits<std::size_t>::max());
   const auto read = recording::read_entries(
       source, options.filter, [&](const recording::Entry& entry) { calls.add(entry); });
-  print_listing(calls::recorded_listing(), calls.rows(), options.output);
+  std::vector<calls::CallRow> rows = calls.rows();
+  std::ranges::reverse(rows);  // In the order of the recording.
+  print_listing(calls::recorded_listing(), rows, options.output);
   return report(options.file, read.problems, read.has_read);
 }
 

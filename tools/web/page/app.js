@@ -1,6 +1,6 @@
 // The frame of the page: views, connection, updates.
 import { assess, nextConcernIn } from './attention.js';
-import { element, replace, setAttribute, setText } from './dom.js';
+import { element, replace, setAttribute, setText, visible } from './dom.js';
 import { Model } from './model.js';
 import { shape } from './shapes.js';
 import { listen } from './stream.js';
@@ -170,7 +170,7 @@ function tellState(level, count) {
   counter.hidden = !(count > 0);
   setText(counter, String(count));
   const mark = level === 'person' ? `(${count}) ` : level === 'unknown' ? '(?) ' : '';
-  const title = `${mark}${view?.title() ?? ''} – ${words.title}`;
+  const title = visible(`${mark}${view?.title() ?? ''} – ${words.title}`);
   if (document.title !== title) {
     document.title = title;
   }
@@ -202,7 +202,8 @@ function updateConnection() {
   const { model } = app;
   const isKnown = model.about !== null;
   setText(fabric, isKnown ? model.about.fabric : '');
-  setText(time, clock(Date.now()));
+  // With the zone of all times of the page: "14:03:22 GMT+0200".
+  setText(time, new Date().toTimeString().slice(0, 17));
   setText(liveText, !isKnown || model.isLost ? words.link.connecting : words.link.live);
   setAttribute(live, 'data-live', isKnown && !model.isLost);
   setAttribute(document.body, 'data-lost', model.isLost);

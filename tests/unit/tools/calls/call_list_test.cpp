@@ -28,10 +28,40 @@ TEST(TheLastCalls, AreKnownFromTheReplyWhereTheEventsAreMissing) {
   EXPECT_EQ(row.state, "answered");
   EXPECT_EQ(row.call.first(recording::Stage::seen), nullptr);
   EXPECT_EQ(row.response->text, "1.414214");
-  EXPECT_EQ(row.took, 3'100us);
+  EXPECT_EQ(row.took, std::nullopt);
 }
 
-TEST(TheLastCalls, AreLimitedInNumberWithTheNewestLast) {
+TEST(TheLastCalls, AreHeldWhereTheirChannelSaysSo) {
+  CallList sut(10);
+  fabric::ChannelStatus status{.key = {"cnc", 1}, .state = fabric::ChannelState::held};
+  for (const recording::Entry& entry : one_call(1, 0)) {
+    if (std::holds_alternative<fabric::Request>(entry.sample)) {
+      sut.add(entry);
+      status.call = std::get<fabric::Request>(entry.sample).call;
+    }
+  }
+  EXPECT_EQ(sut.rows().front().state, "dispatched");
+  status.since = at(50);
+  sut.add({.sample = status});
+  EXPECT_EQ(sut.rows().front().state, "held");
+}
+
+TEST(TheLastCalls, ShowTheStateOfTheirResponse) {
+  CallList sut(10);
+  for (recording::Entry& entry : one_call(1, 0)) {
+    if (auto* const reply = std::get_if<fabric::Reply>(&entry.sample)) {
+      reply->state = 99;
+    }
+    if (auto* const event = std::get_if<fabric::Event>(&entry.sample)) {
+      event->state = event->kind == fabric::EventKind::written ? 99 : event->state;
+    }
+    sut.add(entry);
+  }
+  const std::string text = listing().text(sut.rows(), {}, at(100));
+  EXPECT_THAT(text, ContainsRegex("answered .*\"2\" 1 +\"1.414214\" 99"));
+}
+
+TEST(TheLastCalls, AreLimitedInNumberWithTheNewestFirst) {
   CallList sut(2);
   for (int number = 1; number <= 3; ++number) {
     for (const recording::Entry& entry :
@@ -40,8 +70,8 @@ TEST(TheLastCalls, AreLimitedInNumberWithTheNewestLast) {
     }
   }
   ASSERT_EQ(sut.rows().size(), 2U);
-  EXPECT_EQ(sut.rows().front().call.id.number, 2U);
-  EXPECT_EQ(sut.rows().back().call.id.number, 3U);
+  EXPECT_EQ(sut.rows().front().call.id.number, 3U);
+  EXPECT_EQ(sut.rows().back().call.id.number, 2U);
 }
 
 constexpr std::size_t wide = 200;
