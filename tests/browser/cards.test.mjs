@@ -67,6 +67,9 @@ for (const [what, kind, right, ready, prepare] of faults) {
       const caused = cause();
       await awaitText(page, `.concern[data-kind="${kind}"]`, right);
       context.diagnostic(`${what}: card after ${Math.round(performance.now() - began)} ms`);
+      if (kind === 'held') {
+        assert.match(await textOf(page, '.at-terminal'), new RegExp(`millrace retry cnc/1 --domain ${plant.domain}\\b`));
+      }
       await caused;
       await other.reload();
       let cards = [];

@@ -20,6 +20,8 @@ namespace millrace::tools::doctor {
 struct Joining {
   std::string fabric{};
   std::uint32_t domain = 0;
+  /// For suggested commands (fabric::profile::given_flags).
+  std::string flags{};
   /// Name or IPv4 address.
   std::string interface = "lo";
   bool multicast = true;

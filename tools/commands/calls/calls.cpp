@@ -5,6 +5,7 @@
 
 #include "base/program/command_line.hpp"
 #include "fabric/observer/observer.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
@@ -47,8 +48,9 @@ int list(const CallsOptions& options) {
     }
   }
   if (rows.empty() && options.output.is_text()) {
-    fmt::print("no call is known on fabric '{}', domain {}; 'millrace calls -f' follows them\n",
-               options.fabric.options().fabric, options.fabric.options().domain);
+    fmt::print("no call is known on fabric '{}', domain {}; 'millrace calls -f{}' follows them\n",
+               options.fabric.options().fabric, options.fabric.options().domain,
+               fabric::profile::given_flags(options.fabric));
   } else {
     print_listing(listing(), rows, options.output);
   }

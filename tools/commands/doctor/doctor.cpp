@@ -10,6 +10,7 @@
 #include "fabric/dds/configuration.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "fabric/profile/credentials.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "idl/fabric.pb.h"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/listing_flags.hpp"
@@ -125,6 +126,7 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
   tools::doctor::Joining joining{
       .fabric = join.fabric,
       .domain = join.domain,
+      .flags = fabric::profile::given_flags(flags),
       .cyclone_uri = fabric::dds::uses_uri(join) && std::getenv("CYCLONEDDS_URI") != nullptr,
       .version = MILLRACE_VERSION};
   if (!flags.file().empty()) {

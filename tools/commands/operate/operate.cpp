@@ -5,6 +5,7 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/print/json.hpp"
@@ -18,6 +19,16 @@ namespace {
 
 std::chrono::milliseconds patience_of(const OperateOptions& options) {
   return std::chrono::ceil<std::chrono::milliseconds>(options.timeout);
+}
+
+/// A gateway has nothing to say about a call that an instance has again.
+std::string result_text(fabric::CommandKind kind, const fabric::Outcome& outcome) {
+  if (!outcome.detail.empty()) {
+    return base::text::safe(outcome.detail);
+  }
+  return !outcome.done                        ? "refused"
+         : kind == fabric::CommandKind::retry ? "dispatched again"
+                                              : "done";
 }
 
 }  // namespace
@@ -117,8 +128,8 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   }
   const auto channel = live.channels().find(key);
   if (!is_pending(live)) {
-    fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels' shows them\n",
-               key.to_string());
+    fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels{}' shows them\n",
+               key.to_string(), fabric::profile::given_flags(options.fabric));
     return program::exit_failed;
   }
   command.key = key;
@@ -137,7 +148,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                                           {"detail", print::utf8(outcome.detail)}});
   } else {
     fmt::print("call {} of {}: {}\n", command.call.to_string(), key.to_string(),
-               base::text::safe(outcome.detail));
+               result_text(command.kind, outcome));
   }
   return outcome.done ? program::exit_done : program::exit_failed;
 }

@@ -9,6 +9,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -104,7 +105,8 @@ bool ReplayRun::wait_until_there(const std::function<std::vector<std::string>()>
                print::duration_text(options_.wait), base::text::safe(name));
   }
   if (!names.empty()) {
-    fmt::print(stderr, "millrace: no call was issued; see 'millrace services' and --wait\n");
+    fmt::print(stderr, "millrace: no call was issued; see 'millrace services{}' and --wait\n",
+               fabric::profile::given_flags(options_.fabric));
   }
   return names.empty();
 }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/controls.hpp"
 #include "tools/print/data.hpp"
 
 namespace millrace::tools::commands::status {
@@ -55,7 +56,8 @@ void add_machines(Problems& problems, const bus::FabricModel& live) {
   }
 }
 
-void add_channels(Problems& problems, const bus::FabricModel& live, fabric::Time now) {
+void add_channels(Problems& problems, const bus::FabricModel& live, fabric::Time now,
+                  const std::string& flags) {
   for (const auto& [key, status] : live.channels()) {
     const std::string name = key.to_string();
     switch (live.obstacle_of(status, now)) {
@@ -66,9 +68,9 @@ void add_channels(Problems& problems, const bus::FabricModel& live, fabric::Time
       case bus::Obstacle::held:
         problems.push_back(
             {exit_held, "HELD", name, status.since, status.reason,
-             fmt::format("check the machine, then 'millrace answer {} TEXT --state N' or 'millrace "
-                         "retry {}'",
-                         name, name)});
+             fmt::format("check the machine, then 'millrace answer {0}{1} TEXT --state N' or "
+                         "'millrace retry {0}{1}'",
+                         base::text::shell_word(name), flags)});
         break;
       case bus::Obstacle::unserved:
         problems.push_back(
@@ -103,11 +105,11 @@ void add_alarms(Problems& problems, const bus::FabricModel& live) {
 
 }  // namespace
 
-Problems problems_of(const bus::FabricModel& live, fabric::Time now) {
+Problems problems_of(const bus::FabricModel& live, fabric::Time now, const std::string& flags) {
   Problems problems;
   add_silent_instances(problems, live);
   add_machines(problems, live);
-  add_channels(problems, live, now);
+  add_channels(problems, live, now, flags);
   add_alarms(problems, live);
   return problems;
 }

@@ -27,8 +27,10 @@ struct Problem {
   std::string advice{};
 };
 
-/// Of gateways, controllers, calls, services and programs.
-std::vector<Problem> problems_of(const bus::FabricModel& live, fabric::Time now);
+/// Of gateways, controllers, calls, services and programs. `flags`: for suggested commands
+/// (fabric::profile::given_flags).
+std::vector<Problem> problems_of(const bus::FabricModel& live, fabric::Time now,
+                                 const std::string& flags = {});
 
 /// Problems for expected machines, or hosts of gateways, without a gateway.
 std::vector<Problem> missing_gateways(const bus::FabricModel& live,

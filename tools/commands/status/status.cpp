@@ -8,6 +8,7 @@
 
 #include "base/posix/system.hpp"
 #include "base/text/ascii.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
@@ -145,15 +146,18 @@ std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::F
   add_silent(problems, processes.instances, processes.of_instances);
   if (processes.gateways.empty() && processes.instances.empty() &&
       alarms_on(live, options.host).empty()) {
-    problems.push_back({base::program::exit_failed,
-                        "NO PROCESS",
-                        *options.host,
-                        {},
-                        fmt::format("no gateway, no service and no recorder of host '{}' is on "
-                                    "fabric '{}', domain {}",
-                                    *options.host, options.fabric.options().fabric,
-                                    options.fabric.options().domain),
-                        "'millrace services -i' and 'millrace machines' list those there are"});
+    problems.push_back(
+        {base::program::exit_failed,
+         "NO PROCESS",
+         *options.host,
+         {},
+         fmt::format("no gateway, no service and no recorder of host '{}' is on "
+                     "fabric '{}', domain {}",
+                     *options.host, options.fabric.options().fabric,
+                     options.fabric.options().domain),
+         fmt::format("'millrace services -i{0}' and 'millrace machines{0}' list those "
+                     "there are",
+                     fabric::profile::given_flags(options.fabric))});
   }
   return problems;
 }
@@ -165,7 +169,8 @@ int check(const StatusOptions& options) {
     asked = ask_processes(options, live);
   }
   std::vector<Problem> problems = asked ? problems_of_host(options, live, *asked)
-                                        : problems_of(live, std::chrono::system_clock::now());
+                                        : problems_of(live, std::chrono::system_clock::now(),
+                                                      fabric::profile::given_flags(options.fabric));
   for (const std::vector<Problem>& more :
        {missing_gateways(live, options.gateways), missing_instances(live, options.services)}) {
     problems.insert(problems.end(), more.begin(), more.end());

@@ -5,6 +5,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/commands/arguments.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -21,7 +22,8 @@ std::string advice_on(const VarsOptions& options, ErrorCode error) {
     case ErrorCode::symbol_not_found:
     case ErrorCode::not_found:
     case ErrorCode::invalid_data:
-      return fmt::format("; 'millrace vars {} list' shows the variables", *options.machine);
+      return fmt::format("; 'millrace vars {} list{}' shows the variables", *options.machine,
+                         fabric::profile::given_flags(options.fabric));
     case ErrorCode::invalid_group:
       return fmt::format("; does the controller have a channel {}?", options.channel);
     case ErrorCode::link_lost:

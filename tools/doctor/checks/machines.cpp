@@ -6,6 +6,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/text/controls.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/doctor/checks/checks.hpp"
@@ -97,6 +98,15 @@ void at_machines(const Findings& found, Report& report) {
   }
 }
 
+namespace {
+
+/// For this fabric: "millrace services --domain 7".
+std::string command(const Findings& found, std::string_view name) {
+  return fmt::format("millrace {}{}", name, found.joining.flags);
+}
+
+}  // namespace
+
 void at_channels(const Findings& found, Report& report) {
   using enum fabric::ChannelState;
   for (const auto& [key, status] : found.live.channels()) {
@@ -118,14 +128,17 @@ void at_channels(const Findings& found, Report& report) {
                                    where_the_uuid_stands(key.machine)));
         break;
       case bus::Obstacle::held:
-        report.problem(fmt::format("{} has a blocked at-most-once call: {}", channel, why),
-                       fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}{}",
-                                   channel, channel, before_a_retry(found, status)));
+        report.problem(
+            fmt::format("{} has a blocked at-most-once call: {}", channel, why),
+            fmt::format("millrace answer {0}{1} RESPONSE --state N, or millrace retry {0}{1}{2}",
+                        base::text::shell_word(channel), found.joining.flags,
+                        before_a_retry(found, status)));
         break;
       case bus::Obstacle::busy:
       case bus::Obstacle::long_busy:
         report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
-                       "start more instances; millrace services shows how busy they are");
+                       fmt::format("start more instances; {} shows how busy they are",
+                                   command(found, "services")));
         break;
     }
   }

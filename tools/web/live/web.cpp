@@ -167,6 +167,7 @@ Web::Web(WebOptions wanted, base::program::Log destination)
              .host = base::posix::host_name(),
              .fabric = options.join.fabric,
              .domain = options.join.domain,
+             .flags = options.joining.flags,
              .started = started,
              .recordings = !options.recordings.empty(),
              .actions = !options.users.empty()},

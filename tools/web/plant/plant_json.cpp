@@ -186,6 +186,7 @@ boost::json::object PlantModel::about(const fabric::Moment& now) const {
                           {"host", print::utf8(about_.host)},
                           {"fabric", print::utf8(about_.fabric)},
                           {"domain", about_.domain},
+                          {"flags", print::utf8(about_.flags)},
                           {"recordings", about_.recordings},
                           {"actions", about_.actions}};
   print::put_time(out, "started", about_.started);

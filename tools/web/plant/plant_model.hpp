@@ -35,6 +35,8 @@ struct About {
   std::string host{};
   std::string fabric{};
   std::uint32_t domain = 0;
+  /// For suggested commands (fabric::profile::given_flags).
+  std::string flags{};
   fabric::Time started{};
   bool recordings = false;
   bool actions = false;

@@ -52,6 +52,15 @@ TEST_F(Problems, HaveTheWorstFirstAndOfEqualsTheOldest) {
   EXPECT_THAT(found[1].advice, HasSubstr("'millrace retry press/3'"));
 }
 
+TEST_F(Problems, HaveCommandsForTheirFabric) {
+  sut.add(channel(3, ChannelState::held, square_root));
+  const auto problems = problems_of(sut, at(0), " --domain 7 --fabric 'hall 3'");
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_EQ(problems[0].advice,
+            "check the machine, then 'millrace answer press/3 --domain 7 --fabric 'hall 3' TEXT "
+            "--state N' or 'millrace retry press/3 --domain 7 --fabric 'hall 3''");
+}
+
 TEST_F(Problems, AreCallsThatWaitLongerThanAMinuteForAFreeInstance) {
   sut.add(news(1, "a"));
   sut.add(channel(1, ChannelState::waiting, square_root));

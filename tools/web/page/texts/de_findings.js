@@ -158,5 +158,5 @@ export const findings = [
   ['millrace answer {} RESPONSE --state N, or millrace retry {}', 'millrace answer {} ANTWORT --state N oder millrace retry {}'],
   ['{}; its service has no running instance: start it before you retry', '{}. Der Dienst hat keine laufende Instanz: Vor dem Wiederholen starten.'],
   ['{} waits for a free instance: {}', '{} wartet auf eine freie Instanz: {}'],
-  ['start more instances; millrace services shows how busy they are', 'Weitere Instanzen starten; millrace services zeigt die Auslastung.'],
+  ['start more instances; {} shows how busy they are', 'Weitere Instanzen starten; {} zeigt die Auslastung.'],
 ];
