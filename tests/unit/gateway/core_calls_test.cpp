@@ -177,6 +177,24 @@ TEST_F(CoreCallsTest, AnswersAnUnservedRequestOnlyWhereATimeIsConfigured) {
   EXPECT_THAT(all<Read>(confirm(actions)), SizeIs(1));
 }
 
+// The answer of the gateway needs a number, too.
+TEST_F(CoreCallsTest, AnswersAnUnservedRequestOnlyOnceTheJournalHasItsNumber) {
+  start({.everywhere = {.unserved = Rule{5s, 901}}});
+  const auto up = sut->on_link_up("cnc", {1, 2}, now);
+  request(1);
+  now.steady += 5s;
+  sut->on_time(now);
+  const auto has_answer = [](const Actions& actions) {
+    const auto records = all<Record>(actions);
+    return std::ranges::any_of(records, [](const Record& record) {
+      return std::holds_alternative<AnsweredEntry>(record.entry);
+    });
+  };
+  EXPECT_FALSE(has_answer(request(1)));
+  confirm(up);
+  EXPECT_TRUE(has_answer(request(1)));
+}
+
 TEST_F(CoreCallsTest, LetsAnOperatorAnswerThePendingCallOnly) {
   start();
   link_up();

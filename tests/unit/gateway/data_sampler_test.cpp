@@ -167,6 +167,17 @@ TEST_F(DataSampler, ReadsEachPeriodAndPublishesOnlyChanges) {
   EXPECT_THAT(numbers(samples[1]), ElementsAre(7));
 }
 
+TEST_F(DataSampler, ReadsOnceForAllPeriodsOfAStandstill) {
+  begin(one_group({"V.E.A"}));
+  run(950ms);
+  const std::size_t before = reads.size();
+  pass(10 * 100ms);
+  run(10ms);
+  EXPECT_THAT(reads, SizeIs(before + 1));
+  run(200ms);
+  EXPECT_THAT(reads, SizeIs(before + 3));
+}
+
 TEST_F(DataSampler, PublishesEachPeriodIfConfigured) {
   DataSettings settings = one_group({"V.E.A"});
   settings.groups[0].always = true;

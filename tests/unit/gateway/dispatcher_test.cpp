@@ -502,6 +502,18 @@ TEST_F(DispatcherCapacity, WithdrawsACallThatTheHeartbeatsOfItsInstanceNeverShow
   EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "another try";
 }
 
+// A heartbeat may cross a message; only two in a row prove that the instance does not have the
+// call.
+TEST_F(DispatcherCapacity, LeavesACallThatHeartbeatsNameNowAndThen) {
+  ready({1, 2});
+  add(1);
+  sut.on_published(ours(1), start);
+  for (auto at = start + 700ms; at < start + 5s; at += 200ms) {
+    ASSERT_THAT(heartbeat(1, {}, at), IsEmpty());
+    ASSERT_THAT(heartbeat(1, {ours(1)}, at + 100ms), IsEmpty());
+  }
+}
+
 TEST_F(DispatcherCapacity, BlocksAnAtMostOnceCallOfAnInstanceThatDoesNotReceive) {
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;

@@ -104,6 +104,29 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
+// The calls of another gateway are looked for whenever a channel is served again.
+TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatServedWhileItsOwnLinkWasDown) {
+  serve();
+  sut.on_link_down("cnc", {"the controller does not answer"}, time);
+  sut.on_machine(claim(1s), time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
+  sut.on_link_up("cnc", {1, 2}, time);
+  EXPECT_THAT(served, ElementsAre(1, 2));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
+}
+
+TEST_F(MachinesTest, InheritsTheCallOfAGatewayForWhichItStoodByOnTheSameLink) {
+  serve();
+  sut.on_machine(claim(1s), time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
+  time_passes();
+  sut.on_link_up("cnc", {1, 2}, time);
+  EXPECT_THAT(served, ElementsAre(1, 2));
+  EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
+}
+
 // A regression: a gateway that had stood still received the state of a call before its dispatch,
 // not after it, and dispatched it again. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallWhoseLastKnownStateIsWaiting) {

@@ -326,6 +326,27 @@ TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
+// What a controller did before counts no more after a new subscription.
+TEST_F(SubscriptionsTest, CountsLateNotificationsFromZeroOnANewLinkAndInANewMode) {
+  const auto be_late_twice = [&] {
+    be_trusted();
+    for (int times = 0; times < 2; ++times) {
+      told(7);
+      look(7);
+      clear();
+      now += 200ms;
+      told(0);
+    }
+    EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
+  };
+  be_late_twice();
+  sut.link_down();
+  be_late_twice();
+  take(sut.set_mode(SubscriptionMode::poll));
+  take(sut.set_mode(SubscriptionMode::notify));
+  be_late_twice();
+}
+
 TEST_F(SubscriptionsTest, SubscribesAgainWhereTheControllerHasDroppedAHandle) {
   be_trusted();
   told(std::nullopt);
@@ -395,6 +416,29 @@ TEST_F(RequiredSubscriptions, WarnAndSubscribeAgainAtLastOnceAMinute) {
   wait(1s);
   EXPECT_EQ(subscribed.size(), before + 1);
   EXPECT_THAT(said, SizeIs(1));
+}
+
+TEST_F(RequiredSubscriptions, CountLateNotificationsFromZeroAfterTheyWereGivenUp) {
+  be_trusted();
+  for (int times = 0; times < 3; ++times) {
+    told(7);
+    look(7);
+    clear();
+    now += 200ms;
+    told(0);
+  }
+  ASSERT_THAT(sut.status().text, HasSubstr("100 ms late"));
+  wait(1s);
+  grant();
+  look(0);
+  told(0);
+  ASSERT_TRUE(trusted[1]);
+  told(7);
+  look(7);
+  clear();
+  now += 200ms;
+  told(0);
+  EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
 TEST_F(RequiredSubscriptions, TrustAgainAfterAWhile) {

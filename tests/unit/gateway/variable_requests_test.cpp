@@ -434,6 +434,21 @@ TEST_F(VariableRequestsTest, AnswersWithWhatIsThereAfterAWrite) {
   EXPECT_EQ(number_in(answers.back().reply.results[0]), 77);
 }
 
+// A write may change more than its variable: an element and its array are two names.
+TEST_F(VariableRequestsTest, ReadsAfterAWriteWhatItHadReadBefore) {
+  begin({.writable = {{"V.E.*"}}, .requests_per_second = 1000, .cycle = 10s});
+  ask(request({"V.E.A", "V.E.B"}));
+  settle();
+  ask(write({"V.E.A"}, {{"5"}}));
+  settle();
+  numbers["V.E.B"] = 6;
+  ask(request({"V.E.A", "V.E.B"}));
+  settle();
+  ASSERT_THAT(answers, SizeIs(3));
+  EXPECT_EQ(number_in(answers[2].reply.results[0]), 5);
+  EXPECT_EQ(number_in(answers[2].reply.results[1]), 6);
+}
+
 TEST_F(VariableRequestsTest, ReportsALimitedNumberOfRefusedWritesASecondAndCountsTheOthers) {
   for (int i = 0; i < 100; ++i) {
     ask(write({"V.G.X"}, {{"1"}}));
