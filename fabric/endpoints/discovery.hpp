@@ -21,9 +21,8 @@ class Discovery {
   enum class Of : std::uint8_t {
     /// An endpoint with calls: it reads replies and reports what was matched with it.
     calls,
-    /// A tool without requests of its own. With trust, a reader of replies that keeps none of them
-    /// is
-    /// matched with each instance that may answer.
+    /// A tool without requests of its own. With trust it has a reader of replies that keeps none
+    /// of them and is matched with each instance that may answer.
     tools
   };
   /// `wake`, if not null, is posted when there is something to drain, and outlives this.

@@ -367,6 +367,7 @@ const noReasons = new Set([
   'millrace: no service has this UUID', '{}: {}; move it away or choose another journal folder', 'instance {}', '{} (pid {} on {})',
   'gateway {} (pid {} on {})', '{} at byte {}: the last {} bytes are cut off, as after a crash', '{}: {} {}',
   'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first response is released earlier',
+  'a text of {} bytes; {} are kept', '{} values of more than {} bytes; {} are kept', 'match writers of replies',
   'publishes a call of a gateway', 'cancels a call', 'sends a request in the epoch of a gateway', 'replies to a call of instance {}',
   'publishes the outcome of a command', 'participant {} {}, which belongs to another participant; ignored',
   'would release the NC program, which waits for RESPONSE and does not check RESPONSE_STATE', 'already connected', 'channels 1 to {} have a Service Interface',

@@ -254,7 +254,8 @@ test('certificates have to be of the shared CA, valid, and of the host', async (
   const [controllerFiles, gateway, expired, foreign] = [
     issue('controller'), issue('GATEWAY', '-days', '1'), issue('GATEWAY-expired', '-days', '-1'), issue('elsewhere')];
   const secured = await startConfiguredCnc(`secure_ads { listen: "127.0.0.1:0" only: true
-    shared_ca { ca: "${ca.certificate}" certificate: "${controllerFiles.certificate}" key: "${controllerFiles.key}" } }`);
+    shared_ca { ca: "${ca.certificate}" certificate: "${controllerFiles.certificate}" key: "${controllerFiles.key}"
+      client: "GATEWAY" } }`);
   const connect = (files) => new Client(secured.securePort, ...withCertificate(files), '-CAfile', ca.certificate, '-verify_return_error');
 
   let sut = connect(gateway);

@@ -1,6 +1,7 @@
 #include "tests/cluster/history/record_check.hpp"
 
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -15,12 +16,27 @@ struct Story {
   bool seen = false;
   bool over = false;
   bool withdrawn = false;
+  fabric::ChannelKey channel;
   std::set<std::string> answers;
   std::map<std::uint32_t, std::set<fabric::InstanceId>> attempts;
 };
 
 class Reader {
  public:
+  void read(const fabric::MachineStatus& status) {
+    if (!status.connected) {
+      return;
+    }
+    const auto [known, is_first] = gateways_.try_emplace(status.machine, status.gateway);
+    if (is_first || std::exchange(known->second, status.gateway) == status.gateway) {
+      return;
+    }
+    for (auto& [call, story] : stories_) {
+      story.over =
+          story.over || (story.channel.machine == status.machine && story.attempts.empty());
+    }
+  }
+
   void read(const fabric::Event& event) {
     if (event.call == fabric::CallId{}) {
       return;
@@ -29,6 +45,7 @@ class Reader {
     Story& story = stories_[call];
     if (event.kind == EventKind::seen) {
       story.seen = true;
+      story.channel = event.key;
       last_seen_[event.key] = call;
     } else if (event.kind == EventKind::dispatched) {
       story.attempts[event.attempt].insert(event.instance);
@@ -80,6 +97,7 @@ class Reader {
     violations.push_back(fmt::format(what, std::forward<Arguments>(arguments)...));
   }
 
+  std::map<std::string, fabric::InstanceId> gateways_;
   std::map<std::string, Story> stories_;
   std::map<fabric::ChannelKey, std::string> last_seen_;
 };
@@ -92,6 +110,8 @@ std::vector<std::string> violations_recorded(const std::vector<tools::recording:
   for (const tools::recording::Entry& entry : recording) {
     if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
       reader.read(*event);
+    } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+      reader.read(*machine);
     }
   }
   reader.judge(ended);

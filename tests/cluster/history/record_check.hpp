@@ -16,7 +16,9 @@ namespace millrace::tests::cluster {
 /// I1  all writes of a call's answer have the same answer
 /// I2  what is written belongs to the call that was seen last in that channel
 /// I3  nothing is written for a call that its program has withdrawn
-/// I5  every call that was seen is answered or withdrawn
+/// I5  every call that was seen is answered or withdrawn; not if its gateway was killed before it
+///     dispatched the call, because the journal does not have it then: the next gateway sees the
+///     request as a call of its own
 /// I9  an attempt is dispatched to one instance only
 std::vector<std::string> violations_recorded(const std::vector<tools::recording::Entry>& recording,
                                              const std::set<std::string>& ended);

@@ -159,6 +159,22 @@ TEST(TheRecording, ShowsACallThatDidNotEnd) {
   EXPECT_THAT(violations_recorded(recording, {"1-7"}), IsEmpty());
 }
 
+Entry of_gateway(std::uint8_t id) {
+  fabric::MachineStatus status{.machine = "cnc", .connected = true};
+  status.gateway.bytes.fill(id);
+  return {.sample = status};
+}
+
+TEST(TheRecording, MayHaveNoEndOfACallThatAKilledGatewayHadNotDispatched) {
+  const Recording seen{of_gateway(1), of(7, EventKind::seen), of_gateway(2)};
+  EXPECT_THAT(violations_recorded(seen, {}), IsEmpty());
+  const Recording dispatched{of_gateway(1), of(7, EventKind::seen),
+                             of(7, EventKind::dispatched, 1, 1), of_gateway(2)};
+  EXPECT_THAT(violations_recorded(dispatched, {}), ElementsAre(StartsWith("I5: call 1-7")));
+  const Recording same{of_gateway(1), of(7, EventKind::seen), of_gateway(1)};
+  EXPECT_THAT(violations_recorded(same, {}), ElementsAre(StartsWith("I5: call 1-7")));
+}
+
 TEST(TheRecording, ShowsAnAttemptThatWasDispatchedToTwoInstances) {
   const Recording recording{of(7, EventKind::dispatched, 1, 1), of(7, EventKind::dispatched, 1, 2)};
   EXPECT_THAT(violations_recorded(recording, {}), ElementsAre(StartsWith("I9: attempt 1")));

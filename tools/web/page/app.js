@@ -202,8 +202,10 @@ function updateConnection() {
   const { model } = app;
   const isKnown = model.about !== null;
   setText(fabric, isKnown ? model.about.fabric : '');
-  // With the zone of all times of the page: "14:03:22 GMT+0200".
-  setText(time, new Date().toTimeString().slice(0, 17));
+  const now = new Date().toTimeString();
+  setText(time, now.slice(0, 8));
+  // The zone of all times of the page.
+  time.title = now.slice(9);
   setText(liveText, !isKnown || model.isLost ? words.link.connecting : words.link.live);
   setAttribute(live, 'data-live', isKnown && !model.isLost);
   setAttribute(document.body, 'data-lost', model.isLost);

@@ -217,8 +217,13 @@ TEST(Outlive, StartsAProgramInASessionOfItsOwnWithoutTheMarkOfItsRun) {
   ::unsetenv("MILLRACE_BATCH_RUN");
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(::getsid(*sut), *sut);
-  std::ifstream environment("/proc/" + std::to_string(*sut) + "/environ");
-  const std::string all{std::istreambuf_iterator<char>(environment), {}};
+  // Empty while the kernel starts the program.
+  std::string all;
+  tests::await("the environment of process " + std::to_string(*sut), [&] {
+    std::ifstream environment("/proc/" + std::to_string(*sut) + "/environ");
+    all.assign(std::istreambuf_iterator<char>(environment), {});
+    return !all.empty();
+  });
   EXPECT_THAT(all, HasSubstr("PATH="));
   EXPECT_THAT(all, Not(HasSubstr("MILLRACE_BATCH_RUN")));
   ::kill(*sut, SIGKILL);

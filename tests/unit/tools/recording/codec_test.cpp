@@ -55,6 +55,19 @@ TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
   EXPECT_EQ(encoded_and_decoded(reply).uuid, uuid);
 }
 
+// The size of a nested message has one byte below 128 and two above.
+TEST(RecordingCodec, KeepsNestedMessagesOfAnySize) {
+  for (std::size_t size = 0; size <= 255; ++size) {
+    fabric::DataSample sample;
+    sample.key = {"press", 1};
+    sample.values.resize(2);
+    sample.values[0].reason = std::string(size, 'x');
+    sample.values[1].name = "V.E.B";
+    const Entry sent{.at = at(1), .sample = sample};
+    ASSERT_EQ(std::get<fabric::DataSample>(encoded_and_decoded(sent).sample), sample) << size;
+  }
+}
+
 TEST(RecordingCodec, ReadsNewValuesOfALaterVersionAsUnknown) {
   Entry sent = one_call(1, 0)[2];
   std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
