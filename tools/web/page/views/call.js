@@ -1,6 +1,6 @@
 // One call with its waterfall. While the call is in progress, the view follows it.
 import { get } from '../api.js';
-import { element, replace, slot, visible } from '../dom.js';
+import { element, replace, slot } from '../dom.js';
 import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
@@ -26,6 +26,7 @@ export function callView(app, id, path, back) {
   let shown = null;
   let shownNames = '';
   let recordedIn = [];
+  let over = null;
 
   const nameOf = (instance) => {
     const known = app.model.services.get(instance);
@@ -47,11 +48,11 @@ export function callView(app, id, path, back) {
     replace(content,
       facts('call-facts', [
         [words.calls.channel, element('a', { href: `#/calls?machine=${machine}&channel=${timeline.channel}` },
-          visible(`${timeline.machine}/${timeline.channel}`))],
-        [words.plant.service, element('a', { href: `#/services/${encodeURIComponent(timeline.uuid.toLowerCase())}`, title: visible(timeline.uuid) }, visible(service))],
-        [words.data.programs, app.model.totals?.program_channels > 0 && element('a', { href: `#/data?machine=${machine}` }, visible(timeline.machine))],
+          `${timeline.machine}/${timeline.channel}`)],
+        [words.plant.service, element('a', { href: `#/services/${encodeURIComponent(timeline.uuid.toLowerCase())}`, title: timeline.uuid }, service)],
+        [words.data.programs, app.model.totals?.program_channels > 0 && element('a', { href: `#/data?machine=${machine}` }, timeline.machine)],
         [words.plant.request, first && said(first.text)],
-        [words.recordings.title, recordedIn.length > 0 && recordedIn.map((name, i) => [i > 0 && ', ', element('a', { href: `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(id)}` }, visible(name))])],
+        [words.recordings.title, recordedIn.length > 0 && recordedIn.map((name, i) => [i > 0 && ', ', element('a', { href: `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(id)}` }, name)])],
       ]),
       waterfallChart(timeline, nameOf, app.now()));
   }
@@ -69,8 +70,13 @@ export function callView(app, id, path, back) {
     showButtons([channel.call, app.session.describe()], () => app.session.buttonsFor(channel));
   }
 
-  /** Shows the recordings that have this call. */
-  async function findRecordings(timeline) {
+  /** Shows the recordings that have the call that is over, once it is known whether there are any. */
+  async function findRecordings() {
+    const timeline = app.model.about?.recordings && over;
+    if (!timeline) {
+      return;
+    }
+    over = null;
     const at = milliseconds(timeline.steps.at(-1)?.time);
     const { recordings } = await get(['recordings']).catch(() => ({ recordings: [] }));
     recordedIn = recordings.filter((each) => each.machines?.includes(timeline.machine) && milliseconds(each.start) <= at && (each.writing || at <= milliseconds(each.end))).map(({ name }) => name);
@@ -91,8 +97,9 @@ export function callView(app, id, path, back) {
       }
       if (!ended(timeline)) {
         timer = setTimeout(ask, followMs);
-      } else if (app.model.about?.recordings) {
-        findRecordings(timeline);
+      } else {
+        over = timeline;
+        findRecordings();
       }
     } catch (problem) {
       replace(content, problem.status === 404 ? placeholder('missing', text.notKept, path[0] === 'recordings' ? problem.message : text.notKeptWhat)
@@ -105,6 +112,7 @@ export function callView(app, id, path, back) {
     title: () => text.title(id),
     update() {
       showChannel();
+      findRecordings();
       // Names of instances may arrive after the timeline.
       if (shown && namesIn(shown) !== shownNames) {
         show(shown);
