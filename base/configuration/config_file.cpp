@@ -38,12 +38,11 @@ class SyntaxErrors : public google::protobuf::io::ErrorCollector {
 
 tl::expected<std::string, std::string> read_text(const std::filesystem::path& file) {
   // Others could choose what a process runs, or to whom it talks.
-  if (const auto fault = base::posix::fault_of_file(file, base::posix::Secrecy::open)) {
-    return tl::unexpected(fmt::format("{}: {}; {}", file.string(), fault->what, fault->advice));
-  }
-  return base::posix::read_regular(file).map_error([&](const std::string& reason) {
-    return fmt::format("{}: cannot be read: {}", file.string(), reason);
-  });
+  return posix::read_guarded(file, posix::Secrecy::open)
+      .map_error([&](const posix::FileFault& fault) {
+        return fmt::format("{}: {}{}{}", file.string(), fault.what,
+                           fault.advice.empty() ? "" : "; ", fault.advice);
+      });
 }
 
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -25,16 +26,25 @@ std::optional<FileFault> fault_of_writers(const std::filesystem::path& path, mod
       "`chmod go-w " + path.string() + "`, and replace it if others may have changed it"};
 }
 
-}  // namespace
+/// Why a file was not read; `error` is 0 if the reason is its kind or size.
+struct Unread {
+  std::string reason;
+  int error = 0;
+};
 
-tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file) {
+Unread unread_now() {
+  const int error = errno;
+  return {std::strerror(error), error};
+}
+
+tl::expected<std::string, Unread> read(const std::filesystem::path& file) {
   const Fd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   struct stat status {};
   if (!fd || ::fstat(fd.get(), &status) != 0) {
-    return tl::unexpected(std::string(std::strerror(errno)));
+    return tl::unexpected(unread_now());
   }
   if (!S_ISREG(status.st_mode)) {
-    return tl::unexpected(std::string("it is not a regular file"));
+    return tl::unexpected(Unread{"it is not a regular file"});
   }
   std::string text;
   std::array<char, 16384> part{};
@@ -44,28 +54,14 @@ tl::expected<std::string, std::string> read_regular(const std::filesystem::path&
       return text;
     }
     if (size < 0 && errno != EINTR) {
-      return tl::unexpected(std::string(std::strerror(errno)));
+      return tl::unexpected(unread_now());
     }
     text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
   }
-  return tl::unexpected("it has more than " + std::to_string(largest_file >> 20U) + " MiB");
+  return tl::unexpected(Unread{"it has more than " + std::to_string(largest_file >> 20U) + " MiB"});
 }
 
-tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file) {
-  return read_regular(file).and_then(
-      [](std::string text) -> tl::expected<std::string, std::string> {
-        if (text.empty()) {
-          return tl::unexpected(std::string("it is empty"));
-        }
-        text.resize(std::min(text.find('\n'), text.size()));
-        if (text.ends_with('\r')) {
-          text.pop_back();
-        }
-        return text;
-      });
-}
-
-std::optional<FileFault> fault_of_file(const std::filesystem::path& file, Secrecy secrecy) {
+std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy secrecy) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) {
     return {};  // reading it reports the reason
@@ -82,15 +78,35 @@ std::optional<FileFault> fault_of_file(const std::filesystem::path& file, Secrec
                           secrecy == Secrecy::secret ? S_IWGRP | S_IWOTH : S_IWOTH);
 }
 
+}  // namespace
+
+tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file) {
+  return read(file).map_error([](Unread unread) { return std::move(unread.reason); });
+}
+
+tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file) {
+  return read_regular(file).and_then(
+      [](std::string text) -> tl::expected<std::string, std::string> {
+        if (text.empty()) {
+          return tl::unexpected(std::string("it is empty"));
+        }
+        text.resize(std::min(text.find('\n'), text.size()));
+        if (text.ends_with('\r')) {
+          text.pop_back();
+        }
+        return text;
+      });
+}
+
 tl::expected<std::string, FileFault> read_guarded(const std::filesystem::path& file,
                                                   Secrecy secrecy) {
-  if (auto fault = fault_of_file(file, secrecy)) {
+  if (auto fault = fault_of(file, secrecy)) {
     return tl::unexpected(*std::move(fault));
   }
-  return read_regular(file).map_error([](const std::string& reason) {
+  return read(file).map_error([](const Unread& unread) {
     return FileFault{
-        "cannot be read (" + reason + ")",
-        reason == std::strerror(EACCES)
+        "cannot be read (" + unread.reason + ")",
+        unread.error == EACCES
             ? "it and its folder have to be readable for the user of this program: see "
               "`chown` and `chmod`"
             : ""};

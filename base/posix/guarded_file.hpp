@@ -44,9 +44,6 @@ struct FileFault {
   std::string advice;
 };
 
-/// The fault of a file whose contents decide what a process does; a missing file has none.
-std::optional<FileFault> fault_of_file(const std::filesystem::path& file, Secrecy secrecy);
-
 /// As read_regular().
 tl::expected<std::string, FileFault> read_guarded(const std::filesystem::path& file,
                                                   Secrecy secrecy);

@@ -1,9 +1,6 @@
 #include "base/text/controls.hpp"
 
-#include <algorithm>
 #include <array>
-
-#include "base/text/ascii.hpp"
 
 namespace millrace::base::text {
 
@@ -36,20 +33,6 @@ std::optional<Control> control_at(std::string_view utf8) {
     }
   }
   return std::nullopt;
-}
-
-std::string shell_word(std::string_view word) {
-  const auto is_plain = [](char c) {
-    return is_alphanumeric(c) || std::string_view("_-./:@%+").find(c) != std::string_view::npos;
-  };
-  if (!word.empty() && std::ranges::all_of(word, is_plain)) {
-    return std::string(word);
-  }
-  std::string quoted = "'";
-  for (const char c : word) {
-    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  }
-  return quoted + '\'';
 }
 
 }  // namespace millrace::base::text

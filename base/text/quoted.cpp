@@ -126,4 +126,18 @@ std::string xml_text(std::string_view utf8) {
   return out;
 }
 
+std::string shell_word(std::string_view word) {
+  const auto is_plain = [](char c) {
+    return is_alphanumeric(c) || std::string_view("_-./:@%+").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::ranges::all_of(word, is_plain)) {
+    return std::string(word);
+  }
+  std::string quoted = "'";
+  for (const char c : word) {
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return quoted + '\'';
+}
+
 }  // namespace millrace::base::text

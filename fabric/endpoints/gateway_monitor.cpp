@@ -44,7 +44,8 @@ bool covers(const MachineStatus& status, const ChannelKey& key) {
   return queue || status.claims.empty() || std::ranges::count(status.claims, key.channel) > 0;
 }
 
-/// Only a gateway publishes about itself, also while it is taken for gone.
+/// Only a gateway publishes about itself, also while it is taken for gone: the maker of the id, or
+/// the first that uses it.
 constexpr auto by_maker = [](const ClaimKey&, const Claims::Sample& sample) {
   return sample.value.made_id ? 0 : 1;
 };

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text/controls.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::fabric::profile {
 

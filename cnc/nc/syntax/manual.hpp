@@ -1,6 +1,8 @@
 // The G functions and # commands that the manual lists (IB/tf5200_programming_manual/
 // 5251491951026763659, 5252011631026770315; IB/tccncprogramming/15557311115), beyond those that the
-// virtual CNC executes.
+// virtual CNC executes. The lists were read in part: G functions above 102 and some commands are
+// those of single pages and of the vendor's editor (isg-stuttgart/vscode-isg-cnc), and incomplete
+// (inferred).
 #pragma once
 
 #include <string_view>

@@ -51,7 +51,7 @@ TEST(ConfigFile, ReportsThatAFileIsMissing) {
   const auto sut = read_config<config::Gateway>(data("no_such_file.textproto"));
   ASSERT_FALSE(sut);
   EXPECT_THAT(sut.error(),
-              EndsWith("no_such_file.textproto: cannot be read: No such file or directory"));
+              EndsWith("no_such_file.textproto: cannot be read (No such file or directory)"));
 }
 
 TEST(ConfigFile, IsARegularFileOfALimitedSize) {
@@ -67,7 +67,7 @@ TEST(ConfigFile, IsARegularFileOfALimitedSize) {
   std::ofstream(large) << "#";
   std::filesystem::resize_file(large, (16U << 20U) + 1);
   EXPECT_EQ(read_config<config::Gateway>(large).error(),
-            large.string() + ": cannot be read: it has more than 16 MiB");
+            large.string() + ": cannot be read (it has more than 16 MiB)");
 }
 
 TEST(ConfigFile, IsNotOneThatAllUsersOfTheHostCanWrite) {

@@ -326,7 +326,7 @@ TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
-// What a controller did before counts no more after a new subscription.
+// Late notifications of an earlier subscription prove nothing about the next one.
 TEST_F(SubscriptionsTest, CountsLateNotificationsFromZeroOnANewLinkAndInANewMode) {
   const auto be_late_twice = [&] {
     be_trusted();

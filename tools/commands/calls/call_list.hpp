@@ -26,7 +26,7 @@ struct CallRow {
   std::string state{};
   /// Time of the last known step.
   fabric::Time at{};
-  /// From seen to ended, if both are known: as everywhere.
+  /// From seen to written; nullopt if one of them is not known.
   std::optional<std::chrono::nanoseconds> took{};
   /// The step with the response, if there is one.
   std::optional<recording::Step> response{};

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
-#include "base/text/controls.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/print/data.hpp"
 
 namespace millrace::tools::commands::status {

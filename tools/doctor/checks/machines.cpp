@@ -6,7 +6,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "base/text/controls.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/doctor/checks/checks.hpp"
@@ -98,15 +97,6 @@ void at_machines(const Findings& found, Report& report) {
   }
 }
 
-namespace {
-
-/// For this fabric: "millrace services --domain 7".
-std::string command(const Findings& found, std::string_view name) {
-  return fmt::format("millrace {}{}", name, found.joining.flags);
-}
-
-}  // namespace
-
 void at_channels(const Findings& found, Report& report) {
   using enum fabric::ChannelState;
   for (const auto& [key, status] : found.live.channels()) {
@@ -138,7 +128,7 @@ void at_channels(const Findings& found, Report& report) {
       case bus::Obstacle::long_busy:
         report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
                        fmt::format("start more instances; {} shows how busy they are",
-                                   command(found, "services")));
+                                   fmt::format("millrace {}{}", "services", found.joining.flags)));
         break;
     }
   }
