@@ -11,6 +11,8 @@ import puppeteer from 'puppeteer-core';
 
 const axeSource = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const pictures = process.env.MILLRACE_SCREENSHOTS;
+/** How long a test waits for a condition, ms: also on a host that other tests keep busy. */
+const patience = 60_000;
 
 export class Browser {
   /** "error: …", in the order in which they came. */
@@ -46,6 +48,7 @@ export class Browser {
   async open(url, { view = '', query = '', language = 'en', dark = false, width = 1440, height = 900, beside = null, without = [] } = {}) {
     const context = beside?.browserContext() ?? await this.#browser.createBrowserContext();
     const page = await context.newPage();
+    page.setDefaultTimeout(patience);
     await page.setViewport({ width, height });
     await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     // The language that the browser reports, as a user's settings would set it.
@@ -87,7 +90,7 @@ export class Browser {
 export const textOf = (page, selector) => page.$eval(selector, (node) => node.textContent).catch(() => undefined);
 
 /** Waits until an element that fits has a text in which `pattern` is found. */
-export async function awaitText(page, selector, pattern, timeout = 20_000) {
+export async function awaitText(page, selector, pattern, timeout = patience) {
   try {
     await page.waitForFunction((wanted, source, flags) => [...document.querySelectorAll(wanted)]
       .some((node) => new RegExp(source, flags).test(node.textContent)), { timeout, polling: 50 }, selector, pattern.source, pattern.flags);

@@ -22,7 +22,7 @@ export const squareRootUuid = '560aacbf-6335-44a9-895a-8b27f3ed5e47';
 export const slowUuid = '3d5a2f8c-9b1e-4f06-8a7d-1c2e3f405162';
 
 /** Waits until `condition` returns something true, which it resolves with. */
-export async function until(condition, what, milliseconds = 20_000) {
+export async function until(condition, what, milliseconds = 60_000) {
   const end = Date.now() + milliseconds;
   for (;;) {
     const value = await condition();
