@@ -43,17 +43,19 @@ MILLRACE_FIELDS(AlarmKey, responder, (kind, .json = "alarm"), subject)
 struct Alarm {
   AlarmKey key{};
   AlarmLevel level = AlarmLevel::problem;
-  /// The fault and its remedy: one sentence each, UTF-8, at most 255 bytes.
-  std::string text{};
-  std::string advice{};
+  /// The fault and its remedy: one sentence each.
+  Message text{};
+  Message advice{};
   Time since{};
   /// Name, host and process of the publisher; at most 63 bytes each.
   std::string program{};
   std::string host{};
   std::uint32_t pid = 0;
+  Extras extras{};
   bool operator==(const Alarm&) const = default;
 };
-MILLRACE_FIELDS(Alarm, key, level, text, advice, since, program, host, pid)
+MILLRACE_FIELDS(Alarm, key, level, text, advice, since, program, host, pid,
+                (extras, .sparse = true))
 
 /// `text` shortened to `most` bytes: a longer text ends with " …", and no character is cut in two.
 std::string shortened(std::string_view text, std::size_t most);

@@ -11,7 +11,6 @@ namespace {
 // Limits of idl/alarm.idl.
 constexpr std::size_t most_kind = 31;
 constexpr std::size_t most_name = 63;
-constexpr std::size_t most_text = 255;
 
 constexpr const char* kind_of_the_rest = "more";
 
@@ -30,8 +29,8 @@ void AlarmTable::raise(const Alarm& alarm, Time now) {
   const auto before = all_.find(key);
   all_.insert_or_assign(key, Alarm{.key = key,
                                    .level = alarm.level,
-                                   .text = one_text(alarm.text, most_text),
-                                   .advice = one_text(alarm.advice, most_text),
+                                   .text = alarm.text,
+                                   .advice = alarm.advice,
                                    .since = before == all_.end() ? now : before->second.since,
                                    .program = one_text(who_.program, most_name),
                                    .host = one_text(who_.host, most_name),

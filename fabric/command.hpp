@@ -35,11 +35,12 @@ struct Command {
   /// "user@host", for logs and recordings.
   std::string issuer{};
   Time at{};
+  Extras extras{};
   bool operator==(const Command&) const = default;
 };
 MILLRACE_FIELDS(Command, (id, .json = "command", .proto = "token", .on_wire = false),
                 (kind, .json = "what"), key, call, (text, .cp1252 = true, .most = max_text), state,
-                instance, issuer, at)
+                instance, issuer, at, (extras, .sparse = true))
 
 struct Outcome {
   /// Drawn when a gateway starts; an instance uses its own id.
@@ -47,10 +48,12 @@ struct Outcome {
   InstanceId command{};
   bool done = false;
   /// What was done, or why it was not done.
-  std::string detail{};
+  Message detail{};
   Time at{};
+  Extras extras{};
   bool operator==(const Outcome&) const = default;
 };
-MILLRACE_FIELDS(Outcome, responder, (command, .proto = "token", .on_wire = false), done, detail, at)
+MILLRACE_FIELDS(Outcome, responder, (command, .proto = "token", .on_wire = false), done, detail, at,
+                (extras, .sparse = true))
 
 }  // namespace millrace::fabric

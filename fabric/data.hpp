@@ -54,8 +54,8 @@ struct Value {
   Time at{};
   bool is_array = false;
   Elements elements{};
-  /// Why it is not good; at most 255 bytes.
-  std::string reason{};
+  /// Why it is not good.
+  Message reason{};
   bool operator==(const Value&) const = default;
 };
 MILLRACE_FIELDS(Value, name, type, quality, at, is_array, (elements, .on_wire = false), reason)
@@ -72,10 +72,11 @@ struct DataSample {
   std::chrono::nanoseconds wanted{};
   std::vector<Value> values{};
   bool replayed = false;
+  Extras extras{};
   bool operator==(const DataSample&) const = default;
 };
 MILLRACE_FIELDS(DataSample, (key, .required = true), group, at, period, wanted,
-                (values, .proto = "value"), replayed)
+                (values, .proto = "value"), replayed, (extras, .sparse = true))
 
 /// Reset: cancelled while it ran. On hold: in state hold of the CNC, and may continue.
 enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, on_hold, resumed };
@@ -95,14 +96,14 @@ struct ProgramEvent {
   std::optional<std::int64_t> parts{};
   /// The operation mode; 0 = not known.
   std::uint32_t mode = 0;
-  /// At most 255 bytes.
-  std::string detail{};
+  Message detail{};
   bool replayed = false;
+  Extras extras{};
   bool operator==(const ProgramEvent&) const = default;
 };
 MILLRACE_FIELDS(ProgramEvent, (key, .required = true), (kind, .json = "event"), at, started,
                 (program, .cp1252 = true), (error, .sparse = true), parts, (mode, .sparse = true),
-                detail, replayed)
+                detail, replayed, (extras, .sparse = true))
 
 // How a gateway publishes the numbers of a message queue: as machine data, in the group of this
 // name under the queue's own key, "press.alarms/1". Its values: last_filled, last_get and elements

@@ -12,9 +12,21 @@
 #include <string_view>
 #include <vector>
 
+#include "base/messages/message.hpp"
 #include "fabric/fields.hpp"
 
 namespace millrace::fabric {
+
+using base::messages::Message;
+
+/// What a later version adds to a sample: kept, and shown by its name.
+struct Extra {
+  std::string name{};
+  std::string bytes{};
+  bool operator==(const Extra&) const = default;
+};
+MILLRACE_FIELDS(Extra, name, (bytes, .cp1252 = true))
+using Extras = std::vector<Extra>;
 
 /// Bytes of a CNC string in CP1252, at most 127 (idl/millrace.idl).
 inline constexpr std::size_t max_text = 127;
@@ -72,6 +84,7 @@ struct Request {
   /// An instance without room keeps it for later instead of declining it: no other one has room.
   bool may_wait = false;
   bool replayed = false;
+  Extras extras{};
   /// The requester by DDS and its certificate (wire::requester_of); not on the wire. Set only in a
   /// request that an instance has taken.
   std::uint64_t requester = 0;
@@ -80,9 +93,10 @@ struct Request {
 MILLRACE_FIELDS(Request, (key, .required = true), call, (uuid, .words = "UUID", .sparse = true),
                 attempt, assigned, (succeeds, .hex = true),
                 (text, .cp1252 = true, .most = max_text), state, deadline, seen, dispatched,
-                may_wait, replayed, (requester, .on_wire = false, .observed = false))
+                may_wait, replayed, (extras, .sparse = true),
+                (requester, .on_wire = false, .observed = false))
 
-/// Declined: the attempt was not begun and will not be; the text has the reason.
+/// Declined: the attempt was not begun and will not be.
 enum class ReplyKind : std::uint8_t { interim, final, declined };
 enum class ServiceCode : std::uint8_t { ok, failed, repeated, refused };
 
@@ -101,13 +115,16 @@ struct Reply {
   Time received{};
   Time started{};
   Time answered{};
+  /// Of a declined one.
+  Message reason{};
   bool replayed = false;
+  Extras extras{};
   bool operator==(const Reply&) const = default;
 };
 MILLRACE_FIELDS(Reply, (key, .required = true), call, attempt, instance, (kind, .json = "reply"),
                 code, (text, .cp1252 = true, .most = max_text), state,
                 (asked_text, .observed = false), (asked_state, .observed = false), received,
-                started, answered, replayed)
+                started, answered, (reason, .sparse = true), replayed, (extras, .sparse = true))
 
 enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 
@@ -165,39 +182,6 @@ enum class ChannelState : std::uint8_t {
   held
 };
 
-/// Why a channel does not go on, for programs; ChannelStatus::reason says it to people.
-enum class Cause : std::uint8_t {
-  /// It does, or its state says all.
-  none,
-  /// No service has the UUID, which may be empty or malformed.
-  unknown_uuid,
-  /// The service is known, but none of its instances is there or ready.
-  no_instance,
-  /// Its instances serve other channels.
-  other_channels,
-  /// Its instances finish their calls and accept no new ones.
-  draining,
-  /// Each instance has as many calls as it runs at once.
-  busy,
-  /// The instance that had the call is gone, or does not read its requests.
-  instance_lost,
-  /// The gateway that had the channel is gone and may have dispatched the call.
-  gateway_lost,
-  /// The service's answer cannot be written.
-  answer_refused,
-  /// No answer in the time that the configuration allows.
-  deadline,
-  /// The journal cannot be written, or has not confirmed an entry.
-  journal,
-  /// The controller refuses a read or a write, or does not show what was written.
-  controller,
-  /// The instance that the gateway gave the call to has declined it.
-  declined,
-  /// A blocked call whose instance is lost: no operator has settled it in the time that the
-  /// configuration allows.
-  held_too_long
-};
-
 struct ChannelStatus {
   ChannelKey key{};
   ChannelState state = ChannelState::link_down;
@@ -206,9 +190,8 @@ struct ChannelStatus {
   std::uint32_t attempt = 0;
   InstanceId instance{};
   std::string uuid{};
-  Cause cause = Cause::none;
-  /// For people. At most 255 bytes.
-  std::string reason{};
+  /// Why it does not go on; empty if it does, or if its state says all.
+  Message reason{};
   std::uint64_t calls = 0;
   std::uint64_t answered = 0;
   std::uint64_t withdrawn = 0;
@@ -217,13 +200,14 @@ struct ChannelStatus {
   std::uint64_t failed = 0;
   /// An observer says that the gateway is gone; only key, since and reason have a value then.
   bool gone = false;
+  Extras extras{};
   bool operator==(const ChannelStatus&) const = default;
 };
 MILLRACE_FIELDS(ChannelStatus, (key, .required = true), call,
                 (uuid, .words = "UUID", .sparse = true), (state, .json = "channel_state"), since,
-                attempt, instance, cause, reason, calls, (answered, .json = "answered_calls"),
-                withdrawn, (repeated, .proto = "repeated_calls"), late, failed,
-                (gone, .sparse = true, .on_wire = false))
+                attempt, instance, reason, calls, (answered, .json = "answered_calls"), withdrawn,
+                (repeated, .proto = "repeated_calls"), late, failed,
+                (gone, .sparse = true, .on_wire = false), (extras, .sparse = true))
 
 /// No gateway claims before 2020 or after 2199: even a gateway with an unset clock claims within
 /// these limits. A sample outside of them is a mistake or a lie, and would block the machine or
@@ -246,6 +230,16 @@ enum class WatchMode : std::uint8_t {
   pushed
 };
 
+/// Whether a gateway that ends without a word has what it needs to continue its calls.
+enum class JournalState : std::uint8_t {
+  not_known,
+  kept,
+  /// By its configuration: after a crash calls that were under way may run twice or be lost.
+  none,
+  /// There is one, and it cannot be written: no new call is accepted.
+  not_writable
+};
+
 /// The link between a gateway and one controller, and which of its channels the gateway claims.
 struct MachineStatus {
   std::string machine{};
@@ -261,8 +255,7 @@ struct MachineStatus {
   /// TCP address and AMS NetId, as the configuration has them; at most 127 bytes.
   std::string address{};
   /// For people: why it is not connected, which channels another gateway serves, why it is polled.
-  /// At most 255 bytes.
-  std::string reason{};
+  Message reason{};
   std::uint16_t channels = 0;
   /// Time between two reads of an idle channel.
   std::chrono::nanoseconds poll{};
@@ -274,9 +267,11 @@ struct MachineStatus {
   std::uint32_t pid = 0;
   std::string version{};
   std::uint64_t epoch = 0;
+  JournalState journal = JournalState::not_known;
   /// An observer says that the gateway is gone; only machine, gateway, since and reason have a
   /// value then.
   bool gone = false;
+  Extras extras{};
   bool operator==(const MachineStatus&) const = default;
 };
 MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, watch, since, address,
@@ -284,7 +279,7 @@ MILLRACE_FIELDS(MachineStatus, (machine, .words = "machine name"), connected, wa
                 (host, .json = "gateway_host", .words = "host name"), (pid, .json = "gateway_pid"),
                 (version, .json = "gateway_version"), gateway,
                 (epoch, .json = "gateway_epoch", .hex = true), claimed, (claims, .most = 255),
-                (gone, .sparse = true, .on_wire = false))
+                journal, (gone, .sparse = true, .on_wire = false), (extras, .sparse = true))
 
 struct InstanceStatus {
   InstanceId instance{};
@@ -323,9 +318,10 @@ struct Heartbeat {
   /// At most 64: of its instances those with calls, those whose numbers changed lately, and the
   /// others in turn.
   std::vector<InstanceLoad> loads{};
+  Extras extras{};
   bool operator==(const Heartbeat&) const = default;
 };
-MILLRACE_FIELDS(Heartbeat, process, at, (loads, .most = 64))
+MILLRACE_FIELDS(Heartbeat, process, at, (loads, .most = 64), (extras, .sparse = true))
 
 enum class EventKind : std::uint8_t {
   seen,
@@ -351,13 +347,15 @@ struct Event {
   std::string uuid{};
   std::string text{};
   std::uint32_t state = 0;
-  std::string detail{};
+  Message detail{};
   bool replayed = false;
+  Extras extras{};
   bool operator==(const Event&) const = default;
 };
 MILLRACE_FIELDS(Event, (key, .required = true), call, (uuid, .words = "UUID", .sparse = true),
                 (kind, .json = "event"), attempt, at, instance,
-                (text, .cp1252 = true, .most = max_text), state, detail, replayed)
+                (text, .cp1252 = true, .most = max_text), state, detail, replayed,
+                (extras, .sparse = true))
 
 /// A UUID in canonical lower case without braces and surrounding blanks; an identifier that is not
 /// a UUID is used unchanged, trimmed (design: "Addressing").
@@ -370,17 +368,10 @@ bool is_uuid(std::string_view text);
 /// "5f3a9c0112d4-17", as CallId::to_string() writes it; nothing for another text.
 std::optional<CallId> parse_call_id(std::string_view text);
 
-// Enumeration values from another process that this one may not know. Pure.
-//
-//   if (!is_known(reply)) …                  // "is of an unknown kind or code"
-
-/// Any kind of a later version, or an invalid one.
-inline constexpr auto unknown_kind =
-    static_cast<ReplyKind>(std::numeric_limits<std::uint8_t>::max());
-
-/// Whether this version knows the kind of the reply.
+/// Whether this version knows kind and code of the reply. One that it does not know answers no
+/// call: a later version may mean anything with it.
 inline bool is_known(const Reply& reply) {
-  return reply.kind <= ReplyKind::declined;
+  return reply.kind <= ReplyKind::declined && reply.code <= ServiceCode::refused;
 }
 
 }  // namespace millrace::fabric

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
@@ -127,11 +128,11 @@ std::string issuer_of(const std::string& certificate, const std::string& said) {
   return fmt::format("{:.40} ({:.80})", certificate, said);
 }
 
-std::string time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now) {
+base::messages::Message time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now) {
   const auto left = until - now;
   return left < std::chrono::days(2)
-             ? fmt::format("{} hours", std::chrono::floor<std::chrono::hours>(left).count())
-             : fmt::format("{} days", std::chrono::floor<std::chrono::days>(left).count());
+             ? base::messages::hours(std::chrono::floor<std::chrono::hours>(left).count())
+             : base::messages::days(std::chrono::floor<std::chrono::days>(left).count());
 }
 
 }  // namespace millrace::fabric

@@ -19,10 +19,12 @@
 #include <string_view>
 #include <vector>
 
+#include "base/messages/message.hpp"
+
 namespace millrace::fabric {
 
 /// The topic; its type is in idl/identity.idl.
-inline constexpr const char* identity_topic_name = "millrace/identity";
+inline constexpr const char* identity_topic_name = "millrace/v5/identity";
 
 struct ParticipantIdentity {
   /// The common name of the certificate.
@@ -96,6 +98,6 @@ std::string issuer_of(const std::string& certificate, const std::string& said);
 inline constexpr std::chrono::days certificate_expires_soon{30};
 
 /// "30 days"; in the last two days "40 hours".
-std::string time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now);
+base::messages::Message time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now);
 
 }  // namespace millrace::fabric

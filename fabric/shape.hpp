@@ -39,6 +39,8 @@ enum class Kind : std::uint8_t {
   maybe_i64,
   id,
   text,
+  /// A sentence as data.
+  message,
   scope,
   /// It has fields itself.
   shape,
@@ -153,6 +155,8 @@ constexpr Kind kind_of_member() {
     return Kind::id;
   } else if constexpr (std::same_as<Member, std::string>) {
     return Kind::text;
+  } else if constexpr (std::same_as<Member, Message>) {
+    return Kind::message;
   } else if constexpr (std::same_as<Member, ChannelScope>) {
     return Kind::scope;
   } else if constexpr (HasFields<Member>) {

@@ -49,10 +49,12 @@ struct VariableRequest {
   /// Which limit it exceeds, in words; then names and values are omitted. Only in a received
   /// request.
   std::string excess{};
+  Extras extras{};
   bool operator==(const VariableRequest&) const = default;
 };
 MILLRACE_FIELDS(VariableRequest, requester, token, (key, .required = true), action, names, values,
-                first, patience, age, issuer, at, (excess, .on_wire = false))
+                first, patience, age, issuer, at, (excess, .on_wire = false),
+                (extras, .sparse = true))
 
 struct VariableResult {
   Value value{};
@@ -70,8 +72,8 @@ MILLRACE_FIELDS(VariableResult, value, error, writable, size, dimensions)
 struct VariableReply {
   InstanceId token{};
   bool done = false;
-  /// The reason of a failure; at most 255 bytes.
-  std::string reason{};
+  /// The reason of a failure.
+  Message reason{};
   /// One for each name, in order; of a listing the variables.
   std::vector<VariableResult> results{};
   /// For a write: the values before it.
@@ -79,8 +81,10 @@ struct VariableReply {
   /// For a listing: the number of variables in the family.
   std::uint32_t total = 0;
   Time at{};
+  Extras extras{};
   bool operator==(const VariableReply&) const = default;
 };
-MILLRACE_FIELDS(VariableReply, token, done, reason, results, before, total, at)
+MILLRACE_FIELDS(VariableReply, token, done, reason, results, before, total, at,
+                (extras, .sparse = true))
 
 }  // namespace millrace::fabric

@@ -37,11 +37,8 @@ std::string_view name_of(ChannelState state) {
       {"link down", "idle", "unserved", "waiting", "running", "answering", "held"}, state);
 }
 
-std::string_view name_of(Cause cause) {
-  return pick<Cause, 14>({"none", "unknown UUID", "no instance", "other channels", "draining",
-                          "busy", "instance lost", "gateway lost", "answer refused", "deadline",
-                          "journal", "controller", "declined", "held too long"},
-                         cause);
+std::string_view name_of(JournalState state) {
+  return pick<JournalState, 4>({"not known", "kept", "none", "not writable"}, state);
 }
 
 std::string_view name_of(WatchMode mode) {

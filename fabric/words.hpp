@@ -19,7 +19,7 @@ std::string_view name_of(Delivery delivery);
 std::string_view name_of(CompletionSignal completion_signal);
 /// "link down", "idle", "running" …
 std::string_view name_of(ChannelState state);
-std::string_view name_of(Cause cause);
+std::string_view name_of(JournalState state);
 std::string_view name_of(WatchMode mode);
 /// "seen", "dispatched" …
 std::string_view name_of(EventKind kind);

@@ -11,14 +11,6 @@
 
 namespace millrace::gateway {
 
-// Why a channel does not go on, for programs and for people.
-
-struct Reason {
-  fabric::Cause cause = fabric::Cause::none;
-  std::string text{};
-  bool operator==(const Reason&) const = default;
-};
-
 /// Call numbers of `epoch` below `reserved` may be in use. Written a block ahead, so that a number
 /// is never given twice even if the newest entries are lost with the power.
 struct NumbersEntry {
@@ -115,7 +107,7 @@ struct BlockedEntry {
   fabric::CallId call{};
   std::string uuid{};
   fabric::Time since{};
-  Reason reason{};
+  fabric::Message reason{};
   bool operator==(const BlockedEntry&) const = default;
 };
 

@@ -70,7 +70,8 @@ class Outputs {
   virtual void log(const fabric::ChannelKey& key, Level level, const std::string& text) = 0;
   /// The write that the controller acknowledged and does not show; empty once there is none. Each
   /// time it changes.
-  virtual void report_write_problem(const fabric::ChannelKey& key, const std::string& text) = 0;
+  virtual void report_write_problem(const fabric::ChannelKey& key,
+                                    const fabric::Message& problem) = 0;
 };
 
 }  // namespace millrace::gateway

@@ -5,25 +5,24 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway {
 
-tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state,
-                                                 fabric::CompletionSignal completion_signal) {
+tl::expected<Response, fabric::Message> Response::of(std::string text, std::uint32_t state,
+                                                     fabric::CompletionSignal completion_signal) {
   if (completion_signal == fabric::CompletionSignal::response_state && state == 0) {
-    return tl::unexpected(std::string("has state 0, which does not release the NC program"));
+    return tl::unexpected(base::messages::response_state_zero());
   }
   if (completion_signal == fabric::CompletionSignal::response && text.empty()) {
-    return tl::unexpected(
-        std::string("is empty, which does not release an NC program that waits for RESPONSE"));
+    return tl::unexpected(base::messages::response_empty());
   }
   if (text.size() > fabric::max_text) {
-    return tl::unexpected(
-        fmt::format("has {} bytes, at most {} fit", text.size(), fabric::max_text));
+    return tl::unexpected(base::messages::response_too_long(text.size(), fabric::max_text));
   }
   if (const auto nul = text.find('\0'); nul != std::string::npos) {
-    return tl::unexpected(fmt::format("has a NUL at byte {}, where a CNC string would end", nul));
+    return tl::unexpected(base::messages::response_with_nul(nul));
   }
   return Response(std::move(text), state);
 }

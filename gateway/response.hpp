@@ -24,7 +24,7 @@ inline constexpr std::uint32_t refused_state = 500;
 class Response {
  public:
   /// The error says what is wrong, in words that go after "the answer ".
-  static tl::expected<Response, std::string> of(
+  static tl::expected<Response, fabric::Message> of(
       std::string text, std::uint32_t state,
       fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state);
 

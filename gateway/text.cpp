@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway {
 
 std::string printable(std::string_view text) {
@@ -13,24 +15,16 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-std::string truncate_reason(std::string text) {
-  constexpr std::size_t most = 255;
-  if (text.size() > most) {
-    text.replace(most - 3, text.size(), "...");
-  }
-  return text;
-}
-
-std::string end_reason(RequestStatus status, const ServiceSnapshot& snapshot) {
+fabric::Message end_reason(RequestStatus status, const ServiceSnapshot& snapshot) {
   switch (status) {
     case RequestStatus::withdrawn:
-      return "the NC program withdrew the request";
+      return base::messages::program_withdrew();
     case RequestStatus::replaced:
-      return "the NC program replaced the request";
+      return base::messages::program_replaced();
     case RequestStatus::answered:
-      return fmt::format("another writer set RESPONSE_STATE to {}", snapshot.response_state);
+      return base::messages::answered_elsewhere(snapshot.response_state);
     case RequestStatus::pending:
-      return "the NC program made a new request";
+      return base::messages::program_new_request();
   }
   return {};
 }

@@ -15,10 +15,10 @@ namespace {
 /// does not decide. The fabric or the UUID may also be wrong.
 std::string role_needed(std::string_view what) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> roles{
-      {{"write millrace/command", "operator"},
-       {"write millrace/variable/request", "operator"},
-       {"write millrace/v4/request", "gateway or tester"},
-       {"write millrace/v4/reply", "service with this UUID"},
+      {{"write millrace/v5/command", "operator"},
+       {"write millrace/v5/variable/request", "operator"},
+       {"write millrace/v5/request", "gateway or tester"},
+       {"write millrace/v5/reply", "service with this UUID"},
        {"write millrace/machine", "gateway"}}};
   for (const auto& [topic, role] : roles) {
     if (what.starts_with(topic)) {

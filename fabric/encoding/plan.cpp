@@ -99,14 +99,10 @@ bool take_bytes(In& in, std::string_view& bytes) {
   return in.Skip(static_cast<int>(size));
 }
 
-/// The numbers of an enumeration that a newer version knows become one that has no word.
-void set(const Leaf& leaf, Kind kind, void* member, std::uint64_t number) {
-  constexpr std::uint8_t unknown = 0xff;
-  if (kind == Kind::word &&
-      (number > unknown || leaf.word(static_cast<std::uint8_t>(number)) == "unknown")) {
-    number = unknown;
-  }
-  set_number(kind, member, number);
+/// A code that only a later version knows keeps its number; none has more than an octet.
+void set(Kind kind, void* member, std::uint64_t number) {
+  constexpr std::uint64_t most = 0xff;
+  set_number(kind, member, kind == Kind::word ? std::min(number, most) : number);
 }
 
 /// Fields of type string hold UTF-8. Texts of the fabric are, by convention; where one is not, its
@@ -121,6 +117,51 @@ void put_text(std::string& out, std::uint32_t tag, std::uint32_t raw_tag, Type::
   if (raw_tag != 0) {
     put_bytes(out, raw_tag, text);
   }
+}
+
+// The fields of a sentence in recording.Message.
+constexpr std::uint32_t code_tag = 1U << 3U | bytes_follow;
+constexpr std::uint32_t argument_tag = 2U << 3U | bytes_follow;
+constexpr std::uint32_t text_tag = 3U << 3U | bytes_follow;
+/// Of sentences in one another; in a foreign file deeper ones are left out.
+constexpr int most_depth = 4;
+
+void put_message(std::string& out, const Message& message, bool with_text) {
+  if (!message.code.empty()) {
+    put_bytes(out, code_tag, message.code);
+  }
+  for (const Message& argument : message.arguments) {
+    put_sized(out, argument_tag, [&] { put_message(out, argument, true); });
+  }
+  if (with_text && !message.text.empty()) {
+    put_text(out, text_tag, 0, Type::TYPE_STRING, message.text);
+  }
+}
+
+/// Adds to `message` what the bytes have.
+bool take_message(std::string_view bytes, Message& message, int depth = 0) {
+  In in(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()));
+  while (const std::uint32_t tag = in.ReadTag()) {
+    std::string_view inner;
+    if (tag != code_tag && tag != argument_tag && tag != text_tag) {
+      if (!Lite::SkipField(&in, tag)) {
+        return false;
+      }
+      continue;
+    }
+    if (!take_bytes(in, inner)) {
+      return false;
+    }
+    if (tag == code_tag) {
+      message.code = inner;
+    } else if (tag == text_tag) {
+      message.text = inner;
+    } else if (depth < most_depth &&
+               !take_message(inner, message.arguments.emplace_back(), depth + 1)) {
+      return false;
+    }
+  }
+  return in.ConsumedEntireMessage();
 }
 
 /// An invalid scope matches no channel: if it were dropped, the instance would seem to serve every
@@ -172,6 +213,10 @@ void Plan::add(Shape shape, const std::vector<const Leaf*>& path, const Plan* ot
         places_[places_.size() - 2].raw_tag = places_.back().tag;
         places_.back().is_read_only = true;
       }
+      const Type* const message = message_.FindFieldByName(name + "_message");
+      if (message != nullptr && leaf.kind == Kind::message) {
+        add(here, *message);
+      }
     }
   }
 }
@@ -201,6 +246,15 @@ void Plan::write(const void* value, std::string& out) const {
       case Kind::text:
         if (const auto& text = as<std::string>(member); !text.empty()) {
           put_text(out, place.tag, place.raw_tag, place.type, text);
+        }
+        break;
+      case Kind::message:
+        if (const auto& message = as<Message>(member); place.type == Type::TYPE_STRING) {
+          if (!message.text.empty()) {
+            put_text(out, place.tag, 0, place.type, message.text);
+          }
+        } else if (!message.code.empty()) {
+          put_sized(out, place.tag, [&] { put_message(out, message, false); });
         }
         break;
       case Kind::id:
@@ -272,9 +326,9 @@ bool Plan::read_number(const Place& place, void* member, In& in) {
   }
   const Leaf& leaf = place.leaf();
   if (leaf.kind == Kind::list) {
-    set(leaf, leaf.element, leaf.add(member), number);
+    set(leaf.element, leaf.add(member), number);
   } else {
-    set(leaf, leaf.kind, member, number);
+    set(leaf.kind, member, number);
   }
   return true;
 }
@@ -296,7 +350,13 @@ bool Plan::read_bytes(const Place& place, void* member, std::string_view bytes) 
   if (place.inner) {
     return place.inner->read(to, bytes);
   }
-  if (kind == Kind::text) {
+  if (kind == Kind::message) {
+    auto& message = as<Message>(to);
+    if (place.type != Type::TYPE_STRING) {
+      return take_message(bytes, message);
+    }
+    message.text = bytes;
+  } else if (kind == Kind::text) {
     as<std::string>(to) = bytes;
   } else if (kind == Kind::scope) {
     as<ChannelScope>(to) = scope_of(bytes);

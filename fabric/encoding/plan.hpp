@@ -6,7 +6,8 @@
 //   plan.read(&request, bytes)      // false if the bytes are damaged
 //
 // A field stands in the message under its own name, a duration with _ns or _ms behind it. What
-// cannot be UTF-8 stands as it is in a second field NAME_bytes, if the message has one. A number
+// cannot be UTF-8 stands as it is in a second field NAME_bytes, if the message has one; code and
+// arguments of a sentence stand in NAME_message. A number
 // that is 0, an empty text and an id of zeros are left out.
 #pragma once
 
@@ -35,8 +36,8 @@ class Plan {
 
   [[nodiscard]] bool is_empty() const { return places_.empty(); }
   void write(const void* value, std::string& out) const;
-  /// A missing number becomes 0, whatever the value begins with; an unknown enumerator becomes 255,
-  /// "unknown".
+  /// A missing number becomes 0, whatever the value begins with; a code that this version does not
+  /// know keeps its number.
   [[nodiscard]] bool read(void* value, std::string_view bytes) const;
 
  private:

@@ -7,6 +7,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/wire/writer.hpp"
@@ -100,14 +101,12 @@ void AlarmEndpoint::Impl::check_certificate() {
   const dds::Trust& trust = *participant.options().trust;
   const auto now = std::chrono::system_clock::now();
   if (trust.until - now < certificate_expires_soon) {
-    table.raise(
-        {.key = {.kind = "certificate"},
-         .level = AlarmLevel::warning,
-         .text = fmt::format("the certificate {} expires on {:%F %R} UTC", trust.name, trust.until),
-         .advice = fmt::format("run `millrace trust renew PKI {}` on the admin host, copy the "
-                               "folder again, and restart this process",
-                               trust.name)},
-        now);
+    table.raise({.key = {.kind = "certificate"},
+                 .level = AlarmLevel::warning,
+                 .text = base::messages::certificate_expires(trust.name,
+                                                             fmt::format("{:%F %R}", trust.until)),
+                 .advice = base::messages::renew_certificate(trust.name)},
+                now);
     static_cast<void>(tell());
     return;
   }

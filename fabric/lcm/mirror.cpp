@@ -61,6 +61,8 @@ class Putter {
         if constexpr (HasFields<decltype(from)>) {
           all(from, to);
         }
+      } else if constexpr (std::is_same_v<decltype(from), const fabric::Message&>) {
+        field.get(to) = without_nul(from.text);
       } else if constexpr (std::is_same_v<decltype(from), const std::string&>) {
         field.get(to) = is_cp1252(field.name, field.options) ? shown(from) : without_nul(from);
       } else {
@@ -136,6 +138,8 @@ class Getter {
         if constexpr (HasFields<decltype(to)>) {
           all(from, to);
         }
+      } else if constexpr (std::is_same_v<decltype(to), fabric::Message&>) {
+        to = replaced(field.get(from), null_symbol, std::string_view("\0", 1));
       } else if constexpr (std::is_same_v<decltype(to), std::string&>) {
         to = is_cp1252(field.name, field.options)
                  ? cp1252_of(field.get(from),

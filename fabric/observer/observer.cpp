@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/dds/listeners.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/endpoints/gateway_monitor.hpp"
@@ -46,9 +47,6 @@ std::optional<Sample> sample_of(wire::Taken<Request>&& taken) {
   }
   return taken.valid ? std::optional<Sample>(std::move(taken.value)) : std::nullopt;
 }
-
-/// A channel or machine whose gateway left would look alive for ever.
-constexpr const char* gateway_gone = "its gateway is gone";
 
 /// Its gateway disposes nothing.
 std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
@@ -168,17 +166,18 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     }
   }
   void on_machine_gone(const std::string& machine, const InstanceId& gateway) override {
+    // A channel or machine whose gateway left would look alive for ever.
     on_machine({.machine = machine,
                 .gateway = gateway,
                 .since = std::chrono::system_clock::now(),
-                .reason = gateway_gone,
+                .reason = base::messages::gateway_gone(),
                 .gone = true});
   }
   void on_channel(const ChannelStatus& status) override { hand_out(status); }
   void on_channel_gone(const ChannelKey& key) override {
     hand_out(ChannelStatus{.key = key,
                            .since = std::chrono::system_clock::now(),
-                           .reason = gateway_gone,
+                           .reason = base::messages::gateway_gone(),
                            .gone = true});
   }
   void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }

@@ -18,7 +18,7 @@ namespace millrace::fabric::trust {
 
 // Show what a participant may write and read: the one place that says it. Pure.
 //
-//   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v4/reply",
+//   for (const Grant& grant : grants_of(participant, "millrace")) …  // {write, "millrace/v5/reply",
 //   "millrace/560aacbf-…"}
 
 enum class Access : std::uint8_t { write, read };

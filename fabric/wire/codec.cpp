@@ -17,6 +17,18 @@ concept Sequence = requires(T& it) {
   it._buffer;
   it._length;
 };
+/// Parts of a message that are read; ours have fewer.
+constexpr std::uint32_t most_parts = 64;
+
+/// Extras of a sample that are read, and their bytes.
+constexpr std::uint32_t most_extras = 16;
+constexpr std::uint32_t longest_extra = 1024;
+
+std::string without_nul(std::string text) {
+  std::erase(text, '\0');
+  return text;
+}
+
 template <typename T>
 concept Number = std::is_arithmetic_v<T>;
 template <typename T>
@@ -109,9 +121,25 @@ class Putter {
   void put(From from, From& to) {
     to = from;
   }
-  template <Enumeration From, Enumeration To>
-  void put(From from, To& to) {
-    to = static_cast<To>(from);
+  template <Enumeration From>
+  void put(From from, std::uint8_t& to) {
+    to = static_cast<std::uint8_t>(from);
+  }
+  /// Of any length: what its reader would drop for a bound is shortened.
+  template <Sequence To>
+  void put(const Message& from, To& to) {
+    std::vector<base::messages::MessagePart> parts = base::messages::parts_of(from);
+    for (base::messages::MessagePart& part : parts) {
+      part.code.resize(std::min(part.code.size(), sizeof(millrace_MessagePart::code) - 1));
+      part.text =
+          shortened(without_nul(std::move(part.text)), sizeof(millrace_MessagePart::text) - 1);
+    }
+    put(parts, to);
+  }
+  void put(const base::messages::MessagePart& from, millrace_MessagePart& to) {
+    put(from.code, to.code);
+    to.arguments = from.arguments;
+    put(from.text, to.text);
   }
   template <HasFields From, typename To>
   void put(const From& from, To& to) {
@@ -225,13 +253,19 @@ class Getter {
   static void get(To from, To& to) {
     to = from;
   }
-  /// A foreign one may hold what none of its names stands for, and C++ does not let that be read as
-  /// an enumerator of C.
-  template <Enumeration From, Enumeration To>
-  static void get(const From& from, To& to) {
-    std::underlying_type_t<From> number{};
-    std::memcpy(&number, &from, sizeof number);
-    to = static_cast<To>(number);
+  /// Its number may have no name in this version.
+  template <Enumeration To>
+  static void get(std::uint8_t from, To& to) {
+    to = static_cast<To>(from);
+  }
+  template <Sequence From>
+  static void get(const From& from, Message& to) {
+    std::vector<base::messages::MessagePart> parts(std::min(from._length, most_parts));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const millrace_MessagePart& part = from._buffer[i];
+      parts[i] = {part.code, part.arguments, part.text};
+    }
+    to = base::messages::message_of(parts);
   }
   template <typename From, HasFields To>
   static void get(const From& from, To& to) {
@@ -240,6 +274,15 @@ class Getter {
   template <Sequence From>
   static void get(const From& from, std::string& to) {
     to.assign(reinterpret_cast<const char*>(from._buffer), from._length);
+  }
+  /// A longer one is not kept: it would cost each reader memory, and says nothing to this version.
+  static void get(const millrace_Extras& from, Extras& to) {
+    for (const millrace_Extra& extra :
+         std::span(from._buffer, std::min(from._length, most_extras))) {
+      if (extra.bytes._length <= longest_extra) {
+        all(extra, to.emplace_back());
+      }
+    }
   }
   template <Sequence From, typename Element>
   static void get(const From& from, std::vector<Element>& to) {

@@ -10,15 +10,6 @@ namespace millrace::fabric::wire {
 
 namespace {
 
-/// The value of an enumeration: a foreign one may have a value without a name, and C++ does not
-/// allow to read that as an enumeration, not even with std::bit_cast.
-template <typename Enumeration>
-std::underlying_type_t<Enumeration> number_of(const Enumeration& value) {
-  std::underlying_type_t<Enumeration> number{};
-  std::memcpy(&number, &value, sizeof number);
-  return number;
-}
-
 RequestKey key_of(const millrace_Reply& reply) {
   RequestKey key{{reply.machine, reply.channel}, reply.epoch, {}};
   std::memcpy(key.instance.bytes.data(), reply.instance, sizeof reply.instance);
@@ -27,36 +18,9 @@ RequestKey key_of(const millrace_Reply& reply) {
 
 }  // namespace
 
-/// The type of replies in which each enumeration may have any value (dds_opcodes.h). Its XTypes
-/// description is that of the original type, so that writers of that type match it.
-struct ForeignReplies::Type {
-  Type() {
-    constexpr std::uint32_t opcode_mask = 0xFF000000;
-    constexpr std::uint32_t type_mask = 0x007F0000;
-    constexpr std::uint32_t any_value = 0x7FFFFFFF;
-    for (std::size_t i = 0; i + 2 < ops.size(); ++i) {
-      // An instruction of three words: operation, offset, and the largest value.
-      if ((ops[i] & opcode_mask) == DDS_OP_ADR && (ops[i] & type_mask) == DDS_OP_TYPE_ENU) {
-        ops[i + 2] = any_value;
-      }
-    }
-    descriptor.m_ops = ops.data();
-  }
-  Type(const Type&) = delete;
-  Type& operator=(const Type&) = delete;
-
-  /// The keys stand last, an instruction of two words each.
-  std::vector<std::uint32_t> ops{
-      millrace_Reply_desc.m_ops,
-      millrace_Reply_desc.m_ops +
-          millrace_Reply_desc.m_keys[millrace_Reply_desc.m_nkeys - 1].m_offset + 2};
-  dds_topic_descriptor_t descriptor = millrace_Reply_desc;
-};
-
 ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::string& partition,
                                const EndpointOptions& options)
-    : type_(std::make_unique<Type>()),
-      topic_(dds::check(dds_create_topic(participant.handle(), &type_->descriptor, reply_topic.name,
+    : topic_(dds::check(dds_create_topic(participant.handle(), reply_topic.type, reply_topic.name,
                                          nullptr, nullptr),
                         fmt::format("create the topic {}", reply_topic.name))),
       subscriber_(create_subscriber(participant, partition)) {
@@ -84,8 +48,6 @@ ForeignReplies::ForeignReplies(const dds::Participant& participant, const std::s
                              fmt::format("read {} in {}", reply_topic.name, partition)));
 }
 
-ForeignReplies::~ForeignReplies() = default;
-
 void ForeignReplies::ask(const RequestKey& key) {
   const std::lock_guard guard(lock_);
   keys_.ask(key);
@@ -102,11 +64,6 @@ std::vector<Taken<Reply>> ForeignReplies::take() {
                             [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
                               Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data,
                                                instance_state_of(info), info.publication_handle};
-                              // The numbers of later versions are larger than the known ones.
-                              if (number_of(sample.kind) > millrace_declined_reply ||
-                                  number_of(sample.code) > millrace_code_refused) {
-                                one.value.kind = unknown_kind;
-                              }
                               if (!one.valid && one.instance_state == InstanceState::disposed) {
                                 // Cyclone keeps its key, and asks no filter.
                                 const std::lock_guard guard(lock_);

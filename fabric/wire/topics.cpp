@@ -62,29 +62,33 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 // A writer sends to one instance: its keys are the channels of the requester.
 const Topic request_topic{
-    "millrace/v4/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
+    "millrace/v5/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
 // Far more than an instance keeps for later readers (fabric/endpoints/reply_endpoint.cpp).
 const Topic reply_topic{
-    "millrace/v4/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
+    "millrace/v5/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
-    "millrace/v4/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
+    "millrace/v5/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
 // A process sends its own heartbeats, with its own writer.
 const Topic heartbeat_topic{
-    "millrace/v4/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
+    "millrace/v5/heartbeat", &millrace_Heartbeat_desc, false, last_only, true, 4};
 const Topic machine_topic{
-    "millrace/v4/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
-const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
-const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
+    "millrace/v5/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
+const Topic event_topic{"millrace/v5/event", &millrace_Event_desc, false, events_in_flight};
+const Topic command_topic{"millrace/v5/command", &millrace_Command_desc, false, commands_in_flight};
 const Topic outcome_topic{
-    "millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight, false, 1'024};
-const Topic alarm_topic{"millrace/alarm", &millrace_Alarm_desc, true, last_only, false, 1'024};
+    "millrace/v5/outcome", &millrace_Outcome_desc, true, outcomes_in_flight, false, 1'024};
+const Topic alarm_topic{"millrace/v5/alarm", &millrace_Alarm_desc, true, last_only, false, 1'024};
 const Topic data_topic{
-    "millrace/data", &millrace_DataSample_desc, true, heartbeats_in_flight, false, 4'096};
-const Topic program_topic{
-    "millrace/program", &millrace_ProgramEvent_desc, true, program_events_in_flight, false, 4'096};
-const Topic variable_request_topic{"millrace/variable/request", &millrace_VariableRequest_desc,
+    "millrace/v5/data", &millrace_DataSample_desc, true, heartbeats_in_flight, false, 4'096};
+const Topic program_topic{"millrace/v5/program",
+                          &millrace_ProgramEvent_desc,
+                          true,
+                          program_events_in_flight,
+                          false,
+                          4'096};
+const Topic variable_request_topic{"millrace/v5/variable/request", &millrace_VariableRequest_desc,
                                    false, questions_in_flight};
-const Topic variable_reply_topic{"millrace/variable/reply", &millrace_VariableReply_desc, true,
+const Topic variable_reply_topic{"millrace/v5/variable/reply", &millrace_VariableReply_desc, true,
                                  questions_in_flight};
 
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {

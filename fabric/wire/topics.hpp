@@ -1,24 +1,24 @@
 // The topics of a fabric in one place: names, keys (see idl/millrace.idl), QoS and partitions.
 //
-//   millrace/v4/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
-//   millrace/v4/reply    instance to gateway                 partition FABRIC/UUID
-//   millrace/v4/heartbeat     process of instances to gateways    partition FABRIC
-//   millrace/v4/channel     gateway to tools                    partition FABRIC
-//   millrace/v4/machine     gateway to gateways and tools       partition FABRIC
-//   millrace/event       gateway to recorder and tools       partition FABRIC
-//   millrace/command     tools to gateways and instances     partition FABRIC
-//   millrace/outcome     gateway or instance to tools        partition FABRIC
-//   millrace/alarm      any program to tools                partition FABRIC
-//   millrace/data        gateway to tools                    partition FABRIC
-//   millrace/program     gateway to tools                    partition FABRIC
-//   millrace/variable/request   tools to gateways            partition FABRIC
-//   millrace/variable/reply     gateway to one requester         partition FABRIC/ASKER
+//   millrace/v5/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
+//   millrace/v5/reply    instance to gateway                 partition FABRIC/UUID
+//   millrace/v5/heartbeat     process of instances to gateways    partition FABRIC
+//   millrace/v5/channel     gateway to tools                    partition FABRIC
+//   millrace/v5/machine     gateway to gateways and tools       partition FABRIC
+//   millrace/v5/event       gateway to recorder and tools       partition FABRIC
+//   millrace/v5/command     tools to gateways and instances     partition FABRIC
+//   millrace/v5/outcome     gateway or instance to tools        partition FABRIC
+//   millrace/v5/alarm      any program to tools                partition FABRIC
+//   millrace/v5/data        gateway to tools                    partition FABRIC
+//   millrace/v5/program     gateway to tools                    partition FABRIC
+//   millrace/v5/variable/request   tools to gateways            partition FABRIC
+//   millrace/v5/variable/reply     gateway to one requester         partition FABRIC/ASKER
 // Those of variables have no key. Requests are volatile: a requester repeats its request until it
 // is answered. The last reply stays for a requester that the gateway discovers later.
 // fabric/trust/permissions.hpp has the permissions with trust.
 //
-// A topic whose type changes gets a new name, so that two versions of the wire never misread each
-// other; the number in it is the version.
+// All have the version of the wire in their name, so that two versions never misread each other. A
+// version adds to a sample's `extras` and new values of its codes; neither changes the wire.
 #pragma once
 
 #include <cstddef>
@@ -49,8 +49,8 @@ struct Topic {
   std::size_t most_keys = 0;
 };
 
-/// The wire version: the number in the names of topics that have changed since the first version.
-inline constexpr int wire_version = 4;
+/// The wire version: the number in the names of all topics.
+inline constexpr int wire_version = 5;
 
 extern const Topic request_topic;
 extern const Topic reply_topic;

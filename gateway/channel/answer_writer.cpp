@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::channel {
 
 namespace {
@@ -235,10 +237,8 @@ AnswerWriter::Step AnswerWriter::bring(const Sent& sent, Step write, std::string
 }
 
 void AnswerWriter::repeat(const Sent& sent, std::string_view what) {
-  problem_ =
-      fmt::format("the controller acknowledged {}, but its reads do not show it; written {} times",
-                  what, sent.times + 1);
-  report_ = problem_;
+  problem_ = base::messages::write_not_shown(what, sent.times + 1);
+  report_ = problem_.text;
 }
 
 AnswerWriter::Step AnswerWriter::clear() const {

@@ -188,7 +188,7 @@ class AnswerWriter {
   /// RESPONSE_STATE as the last read has shown it: once it is done, what stood before the release.
   [[nodiscard]] std::uint32_t state_before() const { return state_before_; }
   /// Why the answer is not complete; empty while there is no problem.
-  [[nodiscard]] std::string_view problem() const { return problem_; }
+  [[nodiscard]] const fabric::Message& problem() const { return problem_; }
   /// The time from its acknowledgement until the last read, if that is the first one to show a
   /// write.
   std::optional<std::chrono::nanoseconds> take_shown_after() {
@@ -249,7 +249,7 @@ class AnswerWriter {
   bool unreleased_ = false;
   bool at_once_ = false;
   std::optional<std::chrono::nanoseconds> shown_after_;
-  std::string problem_;
+  fabric::Message problem_;
   std::optional<std::string> report_;
 };
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
@@ -45,13 +46,13 @@ void Channel::on_link_up(Moment now) {
   finish(now);
 }
 
-void Channel::on_link_down(const std::string& reason, Moment now) {
+void Channel::on_link_down(const fabric::Message& reason, Moment now) {
   lose_link();
   link_reason_ = reason;
   finish(now);
 }
 
-void Channel::on_link_dropped(const std::string& reason, Moment now) {
+void Channel::on_link_dropped(const fabric::Message& reason, Moment now) {
   const Io io = std::exchange(io_, Io::none);
   reader_.restart();
   AnswerWriter* const writer = io == Io::answer && call_ ? call_->writer() : nullptr;
@@ -111,7 +112,7 @@ void Channel::on_read(const ServiceSnapshot& snapshot, Moment now) {
   finish(now);
 }
 
-void Channel::on_read_failed(const std::string& reason, Moment now) {
+void Channel::on_read_failed(const fabric::Message& reason, Moment now) {
   if (std::exchange(io_, Io::none) == Io::answer && call_ && call_->writer() != nullptr) {
     call_->writer()->read_again();
   }
@@ -120,7 +121,7 @@ void Channel::on_read_failed(const std::string& reason, Moment now) {
   finish(now);
 }
 
-void Channel::on_write(WriteOutcome outcome, const std::string& reason, Moment now) {
+void Channel::on_write(WriteOutcome outcome, const fabric::Message& reason, Moment now) {
   if (std::exchange(io_, Io::none) == Io::release) {
     release_written(outcome, now);
     if (outcome == WriteOutcome::refused) {
@@ -154,7 +155,7 @@ void Channel::on_write(WriteOutcome outcome, const std::string& reason, Moment n
   finish(now);
 }
 
-void Channel::leave_unserved(const Reason& reason, const Policy& policy, Moment now) {
+void Channel::leave_unserved(const fabric::Message& reason, const Policy& policy, Moment now) {
   assert(found_);
   const PendingRequest request = *std::exchange(found_, std::nullopt);
   const bool news = reader_.unserved() != request;
@@ -168,9 +169,9 @@ void Channel::leave_unserved(const Reason& reason, const Policy& policy, Moment 
     event.uuid = request.uuid;
     event.text = request.text;
     event.state = request.state;
-    event.detail = reason.text;
+    event.detail = reason;
     out_.publish(std::move(event), now);
-    out_.log(Level::warn, reason.text);
+    out_.log(Level::warn, reason);
   }
   unserved_.policy = policy;
   unserved_.reason = reason;
@@ -192,7 +193,7 @@ void Channel::drain(Moment now) {
   finish(now);
 }
 
-void Channel::hand_over(const std::string& reason, Moment now) {
+void Channel::hand_over(const fabric::Message& reason, Moment now) {
   draining_ = true;
   handed_over_ = reason;
   // A response that has begun to release the NC program is completed: no other gateway can do that.
@@ -206,7 +207,7 @@ void Channel::hand_over(const std::string& reason, Moment now) {
 
 void Channel::shut_down(Moment now) {
   if (call_ && !may_be_assigned()) {
-    out_.publish_idle("the gateway is ending", now);
+    out_.publish_idle(base::messages::gateway_ending(), now);
   }
 }
 
@@ -361,7 +362,7 @@ void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
   if (snapshot.set == ReadSet::request) {
     whole_due_ = now.steady + intervals_.full;
     if (!call_->verify(out_, now)) {
-      end(false, "the gateway was restarted before it responded; the request is read again", now);
+      end(false, base::messages::read_again(), now);
     }
   }
 }
@@ -389,7 +390,7 @@ void Channel::write(Variable variable, Value value, bool releases) {
   out_.write({variable, std::move(value), releases});
 }
 
-void Channel::hold_off(const std::string& reason, Moment now) {
+void Channel::hold_off(const fabric::Message& reason, Moment now) {
   not_before_ = now.steady + intervals_.retry;
   if (!reason.empty() && controller_error_ != reason && link_up_) {
     controller_error_ = reason;
@@ -400,7 +401,7 @@ void Channel::hold_off(const std::string& reason, Moment now) {
 void Channel::publish_status(Moment now) {
   // A channel that is given up takes its problem with it.
   const bool watched = link_up_ && (!draining_ || has_work());
-  const std::string_view problem = watched ? write_problem() : std::string_view();
+  const fabric::Message& problem = watched ? write_problem() : no_reason;
   if (write_problem_ != problem) {
     write_problem_ = problem;
     out_.report_write_problem(write_problem_);
@@ -417,34 +418,29 @@ void Channel::publish_status(Moment now) {
     view.state = answering;
     view.uuid = released_call_->answer.request().uuid;
     view.call = released_call_->call;
-    view.reason =
-        "the response is written; no read has shown yet that the NC program has continued";
+    static const fabric::Message release_not_seen = base::messages::release_not_seen();
+    view.reason = &release_not_seen;
   } else if (reader_.unserved()) {
     view.state = unserved;
     view.uuid = reader_.unserved()->uuid;
-    view.explain(unserved_.reason);
+    view.reason = &unserved_.reason;
   } else if (zero_seen_) {
     view.state = idle;
   } else {
     // Idle is a word that other gateways rely on.
-    view.reason =
-        unknown_
-            ? "RESPONSE_STATE is not 0 beside a request: the request may have its response already"
-            : "connected; the channel was not read yet";
+    static const fabric::Message beside_request = base::messages::response_state_beside_request();
+    static const fabric::Message not_read_yet = base::messages::not_read_yet();
+    view.reason = unknown_ ? &beside_request : &not_read_yet;
   }
   if (!link_up_) {
     view.state = link_down;
-    view.cause = fabric::Cause::none;
-    view.reason = link_reason_;
+    view.reason = &link_reason_;
   } else if (!controller_error_.empty()) {
-    view.cause = fabric::Cause::controller;
-    view.reason = controller_error_;
+    view.reason = &controller_error_;
   } else if (!problem.empty()) {
-    view.cause = fabric::Cause::controller;
-    view.reason = problem;
+    view.reason = &problem;
   } else if (call_ && call_->waits_for_journal() && !out_.journal_error().empty()) {
-    view.cause = fabric::Cause::journal;
-    view.reason = out_.journal_error();
+    view.reason = &out_.journal_error();
   }
   out_.publish_status(view, now);
 }

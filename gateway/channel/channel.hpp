@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/channel/channel_output.hpp"
 #include "gateway/channel/open_call.hpp"
 #include "gateway/channel/released.hpp"
@@ -42,9 +43,9 @@ class Channel {
   void on_link_up(Moment now);
   /// Sends nothing to the controller any more; on_link_down() or on_link_dropped() follows.
   void lose_link() { link_up_ = notified_ = false; }
-  void on_link_down(const std::string& reason, Moment now);
+  void on_link_down(const fabric::Message& reason, Moment now);
   /// The link was closed: pending reads and writes get no response.
-  void on_link_dropped(const std::string& reason, Moment now);
+  void on_link_dropped(const fabric::Message& reason, Moment now);
   void on_wake(Moment now);
   /// The controller now sends notifications, so polling is only a safeguard; or it does not. Reset
   /// by a new link.
@@ -53,8 +54,8 @@ class Channel {
   void on_change(Variable variable, Moment now);
   void on_read(const ServiceSnapshot& snapshot, Moment now);
   /// `reason` in words, with the code.
-  void on_read_failed(const std::string& reason, Moment now);
-  void on_write(WriteOutcome outcome, const std::string& reason, Moment now);
+  void on_read_failed(const fabric::Message& reason, Moment now);
+  void on_write(WriteOutcome outcome, const fabric::Message& reason, Moment now);
   void on_recorded(EntryNumber entry, Moment now);
 
   /// The news of all steps since the last call.
@@ -67,7 +68,7 @@ class Channel {
   /// Accepts it with this id.
   void accept(fabric::CallId id, const Policy& policy, Moment now);
   /// Skips it; `reason` says why.
-  void leave_unserved(const Reason& reason, const Policy& policy, Moment now);
+  void leave_unserved(const fabric::Message& reason, const Policy& policy, Moment now);
   /// Finds a skipped request again, because a new instance has appeared.
   void offer_again(Moment now);
 
@@ -76,9 +77,9 @@ class Channel {
 
   // The progress of the call in OpenCall; without effect if there is none, or it is answered.
   void assign(const Assignment& assignment, Moment now);
-  void suspend(const Reason& reason, bool held, Moment now);
-  void hold(const Reason& reason, Moment now);
-  void explain(const Reason& reason, Moment now);
+  void suspend(const fabric::Message& reason, bool held, Moment now);
+  void hold(const fabric::Message& reason, Moment now);
+  void explain(const fabric::Message& reason, Moment now);
   void answer_locally(const LocalAnswer& answer, Moment now);
   void retry(const std::string& by, Moment now);
   /// A reply of an instance, to this call or to an earlier one.
@@ -87,7 +88,7 @@ class Channel {
   /// The configuration or another gateway takes the channel away. Finishes the running call, or
   /// ends it at once, and accepts no new one; then is_over().
   void drain(Moment now);
-  void hand_over(const std::string& reason, Moment now);
+  void hand_over(const fabric::Message& reason, Moment now);
   /// It is ours again, or still.
   void resume_ownership(Moment now);
   /// The gateway ends: another one may dispatch the running call if this one has not.
@@ -111,7 +112,7 @@ class Channel {
 
   /// The skipped request; RequestReader has it.
   struct Unserved {
-    Reason reason;
+    fabric::Message reason;
     SteadyTime at{};
     Policy policy;
     /// It has waited for as long as its policy says.
@@ -142,9 +143,10 @@ class Channel {
   [[nodiscard]] ReadSet poll_set(Moment now) const;
   [[nodiscard]] SteadyTime next_read(Moment now) const;
   [[nodiscard]] SteadyTime next_read_of_call(Moment now) const;
-  void hold_off(const std::string& reason, Moment now);
+  void hold_off(const fabric::Message& reason, Moment now);
   /// Which write has no effect; empty while none is missed.
-  [[nodiscard]] std::string_view write_problem();
+  /// Empty while there is none.
+  [[nodiscard]] const fabric::Message& write_problem();
   void publish_status(Moment now);
 
   /// Has the call do something that may answer it.
@@ -171,7 +173,7 @@ class Channel {
   void release_written(WriteOutcome outcome, Moment now);
   /// True if the answer that was written last is in, and the channel idle or asked again.
   bool release_is_over(const ServiceSnapshot& snapshot, Moment now);
-  void end(bool written, const std::string& detail, Moment now);
+  void end(bool written, const fabric::Message& detail, Moment now);
   /// There is a call, or one whose end is not in the journal yet; or, for some seconds, one whose
   /// last write no read has shown: if that write is lost, no other gateway repeats it.
   [[nodiscard]] bool has_work() const {
@@ -208,15 +210,15 @@ class Channel {
   bool read_again_ = false;
   /// Why another gateway has the channel; then a call is kept only if the other gateway cannot see
   /// it.
-  std::string handed_over_;
+  fabric::Message handed_over_;
   /// The published status stays the call that was left to the other gateway, which must not
   /// dispatch it again.
   bool final_status_ = false;
   /// The last logged one.
-  std::string write_problem_;
-  std::string link_reason_ = "not connected yet";
+  fabric::Message write_problem_;
+  fabric::Message link_reason_ = base::messages::not_connected_yet();
   /// The controller's last error; empty while it responds.
-  std::string controller_error_;
+  fabric::Message controller_error_;
   Io io_ = Io::none;
   SteadyTime due_{};
   /// The read that confirms a request comes no sooner after the one before it.

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/channel/channel.hpp"
 #include "gateway/text.hpp"
 
@@ -74,15 +75,15 @@ void Channel::assign(const Assignment& assignment, Moment now) {
   with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
 }
 
-void Channel::suspend(const Reason& reason, bool held, Moment now) {
+void Channel::suspend(const fabric::Message& reason, bool held, Moment now) {
   with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
 }
 
-void Channel::hold(const Reason& reason, Moment now) {
+void Channel::hold(const fabric::Message& reason, Moment now) {
   with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
 }
 
-void Channel::explain(const Reason& reason, Moment now) {
+void Channel::explain(const fabric::Message& reason, Moment now) {
   with_call(now, [&](OpenCall& call) { call.explain(reason); });
 }
 
@@ -154,8 +155,8 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
     event.text = response->text();
     event.state = response->state();
   }
-  event.detail = in_hand || past_->answered ? "the call has its response already"
-                                            : "the NC program has stopped waiting";
+  event.detail = in_hand || past_->answered ? base::messages::has_response()
+                                            : base::messages::program_stopped_waiting();
   out_.log(Level::info,
            fmt::format("call {}: the reply of instance {} is too late: {}", reply.call.to_string(),
                        reply.instance.to_string(), event.detail));
@@ -291,12 +292,12 @@ bool Channel::release_is_over(const ServiceSnapshot& snapshot, Moment now) {
   return true;
 }
 
-std::string_view Channel::write_problem() {
+const fabric::Message& Channel::write_problem() {
   if (call_) {
     const AnswerWriter* const writer = call_->writer();
-    return writer != nullptr ? writer->problem() : std::string_view();
+    return writer != nullptr ? writer->problem() : no_reason;
   }
-  return released_call_ ? std::string_view(released_call_->answer.problem()) : std::string_view();
+  return released_call_ ? released_call_->answer.problem() : no_reason;
 }
 
 void Channel::writer_finished(Moment now) {
@@ -305,14 +306,14 @@ void Channel::writer_finished(Moment now) {
     return;
   }
   if (writer.kind() == AnswerWriter::Kind::final) {
-    end(true, "", now);
+    end(true, no_reason, now);
   } else {
     call_->interim_written(out_, now);
     due_ = now.steady;
   }
 }
 
-void Channel::end(bool written, const std::string& detail, Moment now) {
+void Channel::end(bool written, const fabric::Message& detail, Moment now) {
   past_instances_.clear();
   for (const Attempt& attempt : call_->call().attempts) {
     past_instances_.push_back(attempt.instance);

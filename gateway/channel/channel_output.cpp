@@ -3,6 +3,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
@@ -16,7 +17,7 @@ void BlockedChannels::note(const fabric::ChannelStatus& status, bool begins, Mom
                          .call = status.call,
                          .uuid = status.uuid,
                          .since = now.wall,
-                         .reason = {status.cause, status.reason}};
+                         .reason = status.reason};
       port_.append(entry, {});
       entries_.insert_or_assign(status.key, std::move(entry));
     }
@@ -44,8 +45,8 @@ namespace {
 
 bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
   const auto all = [](const fabric::ChannelStatus& s) {
-    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.cause, s.reason, s.calls,
-                    s.answered, s.withdrawn, s.repeated, s.late, s.failed);
+    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.reason, s.calls, s.answered,
+                    s.withdrawn, s.repeated, s.late, s.failed);
   };
   return all(a) == all(b);
 }
@@ -79,7 +80,6 @@ void ChannelOutput::publish(fabric::Event event, Moment now) {
   }
   event.key = key();
   event.at = now.wall;
-  event.detail = truncate_reason(std::move(event.detail));
   context_.port.publish(event);
 }
 
@@ -102,21 +102,19 @@ void ChannelOutput::update(const ChannelView& view, Moment now) {
   status_.call = view.call;
   status_.attempt = view.attempt;
   status_.instance = view.instance;
-  status_.cause = view.cause;
   if (status_.uuid != view.uuid) {
     status_.uuid = view.uuid;
   }
-  if (status_.reason != view.reason) {
-    status_.reason = truncate_reason(std::string(view.reason));
+  if (status_.reason != *view.reason) {
+    status_.reason = *view.reason;
   }
 }
 
-void ChannelOutput::publish_idle(const std::string& reason, Moment now) {
+void ChannelOutput::publish_idle(const fabric::Message& reason, Moment now) {
   fabric::ChannelStatus last = status_;
   last.state = fabric::ChannelState::idle;
   last.call = {};
   last.since = now.wall;
-  last.cause = fabric::Cause::none;
   last.reason = reason;
   publish(last);
 }
@@ -131,10 +129,9 @@ void ChannelOutput::publish(const fabric::ChannelStatus& status) {
   since_then.since = blocked->since;
   if (blocked->state == fabric::ChannelState::held) {
     // Only the gateway that saw the loss can name the lost instance.
-    if (status.cause != fabric::Cause::held_too_long) {
-      since_then.cause = blocked->reason.cause;
-    }
-    since_then.reason = blocked->reason.text;
+    since_then.reason = base::messages::held_too_long.is(status.reason)
+                            ? base::messages::held_too_long(blocked->reason)
+                            : blocked->reason;
   }
   context_.port.publish(since_then);
 }

@@ -49,22 +49,19 @@ class BlockedChannels {
 /// Of an entry that the journal has not confirmed yet; 0 = none.
 using EntryNumber = std::uint64_t;
 
+/// No reason, no problem.
+inline const fabric::Message no_reason;
+
 /// The published state of a channel, without its counters.
 struct ChannelView {
   fabric::ChannelState state = fabric::ChannelState::link_down;
-  fabric::Cause cause = fabric::Cause::none;
-  std::string_view reason{};
+  /// Never null, and outlives this.
+  const fabric::Message* reason = &no_reason;
   std::string_view uuid{};
   fabric::CallId call{};
   std::uint32_t attempt = 0;
   /// The instance that has the call, or answered it.
   fabric::InstanceId instance{};
-
-  /// `why` outlives this.
-  void explain(const Reason& why) {
-    cause = why.cause;
-    reason = why.text;
-  }
 };
 
 /// The shared state of all channels of a gateway.
@@ -74,7 +71,7 @@ struct ChannelContext {
   Outputs& port;
   Readers readers{};
   /// Why the journal cannot be written; empty while it can. Waiting calls show it as their reason.
-  std::string journal_error{};
+  fabric::Message journal_error{};
   AnsweredRequests answered{};
   BlockedChannels blocked;
   /// Counts the entries of all channels: a channel may leave and return before the journal confirms
@@ -147,21 +144,21 @@ class ChannelOutput {
       context_.port.log(key(), level, text);
     }
   }
-  void report_write_problem(const std::string& text) {
-    context_.port.report_write_problem(key(), text);
+  void report_write_problem(const fabric::Message& problem) {
+    context_.port.report_write_problem(key(), problem);
   }
   /// Publishes the changes, or everything for a new reader; `view` refers to nothing of this
   /// object.
   void publish_status(const ChannelView& view, Moment now);
   /// Publishes the channel as idle for the last time, whatever its state.
-  void publish_idle(const std::string& reason, Moment now);
+  void publish_idle(const fabric::Message& reason, Moment now);
 
   /// For the gateway.
   ChannelNews& news() { return news_; }
   void end(const fabric::CallId& call, bool written = false) { news_.ended = {call, written}; }
   ChannelNews take_news() { return std::exchange(news_, {}); }
 
-  [[nodiscard]] std::string_view journal_error() const { return context_.journal_error; }
+  [[nodiscard]] const fabric::Message& journal_error() const { return context_.journal_error; }
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
   /// The last status, with the present counters.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "gateway/text.hpp"
 
@@ -49,11 +50,11 @@ OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
       open.asked_.push_back(attempt.instance);
     }
   }
-  open.reason_.text = "resumed from the journal";
+  open.reason_ = base::messages::resumed();
   return open;
 }
 
-void OpenCall::enter(Phase phase, Reason reason) {
+void OpenCall::enter(Phase phase, fabric::Message reason) {
   phase_ = std::move(phase);
   reason_ = std::move(reason);
 }
@@ -92,7 +93,7 @@ ChannelView OpenCall::view() const {
                               [](const phase::Writing&) { return answering; },
                           },
                           phase_);
-  view.explain(reason_);
+  view.reason = &reason_;
   view.uuid = call_.request.uuid;
   view.call = call_.id;
   view.attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
@@ -125,11 +126,10 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   const auto unwritable = std::move(unverified->unwritable);
   phase_ = phase::Waiting{};
   if (unwritable) {
-    const std::string what =
-        "the answer in the journal " +
-        Response::of(unwritable->text, unwritable->state, call_.completion_signal).error();
+    const fabric::Message what = base::messages::answer_in_journal(
+        Response::of(unwritable->text, unwritable->state, call_.completion_signal).error());
     refuse({unwritable->instance, unwritable->attempt}, what,
-           Response::in_words("ERROR: " + what, refused_state), out, now);
+           Response::in_words("ERROR: " + what.text, refused_state), out, now);
   } else {
     out.news().resumed = true;
   }
@@ -171,26 +171,26 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
   }
 }
 
-void OpenCall::suspend(const Reason& reason, bool held, ChannelOutput& out, Moment now) {
+void OpenCall::suspend(const fabric::Message& reason, bool held, ChannelOutput& out, Moment now) {
   if (answered()) {
     return;
   }
-  publish_event(fabric::EventKind::lost, newest_attempt(), reason.text, out, now);
+  publish_event(fabric::EventKind::lost, newest_attempt(), reason, out, now);
   if (held) {
-    publish_event(fabric::EventKind::held, newest_attempt(), reason.text, out, now);
+    publish_event(fabric::EventKind::held, newest_attempt(), reason, out, now);
   }
-  out.log(Level::warn, fmt::format("{}: {}", name(), reason.text));
+  out.log(Level::warn, fmt::format("{}: {}", name(), reason));
   const EntryNumber entry = unconfirmed_attempt();
   held ? enter(phase::Held{entry, now.steady}, reason) : enter(phase::Waiting{entry}, reason);
 }
 
-void OpenCall::hold(const Reason& reason, ChannelOutput& out, Moment now) {
+void OpenCall::hold(const fabric::Message& reason, ChannelOutput& out, Moment now) {
   call_.delivery = fabric::Delivery::at_most_once;
   append_unasked(out);
   suspend(reason, true, out, now);
 }
 
-void OpenCall::explain(const Reason& reason) {
+void OpenCall::explain(const fabric::Message& reason) {
   if (std::holds_alternative<phase::Waiting>(phase_)) {
     reason_ = reason;
   }
@@ -200,9 +200,8 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
   if (answered()) {
     return;
   }
-  enter(phase::Waiting{unconfirmed_attempt()},
-        {fabric::Cause::none, fmt::format("dispatched again by {}", by)});
-  out.log(Level::info, fmt::format("{}: {}", name(), reason_.text));
+  enter(phase::Waiting{unconfirmed_attempt()}, base::messages::dispatched_again(by));
+  out.log(Level::info, fmt::format("{}: {}", name(), reason_));
 }
 
 void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out,
@@ -268,8 +267,8 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   }
 }
 
-EndedCall OpenCall::close(bool written, bool over, const std::string& detail, ChannelOutput& out,
-                          Moment now) {
+EndedCall OpenCall::close(bool written, bool over, const fabric::Message& detail,
+                          ChannelOutput& out, Moment now) {
   assert(!written || answered());
   if (over) {
     out.append_untracked(EndedEntry{call_.id});
@@ -279,10 +278,9 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
                               final->kind() == AnswerWriter::Kind::final &&
                               final->may_be_released();
   if (written || may_be_written) {
-    publish_event(
-        fabric::EventKind::written, Attempt{call_.answer->instance, call_.answer->attempt},
-        may_be_written ? detail + "; the NC program may have got this response before" : detail,
-        out, now);
+    publish_event(fabric::EventKind::written,
+                  Attempt{call_.answer->instance, call_.answer->attempt},
+                  may_be_written ? base::messages::may_have_response(detail) : detail, out, now);
   } else {
     publish_event(fabric::EventKind::withdrawn, newest_attempt(), detail, out, now);
   }
@@ -299,7 +297,7 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
 }
 
-void OpenCall::log_end(bool written, const std::string& detail, ChannelOutput& out,
+void OpenCall::log_end(bool written, const fabric::Message& detail, ChannelOutput& out,
                        Moment now) const {
   const std::string took =
       age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
@@ -320,8 +318,8 @@ Attempt OpenCall::newest_attempt() const {
   return call_.attempts.empty() ? Attempt{{}, 0} : call_.attempts.back();
 }
 
-void OpenCall::publish_event(fabric::EventKind kind, const Attempt& of, std::string_view detail,
-                             ChannelOutput& out, Moment now) const {
+void OpenCall::publish_event(fabric::EventKind kind, const Attempt& of,
+                             const fabric::Message& detail, ChannelOutput& out, Moment now) const {
   if (!out.events_wanted()) {
     return;
   }

@@ -31,7 +31,7 @@ namespace millrace::gateway::channel {
 struct LocalAnswer {
   Response response;
   /// For people: "the gateway", "operator@host".
-  std::string by;
+  fabric::Message by;
 };
 
 /// How a call ended, for later replies.
@@ -114,12 +114,12 @@ class OpenCall {
   /// Gives it to an instance; the same attempt again only repeats it on the fabric.
   void assign(const Assignment& to, ChannelOutput& out, Moment now);
   /// Takes it from its instance. It waits for another one, or, if `held`, for an operator.
-  void suspend(const Reason& reason, bool held, ChannelOutput& out, Moment now);
+  void suspend(const fabric::Message& reason, bool held, ChannelOutput& out, Moment now);
   /// Blocks the call for an operator although this gateway did not dispatch it: it may have run
   /// already.
-  void hold(const Reason& reason, ChannelOutput& out, Moment now);
+  void hold(const fabric::Message& reason, ChannelOutput& out, Moment now);
   /// Why it still waits.
-  void explain(const Reason& reason);
+  void explain(const fabric::Message& reason);
   /// Removes it from its instance or queue, to be dispatched again.
   void retry(const std::string& by, ChannelOutput& out);
   void on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out, Moment now);
@@ -127,7 +127,7 @@ class OpenCall {
   /// have released the program before that, observers are not told of a withdrawal. Unless `over`
   /// the journal keeps it: until a read shows that its NC program has continued, its request may be
   /// read again.
-  EndedCall close(bool written, bool over, const std::string& detail, ChannelOutput& out,
+  EndedCall close(bool written, bool over, const fabric::Message& detail, ChannelOutput& out,
                   Moment now);
 
   // open_call_answer.cpp: its answer
@@ -189,7 +189,7 @@ class OpenCall {
   OpenCall(CallRecord call, const Policy& policy, Phase phase)
       : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
 
-  void enter(Phase phase, Reason reason = {});
+  void enter(Phase phase, fabric::Message reason = {});
   [[nodiscard]] EntryNumber unconfirmed_attempt() const;
   [[nodiscard]] const Assignment* assignment() const;
   void publish(const Assignment& to, ChannelOutput& out, Moment now);
@@ -198,18 +198,20 @@ class OpenCall {
   void take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now);
   /// `what` is the mistake; `instead` is the response to the NC program, unless a rule has another
   /// one.
-  void refuse(const Attempt& of, const std::string& what, Response instead, ChannelOutput& out,
+  void refuse(const Attempt& of, const fabric::Message& what, Response instead, ChannelOutput& out,
               Moment now);
-  void take_answer(const Attempt& of, Response response, const std::string& detail,
+  void take_answer(const Attempt& of, Response response, const fabric::Message& detail,
                    ChannelOutput& out, Moment now);
-  void give_up(const Rule& rule, const Reason& why, ChannelOutput& out, Moment now);
+  /// `response` is the text of the program's response, if the rule has one.
+  void give_up(const Rule& rule, std::string_view response, const fabric::Message& why,
+               ChannelOutput& out, Moment now);
   /// Opens the call in the journal although it was not dispatched.
   void append_unasked(ChannelOutput& out) const;
-  void publish_event(fabric::EventKind kind, const Attempt& of, std::string_view detail,
+  void publish_event(fabric::EventKind kind, const Attempt& of, const fabric::Message& detail,
                      ChannelOutput& out, Moment now) const;
   /// Not valid (0) if it is not dispatched.
   [[nodiscard]] Attempt newest_attempt() const;
-  void log_end(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
+  void log_end(bool written, const fabric::Message& detail, ChannelOutput& out, Moment now) const;
   [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
 
   /// The call's data in the journal.
@@ -218,7 +220,7 @@ class OpenCall {
   Policy policy_;
   Phase phase_;
   /// The reason of its state; empty if none is needed.
-  Reason reason_;
+  fabric::Message reason_;
   /// When it was accepted; for a call of an earlier run not known before the first link.
   std::optional<SteadyTime> since_;
   /// False for one that the wall clock, set back since, calls younger than new.

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/channel/open_call.hpp"
 #include "gateway/text.hpp"
@@ -79,10 +80,11 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
   if (running == nullptr || running->to.attempt != Attempt{reply.instance, reply.attempt}) {
     return;
   }
-  const std::string why =
-      fmt::format("{} declines it: {}", running->to.instance_name(), printable(reply.text));
+  const fabric::Message why = base::messages::declined(
+      running->to.instance_name(),
+      reply.reason.empty() ? fabric::Message(printable(reply.text)) : reply.reason);
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
-  enter(phase::Waiting{}, {fabric::Cause::declined, why});
+  enter(phase::Waiting{}, why);
   out.news().declined = call_.id;
 }
 
@@ -94,8 +96,8 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
   auto response = Response::of(reply.text, reply.state);
   if (response && call_.completion_signal == fabric::CompletionSignal::response) {
     response =
-        tl::unexpected(std::string("would release the NC program, which waits for RESPONSE and "
-                                   "does not check RESPONSE_STATE"));
+        tl::unexpected(fabric::Message("would release the NC program, which waits for RESPONSE and "
+                                       "does not check RESPONSE_STATE"));
   }
   if (response) {
     next_interim_ = *std::move(response);
@@ -114,7 +116,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
   }
   auto response = fabric::is_known(reply)
                       ? Response::of(reply.text, reply.state, call_.completion_signal)
-                      : tl::unexpected(std::string("is of a kind that this gateway does not know"));
+                      : tl::unexpected(base::messages::response_of_unknown_kind());
   if (!response || reply.code == fabric::ServiceCode::refused) {
     // While the call is blocked, any number may come.
     refused_.push_back(said);
@@ -123,14 +125,13 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
     }
   }
   if (!response) {
-    const std::string what = "the service's answer " + response.error();
-    refuse(attempt, what, Response::in_words("ERROR: " + what, refused_state), out, now);
+    const fabric::Message what = base::messages::answer_of_service(response.error());
+    refuse(attempt, what, Response::in_words("ERROR: " + what.text, refused_state), out, now);
     return;
   }
   if (reply.code == fabric::ServiceCode::refused) {
     // The service's library found the mistake, and replaced the answer with an error.
-    refuse(attempt, "the service's answer cannot be written: " + printable(reply.text), *response,
-           out, now);
+    refuse(attempt, base::messages::answer_unwritable(printable(reply.text)), *response, out, now);
     return;
   }
   if (reply.code == fabric::ServiceCode::failed) {
@@ -142,30 +143,29 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
       out.log(Level::debug, fmt::format("{}: {}", name(), hops));
     }
   }
-  take_answer(attempt, *std::move(response), "", out, now);
+  take_answer(attempt, *std::move(response), {}, out, now);
 }
 
-void OpenCall::refuse(const Attempt& of, const std::string& what, Response instead,
+void OpenCall::refuse(const Attempt& of, const fabric::Message& what, Response instead,
                       ChannelOutput& out, Moment now) {
   ++out.counters().failed;
   const bool hold = policy_.refused && policy_.refused->response_state == 0;
   if (policy_.refused && !hold) {
     instead = Response::in_words(instead.text(), policy_.refused->response_state);
   }
-  const std::string said =
-      hold ? fmt::format("{}; an operator must answer or retry it", what)
-           : fmt::format("{}; the program gets state {}", what, instead.state());
+  const fabric::Message said = hold ? base::messages::refused_held(what)
+                                    : base::messages::refused_with_state(what, instead.state());
   publish_event(fabric::EventKind::refused, of, said, out, now);
   out.log(Level::error, fmt::format("{}: {}", name(), said));
   if (hold) {
-    enter(phase::Held{unconfirmed_attempt(), {}}, {fabric::Cause::answer_refused, said});
+    enter(phase::Held{unconfirmed_attempt(), {}}, said);
     out.end(call_.id);
   } else {
     take_answer(of, std::move(instead), said, out, now);
   }
 }
 
-void OpenCall::take_answer(const Attempt& of, Response response, const std::string& detail,
+void OpenCall::take_answer(const Attempt& of, Response response, const fabric::Message& detail,
                            ChannelOutput& out, Moment now) {
   if (out.events_wanted()) {
     fabric::Event event;
@@ -201,7 +201,7 @@ void OpenCall::answer_locally(const LocalAnswer& answer, ChannelOutput& out, Mom
   out.log(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), answer.by,
                                    response.state(), printable(response.text())));
   const std::uint32_t attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
-  take_answer({fabric::InstanceId{}, attempt}, response, fmt::format("answered by {}", answer.by),
+  take_answer({fabric::InstanceId{}, attempt}, response, base::messages::answered_by(answer.by),
               out, now);
 }
 
@@ -212,28 +212,27 @@ void OpenCall::check_deadlines(ChannelOutput& out, Moment now) {
   auto* const held = std::get_if<phase::Held>(&phase_);
   if (held != nullptr && over(policy_.lost, held->lost_since, now)) {
     held->lost_since.reset();
-    give_up(*policy_.lost,
-            {fabric::Cause::held_too_long, "its instance is lost, and the call must not run twice"},
-            out, now);
+    give_up(*policy_.lost, "its instance is lost, and the call must not run twice",
+            base::messages::held_too_long(reason_), out, now);
   } else if (!overdue_ && over(policy_.deadline, since_, now)) {
     overdue_ = true;
-    give_up(*policy_.deadline,
-            {fabric::Cause::deadline,
-             fmt::format("no response within {}", seconds(policy_.deadline->after))},
-            out, now);
+    const std::string time = seconds(policy_.deadline->after);
+    give_up(*policy_.deadline, fmt::format("no response within {}", time),
+            base::messages::deadline(time), out, now);
   }
 }
 
-void OpenCall::give_up(const Rule& rule, const Reason& why, ChannelOutput& out, Moment now) {
+void OpenCall::give_up(const Rule& rule, std::string_view response, const fabric::Message& why,
+                       ChannelOutput& out, Moment now) {
   if (rule.response_state != 0) {
-    answer_locally(
-        {Response::in_words("millrace: " + why.text, rule.response_state), "the gateway"}, out,
-        now);
+    answer_locally({Response::in_words(fmt::format("millrace: {}", response), rule.response_state),
+                    base::messages::the_gateway()},
+                   out, now);
     return;
   }
-  reason_ = {why.cause, fmt::format("{}; the NC program goes on waiting", why.text)};
-  publish_event(fabric::EventKind::late, newest_attempt(), reason_.text, out, now);
-  out.log(Level::warn, fmt::format("{}: {}", name(), reason_.text));
+  reason_ = why;
+  publish_event(fabric::EventKind::late, newest_attempt(), why, out, now);
+  out.log(Level::warn, fmt::format("{}: {}", name(), why));
 }
 
 void OpenCall::begin_writing(ChannelOutput& out) {

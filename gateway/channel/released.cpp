@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::channel {
 
 Released::Released(PendingRequest request, const AnswerWriter& writer)
@@ -102,9 +104,7 @@ Released::Found Released::release_again(const ReadTime& time) {
     return Found::nothing;
   }
   if (sent_.times > 1) {
-    problem_ = fmt::format(
-        "the controller acknowledged {}, but its reads do not show it; written {} times",
-        name_of(variable()), sent_.times + 1);
+    problem_ = base::messages::write_not_shown(name_of(variable()), sent_.times + 1);
   }
   return Found::unreleased;
 }

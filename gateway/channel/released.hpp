@@ -61,7 +61,7 @@ class Released {
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   [[nodiscard]] const PendingRequest& request() const { return request_; }
   /// Why it is not over; empty while there is no problem.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] const fabric::Message& problem() const { return problem_; }
 
  private:
   Found decide(const ServiceSnapshot& snapshot, const ReadTime& time);
@@ -87,7 +87,7 @@ class Released {
   std::optional<SteadyTime> read_at_{SteadyTime{}};
   /// Since when reads show what only a program that went on can have written.
   std::optional<SteadyTime> moved_on_;
-  std::string problem_;
+  fabric::Message problem_;
 };
 
 }  // namespace millrace::gateway::channel

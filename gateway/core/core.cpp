@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::core {
 
 namespace {
@@ -70,6 +72,7 @@ std::optional<SteadyTime> Core::next_time() const {
 void Core::start() {
   enter();
   queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
+  machines_.set_journal(options_.journal);
   machines_.set(options_.machines, now_);
   finish();
 }
@@ -91,7 +94,7 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
 void Core::stop() {
   enter();
   ends_at_ = now_.steady + longest_end;
-  stop_accepting({fabric::Cause::none, "the gateway is ending"});
+  stop_accepting(base::messages::gateway_ending());
   finish();
 }
 
@@ -175,7 +178,7 @@ void Core::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapsho
   finish();
 }
 
-void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
+void Core::on_read_failed(const fabric::ChannelKey& key, const fabric::Message& reason) {
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
@@ -185,7 +188,7 @@ void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reas
 }
 
 void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                    const std::string& reason) {
+                    const fabric::Message& reason) {
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
@@ -251,7 +254,7 @@ void Core::on_recorded(const Ticket& ticket) {
   finish();
 }
 
-void Core::on_journal_error(const std::string& error) {
+void Core::on_journal_error(const fabric::Message& error) {
   enter();
   if (!ends_at_) {
     context_.journal_error = error;
@@ -259,11 +262,10 @@ void Core::on_journal_error(const std::string& error) {
       channel.republish_status(now_);
       follow(channel);
     }
-    error.empty() ? accept_again() : stop_accepting({fabric::Cause::journal, error});
+    error.empty() ? accept_again() : stop_accepting(error);
   }
-  host_.set_alarm(
-      {.kind = "journal"}, error,
-      "free space on the disk, or restore the folder; the gateway then continues by itself");
+  machines_.set_journal(error.empty() ? options_.journal : fabric::JournalState::not_writable);
+  host_.set_alarm({.kind = "journal"}, error, base::messages::free_space());
   finish();
 }
 

@@ -42,12 +42,14 @@ struct CoreOptions {
   std::chrono::nanoseconds lease{};
   std::vector<settings::MachineSettings> machines{};
   Policies policies{};
+  /// While it can be written.
+  fabric::JournalState journal = fabric::JournalState::kept;
 };
 
 /// The result of an operator's command.
 struct CommandResult {
   bool done = false;
-  std::string detail;
+  fabric::Message detail;
 };
 
 /// The response that an operator gives to an NC program.
@@ -91,9 +93,9 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void on_link_up(const std::string& machine, const machines::Channels& channels) override;
   void on_link_down(const std::string& machine, const machines::LinkLoss& loss) override;
   void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) override;
-  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_read_failed(const fabric::ChannelKey& key, const fabric::Message& reason) override;
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                const std::string& reason) override;
+                const fabric::Message& reason) override;
   void on_subscribed(const std::string& machine,
                      const std::vector<machines::SubscribeOutcome>& outcomes) override;
   void on_notification(const fabric::ChannelKey& key, Variable variable,
@@ -106,7 +108,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void on_recorded(const Ticket& ticket);
   /// The journal cannot be written, and why; empty = it can again. No call is accepted while it
   /// cannot, and waiting ones show the reason.
-  void on_journal_error(const std::string& error);
+  void on_journal_error(const fabric::Message& error);
 
   // Events of the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance);
@@ -138,10 +140,10 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   // Events of machines; core_channels.cpp. The simulation observes machines and the calls of
   // message queues through these.
   void on_serve(const std::string& machine, const machines::Channels& channels) override;
-  void on_lost(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_lost(const std::string& machine, const fabric::Message& reason) override;
+  void on_link_dropped(const std::string& machine, const fabric::Message& reason) override;
   void on_channel_removed(const fabric::ChannelKey& key) override;
-  void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_not_owner(const fabric::ChannelKey& key, const fabric::Message& reason) override;
   void on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) override;
   void on_trusted(const fabric::ChannelKey& key, bool trusted) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
@@ -166,7 +168,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   [[nodiscard]] ReadIntervals intervals_of(const std::string& machine) const;
   /// These are served, and those that are leaving are brought to their end.
   void link_up(const std::string& machine, const machines::Channels& channels);
-  void link_down(const std::string& machine, const std::string& reason);
+  void link_down(const std::string& machine, const fabric::Message& reason);
   template <typename End>
   void lose_link(const std::string& machine, End end);
   void drain(const fabric::ChannelKey& key);
@@ -198,7 +200,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// Skipped requests may now have another reason, or none.
   void offer_again();
   /// No call is accepted, and why; until accept_again().
-  void stop_accepting(Reason reason) { not_accepting_ = std::move(reason); }
+  void stop_accepting(fabric::Message reason) { not_accepting_ = std::move(reason); }
   void accept_again();
   [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
                                  const std::string& canonical_uuid) const;
@@ -213,7 +215,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   CommandResult retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                               const std::string& by);
   /// The error is for the operator.
-  tl::expected<channel::Channel*, std::string> find_pending(const fabric::ChannelKey& key,
+  tl::expected<channel::Channel*, fabric::Message> find_pending(const fabric::ChannelKey& key,
                                                             const fabric::CallId& call);
 
   // Actions of channels; core_outputs.cpp.
@@ -226,7 +228,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const fabric::ChannelKey& key) override;
   void log(const fabric::ChannelKey& key, Level level, const std::string& text) override;
-  void report_write_problem(const fabric::ChannelKey& key, const std::string& text) override;
+  void report_write_problem(const fabric::ChannelKey& key, const fabric::Message& problem) override;
 
   Fabric& fabric_;
   Host& host_;
@@ -255,7 +257,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   /// A request was skipped because no call number was available.
   bool out_of_numbers_ = false;
   /// Why no call is accepted; empty while calls are.
-  Reason not_accepting_;
+  fabric::Message not_accepting_;
   MessageQueues queues_;
   Machines machines_;
   /// The last wake-up time that was requested.

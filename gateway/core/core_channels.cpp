@@ -3,6 +3,7 @@
 // their queues.
 #include <utility>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/core/core.hpp"
 
 namespace millrace::gateway::core {
@@ -87,7 +88,7 @@ void Core::lose_link(const std::string& machine, End end) {
   remove_drained_channels();
 }
 
-void Core::link_down(const std::string& machine, const std::string& reason) {
+void Core::link_down(const std::string& machine, const fabric::Message& reason) {
   lose_link(machine, [&](channel::Channel& channel) { channel.on_link_down(reason, now_); });
 }
 
@@ -96,20 +97,19 @@ void Core::on_serve(const std::string& machine, const machines::Channels& channe
   link_up(machine, channels);
 }
 
-void Core::on_lost(const std::string& machine, const std::string& reason) {
+void Core::on_lost(const std::string& machine, const fabric::Message& reason) {
   link_down(machine, reason);
   queues_.on_down(machine, reason);
 }
 
-void Core::on_link_dropped(const std::string& machine, const std::string& reason) {
+void Core::on_link_dropped(const std::string& machine, const fabric::Message& reason) {
   lose_link(machine, [&](channel::Channel& channel) { channel.on_link_dropped(reason, now_); });
   queues_.on_link_gone(machine, reason);
 }
 
 void Core::on_channel_removed(const fabric::ChannelKey& key) {
   drain(key);
-  queues_.on_channel_lost(key.machine, key.channel,
-                          "its channel was removed from the configuration");
+  queues_.on_channel_lost(key.machine, key.channel, base::messages::channel_removed());
 }
 
 void Core::drain(const fabric::ChannelKey& key) {
@@ -121,14 +121,13 @@ void Core::drain(const fabric::ChannelKey& key) {
   remove_drained_channels();
 }
 
-void Core::on_not_owner(const fabric::ChannelKey& key, const std::string& reason) {
+void Core::on_not_owner(const fabric::ChannelKey& key, const fabric::Message& reason) {
   if (channel::Channel* channel = find(key)) {
     draining_.insert(key);
     if (channel->may_be_assigned()) {
       // The other may never take it up before we serve the channel again.
       const CallRecord* call = channel->call();
-      remember(key, {call->request.uuid, "this gateway, which had left the channel to another one",
-                     call->id});
+      remember(key, {call->request.uuid, base::messages::this_gateway_before(), call->id});
     }
     channel->hand_over(reason, now_);
     follow(*channel);

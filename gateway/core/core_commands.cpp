@@ -1,6 +1,7 @@
 // Commands of an operator for a channel's call.
 #include <utility>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/core/core.hpp"
 
 namespace millrace::gateway::core {
@@ -29,7 +30,7 @@ CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::
                                                          : fabric::CompletionSignal::response_state;
   auto response = Response::of(answer.text, answer.state, completion_signal);
   if (!response) {
-    return {false, "the answer " + response.error() + "; nothing is written"};
+    return {false, base::messages::operator_answer_refused(response.error())};
   }
   const auto channel = find_pending(key, call);
   if (!channel) {
@@ -37,7 +38,7 @@ CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::
   }
   (*channel)->answer_locally({*std::move(response), answer.by}, now_);
   follow(**channel);
-  return {true, "the response is being written to the controller"};
+  return {true, base::messages::operator_answer_accepted()};
 }
 
 CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -49,7 +50,7 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
   channel::Channel& channel = **found;
   // It would run whenever an instance starts, long after the operator has looked at the machine.
   if (const auto unserved = dispatcher_.why_unserved(channel.call()->request.uuid, key)) {
-    return {false, unserved->text + "; start the service, then retry"};
+    return {false, base::messages::start_then_retry(*unserved)};
   }
   context_.blocked.forget(key);
   channel.retry(by, now_);
@@ -58,22 +59,20 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
   return {true, channel.status().reason};
 }
 
-tl::expected<channel::Channel*, std::string> Core::find_pending(const fabric::ChannelKey& key,
+tl::expected<channel::Channel*, fabric::Message> Core::find_pending(const fabric::ChannelKey& key,
                                                                 const fabric::CallId& call) {
   channel::Channel* channel = find(key);
   if (channel != nullptr && channel->status().state == fabric::ChannelState::unserved) {
-    return tl::unexpected(
-        "the gateway does not accept this request, so there is no call to act on: " +
-        channel->status().reason);
+    return tl::unexpected(base::messages::request_not_accepted(channel->status().reason));
   }
   if (channel == nullptr || channel->call() == nullptr) {
-    return tl::unexpected(std::string("no call is pending on this channel"));
+    return tl::unexpected(base::messages::no_call_pending());
   }
   if (channel->call()->id != call) {
-    return tl::unexpected("the channel has another call now: " + channel->call()->id.to_string());
+    return tl::unexpected(base::messages::another_call(channel->call()->id.to_string()));
   }
   if (channel->call()->answer) {
-    return tl::unexpected(std::string("the call's response is being written"));
+    return tl::unexpected(base::messages::response_under_way());
   }
   return channel;
 }

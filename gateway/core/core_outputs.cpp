@@ -2,6 +2,7 @@
 // queues.
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/core/core.hpp"
 
 namespace millrace::gateway::core {
@@ -51,12 +52,10 @@ void Core::log(const fabric::ChannelKey& key, Level level, const std::string& te
   host_.log(level, fmt::format("{}: {}", key.to_string(), text));
 }
 
-void Core::report_write_problem(const fabric::ChannelKey& key, const std::string& text) {
+void Core::report_write_problem(const fabric::ChannelKey& key, const fabric::Message& problem) {
   host_.set_alarm({.kind = "write", .subject = key.to_string()},
-                  text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),
-                  "the NC program waits; check whether the controller runs, and whether a PLC or "
-                  "another ADS client writes V.G.SERVICE of this channel. The gateway repeats the "
-                  "write at least once a minute");
+                  problem.empty() ? problem : base::messages::of_channel(key.to_string(), problem),
+                  base::messages::check_controller());
 }
 
 }  // namespace millrace::gateway::core

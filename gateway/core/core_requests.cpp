@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "fabric/channel_scope.hpp"
 #include "gateway/core/core.hpp"
@@ -46,7 +47,7 @@ void Core::follow(channel::Channel& channel) {
   if (news.found) {
     admit(channel);
   }
-  context_.blocked.note(channel.status(), not_accepting_.text.empty(), now_);
+  context_.blocked.note(channel.status(), not_accepting_.empty(), now_);
 }
 
 void Core::apply(const dispatch::Decisions& decisions) {
@@ -73,7 +74,7 @@ void Core::apply(const dispatch::Decisions& decisions) {
 void Core::admit(channel::Channel& channel) {
   const std::string uuid = fabric::canonical_uuid(channel.found().uuid);
   const Policy policy = policy_of(channel.key(), uuid);
-  if (!not_accepting_.text.empty()) {
+  if (!not_accepting_.empty()) {
     channel.leave_unserved(not_accepting_, policy, now_);
     follow(channel);
     return;
@@ -85,10 +86,7 @@ void Core::admit(channel::Channel& channel) {
                              policy.unserved->response_state != 0;
   if ((!unserved || answered_here) && numbers_.used_up()) {
     out_of_numbers_ = true;
-    channel.leave_unserved(
-        {fabric::Cause::journal,
-         "the journal has not confirmed new call numbers yet; the call waits for it"},
-        policy, now_);
+    channel.leave_unserved(base::messages::no_call_numbers(), policy, now_);
     follow(channel);
     return;
   }
@@ -104,7 +102,7 @@ void Core::admit(channel::Channel& channel) {
     follow(channel);
     const auto answer =
         Response::in_words("millrace: no service has this UUID", policy.unserved->response_state);
-    channel.answer_locally({answer, "the gateway"}, now_);
+    channel.answer_locally({answer, base::messages::the_gateway()}, now_);
     follow(channel);
   } else {
     channel.leave_unserved(*unserved, policy, now_);
@@ -120,11 +118,7 @@ bool Core::hold_for_predecessor(channel::Channel& channel, const std::string& ca
   }
   channel.accept(next_id(), policy, now_);
   follow(channel);
-  channel.hold({fabric::Cause::gateway_lost,
-                fmt::format("{} is gone and may have dispatched this call, which must not run "
-                            "twice; an operator must answer or retry it",
-                            predecessor->from)},
-               now_);
+  channel.hold(base::messages::gateway_lost_held(predecessor->from), now_);
   follow(channel);
   return true;
 }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "gateway/text.hpp"
 
@@ -78,12 +79,12 @@ void MachineValues::stop_asking() {
   changed_ = true;
 }
 
-void MachineValues::on_down(const std::string& reason, Moment now) {
+void MachineValues::on_down(const fabric::Message& reason, Moment now) {
   stop_asking();
   down_ = true;
   if (sampler_) {
     // The machine's status has the reason for all its values.
-    sampler_->on_down("the link is down", now);
+    sampler_->on_down(base::messages::link_is_down(), now);
   }
   variables_.on_down(reason, now);
 }

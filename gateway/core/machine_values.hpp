@@ -31,7 +31,7 @@ class MachineValues {
   /// The link is up and these of its channels are served; also when there are more.
   void on_up(const machines::Channels& channels, Moment now);
   /// The pending request gets no response any more.
-  void on_down(const std::string& reason, Moment now);
+  void on_down(const fabric::Message& reason, Moment now);
   /// The link was taken away: no channel is ours any more.
   void on_dropped(Moment now);
   /// The channel is not ours any more.

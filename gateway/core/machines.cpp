@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::core {
 
 namespace {
@@ -69,6 +71,7 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings, Mome
   status.pid = own_.pid;
   status.version = own_.version;
   status.epoch = own_.epoch;
+  status.journal = journal_;
   Machine& one =
       machines_
           .try_emplace(settings.name, settings, machines::MachineStatusWriter(std::move(status)),
@@ -95,7 +98,7 @@ void Machines::change(Machine& one, const settings::MachineSettings& settings, M
   one.status_writer.claim(more ? machines::plausible(now.wall) : one.status_writer.status().claimed,
                           settings.channels);
   host_.log(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
-  drop_link(one, "the configuration has changed", now);
+  drop_link(one, base::messages::configuration_changed(), now);
   for (const std::uint16_t channel : listener_.channels_of(settings.name)) {
     if (!settings.channels.empty() &&
         std::ranges::find(settings.channels, channel) == settings.channels.end()) {
@@ -114,7 +117,7 @@ void Machines::connect(Machine& one, Moment now) {
   }
 }
 
-void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
+void Machines::drop_link(Machine& one, const fabric::Message& reason, Moment now) {
   if (one.connected() == nullptr) {
     return;
   }
@@ -131,7 +134,7 @@ void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
 }
 
 /// Another gateway serves it.
-void Machines::not_owner(Machine& one, std::uint16_t channel, const std::string& reason,
+void Machines::not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason,
                          Moment now) {
   values_of(one).on_over(channel, now);
   listener_.on_not_owner({one.settings.name, channel}, reason);
@@ -233,13 +236,21 @@ bool Machines::on_stall(Moment now) {
     if (claims_.contested(name)) {
       contested = true;
       if (one.connected() != nullptr) {
-        drop_link(one, "this gateway stood still", now);
+        drop_link(one, base::messages::stood_still(), now);
         listen(one, now);
       }
     }
     publish(one);
   }
   return contested;
+}
+
+void Machines::set_journal(fabric::JournalState state) {
+  journal_ = state;
+  for (auto& [name, one] : machines_) {
+    one.status_writer.set_journal(state);
+    publish(one);
+  }
 }
 
 void Machines::publish_load(Moment now) {

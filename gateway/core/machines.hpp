@@ -50,13 +50,13 @@ class MachinesListener {
   /// The link is up and these channels are ours; again when their number changes.
   virtual void on_serve(const std::string& machine, const Channels& channels) = 0;
   /// Every read and write is answered before the link comes up again.
-  virtual void on_lost(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_lost(const std::string& machine, const fabric::Message& reason) = 0;
   /// The link was taken away: reads and writes under way are not answered any more.
-  virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_link_dropped(const std::string& machine, const fabric::Message& reason) = 0;
   /// The channel was removed from the configuration.
   virtual void on_channel_removed(const fabric::ChannelKey& key) = 0;
   /// Another gateway serves the channel.
-  virtual void on_not_owner(const fabric::ChannelKey& key, const std::string& reason) = 0;
+  virtual void on_not_owner(const fabric::ChannelKey& key, const fabric::Message& reason) = 0;
   /// We serve the channel from now on, after a gateway that is gone and left this status.
   virtual void on_predecessor_call(const fabric::ChannelStatus& status,
                                    const std::string& from) = 0;
@@ -108,6 +108,8 @@ class Machines {
   /// another one may have taken over, until their owners are known. False if there are none. All
   /// machines are published again, since readers that took this gateway for gone have dropped them.
   bool on_stall(Moment now);
+  /// Of this gateway, said with each machine.
+  void set_journal(fabric::JournalState state);
   /// About once a second: publishes the load of the links.
   void publish_load(Moment now);
 
@@ -172,9 +174,9 @@ class Machines {
     /// It was removed from the configuration.
     bool removed = false;
     /// The gateway that serves it instead, as logged last.
-    std::string refusal{};
+    fabric::Message refusal{};
     /// What is missing although it is up: channels of other gateways.
-    std::string note{};
+    fabric::Message note{};
     machines::Subscriptions subscriptions;
     MachineValues values;
   };
@@ -195,9 +197,9 @@ class Machines {
   /// Of a machine that is up.
   void serve(Machine& one, Moment now);
   void connect(Machine& one, Moment now);
-  void drop_link(Machine& one, const std::string& reason, Moment now);
+  void drop_link(Machine& one, const fabric::Message& reason, Moment now);
   void remove(Machine& one, std::uint16_t channel, Moment now);
-  void not_owner(Machine& one, std::uint16_t channel, const std::string& reason, Moment now);
+  void not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason, Moment now);
   void on_predecessor_call(const fabric::ChannelKey& key);
   void publish(Machine& one);
   void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);
@@ -205,6 +207,7 @@ class Machines {
   void wake_at(std::optional<SteadyTime> time);
 
   GatewayIdentity own_;
+  fabric::JournalState journal_ = fabric::JournalState::kept;
   Fabric& fabric_;
   Host& host_;
   MachinesListener& listener_;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/core/machines.hpp"
 #include "gateway/text.hpp"
 
@@ -35,7 +36,7 @@ void Machines::listen(Machine& one, Moment now) {
   const SteadyTime until = now.steady + listen_time;
   one.phase = Machine::Listening{since, until};
   wake_at(until);
-  one.status_writer.on_down("waiting to learn whether another gateway serves this machine", now);
+  one.status_writer.on_down(base::messages::looks_for_other_gateway(), now);
   publish(one);
 }
 
@@ -140,8 +141,7 @@ bool Machines::owned_by_others(Machine& one, Moment now) {
     }
     return false;
   }
-  const std::string refusal = fmt::format("{} serves this machine already; this gateway stands by",
-                                          machines::name_of(*other));
+  const fabric::Message refusal = base::messages::stands_by(machines::name_of(*other));
   if (one.refusal != refusal) {
     one.refusal = refusal;
     host_.log(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
@@ -160,7 +160,7 @@ void Machines::serve(Machine& one, Moment now) {
   const std::string& name = one.settings.name;
   Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
   Channels ours;
-  std::string refused;
+  fabric::Message refused;
   for (const std::uint16_t channel :
        one.removed || !one.refusal.empty() ? Channels{} : *connected.found) {
     const fabric::ChannelKey key{name, channel};
@@ -169,9 +169,9 @@ void Machines::serve(Machine& one, Moment now) {
       ours.push_back(channel);
       continue;
     }
-    const std::string reason =
-        fmt::format("channel {} is served by {} already", channel, machines::name_of(*other));
-    refused += fmt::format("{}{}", refused.empty() ? "" : "; ", reason);
+    const fabric::Message reason =
+        base::messages::channel_served(channel, machines::name_of(*other));
+    refused = refused.empty() ? reason : base::messages::and_also(refused, reason);
     not_owner(one, channel, reason, now);
   }
   if (!refused.empty() && refused != one.note) {

@@ -1,6 +1,7 @@
 // How changes in a machine's channels are detected: performs what its Subscriptions decide.
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/core/machines.hpp"
 
 namespace millrace::gateway::core {
@@ -52,8 +53,11 @@ void Machines::on_notification(const fabric::ChannelKey& key, Variable variable,
 
 void Machines::write_up(Machine& one, std::size_t channels, Moment now) {
   const auto [mode, text] = one.subscriptions.status();
-  const char* const between = one.note.empty() || text.empty() ? "" : "; ";
-  one.status_writer.on_up(channels, mode, fmt::format("{}{}{}", one.note, between, text), now);
+  one.status_writer.on_up(channels, mode,
+                          one.note.empty() ? text
+                          : text.empty()   ? one.note
+                                           : base::messages::and_also(one.note, text),
+                          now);
 }
 
 }  // namespace millrace::gateway::core

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "gateway/queues/message_queue.hpp"
 
@@ -29,7 +30,7 @@ void MessageQueues::set(const std::map<std::string, std::vector<queues::QueueSet
         one->number = ++begun_;
       } else if (one->queue.settings() != settings) {
         one->queue.change(settings);
-        go_down(*one, "the configuration has changed");
+        go_down(*one, base::messages::configuration_changed());
       }
       one->removed = false;
       // Also one that was leaving when its link came up.
@@ -94,14 +95,14 @@ void MessageQueues::on_up(const std::string& machine, const machines::Channels& 
   }
 }
 
-void MessageQueues::go_down(One& one, const std::string& reason) {
+void MessageQueues::go_down(One& one, const fabric::Message& reason) {
   one.link = nullptr;
   one.asking = false;
   one.queue.on_down(reason);
   take_output(one);
 }
 
-void MessageQueues::on_down(const std::string& machine, const std::string& reason) {
+void MessageQueues::on_down(const std::string& machine, const fabric::Message& reason) {
   machines_[machine].link = nullptr;
   for (auto& [key, one] : queues_) {
     if (one.machine != machine) {
@@ -115,14 +116,14 @@ void MessageQueues::on_down(const std::string& machine, const std::string& reaso
 }
 
 void MessageQueues::lose_channel(const fabric::ChannelKey& key, One& one,
-                                 const std::string& reason) {
+                                 const fabric::Message& reason) {
   one.ours = false;
   go_down(one, reason);
   review(key, one);
 }
 
 void MessageQueues::on_channel_lost(const std::string& machine, std::uint16_t channel,
-                                    const std::string& reason) {
+                                    const fabric::Message& reason) {
   machines_[machine].channels.erase(channel);
   for (auto& [key, one] : queues_) {
     if (one.machine == machine && one.queue.settings().channel == channel) {
@@ -131,7 +132,7 @@ void MessageQueues::on_channel_lost(const std::string& machine, std::uint16_t ch
   }
 }
 
-void MessageQueues::on_link_gone(const std::string& machine, const std::string& reason) {
+void MessageQueues::on_link_gone(const std::string& machine, const fabric::Message& reason) {
   machines_.erase(machine);
   for (auto& [key, one] : queues_) {
     if (one.machine == machine) {
@@ -301,12 +302,11 @@ void MessageQueues::log(const fabric::ChannelKey& key, const queues::MessageQueu
   }
   if (output.trouble) {
     host_.set_alarm({.kind = "queue", .subject = key.to_string()}, *output.trouble,
-                    "check the names in gateway.textproto, and whether an NC program has "
-                    "initialised the queue");
+                    base::messages::check_queue_names());
   }
   if (output.filling) {
     host_.set_alarm({.kind = "queue_filling", .subject = key.to_string()}, *output.filling,
-                    "start its service, or find out why it does not respond");
+                    base::messages::start_queue_service());
   }
 }
 

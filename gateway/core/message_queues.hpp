@@ -45,12 +45,12 @@ class MessageQueues {
   /// `link` stays until on_link_gone().
   void on_up(const std::string& machine, const machines::Channels& channels,
              machines::Controller& link, Moment now);
-  void on_down(const std::string& machine, const std::string& reason);
+  void on_down(const std::string& machine, const fabric::Message& reason);
   /// The channel has another owner, or none.
   void on_channel_lost(const std::string& machine, std::uint16_t channel,
-                       const std::string& reason);
+                       const fabric::Message& reason);
   /// So are all of them.
-  void on_link_gone(const std::string& machine, const std::string& reason);
+  void on_link_gone(const std::string& machine, const fabric::Message& reason);
   /// The calls of a queue that is drained are over.
   void on_over(const fabric::ChannelKey& key);
   /// Of a queue.
@@ -85,7 +85,7 @@ class MessageQueues {
     Kind kind = Kind::changed;
     fabric::ChannelKey key;
     /// Why it is down.
-    std::string reason{};
+    fabric::Message reason{};
     /// The values that were read.
     ServiceSnapshot shown{};
     /// The number of the queue: another one with this key may have replaced it.
@@ -144,8 +144,8 @@ class MessageQueues {
   void review(const fabric::ChannelKey& key, One& one);
   void reach(const fabric::ChannelKey& key, One& one, Moment now);
   void open(const fabric::ChannelKey& key, One& one);
-  void lose_channel(const fabric::ChannelKey& key, One& one, const std::string& reason);
-  void go_down(One& one, const std::string& reason);
+  void lose_channel(const fabric::ChannelKey& key, One& one, const fabric::Message& reason);
+  void go_down(One& one, const fabric::Message& reason);
   void ask_next(One& one, Moment now);
   void take_output(One& one);
   void log(const fabric::ChannelKey& key, const queues::MessageQueue::Output& output);

@@ -59,8 +59,8 @@ class Host {
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
   virtual void log(Level level, const std::string& text) = 0;
   /// Raises an alarm of the gateway, or clears it if `text` is empty.
-  virtual void set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                         const std::string& advice) = 0;
+  virtual void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                         const fabric::Message& advice) = 0;
 
   /// After Core::stop(): no answer is half written any more, or it took too long (`half_written`).
   /// Core::end() comes next.

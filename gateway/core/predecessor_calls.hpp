@@ -19,7 +19,7 @@ namespace millrace::gateway::core {
 struct PredecessorCall {
   std::string uuid;
   /// The gateway that had it, for people.
-  std::string from;
+  fabric::Message from;
   fabric::CallId call{};
   /// The channel has been read since. A read that began before may show the channel as it was
   /// before that request.

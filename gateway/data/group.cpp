@@ -29,7 +29,7 @@ void Group::start(SteadyTime now) {
   }
 }
 
-std::optional<DataSample> Group::stop(const std::string& reason, Moment now) {
+std::optional<DataSample> Group::stop(const fabric::Message& reason, Moment now) {
   started_ = false;
   in_cycle_ = false;
   pending_.clear();

@@ -68,7 +68,7 @@ class Group {
   void start(SteadyTime now);
   /// It is not, or not any more: good values become stale. Returns a sample if it differs from the
   /// published one.
-  std::optional<fabric::DataSample> stop(const std::string& reason, Moment now);
+  std::optional<fabric::DataSample> stop(const fabric::Message& reason, Moment now);
   [[nodiscard]] bool started() const { return started_; }
   /// Its readers may have dropped it: publish everything again.
   void republish() { published_.clear(); }

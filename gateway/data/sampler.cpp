@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/data/group.hpp"
 #include "gateway/text.hpp"
 
@@ -30,7 +31,7 @@ void Sampler::on_up(const std::vector<std::uint16_t>& channels, SteadyTime now) 
   }
 }
 
-void Sampler::on_down(const std::string& reason, Moment now) {
+void Sampler::on_down(const fabric::Message& reason, Moment now) {
   under_way_.clear();
   at_once_ = most_together;
   for (Group& group : groups_) {
@@ -46,7 +47,7 @@ void Sampler::on_down(const std::string& reason, Moment now) {
 void Sampler::on_over(std::uint16_t channel, Moment now) {
   for (Group& group : groups_) {
     if (channel == 0 || group.settings().channel == channel) {
-      static_cast<void>(group.stop("another gateway may publish it", now));
+      static_cast<void>(group.stop(base::messages::other_gateway_may_publish(), now));
       group.republish();
       output_.left.push_back(
           {.key = {machine_, group.settings().channel}, .group = group.settings().name});
@@ -154,9 +155,9 @@ std::optional<SteadyTime> Sampler::next_time(SteadyTime now) {
   return std::max(*first, allowed);
 }
 
-void Sampler::refuse(Item& item, const std::string& reason, SteadyTime again) {
+void Sampler::refuse(Item& item, const fabric::Message& reason, SteadyTime again) {
   item.value.quality = Quality::refused;
-  item.value.reason = truncate_reason(reason);
+  item.value.reason = reason;
   item.reading.reset();
   item.resolve_at = again;
 }
@@ -174,12 +175,12 @@ void Sampler::on_resolved(const std::vector<Resolved>& known, std::uint64_t requ
       one.value.type = type_of(*known[i]);
       one.value.is_array = known[i]->is_array;
       one.value.quality = Quality::stale;
-      one.value.reason = "not read yet";
+      one.value.reason = base::messages::value_not_read_yet();
     } else if (is_refusal(known[i].error().code)) {
       refuse(one, known[i].error().reason, now.steady + retry_refused);
     } else {
       one.value.quality = Quality::stale;
-      one.value.reason = truncate_reason(known[i].error().reason);
+      one.value.reason = known[i].error().reason;
       one.resolve_at = now.steady + retry_silent;
     }
   }

@@ -67,7 +67,7 @@ class Sampler {
   /// The controller answers, and these of its channels are served; also when there are more.
   void on_up(const std::vector<std::uint16_t>& channels, SteadyTime now);
   /// The link is gone: a step under way is not answered any more.
-  void on_down(const std::string& reason, Moment now);
+  void on_down(const fabric::Message& reason, Moment now);
   /// The channel is not served any more, or none if 0. Another gateway may publish its groups now:
   /// they are in Output::left, and nothing more is published about them.
   void on_over(std::uint16_t channel, Moment now);
@@ -97,7 +97,7 @@ class Sampler {
   std::optional<Step> resolve(SteadyTime now);
   std::optional<Step> read(Moment now);
   void take_answer(Place place, const Answer& answer, Moment now);
-  static void refuse(Item& item, const std::string& reason, SteadyTime again);
+  static void refuse(Item& item, const fabric::Message& reason, SteadyTime again);
   void end_cycles(Moment now);
   void report_refused(const std::vector<Place>& places);
   void report_period(const Group& group);

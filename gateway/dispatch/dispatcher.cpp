@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/channel_scope.hpp"
 #include "gateway/dispatch/near_miss.hpp"
 #include "gateway/text.hpp"
@@ -168,29 +169,24 @@ bool Dispatcher::serves(const std::string& canonical_uuid, const fabric::Channel
   return instances_.service(canonical_uuid, key).served;
 }
 
-std::optional<Reason> Dispatcher::why_unserved(const std::string& uuid,
-                                               const fabric::ChannelKey& key) const {
+std::optional<fabric::Message> Dispatcher::why_unserved(const std::string& uuid,
+                                                        const fabric::ChannelKey& key) const {
   const Instances::Service service = instances_.service(fabric::canonical_uuid(uuid), key);
   if (service.served) {
     return {};
   }
   if (service.draining) {
-    return Reason{
-        fabric::Cause::draining,
-        fmt::format("the service {} is draining and accepts no new calls", printable(uuid))};
+    return base::messages::service_draining(printable(uuid));
   }
   if (service.elsewhere != nullptr) {
-    return Reason{fabric::Cause::other_channels,
-                  fmt::format("the service {} serves {}, not {}", printable(uuid),
-                              scope_of(service.elsewhere->identity), key.to_string())};
+    return base::messages::other_channels(printable(uuid), scope_of(service.elsewhere->identity),
+                                          key.to_string());
   }
   const auto last = last_of_.find(fabric::canonical_uuid(uuid));
   if (last == last_of_.end()) {
-    return Reason{fabric::Cause::unknown_uuid, explain_unserved(uuid, instances_.uuids())};
+    return explain_unserved(uuid, instances_.uuids());
   }
-  return Reason{
-      fabric::Cause::no_instance,
-      fmt::format("no instance serves {}; the last one was {}", printable(uuid), last->second)};
+  return base::messages::no_instance(printable(uuid), last->second);
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
@@ -295,7 +291,7 @@ void Dispatcher::try_to_assign(PendingCall& pending, Decisions& decisions) {
     assign(pending, *busy, decisions);
   } else {
     calls_.queue(pending);
-    if (Reason reason = why_waiting(pending); reason != pending.reason) {
+    if (fabric::Message reason = why_waiting(pending); reason != pending.reason) {
       pending.reason = std::move(reason);
       decisions.emplace_back(Explain{pending.call, pending.key, pending.reason});
     }
@@ -376,31 +372,24 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
 
 void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions) {
   const std::string name = *pending.at->name;
-  const std::string what = loss == Loss::gone ? "is lost" : "does not read its requests";
   if (pending.delivery == fabric::Delivery::at_most_once) {
     calls_.hold(pending);
   } else {
     calls_.queue(pending);
   }
-  pending.reason = {
-      fabric::Cause::instance_lost,
-      pending.held
-          ? fmt::format("{} {} during this call, which must not run twice; an operator must "
-                        "answer or retry it",
-                        name, loss == Loss::gone ? "is lost" : "is deaf")
-          : fmt::format("{} {}; the call goes to another instance", name, what)};
+  pending.reason = loss == Loss::gone ? pending.held ? base::messages::instance_lost_held(name)
+                                                     : base::messages::instance_lost(name)
+                   : pending.held ? base::messages::instance_deaf_held(name)
+                                      : base::messages::instance_deaf(name);
   decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, pending.held});
 }
 
-Reason Dispatcher::why_waiting(const PendingCall& pending) const {
+fabric::Message Dispatcher::why_waiting(const PendingCall& pending) const {
   const std::size_t busy = instances_.ready(pending.uuid, pending.key);
   if (busy == 0) {
-    return {fabric::Cause::no_instance,
-            fmt::format("no instance of {} is ready for {}", printable(pending.uuid),
-                        pending.key.to_string())};
+    return base::messages::no_instance_ready(printable(pending.uuid), pending.key.to_string());
   }
-  return {fabric::Cause::busy, busy == 1 ? std::string("the only instance is busy")
-                                         : fmt::format("all {} instances are busy", busy)};
+  return busy == 1 ? base::messages::only_instance_busy() : base::messages::instances_busy(busy);
 }
 
 }  // namespace millrace::gateway::dispatch

@@ -38,7 +38,7 @@ struct Assign {
 struct Unassign {
   fabric::CallId call;
   fabric::ChannelKey key;
-  Reason reason;
+  fabric::Message reason;
   bool held = false;
 };
 
@@ -46,7 +46,7 @@ struct Unassign {
 struct Explain {
   fabric::CallId call;
   fabric::ChannelKey key;
-  Reason reason;
+  fabric::Message reason;
 };
 
 using Decision = std::variant<Assign, Unassign, Explain>;
@@ -94,8 +94,8 @@ class Dispatcher {
   [[nodiscard]] bool serves(const std::string& canonical_uuid, const fabric::ChannelKey& key) const;
 
   /// Why no instance serves this UUID for this channel; nullopt if one does.
-  [[nodiscard]] std::optional<Reason> why_unserved(const std::string& uuid,
-                                                   const fabric::ChannelKey& key) const;
+  [[nodiscard]] std::optional<fabric::Message> why_unserved(const std::string& uuid,
+                                                            const fabric::ChannelKey& key) const;
 
   /// How often a call of this canonical UUID may run: at most once if any instance announces it.
   [[nodiscard]] fabric::Delivery delivery_of(const std::string& uuid) const;
@@ -121,7 +121,7 @@ class Dispatcher {
   enum class Loss : std::uint8_t { gone, unresponsive };
   void lose_call(PendingCall& pending, Loss loss, Decisions& decisions);
   [[nodiscard]] static Assign assignment(const PendingCall& pending, const Instance& instance);
-  [[nodiscard]] Reason why_waiting(const PendingCall& pending) const;
+  [[nodiscard]] fabric::Message why_waiting(const PendingCall& pending) const;
 
   DispatcherOptions options_;
   Instances instances_;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/text.hpp"
@@ -13,15 +14,16 @@ namespace millrace::gateway::dispatch {
 namespace {
 
 /// How the nearest UUID differs from the one in the NC program.
-std::string difference(std::string_view written, std::string_view meant) {
+fabric::Message difference(std::string_view written, std::string_view meant) {
   const std::size_t edits = base::text::edit_distance(written, meant);
   if (edits != 1) {
-    return fmt::format("{} characters differ", edits);
+    return base::messages::characters_differ(edits);
   }
   if (written.size() < meant.size()) {
-    return "one character is missing";
+    return base::messages::one_character_missing();
   }
-  return written.size() > meant.size() ? "one character is too many" : "one character differs";
+  return written.size() > meant.size() ? base::messages::one_character_too_many()
+                                       : base::messages::one_character_differs();
 }
 
 /// Canonical, and in lower case even where it is not a UUID, so that the case makes no difference.
@@ -53,7 +55,7 @@ std::optional<std::string> nearest(std::string_view text, const std::vector<std:
   return best;
 }
 
-std::string malformed(std::string_view uuid) {
+fabric::Message malformed(std::string_view uuid) {
   constexpr std::size_t length = 36;
   const std::string text = fabric::canonical_uuid(uuid);
   const auto dashes = std::ranges::count(text, '-');
@@ -62,30 +64,33 @@ std::string malformed(std::string_view uuid) {
     return {};
   }
   if (const auto wrong = std::ranges::find_if_not(text, uuid_character); wrong != text.end()) {
-    return text.size() == length ? fmt::format("'{}' is not a hexadecimal digit",
-                                               printable(std::string_view(&*wrong, 1)))
-                                 : std::string();
+    return text.size() == length
+               ? base::messages::not_hexadecimal(printable(std::string_view(&*wrong, 1)))
+               : fabric::Message();
   }
   if (text.size() != length) {
-    return fmt::format("{} characters, a UUID has {}", text.size(), length);
+    return base::messages::wrong_length_of_uuid(text.size(), length);
   }
-  return "its dashes are in the wrong places";
+  return base::messages::wrong_dashes();
 }
 
-std::string explain_unserved(std::string_view uuid, const std::vector<std::string>& known) {
+fabric::Message explain_unserved(std::string_view uuid, const std::vector<std::string>& known) {
   const std::string written = comparable(uuid);
   if (written.empty()) {
-    return "V.G.SERVICE.UUID is empty; the program must write its service's UUID before "
-           "REQUEST_STATE";
+    return base::messages::unknown_uuid_empty();
   }
-  std::string words = fmt::format("no service has the UUID {}", printable(uuid));
-  if (const auto meant = nearest(written, known)) {
-    words += fmt::format("; did you mean {}, {}", *meant, difference(written, *meant));
+  const std::string shown = printable(uuid);
+  const auto meant = nearest(written, known);
+  const fabric::Message wrong = malformed(uuid);
+  if (meant && !wrong.empty()) {
+    return base::messages::unknown_uuid_near_malformed(shown, *meant, difference(written, *meant),
+                                                       wrong);
   }
-  if (const std::string wrong = malformed(uuid); !wrong.empty()) {
-    words += fmt::format("; it is malformed: {}", wrong);
+  if (meant) {
+    return base::messages::unknown_uuid_near(shown, *meant, difference(written, *meant));
   }
-  return words;
+  return wrong.empty() ? base::messages::unknown_uuid(shown)
+                       : base::messages::unknown_uuid_malformed(shown, wrong);
 }
 
 }  // namespace millrace::gateway::dispatch

@@ -18,9 +18,9 @@ std::optional<std::string> nearest(std::string_view text, const std::vector<std:
 
 /// What is wrong with a text that was meant to be a UUID, "35 characters, a UUID has 36"; empty if
 /// it is a UUID, or does not resemble one.
-std::string malformed(std::string_view uuid);
+fabric::Message malformed(std::string_view uuid);
 
 /// The whole sentence, for a UUID as the program wrote it and the canonical UUIDs that are served.
-std::string explain_unserved(std::string_view uuid, const std::vector<std::string>& known);
+fabric::Message explain_unserved(std::string_view uuid, const std::vector<std::string>& known);
 
 }  // namespace millrace::gateway::dispatch

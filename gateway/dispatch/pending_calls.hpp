@@ -37,7 +37,7 @@ struct PendingCall {
   bool queued = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
-  Reason reason;
+  fabric::Message reason;
   /// When its request was last sent, and the number of heartbeats since then that should have named
   /// it and did not.
   std::optional<SteadyTime> published_at;

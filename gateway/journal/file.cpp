@@ -181,7 +181,7 @@ class File final : public Journal, private JournalFile {
     on_recorded_ = std::move(handler);
   }
 
-  void on_write_error(std::function<void(const std::string&)> handler) override {
+  void on_write_error(std::function<void(const fabric::Message&)> handler) override {
     on_write_error_ = std::move(handler);
   }
 
@@ -278,7 +278,7 @@ class File final : public Journal, private JournalFile {
     }
   }
 
-  void report_error(const std::string& error) override {
+  void report_error(const fabric::Message& error) override {
     if (error.empty()) {
       log_->info("journal {} is writable again", path_.string());
     } else {
@@ -299,7 +299,7 @@ class File final : public Journal, private JournalFile {
   std::shared_ptr<base::posix::Fd> new_file_;
   JournalWriter writer_;
   std::function<void(const Ticket&)> on_recorded_;
-  std::function<void(const std::string&)> on_write_error_;
+  std::function<void(const fabric::Message&)> on_write_error_;
   asio::steady_timer timer_;
   /// Handlers that outlive the journal see it gone.
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);

@@ -112,6 +112,24 @@ void put(pb::LastGet& out, const LastGetEntry& in) {
   out.set_number(in.number);
 }
 
+void put_sentence(pb::Sentence& out, const fabric::Message& in) {
+  out.set_code(in.code);
+  for (const fabric::Message& argument : in.arguments) {
+    pb::Sentence& to = *out.add_arguments();
+    put_sentence(to, argument);
+    to.set_text(argument.text);
+  }
+}
+
+fabric::Message sentence_of(const pb::Sentence& in, const std::string& text) {
+  fabric::Message sentence(text);
+  sentence.code = in.code();
+  for (const pb::Sentence& argument : in.arguments()) {
+    sentence.arguments.push_back(sentence_of(argument, argument.text()));
+  }
+  return sentence;
+}
+
 void put(pb::Standing& out, const BlockedEntry& in) {
   put_key(out, in.key);
   if (in.state == fabric::ChannelState::held) {
@@ -124,8 +142,10 @@ void put(pb::Standing& out, const BlockedEntry& in) {
   put(*out.mutable_call(), in.call);
   out.set_uuid(in.uuid);
   out.set_since(in.since.time_since_epoch().count());
-  out.set_cause(static_cast<std::uint32_t>(in.reason.cause));
   out.set_reason(in.reason.text);
+  if (!in.reason.code.empty()) {
+    put_sentence(*out.mutable_reason_message(), in.reason);
+  }
 }
 
 BlockedEntry get(const pb::Standing& in) {
@@ -136,10 +156,7 @@ BlockedEntry get(const pb::Standing& in) {
           .call = get(in.call()),
           .uuid = in.uuid(),
           .since = fabric::Time(std::chrono::nanoseconds(in.since())),
-          .reason = {in.cause() <= static_cast<std::uint32_t>(fabric::Cause::held_too_long)
-                         ? static_cast<fabric::Cause>(in.cause())
-                         : fabric::Cause::none,
-                     in.reason()}};
+          .reason = sentence_of(in.reason_message(), in.reason())};
 }
 
 pb::Record message_of(const JournalEntry& entry) {

@@ -34,7 +34,7 @@ class Journal {
   virtual void on_recorded(std::function<void(const Ticket&)> handler) = 0;
   /// Called when the journal cannot be written any more, with the reason, and with an empty text
   /// when it can again.
-  virtual void on_write_error(std::function<void(const std::string&)> handler) = 0;
+  virtual void on_write_error(std::function<void(const fabric::Message&)> handler) = 0;
 };
 
 /// A journal that ends with the process: a call under way is then dispatched a second time, under a

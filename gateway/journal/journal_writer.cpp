@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/journal/format.hpp"
 
 namespace millrace::gateway::journal {
@@ -170,7 +171,7 @@ void JournalWriter::on_replaced(const std::string& failure) {
     set_limit(new_file_needs_);
     if (!error_.empty()) {
       error_.clear();
-      file_.report_error("");
+      file_.report_error({});
     }
     file_.confirm(std::exchange(batch_, {}));
   }
@@ -197,8 +198,7 @@ void JournalWriter::set_limit(std::size_t needed) {
 
 void JournalWriter::fail(const std::string& reason) {
   if (error_.empty()) {
-    error_ = fmt::format(
-        "the journal {}; the gateway accepts no new call until the journal is writable", reason);
+    error_ = base::messages::journal_unwritable(reason);
     file_.report_error(error_);
   }
 }

@@ -78,7 +78,7 @@ class JournalFile {
   /// Confirms these a little later, in order: their entries are as safe as promised.
   virtual void confirm(std::vector<Ticket> tickets) = 0;
   /// The journal cannot write any more, with the reason; or, with an empty text, can again.
-  virtual void report_error(const std::string& error) = 0;
+  virtual void report_error(const fabric::Message& error) = 0;
 };
 
 class JournalWriter {
@@ -143,7 +143,7 @@ class JournalWriter {
   std::string tail_;
   /// Something could not be appended to the new file.
   bool spoiled_ = false;
-  std::string error_;
+  fabric::Message error_;
 };
 
 }  // namespace millrace::gateway::journal

@@ -32,7 +32,7 @@ class Memory final : public Journal {
     handler_ = std::move(handler);
   }
 
-  void on_write_error(std::function<void(const std::string&)>) override {}
+  void on_write_error(std::function<void(const fabric::Message&)>) override {}
 
  private:
   boost::asio::any_io_executor executor_;

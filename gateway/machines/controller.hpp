@@ -45,10 +45,10 @@ struct Answer {
 
 /// Why a connection could not be made, or has ended.
 struct LinkLoss {
-  LinkLoss(std::string the_reason, std::chrono::nanoseconds without_response = {})
+  LinkLoss(fabric::Message the_reason, std::chrono::nanoseconds without_response = {})
       : reason(std::move(the_reason)), silent_for(without_response) {}
   /// For people.
-  std::string reason;
+  fabric::Message reason;
   /// The time since the last response of the controller, if that is the reason.
   std::chrono::nanoseconds silent_for;
 };
@@ -65,9 +65,9 @@ class ControllerEvents {
   virtual void on_link_down(const std::string& machine, const LinkLoss& loss) = 0;
   virtual void on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) = 0;
   /// `reason` is empty if the link is gone, which on_link_down explains.
-  virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
+  virtual void on_read_failed(const fabric::ChannelKey& key, const fabric::Message& reason) = 0;
   virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                        const std::string& reason) = 0;
+                        const fabric::Message& reason) = 0;
   /// The result of subscribe(), once for each channel; none if the link is gone.
   virtual void on_subscribed(const std::string& machine,
                              const std::vector<SubscribeOutcome>& outcomes) = 0;

@@ -8,24 +8,24 @@
 namespace millrace::gateway::machines {
 
 void MachineStatusWriter::on_up(std::size_t channels, fabric::WatchMode watch,
-                                const std::string& note, Moment now) {
+                                const fabric::Message& note, Moment now) {
   if (!status_.connected) {
     status_.connected = true;
     status_.since = now.wall;
   }
   status_.watch = watch;
-  status_.reason = truncate_reason(note);
+  status_.reason = note;
   status_.channels = static_cast<std::uint16_t>(channels);
 }
 
-void MachineStatusWriter::on_down(const std::string& reason, Moment now,
+void MachineStatusWriter::on_down(const fabric::Message& reason, Moment now,
                                   std::chrono::nanoseconds silent_for) {
   if (status_.connected || status_.since == fabric::Time{}) {
     status_.since = now.wall - silent_for;
   }
   status_.connected = false;
   status_.watch = fabric::WatchMode::none;
-  status_.reason = truncate_reason(reason);
+  status_.reason = reason;
   status_.channels = 0;
 }
 

@@ -29,15 +29,17 @@ class MachineStatusWriter {
   explicit MachineStatusWriter(fabric::MachineStatus status) : status_(std::move(status)) {}
 
   /// `note` is what is missing nevertheless: channels that others serve.
-  void on_up(std::size_t channels, fabric::WatchMode watch, const std::string& note, Moment now);
+  void on_up(std::size_t channels, fabric::WatchMode watch, const fabric::Message& note,
+             Moment now);
   /// Also when the link does not come up, or is not wanted; `reason` may change.
   /// `silent_for` is the time since the last response, if the link is lost because of that: the
   /// machine is down since then.
-  void on_down(const std::string& reason, Moment now, std::chrono::nanoseconds silent_for = {});
+  void on_down(const fabric::Message& reason, Moment now, std::chrono::nanoseconds silent_for = {});
   /// Counters that fall belong to a new link.
   void on_load(const LinkLoad& load, SteadyTime now);
   void claim(fabric::Time since, std::vector<std::uint16_t> channels);
   void set_poll(std::chrono::nanoseconds poll) { status_.poll = poll; }
+  void set_journal(fabric::JournalState journal) { status_.journal = journal; }
   void set_address(const std::string& address) { status_.address = address; }
 
   [[nodiscard]] const fabric::MachineStatus& status() const { return status_; }

@@ -4,13 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::machines {
 
-namespace {
-
-constexpr const char* as_configured = "polled, as configured";
-
-}  // namespace
+namespace {}  // namespace
 
 SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
   SubscriptionActions actions;
@@ -262,7 +260,7 @@ void Subscriptions::reset(std::uint16_t channel, ChannelSubscription& one, Step 
   trust(channel, one, actions);
 }
 
-void Subscriptions::give_up(const std::string& reason, SubscriptionActions& actions,
+void Subscriptions::give_up(const fabric::Message& reason, SubscriptionActions& actions,
                             SteadyTime now) {
   given_up_ = reason;
   again_.reset();
@@ -310,12 +308,12 @@ Subscriptions::Status Subscriptions::status() const {
     return {};
   }
   if (mode_ == SubscriptionMode::poll) {
-    return {polled, as_configured};
+    return {polled, base::messages::polled_as_configured()};
   }
   if (!given_up_.empty()) {
-    return {polled, "polled: " + given_up_};
+    return {polled, base::messages::polled(given_up_)};
   }
-  std::string refusal;
+  fabric::Message refusal;
   std::string which;
   std::size_t refused = 0;
   bool granted = false;
@@ -328,13 +326,12 @@ Subscriptions::Status Subscriptions::status() const {
     }
   }
   if (refused == channels_.size()) {
-    return {polled, "polled: " + refusal};
+    return {polled, base::messages::polled(refusal)};
   }
   if (refused > 0) {
-    return {partly_pushed, fmt::format("pushed, except for channel{} {}: {}",
-                                       refused == 1 ? "" : "s", which, refusal)};
+    return {partly_pushed, base::messages::partly_pushed(which, refusal)};
   }
-  return {granted ? pushed : polled, ""};
+  return {granted ? pushed : polled, {}};
 }
 
 /// Not for each read: it goes through all channels.
@@ -347,7 +344,7 @@ void Subscriptions::describe(SubscriptionActions& actions) {
   if (line == logged_ || line.empty()) {
     return;
   }
-  const bool news = !logged_.empty() || line != as_configured;
+  const bool news = !logged_.empty() || line != base::messages::polled_as_configured.sentence;
   logged_ = line;
   if (news) {
     actions.log.emplace_back(

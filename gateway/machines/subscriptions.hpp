@@ -37,7 +37,7 @@ namespace millrace::gateway::machines {
 struct SubscribeOutcome {
   std::uint16_t channel = 0;
   /// Empty: granted. Otherwise the reason in words, with the code.
-  std::string refusal;
+  fabric::Message refusal;
   /// The controller did not respond; it may later.
   bool undecided = false;
 };
@@ -86,7 +86,7 @@ class Subscriptions {
     /// None while there is nothing to watch.
     fabric::WatchMode mode = fabric::WatchMode::none;
     /// Why not all channels are pushed, if there is a reason: "polled: the controller refuses …".
-    std::string text{};
+    fabric::Message text{};
   };
   [[nodiscard]] Status status() const;
 
@@ -130,7 +130,7 @@ class Subscriptions {
     bool notified_since_read = false;
     /// The state that the channel knows.
     bool trusted = false;
-    std::string refusal;
+    fabric::Message refusal;
   };
 
   void ask(SubscriptionActions& actions);
@@ -140,7 +140,7 @@ class Subscriptions {
   bool missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now);
   void trust(std::uint16_t channel, ChannelSubscription& one, SubscriptionActions& actions);
   /// Ends the use of notifications: all channels are polled.
-  void give_up(const std::string& reason, SubscriptionActions& actions, SteadyTime now);
+  void give_up(const fabric::Message& reason, SubscriptionActions& actions, SteadyTime now);
   void reset(std::uint16_t channel, ChannelSubscription& one, Step step,
              SubscriptionActions& actions);
   void try_again(SteadyTime now);
@@ -149,7 +149,7 @@ class Subscriptions {
   SubscriptionMode mode_;
   std::map<std::uint16_t, ChannelSubscription> channels_;
   /// Why no notifications are requested on this link, or not now.
-  std::string given_up_;
+  fabric::Message given_up_;
   int times_late_ = 0;
   std::deque<SteadyTime> missed_;
   std::optional<SteadyTime> again_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::programs {
 
 using fabric::DataSample;
@@ -11,9 +13,6 @@ using fabric::ProgramEventKind;
 using fabric::Value;
 
 namespace {
-
-constexpr const char* not_seen = "seen when the connection was restored";
-constexpr const char* found_so = "running when the gateway began to watch";
 
 const Value* good(const DataSample& sample, const std::string& name) {
   const auto found = std::ranges::find(sample.values, name, &Value::name);
@@ -90,7 +89,7 @@ std::vector<ProgramEvent> ProgramWatch::on_sample(const DataSample& sample) {
   }
   if (last_ && blind_) {
     for (ProgramEvent& event : events) {
-      event.detail = not_seen;
+      event.detail = base::messages::seen_after_reconnect();
     }
   }
   if (runs(now->state) && program_.empty()) {
@@ -112,7 +111,7 @@ void ProgramWatch::begin(const Look& now, std::vector<ProgramEvent>& events) {
     events.push_back(event(ProgramEventKind::aborted, now));
   }
   for (ProgramEvent& found : events) {
-    found.detail = found_so;
+    found.detail = base::messages::running_before();
   }
 }
 

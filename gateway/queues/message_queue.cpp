@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "fabric/data.hpp"
 #include "gateway/queues/queue_settings.hpp"
@@ -22,23 +23,15 @@ namespace {
 // Messages about a queue for people.
 
 /// The queue fills up, and why its messages are not read.
-std::string filling_message(const QueueSettings& settings, const Control& control,
-                            std::size_t waiting, const std::string& key) {
-  const std::string full = fmt::format(
-      "when the queue is full, the next SSDQ is a runtime error of its NC program; `millrace "
-      "channels` shows why the call of {} waits",
-      key);
+fabric::Message filling_message(const QueueSettings& settings, const Control& control,
+                                std::size_t waiting, const std::string& key) {
+  const fabric::Message full = base::messages::queue_full_is_error(key);
   if (settings.acknowledge == Acknowledge::when_answered) {
-    return fmt::format(
-        "{} of {} messages that fit into {} have no response yet from {}, and stay in the queue "
-        "(drain: WHEN_ANSWERED); {}",
-        filled(control), control.elements - 1, settings.array, settings.uuid, full);
+    return base::messages::queue_fills(filled(control), control.elements - 1, settings.array,
+                                       settings.uuid, full);
   }
-  return fmt::format(
-      "{} of {} messages that the journal may hold (backlog) wait for {}, and {} of {} that fit "
-      "into {} are in the queue; {}",
-      waiting, settings.backlog, settings.uuid, filled(control), control.elements - 1,
-      settings.array, full);
+  return base::messages::backlog_fills(waiting, settings.backlog, settings.uuid, filled(control),
+                                       control.elements - 1, settings.array, full);
 }
 
 /// Three quarters; and of few places all but one, so that it is said before the last one is taken.
@@ -100,7 +93,7 @@ void MessageQueue::on_up(Moment now) {
   reader_.on_up(now);
 }
 
-void MessageQueue::on_down(const std::string& reason) {
+void MessageQueue::on_down(const fabric::Message& reason) {
   trouble_ = reason;
   reader_.on_down();
 }
@@ -253,7 +246,7 @@ fabric::DataSample sample_of(const fabric::ChannelKey& key, const QueueSettings&
                              .at = at,
                              .elements = std::vector<std::int64_t>{value}});
     if (how != fabric::Quality::good) {
-      sample.values.back().reason = truncate_reason(view.trouble);
+      sample.values.back().reason = view.trouble;
     }
   };
   const auto text = [&](std::string_view name, const std::string& value) {

@@ -38,7 +38,7 @@ struct QueueView {
   std::uint64_t answered = 0;
   std::uint64_t waiting = 0;
   /// Why it is not read; empty if it is.
-  std::string trouble{};
+  fabric::Message trouble{};
   /// The response to the last message.
   std::string response{};
   std::uint32_t response_state = 0;
@@ -70,15 +70,15 @@ class MessageQueue {
     };
     std::vector<Line> lines{};
     /// It cannot be read, or fills up; or, with an empty text, it recovered.
-    std::optional<std::string> trouble{};
-    std::optional<std::string> filling{};
+    std::optional<fabric::Message> trouble{};
+    std::optional<fabric::Message> filling{};
   };
   /// The results of the events since the last call.
   Output take_output();
 
   // The controller.
   void on_up(Moment now);
-  void on_down(const std::string& reason);
+  void on_down(const fabric::Message& reason);
   void on_event(Moment now);
   std::optional<Step> next(Moment now);
   [[nodiscard]] std::optional<SteadyTime> next_time() const {
@@ -127,7 +127,7 @@ class MessageQueue {
   std::deque<std::uint64_t> journalling_;
   /// The journal has stored the initial entries: until then LastGet is not written.
   bool settled_ = true;
-  std::string trouble_;
+  fabric::Message trouble_;
   /// Since when it has been three quarters full, and whether that was said.
   std::optional<SteadyTime> filling_since_;
   bool filling_logged_ = false;

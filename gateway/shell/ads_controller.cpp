@@ -170,7 +170,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
   }
 
   /// Once for each reason, so that a controller that is off for a night does not fill the log.
-  void warn_limited(const std::string& reason) {
+  void warn_limited(const fabric::Message& reason) {
     if (last_warning != reason) {
       last_warning = reason;
       log->warn("{}: {}; trying again", settings.to_string(), reason);

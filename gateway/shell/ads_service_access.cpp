@@ -8,6 +8,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"
 
 namespace millrace::gateway::shell {
@@ -117,12 +118,10 @@ asio::awaitable<void> AdsServiceAccess::read_together(Link link, Reads reads) {
 }
 
 void AdsServiceAccess::read_failed(std::uint16_t channel, ErrorCode code) {
-  events_.on_read_failed(
-      {machine_, channel},
-      link_gone(code)
-          ? std::string()
-          : fmt::format("the controller refuses to read the Service Interface of channel {}: {}",
-                        channel, cnc::ads::describe(code)));
+  events_.on_read_failed({machine_, channel},
+                         link_gone(code)
+                             ? fabric::Message()
+                             : base::messages::read_refused(channel, cnc::ads::describe(code)));
 }
 
 void AdsServiceAccess::write(const Link& link, std::uint16_t channel, Variable variable,
@@ -146,8 +145,8 @@ asio::awaitable<void> AdsServiceAccess::write_one([[maybe_unused]] Link link, st
     events_.on_write(key, WriteOutcome::written, "");
   } else {
     events_.on_write(key, outcome_of(written.error()),
-                     fmt::format("{} of channel {} cannot be written: {}", name_of(variable),
-                                 channel, cnc::ads::describe(written.error())));
+                     base::messages::write_refused(name_of(variable), channel,
+                                                   cnc::ads::describe(written.error())));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/openssl/certificate.hpp"
 #include "fabric/participant_identity.hpp"
 
@@ -37,25 +38,36 @@ Uses uses_of(const std::vector<settings::MachineSettings>& machines) {
 }
 
 /// Few enough that the expiry also fits into the alarm.
-std::string names_of(const std::vector<std::string>& machines) {
+fabric::Message names_of(const std::vector<std::string>& machines) {
   constexpr std::size_t most = 3;
   if (machines.size() <= most) {
     return fmt::format("{}", fmt::join(machines, ", "));
   }
-  return fmt::format("{} and {} more", fmt::join(machines.begin(), machines.begin() + most, ", "),
-                     machines.size() - most);
+  return base::messages::and_more(
+      fmt::format("{}", fmt::join(machines.begin(), machines.begin() + most, ", ")),
+      machines.size() - most);
 }
 
-std::string advice_of(Role role) {
+fabric::Message text_of(Role role, const std::string& name, const fabric::Message& machines,
+                        std::chrono::sys_seconds until, std::chrono::sys_seconds now) {
+  const std::string date = fmt::format("{:%F %R}", until);
+  if (until <= now) {
+    return role == Role::ca ? base::messages::ads_ca_expired(name, machines, date)
+                            : base::messages::ads_certificate_expired(name, machines, date);
+  }
+  const fabric::Message left = fabric::time_left(until, now);
+  return role == Role::ca ? base::messages::ads_ca_expires(name, machines, date, left)
+                          : base::messages::ads_certificate_expires(name, machines, date, left);
+}
+
+fabric::Message advice_of(Role role) {
   switch (role) {
     case Role::self_signed:
-      return "move key and certificate away, have `millrace controller add-route --self-signed` "
-             "make new ones and add the route again, then reload this gateway";
+      return base::messages::renew_self_signed();
     case Role::of_a_ca:
-      return "issue a new certificate of the CA for this gateway, then reload the gateway";
+      return base::messages::renew_ads_certificate();
     case Role::ca:
-      return "install a new CA and certificates from it on controllers and gateway, then reload "
-             "this gateway";
+      return base::messages::renew_ads_ca();
   }
   return {};
 }
@@ -81,13 +93,8 @@ std::vector<fabric::Alarm> certificate_alarms(
     alarm.level = fine                                   ? fabric::AlarmLevel::fine
                   : is_over && role != Role::self_signed ? fabric::AlarmLevel::problem
                                                          : fabric::AlarmLevel::warning;
-    alarm.text = fmt::format(
-        "the {} \"{}\" for Secure ADS with {} {}", role == Role::ca ? "CA" : "certificate",
-        certificate->common_name(), names_of(of_machines),
-        is_over
-            ? fmt::format("expired on {:%F %R} UTC", until)
-            : fmt::format("expires on {:%F %R} UTC, in {}", until, fabric::time_left(until, now)));
-    alarm.advice = fine ? "" : advice_of(role);
+    alarm.text = text_of(role, certificate->common_name(), names_of(of_machines), until, now);
+    alarm.advice = fine ? fabric::Message() : advice_of(role);
   }
   return alarms;
 }

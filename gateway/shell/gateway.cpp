@@ -6,6 +6,7 @@
 
 #include <unistd.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/made_id.hpp"
@@ -24,11 +25,6 @@ core::GatewayIdentity identity_of(const journal::Journal& journal,
           journal.state().numbers().epoch};
 }
 
-constexpr std::string_view without_journal =
-    "when this gateway ends, a running call is dispatched again, also of a service that must not "
-    "run "
-    "twice, and an NC program whose response is being written goes on waiting";
-
 std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
                                                const settings::Settings& settings,
                                                const base::program::Log& log) {
@@ -36,7 +32,7 @@ std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& exec
     log->info("the journal is in {}", settings.journal.folder.string());
     return journal::open_file(executor, settings.journal, log);
   }
-  log->warn("no journal: {}", without_journal);
+  log->warn("{}", base::messages::no_journal(base::messages::without_journal()));
   return journal::in_memory(executor);
 }
 
@@ -67,7 +63,9 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
             {.own = own_,
              .lease = settings.join.lease,
              .machines = settings.machines,
-             .policies = settings.policies},
+             .policies = settings.policies,
+             .journal =
+                 settings.no_journal ? fabric::JournalState::none : fabric::JournalState::kept},
             journal_->state()),
       variables_(
           participant_, executor,
@@ -75,7 +73,7 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
           [this](const std::string& reason) { on_ignored(reason); }) {
   core_.set_readers({.events = false, .statuses = false, .min_level = min_level_of(log_)});
   journal_->on_recorded([this](const Ticket& ticket) { core_.on_recorded(ticket); });
-  journal_->on_write_error([this](const std::string& error) { core_.on_journal_error(error); });
+  journal_->on_write_error([this](const fabric::Message& error) { core_.on_journal_error(error); });
 }
 
 void Gateway::publish_certificates() {
@@ -169,11 +167,11 @@ void Gateway::start() {
   core_.start();
   if (settings_.no_journal) {
     // An alarm that cannot be written now is repeated with all others.
-    static_cast<void>(alarms_.raise(
-        {.key = {.kind = "no_journal"},
-         .level = fabric::AlarmLevel::warning,
-         .text = fmt::format("no journal: {}", without_journal),
-         .advice = "start it without --no-journal, and without none: true in its configuration"}));
+    static_cast<void>(
+        alarms_.raise({.key = {.kind = "no_journal"},
+                       .level = fabric::AlarmLevel::warning,
+                       .text = base::messages::no_journal(base::messages::without_journal()),
+                       .advice = base::messages::start_with_journal()}));
   }
   warn_of_queues();
   heartbeat();

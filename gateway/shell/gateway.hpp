@@ -95,8 +95,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   std::unique_ptr<machines::Controller> connect(const settings::MachineSettings& machine) override;
   void append(const JournalEntry& entry, const Ticket& ticket) override;
   void log(Level level, const std::string& text) override;
-  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                 const std::string& advice) override;
+  void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                 const fabric::Message& advice) override;
   void may_end(bool half_written) override;
 
   // Samples of other gateways.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
 
@@ -78,10 +79,8 @@ void Gateway::notice_lost(const core::LostService& lost) {
   static_cast<void>(alarms_.raise(
       {.key = {.kind = "service", .subject = lost.uuid},
        .level = fabric::AlarmLevel::warning,
-       .text = fmt::format(
-           "{} ({}) has no instance: the last one, pid {} on {}, disappeared without leaving",
-           last.name, lost.uuid, last.pid, last.host),
-       .advice = fmt::format("restart {} on {}", last.name, last.host)}));
+       .text = base::messages::service_without_instance(last.name, lost.uuid, last.pid, last.host),
+       .advice = base::messages::restart_service(last.name, last.host)}));
 }
 
 void Gateway::on_instance_gone(const fabric::InstanceId& instance) {
@@ -134,8 +133,7 @@ void Gateway::on_command(const fabric::Command& command) {
   } else if (const auto first = log_limiter_.admit("command", command.issuer, line, now().steady)) {
     log_->info("{}", *first);
   }
-  const fabric::Outcome outcome{own_.id, command.id, result.done, truncate_reason(result.detail),
-                                now().wall};
+  const fabric::Outcome outcome{own_.id, command.id, result.done, result.detail, now().wall};
   if (command.kind != fabric::CommandKind::ping) {
     command_history_.add(outcome, now().steady);
   }

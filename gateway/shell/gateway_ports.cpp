@@ -127,8 +127,8 @@ void Gateway::log(Level level, const std::string& text) {
   log_->log(level_of(level), text);
 }
 
-void Gateway::set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                        const std::string& advice) {
+void Gateway::set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                        const fabric::Message& advice) {
   const auto told =
       text.empty()
           ? alarms_.clear(key.kind, key.subject)

@@ -11,10 +11,10 @@ namespace {
 using cnc::ads::ErrorCode;
 using fabric::Quality;
 
-void fail(VariableCacheEntry& one, ErrorCode code, const std::string& reason, Moment now) {
+void fail(VariableCacheEntry& one, ErrorCode code, const fabric::Message& reason, Moment now) {
   one.result.error = ads_number(code);
   one.result.value.quality = is_refusal(code) ? Quality::refused : Quality::stale;
-  one.result.value.reason = truncate_reason(reason);
+  one.result.value.reason = reason;
   one.result.value.elements = {};
   one.at = now.steady;
 }

@@ -48,7 +48,7 @@ void VariableRequests::on_up(const std::vector<std::uint16_t>& channels, Moment 
   }
 }
 
-void VariableRequests::on_down(const std::string& reason, Moment now) {
+void VariableRequests::on_down(const fabric::Message& reason, Moment now) {
   up_ = false;
   down_reason_ = reason;
   for (auto& [number, open] : requests_) {

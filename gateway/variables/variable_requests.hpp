@@ -95,7 +95,7 @@ class VariableRequests {
   /// The controller answers, and these of its channels are served; also when there are more.
   void on_up(const std::vector<std::uint16_t>& channels, Moment now);
   /// The link is down, because of `reason`. Waiting requests get a reply.
-  void on_down(const std::string& reason, Moment now);
+  void on_down(const fabric::Message& reason, Moment now);
   /// The channel is not ours any more; 0 = none is. Waiting requesters ask again, and its new owner
   /// replies.
   void on_over(std::uint16_t channel, Moment now);
@@ -165,7 +165,7 @@ class VariableRequests {
   /// has the request to write.
   [[nodiscard]] static std::string progress_of(const OpenRequest& open, bool under_way);
   void answer(const fabric::VariableRequest& request, fabric::VariableReply reply, Moment now);
-  void refuse(const fabric::VariableRequest& request, const std::string& reason, Moment now,
+  void refuse(const fabric::VariableRequest& request, const fabric::Message& reason, Moment now,
               std::vector<fabric::VariableResult> results = {});
   void report_write(const fabric::VariableRequest& request, bool done, const std::string& what,
                     Moment now);

@@ -177,7 +177,6 @@ std::string VariableRequests::progress_of(const OpenRequest& open, bool under_wa
 void VariableRequests::answer(const VariableRequest& request, fabric::VariableReply reply,
                               Moment now) {
   reply.token = request.token;
-  reply.reason = truncate_reason(std::move(reply.reason));
   reply.at = now.wall;
   output_.answers.push_back({request.requester, std::move(reply)});
   if (request.action == VariableAction::write) {
@@ -185,8 +184,8 @@ void VariableRequests::answer(const VariableRequest& request, fabric::VariableRe
   }
 }
 
-void VariableRequests::refuse(const VariableRequest& request, const std::string& reason, Moment now,
-                              std::vector<fabric::VariableResult> results) {
+void VariableRequests::refuse(const VariableRequest& request, const fabric::Message& reason,
+                              Moment now, std::vector<fabric::VariableResult> results) {
   answer(request, {.reason = reason, .results = std::move(results)}, now);
 }
 
@@ -205,7 +204,7 @@ void VariableRequests::report_write(const VariableRequest& request, bool done,
   }
   const std::string detail = fmt::format("{}: {}, by {}{}", request.key.to_string(), what,
                                          printable(request.issuer), more);
-  output_.written.push_back({request.token, done, truncate_reason(detail)});
+  output_.written.push_back({request.token, done, detail});
   output_.lines.push_back({done ? Level::info : Level::warn, detail});
 }
 

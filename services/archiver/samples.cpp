@@ -7,6 +7,7 @@
 #include <boost/json/string.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/cp1252.hpp"
 
 namespace millrace::services::archiver {
@@ -98,7 +99,7 @@ void Samples::add(const DataSample& sample) {
     for (auto& [name, variable] : groups_[key]) {
       Value gone = variable.last;
       gone.quality = Quality::stale;
-      gone.reason = "its gateway is gone";
+      gone.reason = base::messages::gateway_gone();
       write(sample, variable, gone);
     }
     return;

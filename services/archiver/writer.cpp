@@ -4,8 +4,10 @@
 #include <exception>
 #include <utility>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sqlite3.h>
 
 namespace millrace::services::archiver {
 

@@ -261,7 +261,7 @@ millrace_code millrace_observe(millrace_observer* observer, uint32_t timeout_ms,
                       .level = of.level.c_str(),
                       .alarm = of.alarm.key.kind.c_str(),
                       .subject = of.alarm.key.subject.c_str(),
-                      .remedy = of.alarm.advice.c_str(),
+                      .remedy = of.alarm.advice.text.c_str(),
                       .process = of.alarm.program.c_str(),
                       .host = of.alarm.host.c_str(),
                       .pid = of.alarm.pid};

@@ -180,7 +180,7 @@ ShownCall::ShownCall(NamedCall shown)
           .response = written ? end.text.c_str() : "",
           .response_length = written ? end.text.size() : 0,
           .response_state = written ? end.state : 0,
-          .detail = end.detail.c_str(),
+          .detail = end.detail.text.c_str(),
           .replayed = call.replayed ? 1 : 0,
           .seen_ns = nanoseconds(request.at),
           .ended_ns = nanoseconds(end.at),
@@ -208,7 +208,7 @@ ShownCall::ShownCall(NamedCall shown)
                           .text = step.text.c_str(),
                           .text_length = step.text.size(),
                           .state = step.state,
-                          .detail = step.detail.c_str()});
+                          .detail = step.detail.text.c_str()});
   }
 }
 

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
 #include "base/program/supervisor.hpp"
 #include "fabric/alarm.hpp"
@@ -196,13 +197,10 @@ void Host::announce(Served& served) {
 
 void Host::take_down(Served& served, const std::string& reason) {
   const Endpoint& endpoint = *served.endpoint;
-  alarms_.raise(
-      {.key = {.kind = alarm_kind, .subject = alarm_subject(endpoint)},
-       .level = fabric::AlarmLevel::problem,
-       .text = fabric::shortened(fmt::format("{}; calls of {} wait unless it has another instance",
-                                             reason, endpoint.uuid),
-                                 255),
-       .advice = "start the web server, or correct the URL, certificate or health path"});
+  alarms_.raise({.key = {.kind = alarm_kind, .subject = alarm_subject(endpoint)},
+                 .level = fabric::AlarmLevel::problem,
+                 .text = base::messages::endpoint_down(reason, endpoint.uuid),
+                 .advice = base::messages::check_endpoint()});
   if (served.trouble != reason) {
     served.trouble = reason;
     log_->warn("{}; {} is not served with it", reason, endpoint.uuid);

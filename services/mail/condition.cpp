@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::services::mail {
 
 namespace {
 
 using fabric::AlarmLevel;
-
-std::string mails(std::uint64_t count, std::string_view does_one, std::string_view do_many) {
-  return count == 1 ? fmt::format("1 mail {}", does_one)
-                    : fmt::format("{} mails {}", count, do_many);
-}
 
 }  // namespace
 
@@ -41,35 +38,35 @@ void Condition::tell(fabric::AlarmSink& alarms) const {
   if (server_trouble_) {
     alarms.raise({.key = {.kind = "mail_server"},
                   .level = AlarmLevel::problem,
-                  .text = fmt::format("no login at {}, or no safe connection: {}", server_,
-                                      *server_trouble_),
-                  .advice = "correct the server's user, password or certificate"});
+                  .text = base::messages::mail_server_refuses(server_, *server_trouble_),
+                  .advice = base::messages::correct_mail_login()});
   } else {
     alarms.clear("mail_server", "");
   }
   if (waiting_ > 0) {
+    const fabric::Message why =
+        reason_.empty() ? base::messages::mails_not_tried() : fabric::Message(reason_);
     alarms.raise(
         {.key = {.kind = "mail_queue"},
          .level = now_ - waiting_since_ < patience ? AlarmLevel::warning : AlarmLevel::problem,
-         .text = fmt::format("{} for {}: {}", mails(waiting_, "waits", "wait"), server_,
-                             reason_.empty() ? "left by the last run, not yet tried" : reason_),
-         .advice = "check the mail server; the mails are tried again by themselves"});
+         .text = waiting_ == 1 ? base::messages::mail_waits(server_, why)
+                               : base::messages::mails_wait(waiting_, server_, why),
+         .advice = base::messages::check_mail_server()});
   } else {
     alarms.clear("mail_queue", "");
   }
   if (not_sent_ > 0) {
     alarms.raise({.key = {.kind = "mails_not_sent"},
                   .level = AlarmLevel::warning,
-                  .text = fmt::format("{} failed or uncertain since the start; the last: {}",
-                                      mails(not_sent_, "was", "were"), last_not_sent_),
-                  .advice = "the mails are in the spool; the log names their calls"});
+                  .text = not_sent_ == 1 ? base::messages::mail_failed(last_not_sent_)
+                                         : base::messages::mails_failed(not_sent_, last_not_sent_),
+                  .advice = base::messages::mails_in_spool()});
   }
   if (spool_trouble_) {
-    alarms.raise(
-        {.key = {.kind = "spool"},
-         .level = AlarmLevel::problem,
-         .text = *spool_trouble_,
-         .advice = "free space on the disk, or restore the folder; until then no mail is sent"});
+    alarms.raise({.key = {.kind = "spool"},
+                  .level = AlarmLevel::problem,
+                  .text = *spool_trouble_,
+                  .advice = base::messages::mail_free_space()});
   } else {
     alarms.clear("spool", "");
   }

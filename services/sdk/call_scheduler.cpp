@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::services::sdk {
 
 namespace {
@@ -115,10 +117,10 @@ Actions CallScheduler::on_request(const Request& request, Moment now) {
   return actions;
 }
 
-std::optional<std::string> CallScheduler::reason_to_decline(const Request& request) const {
+std::optional<fabric::Message> CallScheduler::reason_to_decline(const Request& request) const {
   const std::uint32_t* const declined = declined_.find(call_key_of(request));
   if (declined != nullptr && request.attempt <= *declined) {
-    return "it declined this attempt before";
+    return base::messages::declined_before();
   }
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
   // Its own cancelled run ends before it runs again. Also if a restarted gateway asks: it would
@@ -126,12 +128,12 @@ std::optional<std::string> CallScheduler::reason_to_decline(const Request& reque
   const auto running = running_.find(request.call);
   const bool again = running != running_.end() && running->second.cancelled;
   if (full && !again && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
-    return fmt::format("it runs at most {} calls at once", options_.concurrency);
+    return base::messages::no_room(options_.concurrency);
   }
   return std::nullopt;
 }
 
-Actions CallScheduler::decline(const Request& request, const std::string& why) {
+Actions CallScheduler::decline(const Request& request, const fabric::Message& why) {
   Actions actions;
   if (const AnsweredCall* known_answer = answer_for(request)) {
     requests_[key_of(request)];
@@ -144,10 +146,12 @@ Actions CallScheduler::decline(const Request& request, const std::string& why) {
   return actions;
 }
 
-Reply CallScheduler::declined_reply(const Request& request, const std::string& why) {
+Reply CallScheduler::declined_reply(const Request& request, const fabric::Message& why) {
   declined_.put(request.requester, call_key_of(request), request.attempt);
-  Reply reply = reply_to(request, {.text = why, .state = 0});
+  // A sample cannot have a longer text.
+  Reply reply = reply_to(request, {.text = why.text.substr(0, fabric::max_text), .state = 0});
   reply.kind = fabric::ReplyKind::declined;
+  reply.reason = why;
   return reply;
 }
 
@@ -212,7 +216,7 @@ Actions CallScheduler::on_result(CallId call, const Result& result, Moment now) 
   return actions;
 }
 
-Actions CallScheduler::on_declined(CallId call, const std::string& why, Moment now) {
+Actions CallScheduler::on_declined(CallId call, const fabric::Message& why, Moment now) {
   const auto running = running_.find(call);
   if (running == running_.end()) {
     return {};
@@ -222,9 +226,7 @@ Actions CallScheduler::on_declined(CallId call, const std::string& why, Moment n
     actions.emplace_back(Drop{call});
   } else {
     ++counters_.declined;
-    // A sample cannot have a longer text.
-    actions.emplace_back(
-        Send{declined_reply(running->second.request, why.substr(0, fabric::max_text))});
+    actions.emplace_back(Send{declined_reply(running->second.request, why)});
     forget_call(call_key_of(running->second.request));
   }
   running_.erase(running);
@@ -311,7 +313,7 @@ void CallScheduler::supersede(const Request& by, Actions& actions) {
 
 /// The reply to a gateway whose call is cancelled because another gateway owns the channel.
 Reply CallScheduler::reply_to_replaced(const CallKey& call) {
-  constexpr const char* why = "another gateway has the channel now";
+  const fabric::Message why = base::messages::other_gateway_has_channel();
   // An attempt that waits for the end of a cancelled run is the one that the gateway still wants.
   if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
     return declined_reply(waiting->request, why);

@@ -107,7 +107,7 @@ class CallScheduler {
   /// A request comes when the instance accepts none any more. It is declined, which means that it
   /// was not begun; except a call that was answered here, whose answer is repeated, and a running
   /// one.
-  Actions decline(const fabric::Request& request, const std::string& why);
+  Actions decline(const fabric::Request& request, const fabric::Message& why);
   Actions on_withdrawn(const fabric::RequestKey& key);
   /// Continues the call, whose gateway comes back for the answer, unless another gateway has the
   /// channel now.
@@ -117,7 +117,7 @@ class CallScheduler {
   Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
   Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
   /// Its handler declines the attempt and has begun nothing of it.
-  Actions on_declined(fabric::CallId call, const std::string& why, fabric::Moment now);
+  Actions on_declined(fabric::CallId call, const fabric::Message& why, fabric::Moment now);
 
   /// No call is running or waiting.
   [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }
@@ -152,10 +152,11 @@ class CallScheduler {
   };
 
   [[nodiscard]] CallKey call_key_of(const fabric::Request& request) const;
-  [[nodiscard]] std::optional<std::string> reason_to_decline(const fabric::Request& request) const;
+  [[nodiscard]] std::optional<fabric::Message> reason_to_decline(
+      const fabric::Request& request) const;
   void supersede(const fabric::Request& by, Actions& actions);
   [[nodiscard]] fabric::Reply declined_reply(const fabric::Request& request,
-                                             const std::string& why);
+                                             const fabric::Message& why);
   [[nodiscard]] fabric::Reply reply_to_replaced(const CallKey& call);
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
   /// A present requester wants it.

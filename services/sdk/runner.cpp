@@ -6,6 +6,8 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::services::sdk {
 
 namespace {
@@ -87,7 +89,7 @@ void Runner::on_request(const fabric::Request& request) {
   }
   Lock lock(lock_);
   if (closed_) {
-    perform(std::move(lock), scheduler_.decline(request, "it is leaving"));
+    perform(std::move(lock), scheduler_.decline(request, base::messages::instance_leaving()));
     return;
   }
   const Actions actions = scheduler_.on_request(request, now());

@@ -216,7 +216,7 @@ export const diagnoses = () => ({
       'millrace answer mill_2/3 RESPONSE --state N, or millrace retry mill_2/3; its service has no running instance: start it before you retry'],
     ['problem', 'gateway on vm, pid 8: the journal disk full; the gateway accepts no new call until the journal is writable',
       'free space on the disk, or restore the folder; the gateway then continues by itself'],
-    ['problem', 'the writer of millrace/event of sq on vm, pid 7 matches no millrace process: durability: volatile is offered, transient local is requested',
+    ['problem', 'the writer of millrace/v5/event of sq on vm, pid 7 matches no millrace process: durability: volatile is offered, transient local is requested',
       'give it the QoS and types of docs/reference/wire.md and idl/millrace.idl, or the same version of millrace'],
     ['warning', 'the gateway of lathe_1 is millrace 0.0.9, this is millrace 0.1.0', 'install one version on all hosts'],
     ['warning', 'lathe_1 is connected over plain ADS: any host on its network can read and change the traffic',

@@ -9,8 +9,11 @@ import { isNumber, Line, pathOf, placeOf, qualityOf, rangeOf, ticks, timeTicks, 
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model, toolOf } from './page/model.js';
 import german from './page/texts/de.js';
 import { findings } from './page/texts/de_findings.js';
+import { messages } from './page/texts/de_messages.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
+import { messages as englishMessages } from './page/texts/en_messages.js';
+import { sentenceOf } from './page/texts/sentences.js';
 import { age, duration, fineClock, milliseconds } from './page/time.js';
 import { layOut, marksOf, scaleOf } from './page/waterfall.js';
 
@@ -156,11 +159,11 @@ test('channels that need attention come before those to be watched', () => {
 });
 
 test('a missing service is a concern after 1 s, one that no gateway has seen after 2 s', () => {
-  const after = (cause, ms) => assess([machine([{ channel_state: 'unserved', cause, since: iso(noon) }])], noon + ms).level;
-  assert.deepEqual([900, 1100].map((ms) => after('no instance', ms)), ['fine', 'person']);
-  assert.deepEqual([1100, 1900, 2100].map((ms) => after('unknown UUID', ms)), ['fine', 'fine', 'person']);
-  const plant = [machine([{ channel_state: 'idle', since: iso(noon) }, { channel_state: 'unserved', cause: 'unknown UUID', since: iso(noon) },
-    { channel_state: 'waiting', instances: 0, cause: 'instance lost', since: iso(noon + 500) }])];
+  const after = (code, ms) => assess([machine([{ channel_state: 'unserved', reason_code: code, since: iso(noon) }])], noon + ms).level;
+  assert.deepEqual([900, 1100].map((ms) => after('no_instance', ms)), ['fine', 'person']);
+  assert.deepEqual([1100, 1900, 2100].map((ms) => after('unknown_uuid_near', ms)), ['fine', 'fine', 'person']);
+  const plant = [machine([{ channel_state: 'idle', since: iso(noon) }, { channel_state: 'unserved', reason_code: 'unknown_uuid', since: iso(noon) },
+    { channel_state: 'waiting', instances: 0, reason_code: 'instance_lost', since: iso(noon + 500) }])];
   assert.deepEqual([0, 600, 1600, 2600].map((ms) => nextConcernIn(plant, noon + ms)), [1500, 900, 400, Infinity]);
 });
 
@@ -170,9 +173,9 @@ test('a call that waits long needs attention, one that waits a moment does not',
 });
 
 test('a call that runs beyond its time is to be watched', () => {
-  const channel = { channel_state: 'running', link: 'up', cause: 'deadline', reason: 'no response within 30 s; the NC program goes on waiting' };
+  const channel = { channel_state: 'running', link: 'up', reason_code: 'deadline', reason: 'no response within 30 s; the NC program goes on waiting' };
   assert.equal(stateOf(channel), 'stuck');
-  assert.equal(stateOf({ ...channel, cause: 'none', reason: '' }), 'running');
+  assert.equal(stateOf({ ...channel, reason_code: undefined, reason: '' }), 'running');
 });
 
 test('an aborted NC program needs attention, one on hold is to be watched, and a call that needs an operator comes first', () => {
@@ -206,10 +209,13 @@ test('a link that is down is one concern with all its channels, since the link w
 });
 
 test('a gateway that is gone is named with its host and process', () => {
-  const links = [{ connected: false, since: iso(noon - 5000), reason: 'its gateway is gone', gone: true, last_gateway_host: 'hall', last_gateway_pid: 4711 }];
+  const links = [{ connected: false, since: iso(noon - 5000), reason: 'its gateway is gone', gone: true, last_gateway_host: 'hall', last_gateway_pid: 4711, last_gateway_journal: 'none' }];
   const [concern] = assess([machine([{ link: 'gone', channel_state: 'link down' }], links)], noon).concerns;
-  assert.deepEqual([concern.kind, concern.reason, concern.gone], ['gone', '', { host: 'hall', pid: 4711 }]);
-  assert.deepEqual(assess([machine([], links)], noon).concerns[0].gone, { host: 'hall', pid: 4711 });
+  assert.deepEqual([concern.kind, concern.reason, concern.gone], ['gone', '', { host: 'hall', pid: 4711, journal: 'none' }]);
+  assert.deepEqual(assess([machine([], links)], noon).concerns[0].gone, { host: 'hall', pid: 4711, journal: 'none' });
+  assert.match(english.plant.restartGateway('hall', 'none'), /may run twice or be lost/);
+  assert.match(english.plant.restartGateway('hall', 'kept'), /not lost/);
+  assert.equal(english.plant.restartGateway('hall', 'not known'), 'Restart the gateway on hall.');
 });
 
 test('reasons of a gateway are in German where the page has the sentence', () => {
@@ -223,11 +229,36 @@ test('reasons of a gateway are in German where the page has the sentence', () =>
   assert.equal(german.reason('press has no connection: 10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?'),
     'press hat keine Verbindung: 10.0.0.7:48898: keine Verbindung in 2000 ms. Ist der Rechner eingeschaltet? Blockiert eine Firewall?');
   assert.equal(german.reason('on this fabric: 1 other program on 2 hosts'), 'In dieser Fabric: 1 weiterer Prozess auf 2 Rechnern.');
-  assert.equal(german.reason('the service\'s answer is empty, which does not release an NC program that waits for RESPONSE; the program gets state 3'),
+  const empty = { code: 'answer_of_service', arguments: [{ code: 'response_empty', arguments: [] }] };
+  assert.equal(german.reason({ code: 'refused_with_state', arguments: [empty, '3'] }),
     'Die Antwort des Dienstes ist leer; ein NC-Programm, das auf RESPONSE wartet, läuft damit nicht weiter. Das NC-Programm erhält Zustand 3.');
   assert.equal(english.reason('all 3 instances are busy'), '');
-  assert.equal(english.reason('sq1 (pid 7 on hall) is lost during this call, which must not run twice; an operator must answer or retry it'),
-    'sq1 (hall, pid 7) exited during this call, which may run only once.');
+  assert.equal(english.reason({ code: 'instance_lost_held', arguments: ['sq1 (pid 7 on hall)'] }), 'sq1 (hall, pid 7) exited during this call, which may run only once.');
+});
+
+test('a sentence with a code is said with its arguments, which may be sentences, and one of a later version as it comes', () => {
+  const inner = { code: 'unknown_uuid_near', arguments: ['560a', '560b', { code: 'one_character_differs', arguments: [], text: 'one character differs' }], text: 'in English' };
+  const wanted = 'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)';
+  assert.equal(german.reason(inner), wanted);
+  assert.equal(german.reason({ code: 'and_also', arguments: [inner, 'connection refused'], text: '' }), `${wanted} connection refused`);
+  assert.equal(german.reason({ code: 'of_tomorrow', arguments: [], text: 'in English' }), '');
+  assert.equal(german.reason({ code: 'instances_busy', text: 'all 3 instances are busy' }), 'Alle  Instanzen sind belegt.');
+  assert.deepEqual(sentenceOf({ reason: 'text', reason_code: 'declined', reason_arguments: ['a'] }, 'reason'), { text: 'text', code: 'declined', arguments: ['a'] });
+  assert.equal(sentenceOf({ reason: 'text' }, 'reason'), 'text');
+  assert.equal(sentenceOf({}, 'reason'), '');
+});
+
+test('each sentence with a code is in German with all of its values, and no other', () => {
+  const source = readFileSync(`${process.env.MILLRACE_SOURCE}/base/messages/catalogue.def`, 'utf8');
+  const rows = [...source.matchAll(/^MILLRACE_MESSAGE\((\w+), "((?:[^"\\]|\\.)*)"\)$/gm)].map(([, code, sentence]) => [code, sentence.split('{}').length - 1]);
+  assert.equal(rows.length, source.match(/^MILLRACE_MESSAGE/gm).length);
+  assert.deepEqual(Object.keys(messages).sort(), rows.map(([code]) => code).sort());
+  for (const [code, places] of rows) {
+    const placesOf = (text) => [...new Set([...text.matchAll(/\{(\d)\}/g)].map(([, number]) => Number(number)))].sort();
+    assert.deepEqual(placesOf(messages[code]), [...Array(places).keys()], code);
+    assert.ok(placesOf(englishMessages[code] ?? '').every((place) => place < places), code);
+  }
+  assert.deepEqual(Object.keys(englishMessages).filter((code) => !messages[code]), []);
 });
 
 test('a plot has round marks, room around its values, and gaps where they are unknown', () => {

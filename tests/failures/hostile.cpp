@@ -43,11 +43,11 @@ void Hostile::forge_reply() {
                   .state = 7,
                   .asked_text = last_.text,
                   .asked_state = last_.state},
-                 millrace_final_reply);
+                 millrace_reply_kind_final);
 }
 
 void Hostile::forge_bad_reply() {
-  constexpr std::uint32_t kind_of_nobody = 77;
+  constexpr std::uint8_t kind_of_nobody = 77;
   Reply reply{.key = last_.key,
               .instance = last_.assigned,
               .call = last_.call,
@@ -56,7 +56,7 @@ void Hostile::forge_bad_reply() {
               .state = 7,
               .asked_text = last_.text,
               .asked_state = last_.state};
-  std::uint32_t kind = millrace_final_reply;
+  std::uint8_t kind = millrace_reply_kind_final;
   switch (++count_ % 4) {
     case 0:
       reply.text = std::string("1\0 4", 4);
@@ -81,7 +81,7 @@ void Hostile::answer_nothing() {
                   .call = {.epoch = count_, .number = count_},
                   .text = "unexpected replies",
                   .state = 1},
-                 millrace_final_reply);
+                 millrace_reply_kind_final);
 }
 
 void Hostile::ask(bool astray) {
@@ -157,7 +157,7 @@ void Hostile::impersonate() {
                  .state = 7,
                  .asked_text = last_.text,
                  .asked_state = last_.state},
-                millrace_final_reply);
+                millrace_reply_kind_final);
 }
 
 void Hostile::announce(const InstanceId& instance, const std::string& uuid,

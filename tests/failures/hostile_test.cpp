@@ -263,7 +263,7 @@ struct OddAnswer {
   std::string name;
   std::string text;
   std::uint32_t state = 1;
-  std::uint32_t kind = millrace_final_reply;
+  std::uint8_t kind = millrace_reply_kind_final;
 };
 
 void PrintTo(const OddAnswer& answer, std::ostream* out) {

@@ -283,7 +283,7 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityCancelsNothing) {
   expect_each_ran_once();
   const std::string unauthenticated =
       "a process that announces no identity \\(participant "
-      "[0-9a-f:]+\\): its samples on millrace/v4/request are ignored";
+      "[0-9a-f:]+\\): its samples on millrace/v5/request are ignored";
   services.front().await_error(unauthenticated);
 }
 
@@ -315,7 +315,7 @@ TEST_P(AnInsider, PublishesThatAGatewayIsGoneAndItsMachineIsNotTakenOver) {
       "at-least-once", {&second}, 200);
   second.await_error(
       with_trust() ? "announces no identity \\(participant [0-9a-f:]+\\): its "
-                     "samples on millrace/v4/machine are ignored"
+                     "samples on millrace/v5/machine are ignored"
                    : "participant [0-9a-f:]+ publishes the state of gateway \\S+ of cnc, which "
                      "belongs to another participant",
       allowed);
@@ -481,7 +481,7 @@ TEST_P(AnInsider, FillsNoMemoryWithHeartbeatsOfNewProcesses) {
     }
   }
   gateway->await_error(
-      "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v4/heartbeat", allowed);
+      "participant [0-9a-f:]+ writes more than 4 DDS instances on millrace/v5/heartbeat", allowed);
   Process ping = chain.millrace({"status", "--host"});
   EXPECT_EQ(ping.wait(allowed), 0) << ping.error_output();
   memory.expect_less_than(8.0);
@@ -506,9 +506,9 @@ TEST_P(AnInsider, FillsNoMemoryWithNewOutcomesAndAlarms) {
     }
   }
   recorder.await_error(
-      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/outcome", allowed);
+      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/v5/outcome", allowed);
   recorder.await_error(
-      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/alarm", allowed);
+      "participant [0-9a-f:]+ writes more than 1024 DDS instances on millrace/v5/alarm", allowed);
   memory.expect_less_than(8.0);
   recorder.terminate();
   EXPECT_EQ(recorder.wait(allowed), 0);

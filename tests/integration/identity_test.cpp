@@ -220,7 +220,7 @@ TEST_F(IdentityTest, AnIdentityThatTheCertificateDoesNotAllowIsIgnored) {
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error(
       "a process that announces no identity \\(participant [0-9a-f:]+\\): its samples on "
-      "millrace/v4/machine are ignored");
+      "millrace/v5/machine are ignored");
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
@@ -237,7 +237,7 @@ TEST_F(IdentityTest, AServiceReadsNoPartitionOfAnotherUuid) {
                                                   wire::Keep::all);
         },
         testing::ThrowsMessage<std::runtime_error>(
-            AllOf(HasSubstr("may not read millrace/v4/request"), HasSubstr(another))));
+            AllOf(HasSubstr("may not read millrace/v5/request"), HasSubstr(another))));
   }
   Flags flags = sut.as("another");
   // Enough time for a handshake between the caller and the observer.
@@ -434,7 +434,7 @@ TEST_F(IdentityTest, RequestsOfARevokedGatewayAreIgnored) {
   await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
   service.await_error(
-      "the certificate of gateway-3 is revoked: its samples on millrace/v4/request");
+      "the certificate of gateway-3 is revoked: its samples on millrace/v5/request");
   // By then its earlier actions are over; nothing new arrives.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not read its requests");

@@ -109,10 +109,10 @@ TEST_F(TheDoctor, NamesAWriterWhoseQosOrTypeMatchesNoReader) {
   const std::string text = examine(chain.domain());
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(text,
-              ContainsRegex("the writer of millrace/v4/reply of other on .* matches no millrace "
+              ContainsRegex("the writer of millrace/v5/reply of other on .* matches no millrace "
                             "process: reliability: best effort is offered"));
   EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
-  EXPECT_THAT(text, ContainsRegex("the writer of millrace/outcome of other on .* its type is "
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/v5/outcome of other on .* its type is "
                                   "millrace::Reply"));
   EXPECT_THAT(text, Not(ContainsRegex("of square_root on .* fits no")));
 }
@@ -131,7 +131,7 @@ TEST_F(TheDoctor, NamesAProcessWithAnotherWireVersion) {
   ASSERT_GT(reader.handle(), 0);
   EXPECT_THAT(examine(chain.domain()),
               ContainsRegex("the reader of millrace/request of older on .* it uses wire "
-                            "version 1, this is version 4"));
+                            "version 1, this is version 5"));
   EXPECT_EQ(exit_code, 1);
 }
 

@@ -53,7 +53,7 @@ TEST_F(MillraceGateway, IsReadyWithoutAControllerAndEndsCleanlyOnSigterm) {
 }
 
 TEST_F(MillraceGateway, SaysEverywhereThatItHasNoJournal) {
-  Process sut = gateway({"--no-journal"});
+  Process sut = gateway({"--no-journal", "--machine", "press=127.0.0.1:1/10.0.0.5.1.1"});
   sut.await("^ready: .*, without a journal$");
   EXPECT_THAT(sut.error_output(), ContainsRegex("warning[^\n]*no journal: when this gateway ends"));
   for (const char* command : {"status", "doctor"}) {
@@ -61,6 +61,10 @@ TEST_F(MillraceGateway, SaysEverywhereThatItHasNoJournal) {
     shown.wait();
     EXPECT_THAT(shown.output(), HasSubstr("no journal: when this gateway ends")) << command;
   }
+  Process machines(
+      {binary("millrace"), "machines", "--json", "--domain", std::to_string(domain_.number())});
+  machines.wait();
+  EXPECT_THAT(machines.output(), HasSubstr("\"journal\":\"none\""));
 }
 
 TEST_F(MillraceGateway, RefusesADefaultJournalThatAnotherGatewayUses) {

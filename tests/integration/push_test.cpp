@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"with_no_more_handles", "notifications { by_handle: NO_MORE_HANDLES }",
              "polled: the controller sends no notifications .*0x716"},
         Kind{"with_room_for_one_channel", "notifications { most: 2 }",
-             "pushed, except for channel 2: .*0x716"},
+             "pushed, except in channel 2: .*0x716"},
         Kind{"that_tell_nothing", "notifications { tells: NOTHING }",
              "polled: it accepts subscriptions and sends no notification"},
         Kind{"that_tell_the_first_value", "notifications { tells: FIRST_VALUE }",

@@ -82,15 +82,15 @@ TEST_F(Trust, IgnoresTheAnswerOfAStranger) {
 TEST_F(Trust, AllowsAServiceNoOtherUuid) {
   sut.trust({"issue", sut.plant(), "other", "--role", "service", "--uuid", another});
   EXPECT_THAT(refusal("millrace-square-root", sut.as("other"), 1),
-              AllOf(HasSubstr("may not write millrace/v4/reply"), HasSubstr(root_uuid),
+              AllOf(HasSubstr("may not write millrace/v5/reply"), HasSubstr(root_uuid),
                     HasSubstr("millrace trust show")));
 }
 
 TEST_F(Trust, AllowsAnObserverNoCommands) {
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(
-      sut.ask({"services", "--ping", root_uuid}, sut.as("screen"), 1),
-      AllOf(HasSubstr("may not write millrace/command"), HasSubstr("it needs the role operator")));
+  EXPECT_THAT(sut.ask({"services", "--ping", root_uuid}, sut.as("screen"), 1),
+              AllOf(HasSubstr("may not write millrace/v5/command"),
+                    HasSubstr("it needs the role operator")));
   EXPECT_THAT(sut.ask({"services", "--ping", root_uuid}, sut.as("office")),
               HasSubstr("square_root"));
 }
@@ -103,7 +103,7 @@ TEST_F(Trust, AllowsVariableRequestsToOperatorsOnly) {
               HasSubstr("V.G.BLOCK_NR"));
   for (const char* holder : {"screen", "bench"}) {
     EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as(holder), 1),
-                HasSubstr("may not write millrace/variable/request"));
+                HasSubstr("may not write millrace/v5/variable/request"));
   }
   EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR", "--timeout", "1s"}, Flags{}, 1),
               HasSubstr("no gateway on fabric"));

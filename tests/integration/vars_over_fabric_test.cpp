@@ -259,7 +259,7 @@ TEST_F(ManyPanels, AreRefusedExcessRequestsAndServedAfterwards) {
   }
   const auto reply = answer(panel, {.names = {"V.E.LIMIT"}});
   ASSERT_TRUE(reply);
-  EXPECT_TRUE(reply->done) << reply->reason;
+  EXPECT_TRUE(reply->done) << reply->reason.text;
 }
 
 TEST_F(ManyPanels, AreNotifiedWhenTheControllerDoesNotAnswer) {

@@ -6,25 +6,22 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "fabric/messages.hpp"
 #include "fabric/wire/endpoint.hpp"
 
 namespace millrace::tests {
 
-/// A writer of unchecked replies, whose enumerations have any value.
+/// A writer of unchecked replies.
 class UncheckedReplyWriter {
  public:
   UncheckedReplyWriter(const fabric::dds::Participant& participant, const std::string& partition,
                        const std::string& user_data);
 
   /// `kind` and `code` as on the wire; the text of any length.
-  void write(fabric::Reply reply, std::uint32_t kind, std::uint32_t code = 0);
+  void write(fabric::Reply reply, std::uint8_t kind, std::uint8_t code = 0);
 
  private:
-  std::vector<std::uint32_t> ops_;
-  dds_topic_descriptor_t type_;
   fabric::dds::Entity topic_;
   fabric::dds::Entity publisher_;
   dds_entity_t writer_ = 0;

@@ -227,8 +227,8 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
   for (const auto& [handle, endpoint] : directory.endpoints()) {
     const Topic* topic = TopicReaders::topic_named(endpoint.topic);
     const auto version = version_of(endpoint.topic);
-    if (topic == nullptr && version && is_in(endpoint, fabric) &&
-        told.emplace(endpoint.participant, *version).second) {
+    if (topic == nullptr && version && *version != fabric::wire::wire_version &&
+        is_in(endpoint, fabric) && told.emplace(endpoint.participant, *version).second) {
       all.push_back({endpoint.topic,
                      endpoint.writer,
                      text_of(directory, endpoint.participant),

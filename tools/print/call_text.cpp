@@ -97,7 +97,7 @@ boost::json::object json_of(const Call& call, const Name& name) {
   if (const auto duration = call.duration()) {
     out["duration_ms"] = std::chrono::duration<double, std::milli>(*duration).count();
   }
-  out["detail"] = utf8(end.detail);
+  put_message(out, "detail", end.detail);
   out["replayed"] = call.replayed;
   return out;
 }
@@ -141,7 +141,7 @@ boost::json::object step_json(const recording::Step& step) {
     out["state"] = step.state;
   }
   if (!step.detail.empty()) {
-    out["detail"] = utf8(step.detail);
+    put_message(out, "detail", step.detail);
   }
   return out;
 }

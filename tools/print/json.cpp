@@ -96,9 +96,39 @@ std::string name_of(const Leaf& leaf) {
 }
 
 bool is_empty(const Leaf& leaf, const void* member) {
-  return leaf.kind == Kind::text ? as<std::string>(member).empty()
-                                 : number_of(leaf.kind, member) == 0;
+  switch (leaf.kind) {
+    case Kind::text:
+      return as<std::string>(member).empty();
+    case Kind::message:
+      return as<fabric::Message>(member).empty();
+    case Kind::list:
+      return leaf.size(member) == 0;
+    default:
+      return number_of(leaf.kind, member) == 0;
+  }
 }
+
+/// "unknown (7)" for a code of a later version; 0 may be the code for unknown itself.
+std::string word_of(const Leaf& leaf, std::uint8_t number) {
+  const std::string_view word = leaf.word(number);
+  return word == "unknown" && number != 0 ? fmt::format("unknown ({})", number) : std::string(word);
+}
+
+/// Its text, or for a sentence with a code all of it.
+boost::json::value json_of_argument(const fabric::Message& message) {
+  if (message.code.empty()) {
+    return boost::json::string(utf8(message.text));
+  }
+  boost::json::array arguments;
+  for (const fabric::Message& argument : message.arguments) {
+    arguments.push_back(json_of_argument(argument));
+  }
+  return boost::json::object{
+      {"code", message.code}, {"arguments", std::move(arguments)}, {"text", utf8(message.text)}};
+}
+
+constexpr std::string_view code_suffix = "_code";
+constexpr std::string_view arguments_suffix = "_arguments";
 
 template <typename T>
 boost::json::value unless_zero(const void* member) {
@@ -112,7 +142,7 @@ boost::json::value json_of_leaf(const Leaf& leaf, Kind kind, const void* member)
     case Kind::boolean:
       return as<bool>(member);
     case Kind::word:
-      return boost::json::string(leaf.word(as<std::uint8_t>(member)));
+      return boost::json::string(word_of(leaf, as<std::uint8_t>(member)));
     case Kind::time: {
       const auto time = as<fabric::Time>(member);
       return time == fabric::Time{} ? boost::json::value(nullptr)
@@ -124,6 +154,11 @@ boost::json::value json_of_leaf(const Leaf& leaf, Kind kind, const void* member)
     case Kind::id:
       return unless_zero<fabric::InstanceId>(member);
     case Kind::shape:
+      if (leaf.shape == &fabric::shape_of<fabric::Extra>) {
+        boost::json::object extra;
+        put_fields(extra, as<fabric::Extra>(member));
+        return extra;
+      }
       return is_call(leaf) ? unless_zero<fabric::CallId>(member)
                            : json_of(as<fabric::Value>(member));
     case Kind::text: {
@@ -164,6 +199,15 @@ void put_time(boost::json::object& out, std::string_view name, fabric::Time time
   }
 }
 
+void put_message(boost::json::object& out, std::string_view name, const fabric::Message& message) {
+  out[name] = utf8(message.text);
+  if (!message.code.empty()) {
+    boost::json::object whole = json_of_argument(message).as_object();
+    out[std::string(name) + std::string(code_suffix)] = std::move(whole["code"]);
+    out[std::string(name) + std::string(arguments_suffix)] = std::move(whole["arguments"]);
+  }
+}
+
 void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
                const std::optional<std::uint32_t>& withheld) {
   for (const Leaf& leaf : shape) {
@@ -180,6 +224,8 @@ void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
       put_shape(out, leaf.shape(), member, withheld);
     } else if (leaf.kind == Kind::text && name == withheld_text && withheld) {
       out[withheld_size] = *withheld;
+    } else if (leaf.kind == Kind::message) {
+      put_message(out, name, as<fabric::Message>(member));
     } else if (auto json = json_of_leaf(leaf, member); !json.is_null()) {
       out[name] = std::move(json);
     }
@@ -193,9 +239,14 @@ std::vector<std::string> names_of(fabric::Shape shape) {
       const std::vector<std::string> inner = names_of(leaf.shape());
       names.insert(names.end(), inner.begin(), inner.end());
     } else if (leaf.options.observed) {
-      names.push_back(name_of(leaf));
-      if (names.back() == withheld_text) {
+      const std::string name = name_of(leaf);
+      names.push_back(name);
+      if (leaf.kind == Kind::text && name == withheld_text) {
         names.emplace_back(withheld_size);
+      }
+      if (leaf.kind == Kind::message) {
+        names.push_back(name + std::string(code_suffix));
+        names.push_back(name + std::string(arguments_suffix));
       }
     }
   }

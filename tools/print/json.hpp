@@ -16,6 +16,10 @@ namespace millrace::tools::print {
 /// ISO 8601 in UTC; nothing if the time is not known.
 void put_time(boost::json::object& out, std::string_view name, fabric::Time time);
 
+/// The text of a sentence; and if it has a code, NAME_code, and NAME_arguments, each a text or
+/// {"code", "arguments", "text"}.
+void put_message(boost::json::object& out, std::string_view name, const fabric::Message& message);
+
 /// The fields of a value by the names of its list. A withheld text is its size.
 void put_shape(boost::json::object& out, fabric::Shape shape, const void* value,
                const std::optional<std::uint32_t>& withheld = {});

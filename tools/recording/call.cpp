@@ -147,7 +147,11 @@ void Call::add(const fabric::Reply& reply, const Entry& entry) {
   step.code = reply.code;
   step.state = reply.state;
   step.withheld = entry.withheld;
-  (declined ? step.detail : step.text) = reply.text;
+  if (declined) {
+    step.detail = reply.reason.empty() ? fabric::Message(reply.text) : reply.reason;
+  } else {
+    step.text = reply.text;
+  }
   add(std::move(step));
 }
 

@@ -68,7 +68,7 @@ struct Step {
   std::string text{};
   std::optional<std::uint32_t> withheld{};
   std::uint32_t state = 0;
-  std::string detail{};
+  fabric::Message detail{};
 };
 
 enum class Outcome : std::uint8_t {

@@ -37,23 +37,23 @@ constexpr const char* last_calls = "reliable, transient local, keep last 16";
 /// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
 /// compares).
 constexpr std::array<Kind, std::variant_size_v<Sample>> kinds{{
-    {"Request", "millrace/v4/request", "millrace::Request", last_calls},
-    {"Reply", "millrace/v4/reply", "millrace::Reply", last_calls},
-    {"Withdrawal", "millrace/v4/request", "millrace::Request", last_calls},
-    {"ChannelStatus", "millrace/v4/channel", "millrace::ChannelStatus", last_of_each_key},
+    {"Request", "millrace/v5/request", "millrace::Request", last_calls},
+    {"Reply", "millrace/v5/reply", "millrace::Reply", last_calls},
+    {"Withdrawal", "millrace/v5/request", "millrace::Request", last_calls},
+    {"ChannelStatus", "millrace/v5/channel", "millrace::ChannelStatus", last_of_each_key},
     {"Instance", "DCPSSubscription", "user data of the request reader", ""},
-    {"InstanceStatus", "millrace/v4/heartbeat", "millrace::Heartbeat",
+    {"InstanceStatus", "millrace/v5/heartbeat", "millrace::Heartbeat",
      "best effort, volatile, keep last 1"},
-    {"Event", "millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
-    {"Command", "millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
-    {"Outcome", "millrace/outcome", "millrace::Outcome",
+    {"Event", "millrace/v5/event", "millrace::Event", "reliable, volatile, keep last 8192"},
+    {"Command", "millrace/v5/command", "millrace::Command", "reliable, volatile, keep last 16"},
+    {"Outcome", "millrace/v5/outcome", "millrace::Outcome",
      "reliable, transient local, keep last 256"},
-    {"MachineStatus", "millrace/v4/machine", "millrace::MachineStatus", last_of_each_key},
-    {"DataSample", "millrace/data", "millrace::DataSample",
+    {"MachineStatus", "millrace/v5/machine", "millrace::MachineStatus", last_of_each_key},
+    {"DataSample", "millrace/v5/data", "millrace::DataSample",
      "reliable, transient local, keep last 32"},
-    {"ProgramEvent", "millrace/program", "millrace::ProgramEvent",
+    {"ProgramEvent", "millrace/v5/program", "millrace::ProgramEvent",
      "reliable, transient local, keep last 128"},
-    {"Alarm", "millrace/alarm", "millrace::Alarm", last_of_each_key},
+    {"Alarm", "millrace/v5/alarm", "millrace::Alarm", last_of_each_key},
 }};
 
 const pb::FileDescriptor& file() {

@@ -29,8 +29,8 @@ Reply CallScheduler::reply_to(const Request& request) const {
   reply.epoch(request.epoch());
   reply.number(request.number());
   reply.attempt(request.attempt());
-  reply.kind(final_reply);
-  reply.code(code_ok);
+  reply.kind(reply_kind::final);
+  reply.code(service_code::ok);
   reply.asked_text(request.text());
   reply.asked_state(request.state());
   reply.replayed(request.replayed());
@@ -96,14 +96,14 @@ std::optional<Reply> CallScheduler::take(const Request& request, Nanoseconds now
       known != answered_.end() && known->second.number() == request.number()) {
     Reply reply = known->second;
     reply.attempt(request.attempt());
-    reply.code(code_repeated);
+    reply.code(service_code::repeated);
     ++counters_.repeated();
     return reply;
   }
   if (must_decline(request)) {
     declined_[key_of(request)] = {request.number(), request.attempt()};
     Reply reply = reply_to(request);
-    reply.kind(declined_reply);
+    reply.kind(reply_kind::declined);
     reply.text(bytes_of(leaving_ ? "leaving" : "no room"));
     ++counters_.declined();
     return reply;

@@ -32,7 +32,7 @@ Caller::Caller(std::uint32_t domain, const std::string& fabric, std::string uuid
       epoch_(random_epoch()),
       fabric_(
           {.domain = domain, .name = fabric, .lease_seconds = lease_seconds, .listener = this}) {
-  replies_ = fabric_.read("millrace/v4/reply", dds::TypeSupport(new ReplyPubSubType()),
+  replies_ = fabric_.read("millrace/v5/reply", dds::TypeSupport(new ReplyPubSubType()),
                           {.partition = fabric + "/" + uuid_}, this);
 }
 
@@ -43,7 +43,7 @@ Caller::~Caller() {
 void Caller::on_subscriber_discovery(dds::DomainParticipant* /*participant*/,
                                      eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) {
   using Info = eprosima::fastrtps::rtps::ReaderDiscoveryInfo;
-  if (info.info.topicName() != "millrace/v4/request") {
+  if (info.info.topicName() != "millrace/v5/request") {
     return;
   }
   const std::lock_guard lock(mutex_);
@@ -59,7 +59,7 @@ void Caller::on_subscriber_discovery(dds::DomainParticipant* /*participant*/,
 
 void Caller::on_publisher_discovery(dds::DomainParticipant* /*participant*/,
                                     eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) {
-  if (info.info.topicName() == "millrace/v4/reply") {
+  if (info.info.topicName() == "millrace/v5/reply") {
     const std::lock_guard lock(mutex_);
     writers_[info.info.guid()] = text_of(info.info.m_qos.m_userData);
   }
@@ -83,7 +83,7 @@ bool Caller::await_instance(std::chrono::seconds limit) {
   lock.unlock();
   // Its partition.
   requests_ =
-      fabric_.write("millrace/v4/request", dds::TypeSupport(new RequestPubSubType()),
+      fabric_.write("millrace/v5/request", dds::TypeSupport(new RequestPubSubType()),
                     {.partition = fabric_.name() + "/" + uuid_ + "/" + fastdds::text_of(called_)});
   while (!matched()) {
     if (std::chrono::steady_clock::now() >= end) {
@@ -130,7 +130,7 @@ void Caller::on_data_available(dds::DataReader* reader) {
     const auto writer = writers_.find(info.sample_identity.writer_guid());
     if (info.valid_data && writer != writers_.end() && writer->second == writer_data(called_) &&
         reply.instance() == called_ && reply.epoch() == epoch_ && reply.number() == number_ &&
-        reply.kind() == final_reply) {
+        reply.kind() == reply_kind::final) {
       reply_ = reply;
       changed_.notify_all();
     }

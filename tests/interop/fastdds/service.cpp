@@ -27,24 +27,24 @@ Service::Service(Fabric& fabric, Options options, Handler handler)
       scheduler_(options_.identity.id, options_.room) {
   if (!options_.certificate.empty()) {
     const std::string prefix = fabric.name() + "/@";
-    fabric.write("millrace/identity", dds::TypeSupport(new ParticipantIdentityPubSubType()),
+    fabric.write("millrace/v5/identity", dds::TypeSupport(new ParticipantIdentityPubSubType()),
                  {.partition = prefix + "name/" + options_.certificate,
                   .more_partitions = {prefix + "role/service"},
                   .best_effort = true});
   }
   const std::string of_uuid = fabric.name() + "/" + options_.identity.uuid;
-  replies_ = fabric.write("millrace/v4/reply", dds::TypeSupport(new ReplyPubSubType()),
+  replies_ = fabric.write("millrace/v5/reply", dds::TypeSupport(new ReplyPubSubType()),
                           {.partition = of_uuid,
                            .user_data = writer_data(options_.identity.id),
                            .max_instances = options_.max_instances});
-  heartbeats_ = fabric.write("millrace/v4/heartbeat", dds::TypeSupport(new HeartbeatPubSubType()),
+  heartbeats_ = fabric.write("millrace/v5/heartbeat", dds::TypeSupport(new HeartbeatPubSubType()),
                              {.partition = fabric.name(), .best_effort = true});
   threads_.emplace_back([this] { heartbeat(); });
   for (std::uint32_t i = 0; i < options_.room; ++i) {
     threads_.emplace_back([this] { work(); });
   }
   // Last: a caller that sees it may call.
-  requests_ = fabric.read("millrace/v4/request", dds::TypeSupport(new RequestPubSubType()),
+  requests_ = fabric.read("millrace/v5/request", dds::TypeSupport(new RequestPubSubType()),
                           {.partition = of_uuid + "/" + text_of(options_.identity.id),
                            .user_data = reader_data(options_.identity),
                            .max_instances = options_.max_instances},

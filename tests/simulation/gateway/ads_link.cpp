@@ -158,7 +158,7 @@ void AdsLink::cut(const std::string& reason) {
       return;
     }
     if (reason_first) {
-      self->events_.on_link_down(self->controller_.name(), reason);
+      self->events_.on_link_down(self->controller_.name(), fabric::Message(reason));
     }
     for (const RequestPointer& request : pending) {
       self->fail(*request, false);
@@ -167,7 +167,7 @@ void AdsLink::cut(const std::string& reason) {
       return;
     }
     if (!reason_first) {
-      self->events_.on_link_down(self->controller_.name(), reason);
+      self->events_.on_link_down(self->controller_.name(), fabric::Message(reason));
     }
     self->wait_and_connect();
   });

@@ -120,7 +120,7 @@ void Disk::confirm(std::vector<gateway::Ticket> tickets) {
   }
 }
 
-void Disk::report_error(const std::string& error) {
+void Disk::report_error(const fabric::Message& error) {
   process_.after(Time{}, [this, error] { on_write_error(error); });
 }
 

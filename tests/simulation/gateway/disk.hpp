@@ -34,7 +34,7 @@ class Disk final : public gateway::journal::JournalFile {
   /// Gets the results for the journal in this run of the process.
   gateway::journal::JournalWriter* writer = nullptr;
   std::function<void(const gateway::Ticket&)> on_recorded;
-  std::function<void(const std::string&)> on_write_error;
+  std::function<void(const fabric::Message&)> on_write_error;
 
   tl::expected<void, std::string> begin(std::string_view bytes) override;
   tl::expected<void, std::string> append(std::string_view bytes) override;
@@ -43,7 +43,7 @@ class Disk final : public gateway::journal::JournalFile {
   void start_new_file(std::vector<gateway::JournalEntry> entries) override;
   void start_replace() override;
   void confirm(std::vector<gateway::Ticket> tickets) override;
-  void report_error(const std::string& error) override;
+  void report_error(const fabric::Message& error) override;
 
  private:
   struct File {

@@ -243,11 +243,11 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     process_.note(fmt::format("serves {} channels of {}", channels.size(), machine));
     Core::on_serve(machine, channels);
   }
-  void on_lost(const std::string& machine, const std::string& reason) override {
+  void on_lost(const std::string& machine, const fabric::Message& reason) override {
     process_.served_no_more(machine);
     Core::on_lost(machine, reason);
   }
-  void on_link_dropped(const std::string& machine, const std::string& reason) override {
+  void on_link_dropped(const std::string& machine, const fabric::Message& reason) override {
     // Also a channel that it had left and whose answer it finished.
     process_.leaves_all_of(machine);
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
@@ -257,7 +257,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     process_.leaves(key);
     Core::on_channel_removed(key);
   }
-  void on_not_owner(const Key& key, const std::string& reason) override {
+  void on_not_owner(const Key& key, const fabric::Message& reason) override {
     process_.leaves(key);
     process_.checker_.on_not_owner(key);
     Core::on_not_owner(key, reason);
@@ -380,8 +380,8 @@ void GatewayProcess::log(gateway::Level, const std::string& text) {
   note(text);
 }
 
-void GatewayProcess::set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                               const std::string&) {
+void GatewayProcess::set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                               const fabric::Message&) {
   note(fmt::format("alarm {} {}: {}", key.kind, key.subject, text));
 }
 

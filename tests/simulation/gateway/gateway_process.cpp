@@ -297,11 +297,11 @@ void GatewayProcess::on_read(const Key& key, const gateway::ServiceSnapshot& sna
   }
 }
 
-void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
+void GatewayProcess::on_read_failed(const Key& key, const fabric::Message& reason) {
   core_->on_read_failed(key, reason);
 }
 
-void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::string& reason) {
+void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const fabric::Message& reason) {
   core_->on_other_event();
   const auto link = link_to(key.machine);
   if (const auto again = link ? mistakes_.again(key, outcome, reason) : std::nullopt) {

@@ -115,8 +115,8 @@ class GatewayProcess final : public Member,
   void on_link_down(const std::string& machine,
                     const gateway::machines::LinkLoss& loss) override;
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override;
-  void on_read_failed(const Key& key, const std::string& reason) override;
-  void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
+  void on_read_failed(const Key& key, const fabric::Message& reason) override;
+  void on_write(const Key& key, gateway::WriteOutcome outcome, const fabric::Message& reason) override;
   void on_subscribed(const std::string& machine,
                      const std::vector<gateway::machines::SubscribeOutcome>& outcomes) override;
   void on_notification(const Key& key, gateway::Variable variable,
@@ -151,8 +151,8 @@ class GatewayProcess final : public Member,
       const gateway::settings::MachineSettings& machine) override;
   void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) override;
   void log(gateway::Level level, const std::string& text) override;
-  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                 const std::string& advice) override;
+  void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                 const fabric::Message& advice) override;
   void may_end(bool half_written) override;
 
   std::unique_ptr<gateway::core::Core> make_core(const gateway::core::GatewayIdentity& own);

@@ -135,8 +135,11 @@ TEST(EveryField, TravelsOverTheWireAndEachMemberOfTheIdlIsReached) {
   travels("millrace_VariableRequest", question);
   travels("millrace_VariableReply", filled<fabric::VariableReply>());
 
-  sent(filled<fabric::Event>(),
-       [&](const millrace_Event& event) { reached.add("millrace_CallId", event.call); });
+  sent(filled<fabric::Event>(), [&](const millrace_Event& event) {
+    reached.add("millrace_CallId", event.call);
+    reached.add_all("millrace_MessagePart", event.detail);
+    reached.add_all("millrace_Extra", event.extras);
+  });
   sent(filled<fabric::Heartbeat>(), [&](const millrace_Heartbeat& heartbeat) {
     reached.add_all("millrace_InstanceLoad", heartbeat.loads);
   });
@@ -199,20 +202,20 @@ void expect_order(const char* of_idl, const char* of_recording) {
 }
 
 TEST(EveryField, OfAnEnumerationHasOneOrderEverywhere) {
-  expect_order<fabric::ReplyKind>("millrace_ReplyKind", "ReplyKind");
-  expect_order<fabric::ServiceCode>("millrace_ServiceCode", "ServiceCode");
-  expect_order<fabric::ChannelState>("millrace_ChannelState", "ChannelState");
-  expect_order<fabric::Cause>("millrace_Cause", "Cause");
-  expect_order<fabric::WatchMode>("millrace_WatchMode", "WatchMode");
-  expect_order<fabric::EventKind>("millrace_EventKind", "EventKind");
-  expect_order<fabric::CommandKind>("millrace_CommandKind", "CommandKind");
-  expect_order<fabric::ValueType>("millrace_ValueType", "ValueType");
-  expect_order<fabric::Quality>("millrace_Quality", "Quality");
-  expect_order<fabric::ProgramEventKind>("millrace_ProgramEventKind", "ProgramEventKind");
-  expect_order<fabric::AlarmLevel>("millrace_AlarmLevel", "AlarmLevel");
+  expect_order<fabric::ReplyKind>("millrace_reply_kind", "ReplyKind");
+  expect_order<fabric::ServiceCode>("millrace_service_code", "ServiceCode");
+  expect_order<fabric::ChannelState>("millrace_channel_state", "ChannelState");
+  expect_order<fabric::JournalState>("millrace_journal_state", "JournalState");
+  expect_order<fabric::WatchMode>("millrace_watch_mode", "WatchMode");
+  expect_order<fabric::EventKind>("millrace_event_kind", "EventKind");
+  expect_order<fabric::CommandKind>("millrace_command_kind", "CommandKind");
+  expect_order<fabric::ValueType>("millrace_value_type", "ValueType");
+  expect_order<fabric::Quality>("millrace_quality", "Quality");
+  expect_order<fabric::ProgramEventKind>("millrace_program_event_kind", "ProgramEventKind");
+  expect_order<fabric::AlarmLevel>("millrace_alarm_level", "AlarmLevel");
   expect_order<fabric::Delivery>("", "Delivery");
   expect_order<fabric::observer::Change>("", "InstanceChange");
-  EXPECT_EQ(static_cast<int>(fabric::VariableAction::list), millrace_variables_list);
+  EXPECT_EQ(static_cast<int>(fabric::VariableAction::list), millrace_variable_action_list);
 }
 
 Entry read_back(const Entry& entry) {

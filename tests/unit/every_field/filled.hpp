@@ -57,6 +57,15 @@ class Filler {
   void fill(std::chrono::nanoseconds& time) { time = std::chrono::milliseconds(100 + next()); }
   void fill(std::chrono::milliseconds& time) { time = std::chrono::milliseconds(100 + next()); }
   void fill(std::string& text) { text = fmt::format("text{}", next()); }
+  /// With a sentence in it, and one without a code.
+  void fill(fabric::Message& message) {
+    fabric::Message inner(fmt::format("inner{}", next()));
+    inner.code = fmt::format("code{}", next());
+    inner.arguments = {fabric::Message(fmt::format("text{}", next()))};
+    message = fabric::Message(fmt::format("outer{}", next()));
+    message.code = fmt::format("code{}", next());
+    message.arguments = {fabric::Message(fmt::format("text{}", next())), inner};
+  }
   void fill(fabric::InstanceId& id) { id.bytes.fill(static_cast<std::uint8_t>(next())); }
   void fill(fabric::ChannelScope& scope) { scope = {fmt::format("m{}", next()), next()}; }
   template <typename Number>

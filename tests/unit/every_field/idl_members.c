@@ -1,12 +1,14 @@
-// A generator for idlc: one line for each member of a struct, with its bound (0 = none), and for each enumerator.
+// A generator for idlc: one line for each member of a struct, with its bound (0 = none), and for each named value of a code,
+// a constant in a module of its own.
 //
 //   idlc -l libidl_members.so millrace.idl   →   MEMBER(millrace_Request, machine, 63)
-//                                                ENUMERATOR(millrace_ReplyKind, interim_reply)
+//                                                ENUMERATOR(millrace_reply_kind, interim)
 #include <idl/processor.h>
 #include <idl/tree.h>
 #include <idl/visit.h>
 #include <idlc/generator.h>
 #include <stdio.h>
+#include <string.h>
 
 static idl_retcode_t on_struct(const idl_pstate_t* state, bool revisit, const idl_path_t* path,
                                const void* node, void* out) {
@@ -27,15 +29,14 @@ static idl_retcode_t on_struct(const idl_pstate_t* state, bool revisit, const id
   return IDL_RETCODE_OK;
 }
 
-static idl_retcode_t on_enum(const idl_pstate_t* state, bool revisit, const idl_path_t* path,
-                             const void* node, void* out) {
+static idl_retcode_t on_constant(const idl_pstate_t* state, bool revisit, const idl_path_t* path,
+                                 const void* node, void* out) {
   (void)state;
   (void)revisit;
   (void)path;
-  const idl_enum_t* type = node;
-  const idl_enumerator_t* enumerator;
-  IDL_FOREACH(enumerator, type->enumerators) {
-    fprintf(out, "ENUMERATOR(millrace_%s, %s)\n", idl_identifier(type), idl_identifier(enumerator));
+  const char* module = idl_identifier(idl_parent(node));
+  if (strcmp(module, "millrace") != 0) {
+    fprintf(out, "ENUMERATOR(millrace_%s, %s)\n", module, idl_identifier(node));
   }
   return IDL_RETCODE_OK;
 }
@@ -45,9 +46,9 @@ idl_retcode_t generate(const idl_pstate_t* state, const idlc_generator_config_t*
   (void)config;
   const char* sources[] = {state->sources->path->name, NULL};
   idl_visitor_t visitor = {0};
-  visitor.visit = IDL_STRUCT | IDL_ENUM;
+  visitor.visit = IDL_STRUCT | IDL_CONST;
   visitor.accept[IDL_ACCEPT_STRUCT] = &on_struct;
-  visitor.accept[IDL_ACCEPT_ENUM] = &on_enum;
+  visitor.accept[IDL_ACCEPT_CONST] = &on_constant;
   visitor.sources = sources;
   return idl_visit(state, state->root, &visitor, stdout);
 }

@@ -100,19 +100,19 @@ TEST(AnAlarmTable, PublishesTheWorstOfManyAndCountsTheRest) {
   EXPECT_THAT(sut.told(), SizeIs(10));
 }
 
-TEST(AnAlarmTable, ShortensTooLongTextsVisibly) {
+// Texts and advice are shortened when they are sent (fabric/wire).
+TEST(AnAlarmTable, ShortensTooLongNamesVisibly) {
   AlarmTable sut(archiver);
   Alarm wordy = disk_full();
-  wordy.text.clear();
+  wordy.key.kind = std::string("a\0b", 3);
   for (int i = 0; i < 200; ++i) {
-    wordy.text += "ü";
+    wordy.key.subject += "ü";
   }
-  wordy.advice = std::string("a\0b", 3);
   sut.raise(wordy, noon);
   const Alarm told = sut.changes().to_publish.at(0);
-  EXPECT_LE(told.text.size(), 255U);
-  EXPECT_THAT(told.text, EndsWith("üü …"));
-  EXPECT_EQ(told.advice, "a b");
+  EXPECT_LE(told.key.subject.size(), 63U);
+  EXPECT_THAT(told.key.subject, EndsWith("üü …"));
+  EXPECT_EQ(told.key.kind, "a b");
 }
 
 TEST(AlarmOwners, KeepAlarmsOfSeveralWritersWithOneKey) {

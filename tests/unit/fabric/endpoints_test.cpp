@@ -231,7 +231,7 @@ TEST_F(AStrangerBesideEndpoints, RequestsALimitedNumberOfChannels) {
       [&] { return service->heard.requests.size() >= most && !service->heard.ignored.empty(); }));
   EXPECT_THAT(service->heard.requests, SizeIs(most));
   EXPECT_THAT(service->heard.ignored,
-              ElementsAre(HasSubstr("writes more than 4096 DDS instances on millrace/v4/request")));
+              ElementsAre(HasSubstr("writes more than 4096 DDS instances on millrace/v5/request")));
 }
 
 /// Used by Cyclone's threads while the test checks it.

@@ -115,7 +115,7 @@ TEST_F(AReader, AcceptsNoMoreKeysOfAWriterThanItsTopicAllowsAndNamesTheWriter) {
   ASSERT_TRUE(flood.has_value());
   EXPECT_THAT(*flood,
               testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
-                                    "on millrace/v4/reply: further ones are dropped"));
+                                    "on millrace/v5/reply: further ones are dropped"));
 }
 
 TEST_F(AReader, KnowsTheMakerOfAnIdFromItsGuid) {

@@ -130,7 +130,7 @@ TEST_F(SlowReader, DoesNotHoldUpEvents) {
   freeze();
   Event event{.key = {.machine = "cnc", .channel = 1}, .uuid = "weather"};
   event.text.assign(max_text, 'x');
-  event.detail.assign(255, 'x');
+  event.detail = std::string(255, 'x');
   for (int i = 0; i < 20'000; ++i) {
     const auto written = sut.write(event);
     ASSERT_TRUE(written) << "event " << i << ": " << written.error();

@@ -34,26 +34,28 @@ std::vector<Grant> of_access(Access way, const std::vector<Grant>& grants) {
 }
 
 TEST(Grants, OfAServiceCoverItsOwnUuidsAndItsOwnState) {
-  EXPECT_THAT(grants_of(service(), "hall"),
-              UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/root"},
-                                   Grant{Access::write, "millrace/identity", "hall/@role/service"},
-                                   Grant{Access::read, "millrace/identity", "hall/@*"},
-                                   Grant{Access::write, "millrace/v4/reply", own},
-                                   Grant{Access::write, "millrace/v4/heartbeat", "hall"},
-                                   Grant{Access::write, "millrace/outcome", "hall"},
-                                   Grant{Access::write, "millrace/alarm", "hall"},
-                                   Grant{Access::read, "millrace/v4/request", own + "/*"},
-                                   Grant{Access::read, "millrace/command", "hall"}));
+  EXPECT_THAT(
+      grants_of(service(), "hall"),
+      UnorderedElementsAre(Grant{Access::write, "millrace/v5/identity", "hall/@name/root"},
+                           Grant{Access::write, "millrace/v5/identity", "hall/@role/service"},
+                           Grant{Access::read, "millrace/v5/identity", "hall/@*"},
+                           Grant{Access::write, "millrace/v5/reply", own},
+                           Grant{Access::write, "millrace/v5/heartbeat", "hall"},
+                           Grant{Access::write, "millrace/v5/outcome", "hall"},
+                           Grant{Access::write, "millrace/v5/alarm", "hall"},
+                           Grant{Access::read, "millrace/v5/request", own + "/*"},
+                           Grant{Access::read, "millrace/v5/command", "hall"}));
 }
 
 TEST(Grants, OfAnObserverWriteOnlyItsIdentityAndItsAlarms) {
   const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
-  EXPECT_THAT(of_access(Access::write, sut),
-              UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
-                                   Grant{Access::write, "millrace/identity", "hall/@role/observer"},
-                                   Grant{Access::write, "millrace/alarm", "hall"}));
-  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v4/request", "hall/*"}));
-  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/event", "hall"}));
+  EXPECT_THAT(
+      of_access(Access::write, sut),
+      UnorderedElementsAre(Grant{Access::write, "millrace/v5/identity", "hall/@name/o"},
+                           Grant{Access::write, "millrace/v5/identity", "hall/@role/observer"},
+                           Grant{Access::write, "millrace/v5/alarm", "hall"}));
+  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v5/request", "hall/*"}));
+  EXPECT_THAT(sut, Contains(Grant{Access::read, "millrace/v5/event", "hall"}));
 }
 
 TEST(Grants, LetAnObserverReadEachTopic) {
@@ -74,25 +76,25 @@ TEST(Grants, LetAnObserverReadEachTopic) {
 TEST(Grants, OfAnOperatorAddOnlyCommandsAndVariableRequests) {
   EXPECT_THAT(
       of_access(Access::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
-      UnorderedElementsAre(Grant{Access::write, "millrace/identity", "hall/@name/o"},
-                           Grant{Access::write, "millrace/identity", "hall/@role/operator"},
-                           Grant{Access::write, "millrace/command", "hall"},
-                           Grant{Access::write, "millrace/variable/request", "hall"}));
+      UnorderedElementsAre(Grant{Access::write, "millrace/v5/identity", "hall/@name/o"},
+                           Grant{Access::write, "millrace/v5/identity", "hall/@role/operator"},
+                           Grant{Access::write, "millrace/v5/command", "hall"},
+                           Grant{Access::write, "millrace/v5/variable/request", "hall"}));
 }
 
 TEST(Grants, OfATesterAllowRequestsButNoMachine) {
   EXPECT_THAT(of_access(Access::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
-              AllOf(Contains(Grant{Access::write, "millrace/v4/request", "hall/*"}),
-                    Contains(Grant{Access::write, "millrace/data", "hall"}),
-                    Not(Contains(Field(&Grant::topic, "millrace/v4/machine")))));
+              AllOf(Contains(Grant{Access::write, "millrace/v5/request", "hall/*"}),
+                    Contains(Grant{Access::write, "millrace/v5/data", "hall"}),
+                    Not(Contains(Field(&Grant::topic, "millrace/v5/machine")))));
 }
 
 TEST(Grants, OfAGatewayAllowNeitherRepliesNorCommands) {
   const Participant participant{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
   EXPECT_THAT(of_access(Access::write, grants_of(participant, "hall")),
-              AllOf(Contains(Field(&Grant::topic, "millrace/v4/machine")),
-                    Not(Contains(Field(&Grant::topic, "millrace/v4/reply"))),
-                    Not(Contains(Field(&Grant::topic, "millrace/command")))));
+              AllOf(Contains(Field(&Grant::topic, "millrace/v5/machine")),
+                    Not(Contains(Field(&Grant::topic, "millrace/v5/reply"))),
+                    Not(Contains(Field(&Grant::topic, "millrace/v5/command")))));
 }
 
 TEST(Grants, OfAGatewayAllowTheIdentityOfItsMachinesOnly) {
@@ -100,8 +102,8 @@ TEST(Grants, OfAGatewayAllowTheIdentityOfItsMachinesOnly) {
       .name = "g", .roles = {Role::gateway}, .machines = {"press_1", "a<b"}};
   const auto sut = grants_of(participant, "hall");
   EXPECT_THAT(sut,
-              AllOf(Contains(Grant{Access::write, "millrace/identity", "hall/@machine/press_1"}),
-                    Contains(Grant{Access::write, "millrace/identity", "hall/@machine/a<b"})));
+              AllOf(Contains(Grant{Access::write, "millrace/v5/identity", "hall/@machine/press_1"}),
+                    Contains(Grant{Access::write, "millrace/v5/identity", "hall/@machine/a<b"})));
   const auto shown = identity_partitions_in(permissions_document(sut, "CN=g", {}, {}));
   const auto identity = parse_participant_identity("hall", shown);
   ASSERT_TRUE(identity);
@@ -183,9 +185,9 @@ TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
 
 TEST(Permissions, OfAnEarlierVersionHaveNoIdentity) {
   EXPECT_THAT(identity_partitions_in(permissions_document(
-                  {{Access::write, "millrace/v4/reply", "hall/x"}}, "CN=g", {}, {})),
+                  {{Access::write, "millrace/v5/reply", "hall/x"}}, "CN=g", {}, {})),
               testing::IsEmpty());
-  EXPECT_THAT(identity_partitions_in("<publish><topic>millrace/identity</topic><partition>"),
+  EXPECT_THAT(identity_partitions_in("<publish><topic>millrace/v5/identity</topic><partition>"),
               testing::IsEmpty());
 }
 

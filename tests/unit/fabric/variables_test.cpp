@@ -72,10 +72,7 @@ TEST(VariablesOnTheWire, NameWhatDoesNotFit) {
   reply.results[1].value.name = std::string(256, 'X');
   EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
   reply = some_reply();
-  reply.before[0].reason = std::string(256, 'X');
-  EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
-  reply = some_reply();
-  reply.reason = std::string(256, 'X');
+  reply.before[0].name = std::string(256, 'X');
   EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
   VariableRequest request = some_request();
   request.key.machine = std::string(64, 'm');

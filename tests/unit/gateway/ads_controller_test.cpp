@@ -81,11 +81,11 @@ class AdsControllerTest : public testing::Test, public machines::ControllerEvent
     EXPECT_EQ(key.channel, snapshot.request_state);
     snapshots.push_back(snapshot);
   }
-  void on_read_failed(const fabric::ChannelKey&, const std::string& reason) override {
+  void on_read_failed(const fabric::ChannelKey&, const fabric::Message& reason) override {
     failures.push_back(reason);
   }
   void on_write(const fabric::ChannelKey&, WriteOutcome outcome,
-                const std::string& reason) override {
+                const fabric::Message& reason) override {
     outcomes.push_back(outcome);
     failures.push_back(reason);
   }

@@ -240,7 +240,7 @@ TEST_F(ChannelAnswer, ThatDeclinesTheCallIsTheCauseThatItWaits) {
   declined.kind = fabric::ReplyKind::declined;
   reply(declined);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
-  EXPECT_EQ(sut().status().cause, fabric::Cause::declined);
+  EXPECT_EQ(sut().status().reason.code, "declined");
 }
 
 // A regression: it ran twice, because the second attempt was taken away from an instance that had

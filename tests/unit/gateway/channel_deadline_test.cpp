@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/gateway/channel_fixture.hpp"
 
 namespace millrace::gateway {
@@ -77,7 +78,7 @@ TEST_F(ChannelDeadline, IsReportedOverAtADeadlineWithoutAState) {
   fixture.wait(10s);
   EXPECT_THAT(fixture.writes, IsEmpty());
   EXPECT_EQ(sut().status().reason, "no response within 1.5 s; the NC program goes on waiting");
-  EXPECT_EQ(sut().status().cause, fabric::Cause::deadline);
+  EXPECT_EQ(sut().status().reason.code, "deadline");
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, late));
 }
 
@@ -85,12 +86,12 @@ TEST_F(ChannelDeadline, OfABlockedCallHasItsOwnCauseAndIsReportedOnce) {
   fixture.policy.lost = Rule{2s, 0};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend({fabric::Cause::instance_lost, "lost"}, true, fixture.now);
+  sut().suspend(base::messages::instance_lost_held("sq1"), true, fixture.now);
   fixture.settle();
-  EXPECT_EQ(sut().status().cause, fabric::Cause::instance_lost);
+  EXPECT_EQ(sut().status().reason.code, "instance_lost_held");
   fixture.wait(3s);
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_EQ(sut().status().cause, fabric::Cause::held_too_long);
+  EXPECT_EQ(sut().status().reason.code, "held_too_long");
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   // A regression: it was logged at each read. Found by the simulation.
   fixture.wait(1min);

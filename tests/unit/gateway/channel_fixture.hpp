@@ -147,7 +147,7 @@ class ChannelFixture final : public Outputs {
     settle();
   }
   void suspend(const std::string& reason, bool blocked) {
-    sut->suspend({{}, reason}, blocked, now);
+    sut->suspend(reason, blocked, now);
     settle();
   }
   /// The instance of an at-most-once call is lost.
@@ -257,7 +257,7 @@ class ChannelFixture final : public Outputs {
     if (served) {
       sut->accept({0x5f3a, ++calls}, policy, now);
     } else {
-      sut->leave_unserved({fabric::Cause::unknown_uuid, "no service has this UUID"}, policy, now);
+      sut->leave_unserved("no service has this UUID", policy, now);
     }
   }
 
@@ -323,7 +323,7 @@ class ChannelFixture final : public Outputs {
   void log(const fabric::ChannelKey&, Level, const std::string& text) override {
     todo_.emplace_back([this, text] { said.push_back(text); });
   }
-  void report_write_problem(const fabric::ChannelKey&, const std::string& text) override {
+  void report_write_problem(const fabric::ChannelKey&, const fabric::Message& text) override {
     todo_.emplace_back([this, text] { write_problems.push_back(text); });
   }
 

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/gateway/channel_fixture.hpp"
 
 namespace millrace::gateway {
@@ -174,11 +175,11 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
 
 TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttempt) {
   fixture.dispatched_call();
-  sut().suspend({fabric::Cause::instance_lost, "instance 1 is lost"}, false, fixture.now);
+  sut().suspend(base::messages::instance_lost("instance 1"), false, fixture.now);
   fixture.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
-  EXPECT_EQ(sut().status().cause, fabric::Cause::instance_lost);
-  EXPECT_EQ(sut().status().reason, "instance 1 is lost");
+  EXPECT_EQ(sut().status().reason.code, "instance_lost");
+  EXPECT_EQ(sut().status().reason, base::messages::instance_lost("instance 1"));
   fixture.assign(2, 2);
   ASSERT_EQ(fixture.published.size(), 2U);
   EXPECT_EQ(fixture.published[1].call, fixture.published[0].call);

@@ -101,6 +101,16 @@ TEST_F(CoreCallsTest, DispatchesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
 }
 
+// A tool that finds the gateway gone knows from it what a restart means for the calls.
+TEST_F(CoreCallsTest, SaysWithItsMachineWhetherTheJournalIsKept) {
+  start_with(instance(1));
+  EXPECT_EQ(sut->machine_status().journal, fabric::JournalState::kept);
+  sut->on_journal_error("the disk is full", now);
+  EXPECT_EQ(sut->machine_status().journal, fabric::JournalState::not_writable);
+  sut->on_journal_error("", now);
+  EXPECT_EQ(sut->machine_status().journal, fabric::JournalState::kept);
+}
+
 TEST_F(CoreCallsTest, AcceptsNothingWhileTheJournalIsFull) {
   start_with(instance(1));
   sut->on_journal_error("the disk is full", now);
@@ -108,7 +118,6 @@ TEST_F(CoreCallsTest, AcceptsNothingWhileTheJournalIsFull) {
   EXPECT_THAT(all<Record>(actions), IsEmpty());
   ASSERT_THAT(all<PublishStatus>(actions), SizeIs(1));
   EXPECT_EQ(all<PublishStatus>(actions).front().status.reason, "the disk is full");
-  EXPECT_EQ(all<PublishStatus>(actions).front().status.cause, fabric::Cause::journal);
   EXPECT_THAT(all<Read>(sut->on_journal_error("", now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
@@ -319,13 +328,13 @@ TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
   start(policies);
   link_up();
   lose_instance_of_a_call();
-  std::vector<fabric::Cause> causes;
+  std::vector<std::string> codes;
   const auto take = [&](const Actions& actions) {
     auto shown = all<PublishStatus>(actions);
     std::ranges::copy(all<PublishStatus>(confirm(actions)), std::back_inserter(shown));
     for (const PublishStatus& one : shown) {
-      causes.push_back(one.status.cause);
-      EXPECT_THAT(one.status.reason, testing::HasSubstr("marker"));
+      codes.push_back(one.status.reason.code);
+      EXPECT_THAT(one.status.reason.text, testing::HasSubstr("marker"));
     }
   };
   for (int second = 0; second < 8; ++second) {
@@ -333,7 +342,7 @@ TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
     take(sut->on_time(now));
     take(sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 1, 0, ""}, now));
   }
-  EXPECT_THAT(causes, ElementsAre(fabric::Cause::instance_lost, fabric::Cause::held_too_long));
+  EXPECT_THAT(codes, ElementsAre("instance_lost_held", "held_too_long"));
 }
 
 TEST_F(CoreCallsTest, KeepsTheTimeOfAnUnservedRequestOverARestart) {

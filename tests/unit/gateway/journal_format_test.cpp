@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/words.hpp"
 #include "gateway/journal/format.hpp"
 #include "gateway/journal/journal_state.hpp"
@@ -50,7 +51,7 @@ std::vector<JournalEntry> one_of_each() {
                        .call = first,
                        .uuid = "560AACBF",
                        .since = fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
-                       .reason = {fabric::Cause::instance_lost, "sq1 (pid 7 on hall) is lost"}},
+                       .reason = base::messages::instance_lost("sq1 (pid 7 on hall)")},
           BlockedEntry{.key = {"cnc", 2}}};
 }
 
@@ -68,18 +69,12 @@ TEST(JournalFormat, ReadsEveryEntryBack) {
   EXPECT_EQ(sut.damage, "");
 }
 
-TEST(JournalFormat, ReadsEachCauseBackAndOneOfANewerVersionAsNone) {
-  for (int number = 0;; ++number) {
-    const auto cause = static_cast<fabric::Cause>(number);
-    const BlockedEntry entry{
-        .key = {"cnc", 1}, .state = fabric::ChannelState::held, .reason = {cause, "why"}};
-    const auto sut = std::get<BlockedEntry>(decode(file_of({entry})).entries.at(0));
-    if (fabric::name_of(cause) == "unknown") {
-      EXPECT_EQ(sut.reason.cause, fabric::Cause::none);
-      break;
-    }
-    EXPECT_EQ(sut.reason.cause, cause);
-  }
+TEST(JournalFormat, ReadsAReasonBackWithTheSentencesInIt) {
+  const BlockedEntry entry{
+      .key = {"cnc", 1},
+      .state = fabric::ChannelState::held,
+      .reason = base::messages::held_too_long(base::messages::instance_lost_held("sq1"))};
+  EXPECT_EQ(std::get<BlockedEntry>(decode(file_of({entry})).entries.at(0)), entry);
 }
 
 TEST(JournalFormat, AcceptsAnEmptyFileAsANewJournal) {

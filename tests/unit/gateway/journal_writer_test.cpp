@@ -85,7 +85,7 @@ class ModelDisk final : public JournalFile {
       (one.owner == Ticket::Owner::numbers ? recorded_numbers : recorded).push_back(one.number);
     }
   }
-  void report_error(const std::string& error) override { errors.push_back(error); }
+  void report_error(const fabric::Message& error) override { errors.push_back(error); }
 
   /// One step of the present operation; false if there is none.
   bool step() {

@@ -234,7 +234,7 @@ TEST_F(AMachinesValues, AreReadOnRequest) {
   answer();
   answer();
   ASSERT_THAT(ports.replies, SizeIs(1));
-  EXPECT_TRUE(ports.replies[0].done) << ports.replies[0].reason;
+  EXPECT_TRUE(ports.replies[0].done) << ports.replies[0].reason.text;
 }
 
 TEST_F(AMachinesValues, AreWrittenOnRequestAndReportedToRecorders) {
@@ -248,7 +248,7 @@ TEST_F(AMachinesValues, AreWrittenOnRequestAndReportedToRecorders) {
     pass(10ms);
   }
   ASSERT_THAT(ports.replies, SizeIs(1));
-  EXPECT_TRUE(ports.replies[0].done) << ports.replies[0].reason;
+  EXPECT_TRUE(ports.replies[0].done) << ports.replies[0].reason.text;
   ASSERT_THAT(ports.outcomes, testing::Not(IsEmpty()));
   EXPECT_EQ(ports.outcomes[0].responder, gateway_id(5));
   EXPECT_EQ(ports.outcomes[0].command, gateway_id(1));

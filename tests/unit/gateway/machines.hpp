@@ -65,10 +65,10 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
     EXPECT_TRUE(linked);
     served = channels;
   }
-  void on_lost(const std::string&, const std::string&) override {}
-  void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
+  void on_lost(const std::string&, const fabric::Message&) override {}
+  void on_link_dropped(const std::string&, const fabric::Message&) override { linked = false; }
   void on_channel_removed(const fabric::ChannelKey&) override {}
-  void on_not_owner(const fabric::ChannelKey&, const std::string&) override {}
+  void on_not_owner(const fabric::ChannelKey&, const fabric::Message&) override {}
   void on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) override {
     predecessor_calls.emplace_back(status.key.channel, from);
   }

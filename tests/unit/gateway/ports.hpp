@@ -34,7 +34,7 @@ class RecordedPorts : public Fabric, public Host {
   void publish(const fabric::Request& request) override { given = request; }
   void publish(const fabric::Event&) override {}
   void publish(const fabric::ChannelStatus& status) override { channel = status; }
-  void publish(const fabric::MachineStatus&) override {}
+  void publish(const fabric::MachineStatus& status) override { machine_status = status; }
   void publish(const fabric::DataSample& sample) override { samples.push_back(sample); }
   void publish(const fabric::ProgramEvent& event) override { programs.push_back(event); }
   void publish(const fabric::InstanceId&, const fabric::VariableReply& reply) override {
@@ -58,8 +58,8 @@ class RecordedPorts : public Fabric, public Host {
     }
   }
   void log(Level, const std::string& text) override { said.push_back(text); }
-  void set_alarm(const fabric::AlarmKey& key, const std::string& text,
-                 const std::string&) override {
+  void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
+                 const fabric::Message&) override {
     alarms[key.kind] = text;
   }
   void may_end(bool half_written) override { ended = half_written; }
@@ -69,6 +69,7 @@ class RecordedPorts : public Fabric, public Host {
   std::optional<SteadyTime> wakes_at;
   fabric::Request given;
   fabric::ChannelStatus channel;
+  fabric::MachineStatus machine_status;
   std::vector<fabric::DataSample> samples;
   std::vector<std::string> disposed;
   std::vector<fabric::ProgramEvent> programs;

@@ -226,8 +226,8 @@ class QueueFixture : public core::RecordedPorts {
       todo.emplace_back([this, ticket] { core->on_recorded(ticket); });
     }
   }
-  void set_alarm(const fabric::AlarmKey& about, const std::string& text,
-                 const std::string&) override {
+  void set_alarm(const fabric::AlarmKey& about, const fabric::Message& text,
+                 const fabric::Message&) override {
     if (about.kind == "queue") {
       troubles.push_back(text);
     } else if (about.kind == "queue_filling") {

@@ -77,7 +77,7 @@ TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
 TEST_F(RefusedAnswer, OfAnUnknownKindIsReportedToo) {
   fixture.dispatched_call();
   auto said = fixture.reply("4", 1);
-  said.kind = fabric::unknown_kind;
+  said.kind = static_cast<fabric::ReplyKind>(77);
   reply(said);
   expect_program_gets("ERROR: the service's answer is of a kind that this gateway does not know",
                       500);

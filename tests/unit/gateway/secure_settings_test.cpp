@@ -54,7 +54,7 @@ TEST(CertificateAlarm, ShowsWhenTheCertificateExpires) {
       sut.text,
       "the certificate \"hall\" for Secure ADS with press expires on 2026-04-01 07:00 UTC, in "
       "31 days");
-  EXPECT_THAT(sut.advice, IsEmpty());
+  EXPECT_THAT(sut.advice.text, IsEmpty());
 }
 
 TEST(CertificateAlarm, WarnsInTheLastThirtyDaysWithAdvice) {
@@ -64,7 +64,7 @@ TEST(CertificateAlarm, WarnsInTheLastThirtyDaysWithAdvice) {
   EXPECT_THAT(sut.advice, HasSubstr("millrace controller add-route --self-signed"));
   sut = alarm_at(now + 40h);
   EXPECT_THAT(sut.text, HasSubstr("in 40 hours"));
-  EXPECT_LE(sut.advice.size(), 255U);
+  EXPECT_LE(sut.advice.text.size(), 255U);
 }
 
 TEST(CertificateAlarm, WarnsOfAnExpiredCertificate) {
@@ -85,8 +85,8 @@ TEST(CertificateAlarm, IsAProblemOnceTheCertificateOrTheCaHasEnded) {
       now);
   ASSERT_EQ(sut.size(), 4U);
   for (const auto& one : sut) {
-    const bool ended = one.text.find("expired on") != std::string::npos;
-    EXPECT_EQ(one.level, ended ? AlarmLevel::problem : AlarmLevel::fine) << one.text;
+    const bool ended = one.text.text.find("expired on") != std::string::npos;
+    EXPECT_EQ(one.level, ended ? AlarmLevel::problem : AlarmLevel::fine) << one.text.text;
   }
   EXPECT_EQ(std::ranges::count(sut, AlarmLevel::problem, &fabric::Alarm::level), 2);
 }

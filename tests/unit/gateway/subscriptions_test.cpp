@@ -198,7 +198,7 @@ TEST_F(SubscriptionsTest, SubscribesAgainOnANewLinkAndLogsNothingTwice) {
 TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
   serve({1, 2});
   take(sut.on_subscribed({{1, "", false}, {2, "no more handles", false}}, now));
-  EXPECT_EQ(sut.status().text, "pushed, except for channel 2: no more handles");
+  EXPECT_EQ(sut.status().text, "pushed, except in channel 2: no more handles");
 }
 
 TEST_F(SubscriptionsTest, SubscribesAgainAfterAWhileWhereTheControllerDidNotAnswer) {

@@ -302,7 +302,7 @@ TEST_F(VariableRequestsTest, WritesAllowedVariablesAndReportsOldAndNewValues) {
   settle();
   ASSERT_THAT(answers, SizeIs(1));
   const VariableReply& reply = answers[0].reply;
-  EXPECT_TRUE(reply.done) << reply.reason;
+  EXPECT_TRUE(reply.done) << reply.reason.text;
   EXPECT_EQ(number_in(reply.results[0]), -7);
   EXPECT_EQ(reply.before[1].elements, fabric::Elements(std::vector<std::int64_t>{2}));
   EXPECT_THAT(writes, ElementsAre("V.E.A", "V.E.B"));
@@ -421,7 +421,7 @@ TEST_F(VariableRequestsTest, WritesNothingOfAnEarlierRequestToAnotherGateway) {
   ask(late);
   settle();
   EXPECT_TRUE(answers[1].reply.done);
-  EXPECT_TRUE(answers[2].reply.done) << answers[2].reply.reason;
+  EXPECT_TRUE(answers[2].reply.done) << answers[2].reply.reason.text;
 }
 
 TEST_F(VariableRequestsTest, AnswersWithWhatIsThereAfterAWrite) {

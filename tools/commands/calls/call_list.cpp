@@ -155,7 +155,7 @@ print::Listing<CallRow> listing_with(const Column& time) {
       {"WHY", "detail",
        [](const CallRow& row) -> Cell {
          const Step* const newest = row.call.newest();
-         return newest == nullptr ? std::string() : newest->detail;
+         return newest == nullptr ? std::string() : newest->detail.text;
        },
        Align::left, 4, true}};
 }

@@ -153,7 +153,7 @@ std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time 
     } else if (key.kind == "service" && live.instances_of(key.subject).empty()) {
       // Each gateway says that it has lost its last instance.
       std::vector<std::string>& problems = services[fabric::canonical_uuid(key.subject)].problems;
-      if (std::ranges::find(problems, alarm.text) == problems.end()) {
+      if (std::ranges::find(problems, alarm.text.text) == problems.end()) {
         problems.push_back(alarm.text);
       }
     }
@@ -277,7 +277,7 @@ const print::Listing<InstanceRow>& instances_listing() {
            }},
           {"", "detail",
            [](const Row& row) -> Cell {
-             return row.answer ? Cell(row.answer->outcome.detail) : Cell();
+             return row.answer ? Cell(row.answer->outcome.detail.text) : Cell();
            }},
           {"", "alarms", &alarms_of}}
           .with_fields<fabric::InstanceIdentity>([](const Row& row) { return &identity_of(row); })

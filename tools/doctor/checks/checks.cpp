@@ -117,7 +117,7 @@ void at_alarms(const Findings& found, Report& report) {
   if (found.live.too_many_alarms()) {
     report.warning(fmt::format("there are more than {} alarms; further ones are ignored",
                                bus::FabricModel::most_alarms),
-                   "find the process that publishes them: it may flood millrace/alarm");
+                   "find the process that publishes them: it may flood millrace/v5/alarm");
   }
 }
 

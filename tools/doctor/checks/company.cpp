@@ -84,8 +84,7 @@ void for_the_silent(const Findings& found, const Company& company, Report& repor
           fmt::format("the gateway on {}, pid {}, does not report: it was killed, is frozen, or "
                       "cannot be reached",
                       safe(program->host), safe(program->pid)),
-          fmt::format("restart the gateway on {}; pending calls wait and are not lost",
-                      safe(program->host)));
+          fmt::format("restart the gateway on {}", safe(program->host)));
     }
   }
   for (const auto& [id, gone] : found.live.gone()) {

@@ -44,13 +44,27 @@ void at_the_transport(const fabric::MachineStatus& status, Report& report) {
   }
 }
 
+std::string after_a_restart(fabric::JournalState journal, const std::string& host) {
+  switch (journal) {
+    case fabric::JournalState::kept:
+      return fmt::format("restart the gateway on {}; pending calls wait and are not lost", host);
+    case fabric::JournalState::none:
+      return fmt::format(
+          "restart the gateway on {}; it kept no journal: calls under way may run "
+          "twice or be lost",
+          host);
+    default:
+      return fmt::format("restart the gateway on {}", host);
+  }
+}
+
 void no_gateway(const bus::LostMachine& lost, Report& report) {
   const std::string where = safe(lost.last.host);
   report.problem(
       fmt::format("{}: its gateway has not reported since {:%F %T} UTC ({}, pid {})",
                   safe(lost.last.machine), std::chrono::floor<std::chrono::seconds>(lost.since),
                   where, lost.last.pid),
-      fmt::format("restart the gateway on {}; pending calls wait and are not lost", where));
+      after_a_restart(lost.last.journal, where));
 }
 
 /// The place that names the service.

@@ -1,6 +1,7 @@
 // What needs attention: one concern for each cause, the most urgent first. Pure.
 //
 //   const { concerns, level } = assess(model.plant(), now);
+import { sentenceOf } from './texts/sentences.js';
 import { milliseconds } from './time.js';
 
 /** A missing service is a concern after this time, since a new NC program and its service may start together … */
@@ -28,7 +29,7 @@ export function callStateOf(channel) {
   if (channel.link === 'down') {
     return 'link down';
   }
-  if (channel.channel_state === 'running' && channel.cause === 'deadline') {
+  if (channel.channel_state === 'running' && channel.reason_code === 'deadline') {
     return 'stuck';
   }
   // Without a journal the gateway accepts no calls, and has not looked for a service.
@@ -76,8 +77,11 @@ export function levelOf(state, ageMs = Infinity) {
   }
 }
 
+/** Nothing has ever served what the program wrote. */
+export const isUnknownUuid = ({ reason_code: code }) => code?.startsWith('unknown_uuid') ?? false;
+
 /** How long a state is no concern yet. */
-const graceOf = (channel, state) => (state !== 'unserved' ? 0 : channel.cause === 'unknown UUID' ? unknownGraceMs : lostGraceMs);
+const graceOf = (channel, state) => (state !== 'unserved' ? 0 : isUnknownUuid(channel) ? unknownGraceMs : lostGraceMs);
 
 /** Begin of a state in milliseconds; for a link or a gateway that is down, the link has the exact time. */
 export function sinceOf(channel, state, links) {
@@ -109,9 +113,9 @@ function concernOf(machine, channel, now) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
-  const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : link?.reason || channel.reason) : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
+  const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : sentenceOf(link ?? channel, 'reason')) : isOfProgram(state) ? '' : sentenceOf(channel, state === 'journal' ? 'journal' : 'reason');
   return {
-    machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', why: channel.cause, gone: state === 'gone' ? lastOf(machine) : null,
+    machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', why: channel.reason_code, gone: state === 'gone' ? lastOf(machine) : null,
     cause: causeOf(machine, channel, state),
   };
 }
@@ -133,10 +137,10 @@ function causeOf(machine, channel, state) {
   }
 }
 
-/** Place of a gateway that is gone: { host, pid }; null if unknown. */
+/** Place of a gateway that is gone, and whether it kept a journal: { host, pid, journal }; null if unknown. */
 function lastOf(machine) {
   const link = machine.links.find((each) => each.last_gateway_host);
-  return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid } : null;
+  return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid, journal: link.last_gateway_journal } : null;
 }
 
 /** A machine without known channels, because no gateway has reached it yet. */
@@ -147,7 +151,7 @@ function concernOfMachine(machine) {
   }
   const kind = down.every((link) => link.gone) ? 'gone' : 'link down';
   return {
-    machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : down[0].reason ?? '',
+    machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : sentenceOf(down[0], 'reason'),
     gone: kind === 'gone' ? lastOf(machine) : null, cause: causeOf(machine, {}, kind),
   };
 }
@@ -155,7 +159,7 @@ function concernOfMachine(machine) {
 /** The concern of an alarm: a problem or a warning. */
 const concernOfAlarm = (alarm) => ({
   machines: [`${alarm.program} @ ${alarm.host}`], channels: [], kind: 'trouble', level: alarm.level === 'warning' ? 'look' : 'person',
-  since: milliseconds(alarm.since), reason: alarm.text, todo: alarm.advice, alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
+  since: milliseconds(alarm.since), reason: sentenceOf(alarm, 'text'), todo: sentenceOf(alarm, 'advice'), alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
 });
 
 /** Adds a concern, or merges it with one of the same cause; the worst level and the longest time count. */

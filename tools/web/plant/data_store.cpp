@@ -45,7 +45,7 @@ std::size_t bytes_of(const Value& value) {
     }
     return sum;
   };
-  return sizeof value + value.name.size() + value.reason.size() +
+  return sizeof value + value.name.size() + value.reason.text.size() +
          std::visit(of_texts, value.elements);
 }
 
@@ -326,7 +326,7 @@ boost::json::object DataStore::line_of(const Key& key, const Group& group, const
   }
   print::put_time(out, "at", value.at);
   if (!value.reason.empty()) {
-    out["reason"] = print::utf8(value.reason);
+    print::put_message(out, "reason", value.reason);
   }
   const auto& points = variable.series.points();
   // A reader whose last points are gone gets the whole line.

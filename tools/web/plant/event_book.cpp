@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/messages/catalogue.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::plant {
@@ -12,10 +13,6 @@ namespace {
 
 /// All machines of a gateway disappear within this time.
 constexpr auto gateway_goes_within = std::chrono::seconds(30);
-
-std::string_view after(std::string_view text, std::string_view begin) {
-  return text.starts_with(begin) ? text.substr(begin.size()) : std::string_view();
-}
 
 boost::json::object json_of(const PlantEvent& event) {
   boost::json::object out{{"number", event.number}, {"kind", event.kind}};
@@ -41,7 +38,9 @@ boost::json::object json_of(const PlantEvent& event) {
   put("uuid", event.uuid);
   put("name", event.name);
   put("host", event.host);
-  put("text", event.text);
+  if (!event.text.empty()) {
+    print::put_message(out, "text", event.text);
+  }
   if (event.pid != 0) {
     out["pid"] = event.pid;
   }
@@ -129,7 +128,7 @@ void EventBook::add(const fabric::MachineStatus& status, fabric::Time /*at*/,
        .kind = status.connected ? "link up" : "link down",
        .machines = {status.machine},
        .who = status.gateway,
-       .text = status.connected ? std::string() : status.reason});
+       .text = status.connected ? fabric::Message() : status.reason});
 }
 
 bool EventBook::was_reported_down(const fabric::MachineStatus& status) const {
@@ -154,18 +153,18 @@ void EventBook::add(const fabric::ChannelStatus& status, fabric::Time /*at*/,
     event.kind = "call held";
     event.text = status.reason;
     put(std::move(event));
-  } else if (const auto by = after(status.reason, "dispatched again by ");
-             !by.empty() && was_known && known->second.reason != status.reason) {
+  } else if (base::messages::dispatched_again.is(status.reason) && was_known &&
+             known->second.reason != status.reason) {
     event.kind = "call retried";
-    event.text = by;
+    event.text = status.reason.arguments.front();
     put(std::move(event));
   }
 }
 
 void EventBook::add(const fabric::Event& event, fabric::Time /*at*/,
                     const bus::FabricModel& /*live*/) {
-  const auto by = after(event.detail, "answered by ");
-  if (by.empty() || event.replayed || std::ranges::any_of(events_, [&](const PlantEvent& each) {
+  if (!base::messages::answered_by.is(event.detail) || event.replayed ||
+      std::ranges::any_of(events_, [&](const PlantEvent& each) {
         return each.kind == "call answered" && each.call == event.call;
       })) {
     return;
@@ -176,7 +175,7 @@ void EventBook::add(const fabric::Event& event, fabric::Time /*at*/,
        .channel = event.key.channel,
        .call = event.call,
        .uuid = event.uuid,
-       .text = std::string(by)});
+       .text = event.detail.arguments.front()});
 }
 
 void EventBook::add(const fabric::ProgramEvent& event, fabric::Time /*at*/,

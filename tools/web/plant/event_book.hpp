@@ -41,7 +41,7 @@ struct PlantEvent {
   bool last = false;
   std::uint32_t error = 0;
   /// The reason or the person: a text of the fabric.
-  std::string text{};
+  fabric::Message text{};
 };
 
 class EventBook {

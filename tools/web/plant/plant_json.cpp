@@ -105,7 +105,7 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
   }
   if (const auto* trouble = live_.journal_alarm(fabric::machine_of(status.key.machine));
       trouble != nullptr) {
-    out["journal"] = print::utf8(trouble->text);
+    print::put_message(out, "journal", trouble->text);
   }
   const recording::Call* const call = calls_.under_way(status.key);
   const recording::Step* const seen =
@@ -212,6 +212,7 @@ boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status
   if (const fabric::MachineStatus* told = live_.told(status); status.gone && told) {
     machine["last_gateway_host"] = print::utf8(told->host);
     machine["last_gateway_pid"] = told->pid;
+    machine["last_gateway_journal"] = fabric::name_of(told->journal);
   }
   return machine;
 }

@@ -1,5 +1,6 @@
 #include "tests/unit/tools/commands/plant.hpp"
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/tools/commands/small_fabric.hpp"
 
 namespace millrace::tools::commands::tests {
@@ -49,7 +50,8 @@ void add_machines(std::vector<Entry>& entries) {
                                                      .since = seconds(3),
                                                      .host = "cell-4",
                                                      .pid = 2201,
-                                                     .version = "0.1.0"}});
+                                                     .version = "0.1.0",
+                                                     .journal = fabric::JournalState::kept}});
   entries.push_back({.sample = fabric::MachineStatus{.machine = "mill",
                                                      .gateway = instance(0xa2),
                                                      .since = seconds(480),
@@ -122,9 +124,7 @@ void add_channels(std::vector<Entry>& entries) {
         .attempt = 1,
         .instance = instance(4),
         .uuid = laser_marker,
-        .cause = fabric::Cause::instance_lost,
-        .reason = "laser_marker is lost during this call, which must not run "
-                  "twice; an operator must answer or retry it",
+        .reason = base::messages::instance_lost_held("laser_marker"),
         .calls = 12,
         .answered = 11},
         fabric::ChannelStatus{.key = {"press", 3},
@@ -132,8 +132,7 @@ void add_channels(std::vector<Entry>& entries) {
         .since = seconds(480),
         .call = {epoch, 10'441},
         .uuid = tool_length,
-        .cause = fabric::Cause::busy,
-        .reason = "the only instance is busy",
+        .reason = base::messages::only_instance_busy(),
         .calls = 38,
         .answered = 37},
         fabric::ChannelStatus{
@@ -143,8 +142,7 @@ void add_channels(std::vector<Entry>& entries) {
         .since = seconds(540),
         .call = {epoch, 10'450},
         .uuid = unserved,
-        .cause = fabric::Cause::unknown_uuid,
-        .reason = "no service has the UUID 11111111-6335-44a9-895a-8b27f3ed5e47",
+        .reason = base::messages::unknown_uuid("11111111-6335-44a9-895a-8b27f3ed5e47"),
         .calls = 1},
         fabric::ChannelStatus{.key = {"press.ALARMS", 1},
         .state = ChannelState::idle,

@@ -34,7 +34,7 @@ TEST(EntryJson, HasNoCharacterThatControlsATerminal) {
 TEST(EntryCsv, HasTheColumnsOfTheSelectedKinds) {
   EXPECT_EQ(Csv({"outcome", "command"}).header(),
             "time,kind,uuid,command,what,machine,channel,call,text,text_size,state,instance,issuer,"
-            "at,responder,done,detail\r\n");
+            "at,extras,responder,done,detail,detail_code,detail_arguments\r\n");
 }
 
 }  // namespace

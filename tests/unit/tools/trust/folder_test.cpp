@@ -112,8 +112,9 @@ TEST_F(SignedByTheCa, AFolderOfAnEarlierVersionIsNamedAndRenewed) {
   const auto certificate =
       base::openssl::Certificate::read(content_of(folder / "root/certificate.pem")).value();
   auto grants = fabric::trust::grants_of(service(), "millrace");
-  std::erase_if(
-      grants, [](const fabric::trust::Grant& grant) { return grant.topic == "millrace/identity"; });
+  std::erase_if(grants, [](const fabric::trust::Grant& grant) {
+    return grant.topic == "millrace/v5/identity";
+  });
   sign("permissions.p7s",
        fabric::trust::permissions_document(grants, certificate.subject(), certificate.from(),
                                            certificate.until()));

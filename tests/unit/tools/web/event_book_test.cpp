@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::tools::web::plant {
@@ -54,7 +55,7 @@ class AnEventBook : public testing::Test {
                                .gone = host.empty()},
          ms);
   }
-  void tell_channel(ChannelState state, const std::string& reason, double ms) {
+  void tell_channel(ChannelState state, const fabric::Message& reason, double ms) {
     tell(fabric::ChannelStatus{.key = {"cnc", 1},
                                .state = state,
                                .since = at(ms),
@@ -147,11 +148,11 @@ TEST_F(AnEventBook, ShowsWhichOperatorAnsweredOrRetriedABlockedCall) {
   tell_channel(ChannelState::held, "sq1 is lost", 1000);
   EXPECT_EQ(newest().at("call"), "5f-17");
   EXPECT_EQ(newest().at("text"), "sq1 is lost");
-  tell_channel(ChannelState::waiting, "dispatched again by anna@hall/web", 2000);
+  tell_channel(ChannelState::waiting, base::messages::dispatched_again("anna@hall/web"), 2000);
   EXPECT_EQ(newest().at("text"), "anna@hall/web");
   fabric::Event event{
       .key = {"cnc", 1}, .call = {0x5f, 17}, .kind = fabric::EventKind::replied, .at = at(3000)};
-  event.detail = "answered by bert@hall/web";
+  event.detail = base::messages::answered_by("bert@hall/web");
   tell(event);
   tell(event);
   EXPECT_THAT(kinds(), ElementsAre("call answered", "call retried", "call held"));

@@ -2,6 +2,7 @@
 import { acknowledgementOf, concernName, isOfProgram, otherChannels } from '../attention.js';
 import { element, setAttribute, setText, slot, visible } from '../dom.js';
 import { age, clock, milliseconds, moment } from '../time.js';
+import { textOf } from '../texts/sentences.js';
 import { words } from '../words.js';
 import { reasonOf, said, stateMark } from './marks.js';
 
@@ -84,8 +85,8 @@ export function concernCard(app) {
         why.style.minHeight = `${why.offsetHeight}px`;
       }
       wasStranded = isStranded;
-      showWhy([concern.kind, concern.reason, concern.gone, concern.since, isStranded, last?.instance], () => whyOf(app, concern, isStranded, last));
-      showAdvice([concern.kind, concern.todo, concern.gone, concern.channels[0]?.machine, concern.channels[0]?.service, Boolean(last)], () => adviceOf(concern, last));
+      showWhy([concern.kind, textOf(concern.reason), concern.gone, concern.since, isStranded, last?.instance], () => whyOf(app, concern, isStranded, last));
+      showAdvice([concern.kind, textOf(concern.todo), concern.gone, concern.channels[0]?.machine, concern.channels[0]?.service, Boolean(last)], () => adviceOf(concern, last));
       const also = otherChannels(concern);
       others.hidden = also.length === 0;
       setText(others, words.plant.alsoWaiting(visible(also.join(', '))));
@@ -113,7 +114,7 @@ export function concernCard(app) {
 function whyOf(app, concern, isStranded, last) {
   const advice = words.advice[concern.kind];
   // A reason that repeats the state is left out.
-  const isTheState = (concern.why === 'unknown UUID' && !concern.reason.includes(';')) || (last && concern.why === 'no instance');
+  const isTheState = concern.why === 'unknown_uuid' || (last && concern.why === 'no_instance');
   const reason = isTheState ? '' : concern.reason;
   // A more exact reason replaces the state.
   const isTold = (concern.kind === 'held' && words.reason(reason)) || (concern.kind === 'trouble' && reason);
@@ -131,12 +132,12 @@ function adviceOf(concern, last) {
   const advice = words.advice[concern.kind];
   const [channel] = concern.channels;
   const isQueue = concern.kind === 'unserved' && channel?.machine.includes('.');
-  const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host))
+  const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host), concern.gone.journal)
     : last ? words.plant.startAgain(visible(channel.service || channel.uuid)) : isQueue ? advice?.todoOfQueue : advice?.todo;
   const known = words.reason(concern.todo ?? '');
   return advice && [
     element('p', { class: 'who' }, element('span', { class: 'for-readers' }, `${words.plant.who}: `), advice.who, ': '),
     element('p', { class: 'todo' }, element('span', { class: 'for-readers' }, `${words.plant.todo}: `),
-      known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, concern.todo) : todo),
+      known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, textOf(concern.todo)) : todo),
   ];
 }

@@ -2,6 +2,7 @@
 import { shapeOf } from '../attention.js';
 import { element, replace, setAttribute, setText, visible } from '../dom.js';
 import { shape } from '../shapes.js';
+import { textOf } from '../texts/sentences.js';
 import { words } from '../words.js';
 
 /** A state by shape, colour and word; { node, update(state, level) }. */
@@ -32,11 +33,11 @@ export function said(text, properties = {}) {
 /** A gateway's reason, in the reader's language if there is a translation. */
 export function reasonOf(reason) {
   const known = words.reason(reason ?? '');
-  return reason && (known ? element('p', { class: 'reason' }, known) : said(reason, { lang: 'en', class: 'said reason' }));
+  return reason && (known ? element('p', { class: 'reason' }, known) : said(textOf(reason), { lang: 'en', class: 'said reason' }));
 }
 
 /** A sentence of a program, in the reader's language if there is a translation. */
-export const inReadersLanguage = (sentence) => words.reason(sentence) || sentence;
+export const inReadersLanguage = (sentence) => words.reason(sentence) || textOf(sentence);
 
 /** The same as an element. */
 export function explained(sentence, className = null, tag = 'span') {

@@ -1,5 +1,7 @@
 // Alle Texte der Seite auf Deutsch; dieselben Schlüssel wie texts/en.js.
+import { messages } from './de_messages.js';
 import { inGerman } from './de_reasons.js';
+import { sayer } from './sentences.js';
 
 const calls = (n) => (n === 1 ? '1 Aufruf' : `${n} Aufrufe`);
 const channels = (n) => (n === 1 ? '1 Kanal' : `${n} Kanäle`);
@@ -97,7 +99,7 @@ export default {
     linkDown: 'Verbindung unterbrochen',
     linkGone: 'Gateway nicht erreichbar',
     goneGateway: (clock, host, pid) => `Das Gateway meldet sich seit ${clock} nicht mehr (${host}, Prozess ${pid}).`,
-    restartGateway: (host) => `Das Gateway auf ${host} neu starten. Aufrufe warten so lange; keiner geht verloren.`,
+    restartGateway: (host, journal) => `Das Gateway auf ${host} neu starten.${{ kept: ' Aufrufe warten so lange; keiner geht verloren.', none: ' Es führte kein Journal: Laufende Aufrufe können zweimal ausgeführt werden oder verloren gehen.' }[journal] ?? ''}`,
     gateway: (host, version) => `Gateway auf ${host}, ${version}`,
     more: (n) => `und ${n} weitere`,
   },
@@ -131,7 +133,7 @@ export default {
     },
     gone: {
       means: 'Das Gateway dieser Maschine meldet sich nicht mehr.',
-      todo: 'Das Gateway oder seinen Rechner neu starten. Aufrufe warten so lange; keiner geht verloren.',
+      todo: 'Das Gateway oder seinen Rechner neu starten.',
       who: 'Gateway-Verantwortliche',
     },
     journal: {
@@ -176,7 +178,7 @@ export default {
       who: 'Maschinenbediener',
     },
   },
-  reason: inGerman,
+  reason: sayer(messages, inGerman),
   command: 'Im Terminal',
 
   services: {

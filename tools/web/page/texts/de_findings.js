@@ -12,6 +12,9 @@ export const findings = [
   ['the gateway on {}, pid {}, does not report: it was killed, is frozen, or cannot be reached',
     'Das Gateway auf {}, PID {}, meldet sich nicht: Es wurde beendet, steht still oder ist nicht erreichbar.'],
   ['restart the gateway on {}; pending calls wait and are not lost', 'Das Gateway auf {} neu starten. Offene Aufrufe warten; keiner geht verloren.'],
+  ['restart the gateway on {}; it kept no journal: calls under way may run twice or be lost',
+    'Das Gateway auf {} neu starten. Es führte kein Journal: Laufende Aufrufe können zweimal ausgeführt werden oder verloren gehen.'],
+  ['restart the gateway on {}', 'Das Gateway auf {} neu starten.'],
   ['{} {} on {}, pid {}, sends no heartbeat: it is frozen or has ended',
     '{} ({1}) auf {2}, PID {3}, sendet keinen Heartbeat: Der Prozess steht still oder ist beendet.'],
   ['restart it on {}', 'Auf {} neu starten.'],
@@ -132,7 +135,7 @@ export const findings = [
   ['synchronise the hosts (chrony, NTP): deadlines and times are wrong', 'Die Uhren abgleichen (chrony, NTP): Fristen und Zeiten sind falsch.'],
   ['synchronise the hosts (chrony, NTP): times in recordings do not agree', 'Die Uhren abgleichen (chrony, NTP): Zeiten in Aufzeichnungen passen nicht zusammen.'],
   ['there are more than {} alarms; further ones are ignored', 'Es gibt mehr als {} Meldungen; weitere werden ignoriert.'],
-  ['find the process that publishes them: it may flood millrace/alarm', 'Den Prozess suchen, der sie sendet: Er überflutet vielleicht millrace/alarm.'],
+  ['find the process that publishes them: it may flood millrace/v5/alarm', 'Den Prozess suchen, der sie sendet: Er überflutet vielleicht millrace/v5/alarm.'],
 
   // Was ein Prozess selbst meldet: tools/print/data.cpp
   ['{} on {}, pid {}: {}', '{} auf {}, PID {}: {}'],

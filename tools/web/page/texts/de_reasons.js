@@ -21,8 +21,6 @@ export const reasons = [
   ['no service has the UUID {}', 'Kein Dienst hat die UUID {}.'],
   ['the service {} is draining and accepts no new calls', 'Die Instanzen von {} laufen aus und nehmen keine neuen Aufrufe an.'],
   ['the service {} serves {}, not {}', 'Der Dienst {} ist für {} zuständig, nicht für {}.'],
-  ['the journal has not confirmed new call numbers yet; the call waits for it',
-    'Das Journal hat neue Aufrufnummern noch nicht bestätigt; der Aufruf wartet darauf.'],
 
   ['{} (pid {} on {})', '{} (Prozess {} auf {})'],
   // Wartet auf Entscheidung, ausgefallen
@@ -39,10 +37,6 @@ export const reasons = [
   ['no instance of {} is ready for {}', 'Keine Instanz von {} ist für {} bereit.'],
   ['the only instance is busy', 'Die einzige Instanz ist belegt.'],
   ['all {} instances are busy', 'Alle {} Instanzen sind belegt.'],
-  ['{} declines it: {}', '{} lehnt den Aufruf ab: {}'],
-  ['it is leaving', 'sie beendet sich'],
-  ['it declined this attempt before', 'sie hat diesen Versuch bereits abgelehnt'],
-  ['it runs at most {} calls at once', 'sie führt höchstens {} Aufrufe gleichzeitig aus'],
   ['dispatched again by {}', 'Wiederholt von {}.'],
   ['resumed from the journal', 'Aus dem Journal wiederaufgenommen.'],
   ['no response within {}; the NC program goes on waiting', 'Keine Antwort innerhalb von {}; das NC-Programm wartet weiter.'],
@@ -50,22 +44,7 @@ export const reasons = [
     'Seine Instanz ist ausgefallen, und er darf nicht zweimal laufen; das NC-Programm wartet weiter.'],
 
   // Ende eines Aufrufs: gateway/text.cpp, gateway/channel/, tools/caller/
-  ['the NC program withdrew the request', 'Das NC-Programm hat die Anfrage zurückgezogen.'],
-  ['the NC program replaced the request', 'Das NC-Programm hat die Anfrage ersetzt.'],
-  ['the NC program made a new request', 'Das NC-Programm hat eine neue Anfrage gestellt.'],
-  ['the NC program has stopped waiting', 'Das NC-Programm wartet nicht mehr.'],
-  ['{}; the NC program may have got this response before', '{} Das NC-Programm hat sie vielleicht schon.'],
-  ['another writer set RESPONSE_STATE to {}', 'RESPONSE_STATE wurde von anderer Seite auf {} gesetzt.'],
-  ['the gateway was restarted before it responded; the request is read again', 'Das Gateway wurde vor der Antwort neu gestartet; die Anfrage wird erneut gelesen.'],
-  ['the call has its response already', 'Der Aufruf ist bereits beantwortet.'],
   ['answered by the gateway', 'Beantwortet vom Gateway.'],
-  ['answered by {}', 'Beantwortet von {}.'],
-  ['{}; the program gets state {}', '{} Das NC-Programm erhält Zustand {}.'],
-  ['the answer in the journal {}', 'Die Antwort im Journal {}.'],
-  ['has state 0, which does not release the NC program', 'hat Zustand 0, mit dem das NC-Programm nicht weiterläuft'],
-  ['is empty, which does not release an NC program that waits for RESPONSE', 'ist leer; ein NC-Programm, das auf RESPONSE wartet, läuft damit nicht weiter'],
-  ['has {} bytes, at most {} fit', 'hat {} Bytes, höchstens {} sind möglich'],
-  ['has a NUL at byte {}, where a CNC string would end', 'enthält bei Byte {} ein NUL, mit dem eine Zeichenkette der CNC endet'],
   ['the caller leaves', 'Der Aufrufer beendet sich.'],
   ['the response is of an unknown kind', 'Die Art der Antwort ist unbekannt.'],
   ['its instance is lost, and the call must not run twice', 'Seine Instanz ist ausgefallen, und er darf nicht zweimal laufen.'],
@@ -74,11 +53,7 @@ export const reasons = [
   ['withdrawn, as in the recording', 'Zurückgezogen wie in der Aufzeichnung.'],
 
   // Läufe von NC-Programmen: gateway/programs/
-  ['seen when the connection was restored', 'nach Wiederherstellung der Verbindung gesehen'],
-  ['running when the gateway began to watch', 'lief bereits, als das Gateway startete'],
   ['the replay has ended', 'die Wiedergabe ist beendet'],
-  ['not read yet', 'noch nicht gelesen'],
-  ['another gateway may publish it', 'sendet vielleicht ein anderes Gateway'],
 
   // Antworten, die nicht geschrieben werden können: gateway/response.cpp, open_call_answer.cpp
   ['{}; an operator must answer or retry it', '{} Ein Maschinenbediener muss den Aufruf beantworten oder wiederholen.'],
@@ -94,8 +69,6 @@ export const reasons = [
     '{}: Die Steuerung hat {} bestätigt, beim Lesen erscheint es aber nicht; {}-mal geschrieben.'],
   ['the controller acknowledged {}, but its reads do not show it; written {} times',
     'Die Steuerung hat {} bestätigt, beim Lesen erscheint es aber nicht; {}-mal geschrieben.'],
-  ['the response is written; no read has shown yet that the NC program has continued', 'Beantwortet; ob das NC-Programm weiterläuft, ist noch nicht bekannt.'],
-  ['RESPONSE_STATE is not 0 beside a request: the request may have its response already', 'RESPONSE_STATE ist trotz Anfrage nicht 0: Sie ist vielleicht schon beantwortet.'],
   ['connected; the channel was not read yet', 'Verbunden; der Kanal wurde noch nicht gelesen.'],
   ['the gateway is ending', 'Das Gateway wird beendet.'],
   ['the controller refuses to read the Service Interface of channel {}: {}',
@@ -107,13 +80,10 @@ export const reasons = [
 
   // Die Maschine und ihre Verbindung: gateway/machines/, gateway/shell/ads_controller.cpp, cnc/ads/
   ['the configuration has changed', 'Die Konfiguration hat sich geändert.'],
-  ['its channel was removed from the configuration', 'Sein Kanal ist nicht mehr konfiguriert.'],
-  ['this gateway stood still', 'Dieses Gateway war angehalten.'],
   ['not connected yet', 'Noch nicht verbunden.'],
   ['waiting to learn whether another gateway serves this machine', 'Prüft, ob ein anderes Gateway diese Maschine bedient.'],
   ['{} serves this machine already; this gateway stands by', '{} bedient sie bereits; dieses Gateway steht in Reserve.'],
   ['channel {} is served by {} already', 'Kanal {} wird bereits von {} bedient.'],
-  ['its gateway is gone', 'Das Gateway dieser Maschine meldet sich nicht mehr.'],
   ['its channels cannot be counted: {}', 'Die Zahl ihrer Kanäle ist nicht lesbar: {}.'],
   ['its index groups cannot be found: {}', 'Ihre Indexgruppen können nicht gefunden werden: {}.'],
   ['no channel found: {} is refused: {}. Older controllers have index groups without {}',
@@ -156,12 +126,6 @@ export const reasons = [
     '{}: Ihr Zertifikat hat den Fingerabdruck {}; erwartet ist {}. Wurde die Steuerung neu installiert, vergleichen Sie ihn mit ihrer Anzeige (About TwinCAT, TcSelfSigned.xml) und legen Sie die Route neu an.'],
   ['{}: its certificate is that of "{}"; expected "{}": is this the right controller, and common_name the name in its certificate?',
     '{}: Ihr Zertifikat ist für „{}“ ausgestellt; erwartet ist „{}“. Ist das die richtige Steuerung, und common_name der Name in ihrem Zertifikat?'],
-  ['the certificate "{}" for Secure ADS with {} expires on {} UTC, in {} days', 'Das Zertifikat „{}“ für Secure ADS mit {} läuft am {} UTC ab, in {} Tagen.'],
-  ['the certificate "{}" for Secure ADS with {} expires on {} UTC, in {} hours', 'Das Zertifikat „{}“ für Secure ADS mit {} läuft am {} UTC ab, in {} Stunden.'],
-  ['the certificate "{}" for Secure ADS with {} expired on {} UTC', 'Das Zertifikat „{}“ für Secure ADS mit {} ist am {} UTC abgelaufen.'],
-  ['the CA "{}" for Secure ADS with {} expires on {} UTC, in {} days', 'Die CA „{}“ für Secure ADS mit {} läuft am {} UTC ab, in {} Tagen.'],
-  ['the CA "{}" for Secure ADS with {} expires on {} UTC, in {} hours', 'Die CA „{}“ für Secure ADS mit {} läuft am {} UTC ab, in {} Stunden.'],
-  ['the CA "{}" for Secure ADS with {} expired on {} UTC', 'Die CA „{}“ für Secure ADS mit {} ist am {} UTC abgelaufen.'],
   ['{}: its name was not resolved in {} ms', '{}: Der Name wurde in {} ms nicht aufgelöst.'],
   ['{}: its name cannot be resolved: {}', '{}: Der Name kann nicht aufgelöst werden: {}.'],
   ['{}: no connection in {} ms: is the host on, is a firewall between?', '{}: keine Verbindung in {} ms. Ist der Rechner eingeschaltet? Blockiert eine Firewall?'],
@@ -181,12 +145,6 @@ export const reasons = [
   ['{} does not report its state: {}', '{} nennt ihren Zustand nicht: {}.'],
 
   // Meldungspuffer: gateway/queues/, gateway/shell/ads_message_queue.cpp
-  ['{} of {} messages that fit into {} have no response yet from {}, and stay in the queue (drain: WHEN_ANSWERED); {}',
-    '{} von {} Meldungen, für die {} Platz hat, hat {} noch nicht beantwortet; sie bleiben im Puffer (drain: WHEN_ANSWERED); {}.'],
-  ['{} of {} messages that the journal may hold (backlog) wait for {}, and {} of {} that fit into {} are in the queue; {}',
-    '{} von {} Meldungen, die im Journal warten dürfen (backlog), warten auf {}, und {} von {}, für die {} Platz hat, stehen dort; {}.'],
-  ['when the queue is full, the next SSDQ is a runtime error of its NC program; `millrace channels` shows why the call of {} waits',
-    'ist der Puffer voll, führt das nächste SSDQ zu einem Laufzeitfehler seines NC-Programms; warum der Aufruf von {} wartet, zeigt millrace channels'],
   ['{} has LastGet {}, although the gateway wrote {}', '{} hat LastGet {}, obwohl {} geschrieben wurde.'],
   ['{} has {} elements, and was read with {}', '{} hat {} Elemente und wurde mit {} gelesen.'],
   ['{} has {} elements; a queue has {} to {}', '{} hat {} Elemente; ein Meldungspuffer hat {} bis {}.'],
@@ -209,15 +167,8 @@ export const reasons = [
   // Was zu tun ist: gateway/core/
   ['free space on the disk, or restore the folder; the gateway then continues by itself',
     'Schaffen Sie Platz auf dem Datenträger oder stellen Sie den Ordner wieder her; danach arbeitet das Gateway von selbst weiter.'],
-  ['the NC program waits; check whether the controller runs, and whether a PLC or another ADS client writes V.G.SERVICE of this channel. The gateway repeats the write at least once a minute',
-    'Das NC-Programm wartet. Prüfen Sie, ob die Steuerung läuft und ob eine SPS oder ein anderer ADS-Client V.G.SERVICE dieses Kanals schreibt. Das Gateway wiederholt den Schreibzugriff mindestens einmal pro Minute.'],
-  ['check the names in gateway.textproto, and whether an NC program has initialised the queue',
-    'Prüfen Sie die Namen in gateway.textproto und ob ein NC-Programm den Meldungspuffer initialisiert hat.'],
-  ['start its service, or find out why it does not respond', 'Starten Sie den Dienst, oder prüfen Sie, warum er nicht antwortet.'],
-  ['the link is down', 'die Verbindung ist unterbrochen'],
 
   // Teile anderer Sätze: gateway/shell/certificate_alarms.cpp
-  ['{} and {} more', '{} und {} weitere'],
 ];
 
 /** Der Satz auf Deutsch; leer, wenn er keine Übersetzung hat. */

@@ -1,7 +1,9 @@
 // Every text of the page in English. texts/de.js has the same keys; tests/browser compares them.
 // A text with values is a function of them.
 
-import { inEnglish } from './en_reasons.js';
+import { messages } from './en_messages.js';
+import { rewording } from './reasons.js';
+import { sayer } from './sentences.js';
 
 const calls = (n) => (n === 1 ? '1 call' : `${n} calls`);
 const channels = (n) => (n === 1 ? '1 channel' : `${n} channels`);
@@ -99,7 +101,7 @@ export default {
     linkDown: 'link down',
     linkGone: 'gateway gone',
     goneGateway: (clock, host, pid) => `The gateway has not reported since ${clock} (${host}, pid ${pid}).`,
-    restartGateway: (host) => `Restart the gateway on ${host}. Pending calls wait and are not lost.`,
+    restartGateway: (host, journal) => `Restart the gateway on ${host}.${{ kept: ' Pending calls wait and are not lost.', none: ' It kept no journal: calls under way may run twice or be lost.' }[journal] ?? ''}`,
     gateway: (host, version) => `gateway on ${host}, ${version}`,
     more: (n) => `and ${n} more`,
   },
@@ -134,7 +136,7 @@ export default {
     },
     gone: {
       means: 'The gateway of this machine does not report.',
-      todo: 'Restart the gateway or its host. Pending calls wait and are not lost.',
+      todo: 'Restart the gateway or its host.',
       who: 'Gateway administrator',
     },
     journal: {
@@ -180,7 +182,8 @@ export default {
     },
   },
   /** Rewords a sentence of a gateway; empty if it is shown unchanged. */
-  reason: inEnglish,
+  // What places name in a sentence: the host first.
+  reason: sayer(messages, rewording([['{} (pid {} on {})', '{0} ({2}, pid {1})']])),
   command: 'In a terminal',
 
   services: {
