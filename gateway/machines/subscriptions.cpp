@@ -87,7 +87,9 @@ SubscriptionActions Subscriptions::on_subscribed(const std::vector<SubscribeOutc
       // The first value may have come before this answer.
       trust(outcome.channel, one, actions);
     } else {
-      one.step = outcome.undecided ? Step::idle : Step::refused;
+      one.step = Step::idle;  // there is nothing to unsubscribe from
+      // Values notified until now say nothing about the next subscription.
+      reset(outcome.channel, one, outcome.undecided ? Step::idle : Step::refused, actions);
       one.refusal = outcome.refusal;
       if (outcome.undecided || mode_ == SubscriptionMode::notify) {
         try_again(now);

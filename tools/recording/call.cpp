@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "fabric/words.hpp"
 
@@ -218,11 +219,13 @@ const Step* Call::newest() const {
   if (const Step* const over = end()) {
     return over;
   }
+  // A gateway decides several steps at one time, and observers may receive them in any order.
+  const auto when = [](const Step& step) { return std::tuple(step.at, step.attempt, step.stage); };
   const Step* newest = nullptr;
   for (const Step& step : steps) {
     const bool concerns_an_attempt = !step.by_service && step.stage != Stage::seen &&
                                      step.stage != Stage::unserved && step.stage != Stage::late;
-    if (concerns_an_attempt && (newest == nullptr || step.at >= newest->at)) {
+    if (concerns_an_attempt && (newest == nullptr || when(step) >= when(*newest))) {
       newest = &step;
     }
   }

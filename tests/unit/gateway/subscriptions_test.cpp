@@ -215,6 +215,22 @@ TEST_F(SubscriptionsTest, SubscribesAgainAfterAWhileWhereTheControllerDidNotAnsw
   EXPECT_THAT(subscribed, SizeIs(3));
 }
 
+TEST_F(SubscriptionsTest, IgnoresNotificationsOfASubscriptionThatTimedOut) {
+  serve();
+  told(7);
+  take(sut.on_subscribed({{1, "no answer", true}}, now));
+  looks.clear();
+  told(7);
+  EXPECT_THAT(looks, IsEmpty());
+  look(7);
+  wait(1s);
+  ASSERT_THAT(subscribed, SizeIs(2));
+  grant();
+  EXPECT_FALSE(trusted[1]) << "the new subscription has notified nothing";
+  told(7);
+  EXPECT_TRUE(trusted[1]);
+}
+
 TEST_F(SubscriptionsTest, GivesUpAControllerThatAcceptsSubscriptionsAndSendsNothing) {
   serve();
   grant();

@@ -85,6 +85,27 @@ TEST(AFabricModel, HasTheProcessOfTheGatewayOfALostMachine) {
   EXPECT_THAT(sut.lost(), IsEmpty());
 }
 
+TEST(AFabricModel, LosesTheMachinesOfOneOfTwoGatewaysOfAHost) {
+  FabricModel sut;
+  const auto machine = [&](const std::string& name, std::uint8_t gateway, bool gone) {
+    sut.add({.sample = fabric::MachineStatus{.machine = name,
+                                             .gateway = instance(gateway),
+                                             .host = gone ? "" : "hall",
+                                             .pid = gone ? 0U : 4710U + gateway,
+                                             .gone = gone}});
+  };
+  machine("cnc", 1, false);
+  machine("lathe", 2, false);
+  // The second stands by for the first.
+  machine("cnc", 2, false);
+  machine("lathe", 2, true);
+  machine("cnc", 2, true);
+  ASSERT_THAT(sut.lost(), SizeIs(1));
+  EXPECT_EQ(sut.lost()[0].last.machine, "lathe");
+  EXPECT_EQ(sut.lost()[0].last.pid, 4712U);
+  EXPECT_FALSE(sut.machines().at({"cnc", instance(1)}).gone);
+}
+
 TEST(AFabricModel, KeepsTheStatusOfAnInstanceBeforeItsDiscovery) {
   FabricModel sut;
   sut.add(load(1, 5));

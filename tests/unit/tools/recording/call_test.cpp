@@ -1,6 +1,7 @@
 #include "tools/recording/call.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include <gtest/gtest.h>
 
@@ -227,6 +228,26 @@ TEST(ACall, IsAnsweredByTheResponseOfAServiceWhateverHappenedToItsAttemptBefore)
     event_of(event).kind = kind;
     entries.insert(entries.begin() + 4, event);
     EXPECT_EQ(call_of_all(entries).outcome(), Outcome::answered);
+  }
+}
+
+TEST(ACall, IsHeldWhenItsInstanceIsLostAtTheSameTimeInWhateverOrderBothArrive) {
+  using fabric::EventKind;
+  for (const auto& order : {std::array{EventKind::lost, EventKind::held},
+                            std::array{EventKind::held, EventKind::lost}}) {
+    std::vector<Entry> entries = one_call(17, 0);
+    Entry event = entries[4];
+    entries.resize(3);
+    for (const EventKind kind : order) {
+      event_of(event).kind = kind;
+      entries.push_back(event);
+    }
+    EXPECT_EQ(call_of_all(entries).newest()->stage, Stage::held);
+    // A second attempt at the same time is newer than the loss of the first.
+    event_of(event).kind = EventKind::dispatched;
+    event_of(event).attempt = 2;
+    entries.push_back(event);
+    EXPECT_EQ(call_of_all(entries).newest()->stage, Stage::dispatched);
   }
 }
 
