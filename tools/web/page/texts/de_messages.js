@@ -92,7 +92,7 @@ export const messages = {
   running_before: 'lief bereits, als das Gateway startete',
   value_not_read_yet: 'noch nicht gelesen',
   other_gateway_may_publish: 'sendet vielleicht ein anderes Gateway',
-  queue_full_is_error: 'ist der Puffer voll, führt das nächste SSDQ zu einem Laufzeitfehler seines NC-Programms; warum der Aufruf von {0} wartet, zeigt millrace channels',
+  queue_full_is_error: 'ist der Puffer voll, führt das nächste SSDQ zu einem Laufzeitfehler seines NC-Programms; warum der Aufruf wartet, zeigt der Zustand von Kanal {0}',
   queue_fills: '{0} von {1} Meldungen, für die {2} Platz hat, hat {3} noch nicht beantwortet; sie bleiben im Puffer (drain: WHEN_ANSWERED); {4}.',
   backlog_fills: '{0} von {1} Meldungen, die im Journal warten dürfen (backlog), warten auf {2}, und {3} von {4}, für die {5} Platz hat, stehen dort; {6}.',
   check_queue_names: 'Prüfen Sie die Namen in gateway.textproto und ob ein NC-Programm den Meldungspuffer initialisiert hat.',

@@ -142,6 +142,7 @@ export const reasons = [
     '{} hat die Verbindung angenommen, antwortet aber nicht. Ist {} ihre NetId, und führt ihre Route von NetId {} nach {}?'],
   ['{} answers, but nothing serves its AMS port {}: does the CNC run?', '{} antwortet, aber nicht an AMS-Port {}. Läuft die CNC?'],
   ['{} answers, but does not know NetId {}: is the NetId of the controller right?', '{} antwortet, kennt aber NetId {} nicht. Stimmt die NetId der Steuerung?'],
+  ['{} answers, but its router does not reach AMS port {}: {}', '{} antwortet, der Router erreicht AMS-Port {} aber nicht: {}.'],
   ['{} does not report its state: {}', '{} nennt ihren Zustand nicht: {}.'],
 
   // Meldungspuffer: gateway/queues/, gateway/shell/ads_message_queue.cpp
