@@ -39,7 +39,8 @@ struct ClientOptions {
   /// several NC cycles (ISG/402275851.html, documented), so use at least 1 s. A request that times
   /// out ends the connection if no other request was answered since it was made, or none in time
   /// for three times this (our choice): TCP alone detects a controller that was switched off only
-  /// after minutes, and a path that sends frames but answers nothing never.
+  /// after minutes, and a path that sends frames but answers nothing never. The connection also
+  /// ends when the router has delivered no request to probe_port for this time.
   std::chrono::milliseconds timeout{2000};
   std::chrono::milliseconds connect_timeout{3000};
   /// The most requests on the wire at once; further requests wait. The client halves the window for
@@ -59,7 +60,7 @@ struct ClientOptions {
 struct LinkError {
   ErrorCode code = ErrorCode::link_down;
   std::string message{};
-  /// The time since the last response to a request, if the connection ended because of its silence.
+  /// How long the controller has answered nothing, if the connection ended because of that.
   std::chrono::nanoseconds silent_for{};
 };
 

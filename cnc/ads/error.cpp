@@ -228,6 +228,23 @@ bool leaves_outcome_unknown(ErrorCode code) {
   }
 }
 
+bool is_undelivered(ErrorCode code) {
+  const auto number = static_cast<std::uint32_t>(code);
+  switch (number) {
+    case 0x6:   // target port not found
+    case 0x7:   // target machine not found
+    case 0xD:   // port not connected
+    case 0x12:  // port disabled
+    case 0x1A:  // TCP send error
+    case 0x1B:  // host unreachable
+    case 0x1D:  // TLS send error
+    case 0x1E:  // secure ADS access denied
+      return true;
+    default:
+      return is_overload(code) || (number >= 0x500 && number <= 0x50D);  // errors of a router
+  }
+}
+
 bool is_overload(ErrorCode code) {
   return code == ErrorCode::mailbox_full || code == ErrorCode::out_of_memory ||
          code == ErrorCode::router_out_of_memory || code == ErrorCode::router_mailbox_full;

@@ -65,6 +65,10 @@ bool is_refusal(ErrorCode code);
 /// ambiguous one.
 bool leaves_outcome_unknown(ErrorCode code);
 
+/// As the error of an AMS header: a router could not deliver the request, so the response does not
+/// prove that the controller runs. Device errors (0x7xx) come from behind the router.
+bool is_undelivered(ErrorCode code);
+
 /// The controller is overloaded (mailbox or router memory full): send fewer requests at once.
 bool is_overload(ErrorCode code);
 

@@ -71,7 +71,7 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
   const auto found = on_wire_.find(header.invoke_id);
   if (found == on_wire_.end()) {
     ++counters_.late;
-    answers_ += answers_late(header) ? 1U : 0U;
+    answers_ += answers_late(header) && !is_undelivered(header.error) ? 1U : 0U;
     return std::nullopt;
   }
   const Address peer{target_, found->second.port};
@@ -80,13 +80,13 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
     ++counters_.foreign;
     return std::nullopt;
   }
-  ++answers_;
+  answers_ += is_undelivered(header.error) ? 0U : 1U;
   adapt_window(outcome_of(packet));
   finish(header.invoke_id);
   if (header.error != ErrorCode::none) {
-    return Completion{header.invoke_id, tl::make_unexpected(header.error)};
+    return Completion{header.invoke_id, peer.port, tl::make_unexpected(header.error)};
   }
-  return Completion{header.invoke_id, Bytes(packet.data.begin(), packet.data.end())};
+  return Completion{header.invoke_id, peer.port, Bytes(packet.data.begin(), packet.data.end())};
 }
 
 bool Exchange::answers_late(const Header& header) {

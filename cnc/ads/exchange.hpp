@@ -44,6 +44,7 @@ class Exchange {
   /// The result of a request: the payload of its response, or the error of its AMS header.
   struct Completion {
     Id id = 0;
+    std::uint16_t port = 0;
     Result<Bytes> response;
   };
 
@@ -78,7 +79,8 @@ class Exchange {
   [[nodiscard]] Bytes take_output();
   /// Responses to requests of this connection, in time or after their timeout. Nothing else proves
   /// that the controller lives: its router, or a proxy, sends requests, notifications, mirrored
-  /// frames and responses for earlier clients also while the controller answers nothing.
+  /// frames, responses for earlier clients, and errors for requests that it could not deliver, also
+  /// while the controller answers nothing.
   [[nodiscard]] std::uint64_t answers() const { return answers_; }
   [[nodiscard]] const ClientCounters& counters() const { return counters_; }
 

@@ -139,6 +139,22 @@ std::string no_ads(const ClientOptions& options, const std::string& detail) {
                      peer(options), detail);
 }
 
+// What a router says of a controller that it cannot reach.
+std::string undelivered(const ClientOptions& options, ErrorCode error) {
+  switch (error) {
+    case ErrorCode::target_port_not_found:
+      return fmt::format("{} answers, but nothing serves its AMS port {}: does the CNC run?",
+                         peer(options), options.probe_port);
+    case ErrorCode::target_machine_not_found:
+      return fmt::format(
+          "{} answers, but does not know NetId {}: is the NetId of the controller right?",
+          peer(options), options.target.to_string());
+    default:
+      return fmt::format("{} answers, but its router does not reach AMS port {}: {}", peer(options),
+                         options.probe_port, describe(error));
+  }
+}
+
 }  // namespace
 
 LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
@@ -147,6 +163,9 @@ LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
   }
   if (end.cause == LinkEnd::Cause::silent) {
     return {ErrorCode::timeout, fmt::format("{} {}", peer(options), end.detail), end.silent_for};
+  }
+  if (end.cause == LinkEnd::Cause::undelivered) {
+    return {end.error, undelivered(options, end.error), end.silent_for};
   }
   return {ErrorCode::link_lost,
           fmt::format(
@@ -178,16 +197,10 @@ LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const
           fmt::format("{} accepted the connection but does not answer: is {} its NetId, and does "
                       "its route from NetId {} lead to {}?",
                       peer(options), target, source, local_address)};
-    case ErrorCode::target_port_not_found:
-      return {answer,
-              fmt::format("{} answers, but nothing serves its AMS port {}: does the CNC run?",
-                          peer(options), options.probe_port)};
-    case ErrorCode::target_machine_not_found:
-      return {answer,
-              fmt::format(
-                  "{} answers, but does not know NetId {}: is the NetId of the controller right?",
-                  peer(options), target)};
     default:
+      if (is_undelivered(answer)) {
+        return {answer, undelivered(options, answer)};
+      }
       return {answer,
               fmt::format("{} does not report its state: {}", peer(options), describe(answer))};
   }

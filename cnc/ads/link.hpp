@@ -16,12 +16,14 @@ namespace millrace::cnc::ads {
 
 /// How a connection ended.
 struct LinkEnd {
-  enum class Cause { closed_by_peer, broken_protocol, silent, closed_by_us };
+  enum class Cause { closed_by_peer, broken_protocol, silent, undelivered, closed_by_us };
   Cause cause = Cause::closed_by_us;
   /// The error text of the system or of the codec, or what the peer has not answered.
   std::string detail{};
-  /// The time since its last response, if it is silent.
+  /// The time since its last response, if it is silent or its router delivers nothing.
   std::chrono::nanoseconds silent_for{};
+  /// The router's error, if it delivers nothing.
+  ErrorCode error = ErrorCode::none;
 };
 
 struct LinkHandlers {

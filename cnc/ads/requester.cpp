@@ -59,6 +59,7 @@ class Requester::Place {
 Requester::Requester(asio::any_io_executor executor, const ClientOptions& options)
     : executor_(std::move(executor)),
       timeout_(options.timeout),
+      signs_(options.probe_port, options.timeout),
       silence_check_(executor_),
       max_frame_(options.max_frame),
       exchange_(options.source, options.target, options.in_flight, std::random_device{}()) {}
@@ -89,7 +90,7 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
 void Requester::open(Transport transport) {
   assert(!link_);
   link_ = std::make_shared<Link>(std::move(transport), max_frame_, handlers());
-  answered_at_ = in_time_at_ = std::chrono::steady_clock::now();
+  signs_.begin(std::chrono::steady_clock::now());
   link_->start();
 }
 
@@ -150,17 +151,20 @@ void Requester::receive(const Packet& packet) {
   }
   const std::uint64_t answers_before = exchange_.answers();
   auto completion = exchange_.receive(packet);
+  const auto now = std::chrono::steady_clock::now();
   if (exchange_.answers() != answers_before) {
-    answered_at_ = std::chrono::steady_clock::now();
+    signs_.answered(packet.header.source.port, completion.has_value(), now);
+  } else if (completion) {
+    signs_.not_delivered(completion->port, completion->response.error(), now);
   }
   if (completion) {
-    in_time_at_ = answered_at_;
     const auto waiter = waiters_.extract(completion->id);
     assert(!waiter.empty());
-    exchange_.answered_after(std::chrono::steady_clock::now() - waiter.mapped()->asked);
+    exchange_.answered_after(now - waiter.mapped()->asked);
     waiter.mapped()->wake(std::move(completion->response));
   }
   flush();
+  end_if_refused();
 }
 
 void Requester::flush() {
@@ -199,18 +203,27 @@ void Requester::time_out(Exchange::Id id, std::uint64_t answers_before) {
 void Requester::end_if_silent() {
   examined_ = false;
   const auto now = std::chrono::steady_clock::now();
-  const auto seconds = [now](std::chrono::steady_clock::time_point since) {
-    return std::chrono::duration<double>(now - since).count();
-  };
+  const auto silent_for = signs_.silent_for(now);
+  const auto late_for = signs_.late_for(now);
+  const auto seconds = [](std::chrono::duration<double> time) { return time.count(); };
   if (exchange_.answers() == answers_before_) {
     end({.cause = LinkEnd::Cause::silent,
-         .detail = fmt::format("does not answer: no response for {:.1f} s", seconds(answered_at_)),
-         .silent_for = now - answered_at_});
-  } else if (now - in_time_at_ >= 3 * timeout_) {
+         .detail = fmt::format("does not answer: no response for {:.1f} s", seconds(silent_for)),
+         .silent_for = silent_for});
+  } else if (late_for >= 3 * timeout_) {
     end({.cause = LinkEnd::Cause::silent,
          .detail = fmt::format("answers too late: no response within {} ms for {:.1f} s",
-                               timeout_.count(), seconds(in_time_at_)),
-         .silent_for = now - in_time_at_});
+                               timeout_.count(), seconds(late_for)),
+         .silent_for = late_for});
+  }
+}
+
+void Requester::end_if_refused() {
+  const auto now = std::chrono::steady_clock::now();
+  if (const auto refused = link_ ? signs_.refused(now) : std::nullopt) {
+    end({.cause = LinkEnd::Cause::undelivered,
+         .silent_for = now - refused->since,
+         .error = refused->error});
   }
 }
 

@@ -18,6 +18,7 @@
 
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/link.hpp"
+#include "cnc/ads/signs_of_life.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -68,13 +69,11 @@ class Requester : public std::enable_shared_from_this<Requester> {
   void end(const LinkEnd& end);
   void time_out(Exchange::Id id, std::uint64_t answers_before);
   void end_if_silent();
+  void end_if_refused();
 
   boost::asio::any_io_executor executor_;
   std::chrono::milliseconds timeout_;
-  /// The last response to a request, in time or late, and the last one in time; the begin of the
-  /// connection before that.
-  std::chrono::steady_clock::time_point answered_at_{};
-  std::chrono::steady_clock::time_point in_time_at_{};
+  SignsOfLife signs_;
   /// Runs while timeouts are examined; the responses when the newest of their requests was made.
   boost::asio::steady_timer silence_check_;
   bool examined_ = false;

@@ -167,6 +167,35 @@ TEST_F(ClientConnect, GivesUpAConnectionThatDoesNotAnswerARequestWhateverElseItS
   EXPECT_EQ(sut->counters().notifications, 1U);
 }
 
+TEST_F(ClientConnect, GivesUpAConnectionWhoseRouterHasNoCncForATimeout) {
+  options.timeout = 300ms;
+  auto peer = establish();
+  watch_downs();
+  int refused = 0;
+  while (downs.empty()) {
+    auto read = start_read();
+    const auto request = receive(peer);
+    ASSERT_TRUE(request);
+    send(peer, response_to(*request, {}, ErrorCode::target_port_not_found));
+    EXPECT_EQ(finish(read).error(), ErrorCode::target_port_not_found);
+    ++refused;
+  }
+  EXPECT_GE(refused, 2) << "a CNC that restarts may refuse a few requests";
+  EXPECT_FALSE(sut->up());
+  EXPECT_EQ(downs[0].code, ErrorCode::target_port_not_found);
+  EXPECT_THAT(downs[0].message,
+              HasSubstr("answers, but nothing serves its AMS port 552: does the CNC run?"));
+  EXPECT_GE(downs[0].silent_for, 300ms);
+}
+
+TEST_F(ClientConnect, NamesTheErrorOfARouterThatDoesNotReachTheCnc) {
+  auto connected = start(make_client().connect());
+  auto peer = accept();
+  send(peer, response_to(*receive(peer), {}, ErrorCode{0x1B}));
+  EXPECT_THAT(failure(connected).message,
+              HasSubstr("its router does not reach AMS port 552: 0x1b host unreachable"));
+}
+
 TEST_F(ClientConnect, KeepsAConnectionThatHasAnsweredALaterRequest) {
   options.timeout = 300ms;
   auto peer = establish();

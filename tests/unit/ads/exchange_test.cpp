@@ -224,6 +224,26 @@ TEST(Exchange, TakesNoOtherFrameForAnAnswer) {
   EXPECT_EQ(sut.answers(), 0U);
 }
 
+TEST(Exchange, TakesAnErrorOfTheRouterForNoAnswerOfTheController) {
+  auto sut = make();
+  for (const auto code : {0x4U, 0x6U, 0x7U, 0xDU, 0x12U, 0x1AU, 0x1BU, 0x1DU, 0x502U, 0x507U}) {
+    auto in_time = response(sut.begin(552, Command::read, {}));
+    auto late = response(sut.begin(552, Command::read, {}));
+    sut.time_out(late.invoke_id);
+    in_time.error = late.error = ErrorCode{code};
+    EXPECT_EQ(sut.receive({in_time, {}})->response.error(), ErrorCode{code});
+    EXPECT_FALSE(sut.receive({late, {}}));
+    EXPECT_EQ(sut.answers(), 0U) << describe(ErrorCode{code});
+  }
+  auto refused = response(sut.begin(552, Command::read, {}));
+  refused.error = ErrorCode::service_not_supported;
+  EXPECT_TRUE(sut.receive({refused, {}}));
+  sut.begin(552, Command::read, {});
+  sut.receive({response(refused.invoke_id + 1),
+               encode_data(tl::make_unexpected(ErrorCode::target_port_not_found))});
+  EXPECT_EQ(sut.answers(), 2U) << "errors of a device, whatever it could not reach itself";
+}
+
 TEST(Exchange, TakesNoResponseToAnEarlierConnectionForAnAnswer) {
   auto sut = make();
   const auto late = sut.begin(552, Command::read, {});
