@@ -21,9 +21,16 @@ std::optional<FileFault> fault_of_writers(const std::filesystem::path& path, mod
   if ((mode & forbidden) == 0) {
     return {};
   }
-  return FileFault{
-      (mode & S_IWOTH) != 0 ? "all users of this host can write it" : "its group can write it",
-      "`chmod go-w " + path.string() + "`, and replace it if others may have changed it"};
+  const std::string advice =
+      "`chmod go-w " + path.string() + "`, and replace it if others may have changed it";
+  if ((mode & S_IWOTH) == 0) {
+    return FileFault{"its group can write it", advice};
+  }
+  // Such mounts show 0777 for each file.
+  return FileFault{"all users of this host can write it",
+                   advice +
+                       "; where a mount ignores chmod (Docker Desktop for Windows), copy it "
+                       "into the image or a named volume"};
 }
 
 /// Why a file was not read; `error` is 0 if the reason is its kind or size.
@@ -37,7 +44,8 @@ Unread unread_now() {
   return {std::strerror(error), error};
 }
 
-tl::expected<std::string, Unread> read(const std::filesystem::path& file) {
+tl::expected<std::string, Unread> read(const std::filesystem::path& file,
+                                       std::size_t most = largest_file) {
   const Fd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   struct stat status {};
   if (!fd || ::fstat(fd.get(), &status) != 0) {
@@ -48,7 +56,7 @@ tl::expected<std::string, Unread> read(const std::filesystem::path& file) {
   }
   std::string text;
   std::array<char, 16384> part{};
-  while (text.size() <= largest_file) {
+  while (true) {
     const ssize_t size = ::read(fd.get(), part.data(), part.size());
     if (size == 0) {
       return text;
@@ -57,8 +65,10 @@ tl::expected<std::string, Unread> read(const std::filesystem::path& file) {
       return tl::unexpected(unread_now());
     }
     text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+    if (text.size() > most) {
+      return tl::unexpected(Unread{"it has more than " + std::to_string(most >> 20U) + " MiB"});
+    }
   }
-  return tl::unexpected(Unread{"it has more than " + std::to_string(largest_file >> 20U) + " MiB"});
 }
 
 std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy secrecy) {
@@ -80,8 +90,9 @@ std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy sec
 
 }  // namespace
 
-tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file) {
-  return read(file).map_error([](Unread unread) { return std::move(unread.reason); });
+tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file,
+                                                    std::size_t most) {
+  return read(file, most).map_error([](Unread unread) { return std::move(unread.reason); });
 }
 
 tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file) {

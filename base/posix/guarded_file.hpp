@@ -23,8 +23,10 @@ namespace millrace::base::posix {
 inline constexpr std::size_t largest_file = std::size_t{16} << 20U;
 
 /// The contents of a regular file. A pipe (which waits for its writer), a device (which may have no
-/// end) and a larger file are errors. The error is the reason, without the name.
-tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file);
+/// end) and a file with more than `most` bytes are errors. The error is the reason, without the
+/// name.
+tl::expected<std::string, std::string> read_regular(const std::filesystem::path& file,
+                                                    std::size_t most = largest_file);
 
 /// The first line of such a file, without its end. Also an error: there is none.
 tl::expected<std::string, std::string> read_first_line(const std::filesystem::path& file);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <mutex>
+#include <stdexcept>
 
 #include <dds/dds.h>
 #include <fmt/format.h>
 
+#include "base/posix/guarded_file.hpp"
 #include "base/program/barrier.hpp"
 #include "base/program/repeats.hpp"
 #include "base/text/quoted.hpp"
@@ -48,9 +49,19 @@ constexpr std::string_view hearing = R"(<Discovery><SPDPInterval>5s</SPDPInterva
 
 constexpr std::string_view file_scheme = "file://";
 
-std::string read_file(std::string_view path) {
-  std::ifstream in{std::string(path), std::ios::binary};
-  return {std::istreambuf_iterator<char>(in), {}};
+/// Cyclone itself reads files of any kind and length, and reports one that is missing.
+std::string read_file(const std::filesystem::path& file) {
+  std::error_code unreadable;
+  if (!std::filesystem::exists(file, unreadable)) {
+    return {};
+  }
+  auto text = base::posix::read_regular(file);
+  if (!text) {
+    throw std::runtime_error(fmt::format(
+        "CYCLONEDDS_URI names {}: {}; expected a file with Cyclone's settings, or the settings",
+        base::text::safe(file.string()), text.error()));
+  }
+  return *std::move(text);
 }
 
 /// Cyclone's list: fragments of XML start with '<', everything else up to the next comma is a file.

@@ -77,9 +77,11 @@ TEST(ConfigFile, IsNotOneThatAllUsersOfTheHostCanWrite) {
   ASSERT_TRUE(read_config<config::Gateway>(file)) << read_config<config::Gateway>(file).error();
   std::filesystem::permissions(file, std::filesystem::perms::others_write,
                                std::filesystem::perm_options::add);
-  EXPECT_EQ(read_config<config::Gateway>(file).error(),
-            file.string() + ": all users of this host can write it; `chmod go-w " + file.string() +
-                "`, and replace it if others may have changed it");
+  EXPECT_EQ(
+      read_config<config::Gateway>(file).error(),
+      file.string() + ": all users of this host can write it; `chmod go-w " + file.string() +
+          "`, and replace it if others may have changed it; where a mount ignores chmod (Docker "
+          "Desktop for Windows), copy it into the image or a named volume");
 }
 
 TEST(ConfigFile, LeavesTheMessageEmptyAfterAMistake) {

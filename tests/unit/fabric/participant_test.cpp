@@ -1,5 +1,6 @@
 #include "fabric/dds/participant.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include <boost/asio/ip/udp.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
 #endif
@@ -69,6 +71,26 @@ TEST(CycloneConfiguration, FindsAnInterfaceInFiles) {
   EXPECT_THAT(dds::cyclone_configuration({}, "file://" + file.string()), Not(HasSubstr(loopback)));
   EXPECT_THAT(dds::cyclone_configuration({}, "<A/>," + file.string()), Not(HasSubstr(loopback)));
   EXPECT_THAT(dds::cyclone_configuration({}, "file:///no/such/file"), HasSubstr(loopback));
+}
+
+TEST(CycloneConfiguration, RefusesAFileWithoutAnEnd) {
+  const tests::TemporaryFolder folder;
+  const auto pipe = folder.path() / "pipe.xml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto huge = folder.path() / "huge.xml";
+  std::ofstream(huge).close();
+  std::filesystem::resize_file(huge, std::uintmax_t{1} << 30U);
+  const auto why = [](const std::string& file) -> std::string {
+    try {
+      return dds::cyclone_configuration({}, "<A/>,file://" + file);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(why(pipe),
+              HasSubstr("CYCLONEDDS_URI names " + pipe.string() + ": it is not a regular file"));
+  EXPECT_THAT(why("/dev/zero"), HasSubstr("/dev/zero: it is not a regular file"));
+  EXPECT_THAT(why(huge), HasSubstr("it has more than 16 MiB"));
 }
 
 TEST(CycloneConfiguration, HasAServiceAnnounceItselfByMulticast) {
