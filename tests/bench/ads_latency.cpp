@@ -31,7 +31,7 @@
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 #include "tests/bench/series.hpp"
-#include "tests/unit/ads/memory_device.hpp"
+#include "tests/unit/cnc/ads/memory_device.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "cnc/ads/session.hpp"
 #include "cnc/ads/sum_commands.hpp"
-#include "tests/unit/ads/memory_device.hpp"
+#include "tests/unit/cnc/ads/memory_device.hpp"
 
 namespace {
 

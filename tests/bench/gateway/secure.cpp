@@ -14,7 +14,7 @@
 #include "tests/bench/gateway/measurements.hpp"
 #include "tests/bench/series.hpp"
 #include "tests/support/wait_for.hpp"
-#include "tests/unit/ads/memory_device.hpp"
+#include "tests/unit/cnc/ads/memory_device.hpp"
 
 namespace millrace::bench {
 

@@ -14,7 +14,7 @@
 #include "cnc/variables/layout.hpp"
 #include "gateway/shell/back_off.hpp"
 #include "tests/support/wait_for.hpp"
-#include "tests/unit/variables/fake_cnc.hpp"
+#include "tests/unit/cnc/variables/fake_cnc.hpp"
 
 namespace millrace::gateway {
 namespace {

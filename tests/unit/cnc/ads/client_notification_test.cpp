@@ -1,0 +1,173 @@
+// Notifications from controllers of several kinds to a client.
+#include <gmock/gmock.h>
+
+#include "cnc/ads/server.hpp"
+#include "cnc/ads/subscriptions.hpp"
+#include "cnc/ads/sum_commands.hpp"
+#include "tests/unit/cnc/ads/client_fixture.hpp"
+#include "tests/unit/cnc/ads/memory_device.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::Pair;
+using Handles = std::vector<Result<std::uint32_t>>;
+
+constexpr std::uint32_t ms = 10'000;  // on the wire, in 100 ns
+
+class ClientNotification : public ClientFixture {
+ protected:
+  void serve(ServerOptions server_options = {}) {
+    device.values[{1, 1}] = {1};
+    device.values[{1, 2}] = {2};
+    server_options.tcp_port = 0;
+    server.emplace(io.get_executor(), device, server_options, base::program::no_log());
+    options.tcp_port = server->tcp_port();
+    ASSERT_TRUE(finish(start(make_client().connect())));
+  }
+  static std::vector<AddNotificationRequest> both() {
+    return {{{1, 1}, 1, Transmission::on_change, 0, ms},
+            {{1, 2}, 1, Transmission::on_change, 0, ms}};
+  }
+  Handles subscribe(std::vector<AddNotificationRequest> wanted = both()) {
+    return finish(start(sut->subscribe(552, std::move(wanted), tell)));
+  }
+  void unsubscribe(std::vector<std::uint32_t> handles) {
+    bool done = false;
+    boost::asio::co_spawn(io, sut->unsubscribe(552, std::move(handles)),
+                          [&](std::exception_ptr) { done = true; });
+    ASSERT_TRUE(tests::run_until(io, [&] { return done; }));
+  }
+  bool is_told(std::size_t item, std::uint8_t value) {
+    return tests::run_until(
+        io, [&] { return std::ranges::count(told, std::pair(item, Bytes{value})) > 0; });
+  }
+
+  MemoryDevice device;
+  std::optional<Server> server;
+  std::vector<std::pair<std::size_t, Bytes>> told;
+  NotificationHandler tell = [this](std::size_t item, BytesView value) {
+    told.emplace_back(item, Bytes(value.begin(), value.end()));
+  };
+};
+
+TEST_F(ClientNotification, PassesTheFirstValueAndEachChange) {
+  serve();
+  const auto before = sut->counters().requests;
+  const Handles handles = subscribe();
+  EXPECT_TRUE(handles[0] && handles[1]);
+  EXPECT_EQ(sut->counters().requests, before + 1) << "all in one sum";
+  EXPECT_TRUE(is_told(0, 1) && is_told(1, 2));
+  device.values[{1, 2}] = {5};
+  EXPECT_TRUE(is_told(1, 5));
+}
+
+TEST_F(ClientNotification, ReportsWhichOneIsRefused) {
+  serve();
+  auto wanted = both();
+  wanted[0].index = {9, 9};
+  const Handles handles = subscribe(wanted);
+  EXPECT_EQ(handles[0].error(), ErrorCode::invalid_group);
+  EXPECT_TRUE(handles[1]);
+  EXPECT_TRUE(is_told(1, 2));
+}
+
+TEST_F(ClientNotification, SubscribesOneByOneWhereTheControllerHasNoSumCommands) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), tell));
+  const Bytes sum = *receive(peer);
+  EXPECT_EQ(header_of(sum).command, Command::read_write);
+  send(peer, response_to(sum, encode_data(tl::make_unexpected(ErrorCode::invalid_group))));
+  for (const std::uint32_t handle : {7U, 8U}) {
+    const Bytes one = *receive(peer);
+    EXPECT_EQ(header_of(one).command, Command::add_notification);
+    send(peer, response_to(one, encode_handle(handle)));
+  }
+  EXPECT_THAT(finish(later), ElementsAre(Result<std::uint32_t>(7), Result<std::uint32_t>(8)));
+}
+
+TEST_F(ClientNotification, StopsWhereTheControllerSupportsNoNotifications) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), tell));
+  for (const auto command : {Command::read_write, Command::add_notification}) {
+    const Bytes request = *receive(peer);
+    EXPECT_EQ(header_of(request).command, command);
+    const auto no = tl::make_unexpected(ErrorCode::service_not_supported);
+    send(peer, response_to(request,
+                           command == Command::read_write ? encode_data(no) : encode_handle(no)));
+  }
+  const Handles handles = finish(later);
+  ASSERT_EQ(handles.size(), 2U);
+  EXPECT_EQ(handles[1].error(), ErrorCode::service_not_supported);
+}
+
+TEST_F(ClientNotification, GetsNothingAfterUnsubscribingAndLeavesNothingBehind) {
+  serve();
+  const Handles handles = subscribe();
+  ASSERT_TRUE(is_told(0, 1));
+  unsubscribe({*handles[0], *handles[1]});
+  told.clear();
+  device.values[{1, 1}] = {9};
+  const auto before = sut->counters().notifications;
+  ASSERT_TRUE(finish(start(sut->read(552, {1, 1}, 1))));
+  tests::run_until(
+      io, [] { return false; }, std::chrono::milliseconds(20));
+  EXPECT_TRUE(told.empty());
+  EXPECT_EQ(sut->counters().notifications, before);
+}
+
+TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController) {
+  ServerOptions survive;
+  survive.notifications_survive = true;
+  serve(survive);
+  subscribe({{{1, 1}, 1, Transmission::cyclic, 0, ms}});
+  ASSERT_TRUE(is_told(0, 1));
+  sut->close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
+  told.clear();
+  ASSERT_TRUE(finish(start(sut->connect())));
+  // They arrive and are deleted; then no further ones arrive.
+  ASSERT_TRUE(tests::run_until(io, [&] { return sut->counters().notifications > 2; }));
+  std::uint64_t seen = 0;
+  EXPECT_TRUE(tests::run_until(io, [&] {
+    const auto before = std::exchange(seen, sut->counters().notifications);
+    tests::run_until(
+        io, [] { return false; }, std::chrono::milliseconds(20));
+    return before == sut->counters().notifications;
+  }));
+  EXPECT_TRUE(told.empty());
+}
+
+TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), tell));
+  receive(peer);
+  peer.close();
+  const Handles handles = finish(later);
+  ASSERT_EQ(handles.size(), 2U);
+  EXPECT_EQ(handles[0].error(), ErrorCode::link_lost);
+}
+
+TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), tell));
+  const Bytes sum = *receive(peer);
+  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
+  send(peer, response_to(sum, encode_data(granted)));
+  finish(later);
+  const Header header{options.source,     {options.target, 552}, Command::notification,
+                      flags::ads_command, ErrorCode::none,       0};
+  Bytes cut = encode_notification({{0, {{7, Bytes{1}}}}});
+  cut.resize(cut.size() - 1);
+  send(peer, encode_packet(header, cut));
+  const Bytes value{3};
+  send(peer, encode_packet(header, encode_notification({{0, {{8, value}}}})));
+  EXPECT_TRUE(is_told(1, 3));
+  EXPECT_THAT(told, testing::Not(Contains(Pair(0, testing::_))));
+  EXPECT_TRUE(sut->up());
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads
