@@ -112,8 +112,7 @@ class GatewayProcess final : public Member,
   void on_channel(const fabric::ChannelStatus& status) override;
   // From its links, on the way to the core.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
-  void on_link_down(const std::string& machine,
-                    const gateway::machines::LinkLoss& loss) override;
+  void on_link_down(const std::string& machine, const gateway::machines::LinkLoss& loss) override;
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override;
   void on_read_failed(const Key& key, const fabric::Message& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const fabric::Message& reason) override;
