@@ -26,7 +26,9 @@ using millrace::gateway::settings::Settings;
 
 struct Options {
   std::filesystem::path config;
+  /// --check is given, with this file or none.
   bool check = false;
+  std::filesystem::path checked;
   bool ask = false;
   std::vector<std::string> machines;
   std::filesystem::path journal;
@@ -35,9 +37,13 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("--config", options.config, "Configuration file (gateway.textproto)");
-  app.add_flag("--check", options.check,
-               "Only check the configuration; exit code 2 if it is wrong");
+  app.add_option("--config", options.config, "Configuration file (gateway.textproto)")
+      ->type_name("FILE");
+  app.add_option("--check", options.checked,
+                 "Only check this configuration (default: that of --config); exit code 2 if it is "
+                 "wrong")
+      ->type_name("FILE")
+      ->expected(0, 1);
   app.add_flag(
       "--ask", options.ask,
       "With --check: also ask the reachable controllers for each variable of data; exit code 2 if "
@@ -46,11 +52,13 @@ void add_options(CLI::App& app, Options& options) {
                  "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without --machine "
                  "and --config: the virtual CNC on this host, as machine cnc")
       ->allow_extra_args(false);
-  CLI::Option* const journal = app.add_option(
-      "--journal", options.journal,
-      "Folder of the journal, with which calls survive a restart of the gateway. "
-      "Default: $STATE_DIRECTORY, else millrace/gateway-DOMAIN in $XDG_STATE_HOME or "
-      "~/.local/state");
+  CLI::Option* const journal =
+      app.add_option(
+             "--journal", options.journal,
+             "Folder of the journal, with which calls survive a restart of the gateway. "
+             "Default: $STATE_DIRECTORY, else millrace/gateway-DOMAIN in $XDG_STATE_HOME or "
+             "~/.local/state")
+          ->type_name("DIR");
   app.add_flag("--no-journal", options.no_journal,
                "Keep no journal: when this gateway ends, calls may run twice or be lost")
       ->excludes(journal);
@@ -126,7 +134,8 @@ void warn_of_plain_ads(const std::vector<MachineSettings>& machines, const progr
   }
 }
 
-/// SIGHUP: reads the configuration again; a bad one is refused and the old one stays.
+/// SIGHUP: reads the configuration again. A wrong one is refused and the old one stays, with an
+/// alarm until a good one is read: the next start would fail.
 class Reload {
  public:
   Reload(boost::asio::io_context& io, const Options& options,
@@ -164,6 +173,7 @@ class Reload {
       warn_of_plain_ads(settings.machines, log_);
     } catch (const program::UsageError& error) {
       log_->error("the configuration stays as it was: {}", error.what());
+      gateway_.refuse(options_.config.string(), error.what());
     }
   }
 
@@ -211,7 +221,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   });
   warn_of_plain_ads(settings.machines, log);
   gateway.start();
-  program::ready(fmt::format("serving {} on domain {}{}", list_of(settings.machines),
+  program::ready(fmt::format("gateway of {} on domain {}{}", list_of(settings.machines),
                              settings.join.domain,
                              settings.no_journal ? ", without a journal" : ""));
   spin.run(io, [] { return false; });
@@ -227,6 +237,8 @@ int main(int argc, char** argv) {
   add_options(app, options);
   const millrace::fabric::profile::FabricFlags fabric(app, {.name = "millrace-gateway"});
   return program::run(app, argc, argv, [&] {
+    options.check = app.count("--check") > 0;
+    options.config = options.checked.empty() ? options.config : options.checked;
     const Settings settings = resolve(options, fabric.options());
     check_machines(settings.machines, settings.join);
     if (options.ask && !options.check) {

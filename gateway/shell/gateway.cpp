@@ -25,6 +25,8 @@ core::GatewayIdentity identity_of(const journal::Journal& journal,
           journal.state().numbers().epoch};
 }
 
+constexpr const char* kind_of_configuration = "configuration";
+
 std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
                                                const settings::Settings& settings,
                                                const base::program::Log& log) {
@@ -210,7 +212,19 @@ void Gateway::change(const settings::Settings& settings) {
   settings_.machines = settings.machines;
   settings_.policies = settings.policies;
   core_.change(settings_.machines, settings_.policies);
+  static_cast<void>(alarms_.clear(kind_of_configuration, ""));
   publish_certificates();
+}
+
+void Gateway::refuse(const std::string& file, const std::string& why) {
+  // An alarm that cannot be written now is repeated with all others.
+  static_cast<void>(alarms_.raise(
+      {.key = {.kind = kind_of_configuration},
+       .level = fabric::AlarmLevel::problem,
+       .text = fmt::format("the changed configuration is not in use: {}", why),
+       .advice = fmt::format("correct {}, then reload this gateway; it would not start with this "
+                             "file",
+                             file)}));
 }
 
 void Gateway::finish(std::function<void()> finished) {

@@ -57,6 +57,9 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   /// Takes over machines and policies; running calls continue with the old ones. The journal and
   /// the fabric stay the same until the gateway is restarted.
   void change(const settings::Settings& settings);
+  /// Publishes an alarm, until the next change(): this configuration file is wrong, and the next
+  /// start would fail.
+  void refuse(const std::string& file, const std::string& why);
   /// Accepts no new call and calls `finished` once every started response is written: at once, or
   /// after two seconds at the latest.
   void finish(std::function<void()> finished);

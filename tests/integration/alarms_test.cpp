@@ -257,5 +257,27 @@ TEST_F(ProcessAlarms, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
   EXPECT_THAT(words, AllOf(HasSubstr("fine     gateway on "), Not(HasSubstr("in 10 days"))));
 }
 
+TEST_F(ProcessAlarms, AGatewayReportsARefusedConfigurationUntilItIsRepaired) {
+  const std::string good =
+      "machine { name: 'cnc' host: '127.0.0.1' port: @PORT@ net_id: '127.0.0.1.1.1' }\n";
+  chain.serve_at(9);  // this port is closed
+  gateway.emplace(chain.configured_gateway(good));
+  chain.configure(good + "policy {\n  deadline { response_state: 902 }\n}\n");
+  gateway->signal(SIGHUP);
+  await("the alarm", [&] {
+    words = output_of({"doctor"});
+    return words.find("the changed configuration is not in use") != std::string::npos;
+  });
+  EXPECT_THAT(words, AllOf(HasSubstr("problem  gateway on "),
+                           HasSubstr("gateway.textproto:3:3: policy.deadline: it has no after_ms"),
+                           HasSubstr("correct "), HasSubstr("then reload this gateway")));
+  chain.configure(good);
+  gateway->signal(SIGHUP);
+  await("its end", [&] {
+    words = output_of({"doctor"});
+    return words.find("the changed configuration is not in use") == std::string::npos;
+  });
+}
+
 }  // namespace
 }  // namespace millrace::tests::integration

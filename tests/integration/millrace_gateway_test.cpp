@@ -43,7 +43,7 @@ class MillraceGateway : public testing::Test {
 
 TEST_F(MillraceGateway, IsReadyWithoutAControllerAndEndsCleanlyOnSigterm) {
   Process sut = gateway({"--machine", "press=127.0.0.1:1/10.0.0.5.1.1"});
-  sut.await("^ready: serving press \\(127\\.0\\.0\\.1:1, 10\\.0\\.0\\.5\\.1\\.1\\) on domain " +
+  sut.await("^ready: gateway of press \\(127\\.0\\.0\\.1:1, 10\\.0\\.0\\.5\\.1\\.1\\) on domain " +
             std::to_string(domain_.number()) + "$");
   sut.await_error("press .*refused.*trying again");
   sut.terminate();
