@@ -45,6 +45,7 @@ FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults,
          fmt::format("Interface, peers and domain of the fabric (fabric.textproto); default "
                      "{}, if it exists. Without a file nothing leaves this host",
                      of_host_.string()))
+      ->type_name("FILE")
       ->group("Fabric")
       ->envname("MILLRACE_FABRIC_CONFIG")
       ->check(CLI::ExistingFile);

@@ -3,12 +3,16 @@
 //
 //   auto credentials = credentials_of(profile.trust(), "fabric.textproto");
 //   options.trust = trust_of(*credentials);
+//
+// One fabric.textproto serves a whole host: $CREDENTIALS_DIRECTORY is the folder that systemd gives
+// a unit, and for a program started by hand the one that install-trust made for its user.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 #include <string>
 
+#include <sys/types.h>
 #include <tl/expected.hpp>
 
 #include "fabric/dds/trust_watch.hpp"
@@ -19,6 +23,14 @@ class Trust;
 }
 
 namespace millrace::fabric::profile {
+
+/// Where deploy/install-trust stores the credentials of a host's units and users.
+inline constexpr const char* host_trust = "/etc/millrace/trust";
+
+/// The folder in `trust` that belongs to this user, except those of units (millrace-…). If root
+/// has none, the only one of another user. The error says that there is none, or names several.
+tl::expected<std::filesystem::path, std::string> credentials_of_user(
+    const std::filesystem::path& trust, uid_t user);
 
 /// Reads the folder that the profile `file` names, with the present time. The error names the wrong
 /// file in it, and the remedy.

@@ -32,7 +32,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
     std::ifstream page(MILLRACE_SOURCE "/docs/how-to/secure-a-network.md");
     std::string rule;
     for (std::string line; std::getline(page, line);) {
-      const bool begins = line == "    table inet millrace {";
+      const bool begins = line == "    table inet millrace_flood {";
       if (begins || !rule.empty()) {
         rule += line.substr(4) + '\n';
       }

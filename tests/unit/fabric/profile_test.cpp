@@ -4,10 +4,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "fabric/profile/credentials.hpp"
 #include "idl/fabric.pb.h"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -113,13 +116,58 @@ TEST_F(CredentialsOfSystemd, AreReportedAsMissingOutsideAUnit) {
     value == nullptr ? ::unsetenv("CREDENTIALS_DIRECTORY")
                      : ::setenv("CREDENTIALS_DIRECTORY", value, 1);
     EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY"),
-                AllOf(HasSubstr("is not set"), HasSubstr("--fabric-config")));
+                AllOf(HasSubstr("$CREDENTIALS_DIRECTORY is not set"),
+                      HasSubstr("install-trust --owner USER NAME")));
   }
 }
 
 TEST_F(CredentialsOfSystemd, AreNoPartOfAnotherName) {
   ::setenv("CREDENTIALS_DIRECTORY", temporary_.path().c_str(), 1);
   EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY.old"), HasSubstr("expected"));
+}
+
+/// The folder of a host with the credentials of units and users.
+class CredentialsOfUsers : public testing::Test {
+ protected:
+  void made_for(const std::string& name, std::optional<uid_t> user = {}) {
+    std::filesystem::create_directory(host_.path() / name);
+    if (user) {
+      ASSERT_EQ(::chown((host_.path() / name).c_str(), *user, *user), 0);
+    }
+  }
+  [[nodiscard]] std::string found_by(uid_t user) const {
+    const auto sut = profile::credentials_of_user(host_.path(), user);
+    return sut ? sut->filename().string() : sut.error();
+  }
+  tests::TemporaryFolder host_;
+  uid_t self_ = ::geteuid();
+};
+
+TEST_F(CredentialsOfUsers, AreTheFolderOfTheUserAndNeverThatOfAUnit) {
+  made_for("millrace-gateway");
+  made_for("office");
+  EXPECT_EQ(found_by(self_), "office");
+  made_for("test-bench");
+  EXPECT_THAT(found_by(self_),
+              AllOf(HasSubstr("office, test-bench"), HasSubstr("--fabric-config")));
+}
+
+TEST_F(CredentialsOfUsers, AreReportedAsMissingToAUserWithoutAFolder) {
+  EXPECT_THAT(found_by(self_ + 1), HasSubstr("install-trust --owner USER NAME"));
+  made_for("office");
+  EXPECT_THAT(found_by(self_ + 1), HasSubstr("has none"));
+}
+
+TEST_F(CredentialsOfUsers, OfTheOnlyUserAreThoseOfRootToo) {
+  if (self_ != 0) {
+    GTEST_SKIP() << "needs root to make folders of other users";
+  }
+  made_for("office", 4711);
+  EXPECT_EQ(found_by(0), "office");
+  EXPECT_EQ(found_by(4711), "office");
+  EXPECT_THAT(found_by(4712), HasSubstr("has none"));
+  made_for("root");
+  EXPECT_EQ(found_by(0), "root");
 }
 
 }  // namespace
