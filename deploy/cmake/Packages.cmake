@@ -37,6 +37,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl DESTINATION ${millrace_doc} COMPONEN
   FILES_MATCHING PATTERN "*.proto" PATTERN "*.idl" PATTERN lcm EXCLUDE)
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
+# A link, so that a boot starts the target, and with it what is enabled, without a step that a user could forget.
+install(DIRECTORY ${millrace_deploy}/systemd/multi-user.target.wants DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
 # The additions for units with trust, their installer, and its folder.
 install(FILES ${millrace_deploy}/systemd/trust.conf DESTINATION ${millrace_share}/systemd COMPONENT common)
@@ -57,9 +59,10 @@ install(DIRECTORY
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
   COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN isg EXCLUDE PATTERN programs EXCLUDE PATTERN python EXCLUDE)
-# For controllers whose programs use the services; SysServiceWait.cyc for those that have none of their own.
+# For controllers whose programs use the services; SysServiceWait.cyc for those that have none of their own. On every
+# host, because which one a user copies them from is open.
 install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/SysServiceWait.cyc
-  DESTINATION ${millrace_share}/cycles COMPONENT services)
+  DESTINATION ${millrace_share}/cycles COMPONENT common)
 # The input of lcm-gen for LCM programs.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl/lcm DESTINATION ${millrace_share} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS
@@ -170,8 +173,8 @@ foreach(component IN LISTS millrace_components)
   set(CPACK_DEBIAN_${upper}_DESCRIPTION "${CPACK_COMPONENT_${upper}_DESCRIPTION}")
 endforeach()
 
-# Files under /etc that a user changed are kept; new units are known at once. Nothing is enabled or restarted: that is
-# the operator's decision, one instance at a time.
+# Files under /etc that a user changed are kept; new units are known at once. No process is started, enabled or
+# restarted: that is the operator's decision, one instance at a time.
 set(scripts ${PROJECT_BINARY_DIR}/packaging)
 set(units_common millrace.target)
 set(units_gateway millrace-gateway.service)
