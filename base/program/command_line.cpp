@@ -239,29 +239,43 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
 
 namespace {
 
-constexpr const char* check_help = "Read the configuration, print its mistakes and exit";
+constexpr std::string_view check_flag = "--check";
+
+/// The file is optional: without it that of --config is checked.
+void add_check(CLI::App& app, std::string& file) {
+  app.add_option(std::string(check_flag), file,
+                 "Read this configuration (default: that of --config), print its mistakes and exit")
+      ->type_name("FILE")
+      ->expected(0, 1);
+}
 
 }  // namespace
 
 bool asks_for_check(int argc, char** argv) {
-  return std::any_of(argv, argv + argc,
-                     [](std::string_view argument) { return argument == "--check"; });
+  return std::any_of(argv, argv + argc, [](std::string_view argument) {
+    return argument == check_flag || argument.starts_with("--check=");
+  });
 }
 
 int check(int argc, char** argv, const std::function<std::string(const std::string&)>& what) {
   CLI::App app{"Checks a configuration"};
   std::string file;
-  bool yes = false;
-  app.add_option("--config", file, "The configuration")->required();
-  app.add_flag("--check", yes, check_help);
+  std::string named;
+  app.add_option("--config", file, "The configuration")->type_name("FILE");
+  add_check(app, named);
   return run(app, argc, argv, [&] {
+    file = named.empty() ? file : named;
+    if (file.empty()) {
+      throw UsageError("--check: expected a configuration, as in --check FILE");
+    }
     fmt::print("{} is good: {}\n", file, what(file));
     return exit_done;
   });
 }
 
 void add_check(CLI::App& app) {
-  app.add_flag("--check", check_help);
+  static std::string unused;
+  add_check(app, unused);
 }
 
 void ready(std::string_view what) {

@@ -69,12 +69,14 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--net-id", options.net_id, "AMS NetId of this CNC")->capture_default_str();
   app.add_option("--channels", options.channels, "Number of channels; overrides the configuration")
       ->check(CLI::Range(1U, max_channels));
-  app.add_option("--run", options.run, "CHANNEL=FILE: an NC program to run; may be repeated")
+  app.add_option("--run", options.run, "An NC program to run; may be repeated")
+      ->type_name("CHANNEL=FILE")
       ->allow_extra_args(false);
   app.add_flag("--exit-when-idle", options.exit_when_idle,
                "End when every NC program has ended; exit code 0 if all reached M30 or M02");
   app.add_option("--dir", options.folder,
                  "Folder of message.txt, and where programs and subprograms are searched first")
+      ->type_name("DIR")
       ->check(CLI::ExistingDirectory)
       ->capture_default_str();
   app.add_option("--speed", options.speed,
@@ -82,9 +84,11 @@ void add_options(CLI::App& app, Options& options) {
                  "without waiting")
       ->check(base::program::non_negative_number());
   app.add_option("--config", options.config, "Configuration file (cnc.textproto)")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app.add_option("--check", options.check,
                  "Only print every mistake of these programs; exit code 1 if there is any")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app.add_flag("--timings", options.timings,
                "Print at the end how long each service call took for its NC program");

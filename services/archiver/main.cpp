@@ -105,7 +105,7 @@ int serve(int argc, char** argv) {
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 16});
   std::string file;
-  program.app().add_option("--config", file, "Settings (archiver.textproto)");
+  program.app().add_option("--config", file, "Settings (archiver.textproto)")->type_name("FILE");
   base::program::add_check(program.app());
   std::optional<archiver::Writer> writer;
   std::optional<ObserverThread> observer;

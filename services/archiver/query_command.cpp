@@ -36,15 +36,16 @@ void add_flags(CLI::App& app, Flags& flags) {
                                                  {"channel", Kind::channel},
                                                  {"sample", Kind::sample},
                                                  {"program", Kind::program}};
-  auto* const config =
-      app.add_option("--config", flags.config, "archiver.textproto of the archive");
+  auto* const config = app.add_option("--config", flags.config, "archiver.textproto of the archive")
+                           ->type_name("FILE");
   app.add_option("--folder", flags.folder, "Folder of the archive (default archive)")
+      ->type_name("DIR")
       ->excludes(config);
   program::add_choice(app, "--kind", flags.filter.kind, kinds, "Table whose rows are shown")
       ->default_str("put");
-  app.add_option("--since", flags.since,
+  app.add_option("--from", flags.since,
                  "UTC time as in 2026-03-01T07:00, or a time before now as in 15m, 12h, 7d");
-  app.add_option("--until", flags.until, "The same; this time is not included");
+  app.add_option("--to", flags.until, "The same; this time is not included");
   app.add_option("--machine", flags.filter.machine, "Only of this machine");
   app.add_option("--channel", flags.filter.channel, "Only of this channel");
   app.add_option("--call", flags.filter.call, "Call id, as in logs");
@@ -62,10 +63,10 @@ fabric::Time time_or_throw(const std::string& flag, const std::string& text) {
 Filter filter_from(const Flags& flags) {
   Filter filter = flags.filter;
   if (!flags.since.empty()) {
-    filter.since = time_or_throw("--since", flags.since);
+    filter.since = time_or_throw("--from", flags.since);
   }
   if (!flags.until.empty()) {
-    filter.until = time_or_throw("--until", flags.until);
+    filter.until = time_or_throw("--to", flags.until);
   }
   if (filter.kind != Kind::sample && (filter.group || filter.variable)) {
     throw program::UsageError("--group and --variable need --kind sample");
@@ -168,7 +169,7 @@ int query(int argc, char** argv) {
   CLI::App app{"Shows rows of the archive", "millrace-archiver query"};
   Flags flags;
   add_flags(app, flags);
-  app.add_option("--limit", flags.filter.limit, "Largest number of rows");
+  app.add_option("--count", flags.filter.limit, "At most COUNT rows, the oldest first");
   return program::run(app, argc, argv, [&] {
     const Filter filter = filter_from(flags);
     Output out("");
@@ -187,7 +188,7 @@ int export_rows(int argc, char** argv) {
   std::string output;
   program::add_choice(app, "--format", format, formats, "jsonl is one JSON object per line")
       ->required();
-  app.add_option("--output", output, "File to write (default standard output)");
+  app.add_option("--output", output, "File to write (default standard output)")->type_name("FILE");
   return program::run(app, argc, argv, [&] {
     const Filter filter = filter_from(flags);
     const std::filesystem::path folder = folder_from(flags);

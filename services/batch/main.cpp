@@ -268,7 +268,9 @@ struct Flags {
 };
 
 void add_flags(CLI::App& app, Flags& flags) {
-  app.add_option("--exec", flags.program, "Program to run for each call")->required();
+  app.add_option("--exec", flags.program, "Program to run for each call")
+      ->type_name("PROGRAM")
+      ->required();
   app.add_option("--time-limit", flags.time_limit_ms, "Longest run time in milliseconds")
       ->check(program::positive_number())
       ->capture_default_str();
@@ -341,6 +343,7 @@ int serve_folder(int argc, char** argv) {
   std::string file = "batch.textproto";
   sdk::HostProgram host("Answers calls with programs and scripts", "batch", [&](CLI::App& app) {
     app.add_option("--config", file, "Services and their programs; changes are applied at once")
+        ->type_name("FILE")
         ->capture_default_str();
   });
   tell_flags_of_one(host.app());

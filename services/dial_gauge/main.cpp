@@ -180,10 +180,11 @@ int run(int argc, char** argv) {
                                .version = MILLRACE_VERSION,
                                .delivery = fabric::Delivery::at_most_once});
   std::string file;
-  program.app().add_option(
-      "--config", file,
-      "Gauges to serve (dial_gauge.textproto). Without it, one simulated gauge "
-      "G1 that shows 12.345 mm");
+  program.app()
+      .add_option("--config", file,
+                  "Gauges to serve (dial_gauge.textproto). Without it, one simulated gauge "
+                  "G1 that shows 12.345 mm")
+      ->type_name("FILE");
   base::program::add_check(program.app());
   std::optional<RunningGauges> gauges;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {

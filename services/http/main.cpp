@@ -43,6 +43,7 @@ int serve(int argc, char** argv) {
   std::string file = "http.textproto";
   sdk::HostProgram http("Answers calls with web servers", "http", [&](CLI::App& app) {
     app.add_option("--config", file, "Services and their URLs; changes are applied at once")
+        ->type_name("FILE")
         ->capture_default_str();
   });
   return http.run(argc, argv, [&](const sdk::HostedProcess& process) {

@@ -389,7 +389,8 @@ int serve(int argc, char** argv) {
       "Connects LCM programs to the fabric as services", "lcm", [&](CLI::App& app) {
         app.add_option("--config", file,
                        "Group, programs and mirror (lcm.textproto). Without it, every program on "
-                       "udpm://239.255.76.67:7667 of this host");
+                       "udpm://239.255.76.67:7667 of this host")
+            ->type_name("FILE");
         app.add_flag("--mirror", mirror, "Publish calls and events of the fabric on LCM");
       });
   return lcm.run(argc, argv, [&](const sdk::HostedProcess& process) {

@@ -147,7 +147,7 @@ int serve(int argc, char** argv) {
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 4});
   std::string file;
-  service.app().add_option("--config", file, config_help)->required();
+  service.app().add_option("--config", file, config_help)->type_name("FILE")->required();
   program::add_check(service.app());
   std::optional<mail::Smtp> smtp;
   std::optional<mail::MailSender> mail_sender;

@@ -32,7 +32,7 @@ TEST(MachineData, IsSeenWhileAProgramMoves) {
   Process gateway = sut.configured_gateway(machine(axes));
   gateway.await_error("data axes: V\\.E\\.NONE cannot be read: 0x710 symbol not found");
 
-  Process watch = sut.millrace({"data", "cnc", "--watch", "--count", "3"});
+  Process watch = sut.millrace({"data", "cnc", "--follow", "--count", "3"});
   ASSERT_EQ(watch.wait(), 0) << watch.error_output();
   EXPECT_THAT(watch.output(), HasSubstr("cnc/1  axes  V.A.ACT_POS.X="));
   EXPECT_THAT(watch.output(), HasSubstr("mc_active_feed_override_r=1000  V.E.NONE=- (refused: "));
@@ -49,7 +49,7 @@ TEST(MachineData, IsStaleWithoutItsControllerAndGoodAgainWithIt) {
   const std::string address = "127.0.0.1:" + std::to_string(sut.port());
   Process gateway = sut.configured_gateway(machine(
       "data { name: \"state\" variable: [\"mode\", \"cnc_number_of_channel_r\"] period_ms: 50 }"));
-  Process watch = sut.millrace({"data", "--watch"});
+  Process watch = sut.millrace({"data", "--follow"});
   watch.await("state  mode=1  cnc_number_of_channel_r=2$");
 
   cnc.reset();
@@ -68,7 +68,7 @@ TEST(MachineData, IsReplayedWithAMarkAndRetractedAtTheEnd) {
   record.await("^ready: ");
   Process gateway = sut.configured_gateway(machine(axes));
   {
-    Process watch = sut.millrace({"data", "--watch", "--count", "10"});
+    Process watch = sut.millrace({"data", "--follow", "--count", "10"});
     ASSERT_EQ(watch.wait(), 0) << watch.error_output();
   }
   record.terminate();
@@ -79,7 +79,7 @@ TEST(MachineData, IsReplayedWithAMarkAndRetractedAtTheEnd) {
   EXPECT_EQ(taken.wait(), 2);
   EXPECT_THAT(taken.error_output(), HasSubstr("a gateway serves machine 'cnc'"));
 
-  Process watch = sut.millrace({"data", "--watch"});
+  Process watch = sut.millrace({"data", "--follow"});
   watch.await("cnc/1  axes  V.A.ACT_POS.X=");
   Process replay = sut.millrace({"replay", "--data", "--rate", "4", file});
   watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  V\\.A\\.ACT_POS\\.X=.*\\(replayed\\)");
@@ -112,7 +112,7 @@ TEST(MachineData, IsArchived) {
       {binary("millrace-archiver"), "--domain", std::to_string(sut.domain()), "--config", config});
   archiver.await("^ready: ");
   Process gateway = sut.configured_gateway(machine(axes));
-  Process watch = sut.millrace({"data", "--watch", "--count", "10"});
+  Process watch = sut.millrace({"data", "--follow", "--count", "10"});
   ASSERT_EQ(watch.wait(), 0) << watch.error_output();
   archiver.terminate();
   ASSERT_EQ(archiver.wait(), 0) << archiver.error_output();
@@ -147,7 +147,7 @@ TEST(MachineData, NeedsNoSumCommands) {
   Process gateway = sut.configured_gateway(
       machine("data { name: \"few\" variable: [\"mode\", \"state\", \"V.G.BLOCK_NR\"] "
               "period_ms: 10 } data_requests_per_second: 20"));
-  Process watch = sut.millrace({"data", "--watch", "--count", "1"});
+  Process watch = sut.millrace({"data", "--follow", "--count", "1"});
   watch.await("few  mode=1  state=2  V\\.G\\.BLOCK_NR=0");
   gateway.await_error(
       "data few: sampled every \\d+ ms, not every 10 ms: the budget of 20 requests a second");

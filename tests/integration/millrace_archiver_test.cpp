@@ -305,7 +305,7 @@ TEST(ArchiverCommands, ExportLeavesItsFileAsItWasUnlessAllIsWell) {
   std::ofstream(file) << "yesterday's";
   for (const std::string since : {"yesterday", "1h"}) {
     Process sut({binary("millrace-archiver"), "export", "--format", "csv", "--folder",
-                 (folder.path() / (since == "1h" ? "none" : ".")).string(), "--since", since,
+                 (folder.path() / (since == "1h" ? "none" : ".")).string(), "--from", since,
                  "--output", file});
     EXPECT_EQ(sut.wait(), 2) << sut.error_output();
     std::string content;
@@ -347,7 +347,7 @@ TEST(ArchiverCommands, RefuseWrongArguments) {
   const TemporaryFolder folder;
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"query", "--folder", "/no/such/folder"},
-        {"query", "--folder", folder.path().string(), "--since", "yesterday"},
+        {"query", "--folder", folder.path().string(), "--from", "yesterday"},
         {"query", "--folder", folder.path().string(), "--kind", "event", "--where", "a"},
         {"export", "--folder", folder.path().string()}}) {
     std::vector<std::string> command{binary("millrace-archiver")};

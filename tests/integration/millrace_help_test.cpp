@@ -269,7 +269,7 @@ TEST(TheManPage, OfEveryProgramHasItsOptions) {
     }
   }
   EXPECT_THAT(shown_by_man({"millrace-archiver", "query"}),
-              testing::ContainsRegex("NAME\n +millrace-archiver query - .*(.|\n)*--limit"));
+              testing::ContainsRegex("NAME\n +millrace-archiver query - .*(.|\n)*--count"));
 }
 
 TEST(TheManPage, HasEverySubcommandWithItsOptions) {

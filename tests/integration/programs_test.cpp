@@ -71,7 +71,7 @@ class Programs : public testing::Test {
   }
   /// So that the first start is seen, too.
   void await_idle() {
-    Process data = sut.millrace({"data", "--watch"});
+    Process data = sut.millrace({"data", "--follow"});
     data.await("state  state=2");
   }
 
@@ -85,7 +85,7 @@ TEST_F(Programs, ArePublishedWithNameErrorDurationAndParts) {
   write("stop.nc", "%stop\n#TIME 0.2\nM00\nM30\n");
   Process controller = cnc();
   Process serving = gateway();
-  Process watch = sut.millrace({"programs", "cnc", "--watch"});
+  Process watch = sut.millrace({"programs", "cnc", "--follow"});
   await_idle();
   Panel panel(sut.port());
 
@@ -126,7 +126,7 @@ TEST_F(Programs, AreRecordedAndArchived) {
   Process controller = cnc();
   Process serving = gateway();
   await_idle();
-  Process watch = sut.millrace({"programs", "--watch"});
+  Process watch = sut.millrace({"programs", "--follow"});
 
   Panel(sut.port()).start("good.nc");
   watch.await("ended  \"[^\"]*good\\.nc\"");
@@ -164,7 +164,7 @@ TEST_F(Programs, ArePublishedWithoutNamesWhereTheControllerHasNone) {
       cnc("answers { program_objects: false } programs { ready_after_end: true }\n");
   Process serving = gateway();
   serving.await_error("cnc/1: programs: mc_program_name_r, mc_error_id_r cannot be read: 0x704");
-  Process watch = sut.millrace({"programs", "--watch"});
+  Process watch = sut.millrace({"programs", "--follow"});
   await_idle();
   Panel(sut.port()).start("good.nc");
   watch.await("started  0 parts  automatic");

@@ -58,6 +58,14 @@ constexpr std::array<std::string_view, 5> own{"--help", "-h", "--version", "--ma
 }  // namespace
 
 std::vector<std::string> word_order(std::vector<std::string> words) {
+  if (!words.empty() && words.front() == "help") {
+    std::rotate(words.begin(), words.begin() + 1, words.end());
+    words.back() = "--help";
+    return words;
+  }
+  if (words.size() == 1 && words.front() == "version") {
+    return {"--version"};
+  }
   auto command = words.begin();
   while (command != words.end() && (is_among(with_value, *command) || is_among(flags, *command))) {
     const bool has_value =

@@ -40,7 +40,7 @@ void add_completion(CLI::App& app, Chosen& chosen);
 
 /// Moves global options behind the command, where it takes them:
 /// "--domain 7 services" is "services --domain 7". "vars list press" is "vars press list". Without
-/// a command: `status`.
+/// a command: `status`. "help services" is "services --help", "version" is "--version".
 std::vector<std::string> word_order(std::vector<std::string> words);
 
 // The writer's name in our files.

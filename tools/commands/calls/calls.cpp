@@ -19,6 +19,9 @@ namespace millrace::tools::commands::calls {
 
 namespace {
 
+/// Unless --count says otherwise.
+constexpr std::uint64_t listed = 20;
+
 /// All that is still on the fabric of calls, and what comes while it listens.
 void listen(const CallsOptions& options,
             const std::function<void(const recording::Entry&)>& on_entry) {
@@ -30,7 +33,7 @@ void listen(const CallsOptions& options,
 }
 
 int list(const CallsOptions& options) {
-  CallList calls(options.last);
+  CallList calls(options.count.value_or(listed));
   Names machines;
   listen(options, [&](const recording::Entry& entry) {
     if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
@@ -60,7 +63,7 @@ int list(const CallsOptions& options) {
 int show(const CallsOptions& options) {
   const auto id = fabric::parse_call_id(options.call);
   recording::Call call(id.value_or(fabric::CallId{}));
-  CallList others(options.last);
+  CallList others(listed);
   listen(options, [&](const recording::Entry& entry) {
     call.add(entry);
     others.add(entry);
@@ -95,10 +98,9 @@ CallsOptions::CallsOptions(CLI::App& command)
   output.exclude(command.add_flag("-f,--follow", follow,
                                   "Each call when it ends; on a terminal a table of rates"));
   add_filter(command, filter);
-  command.add_option("--last", last, "So many calls")
-      ->check(base::program::positive_number())
-      ->capture_default_str();
-  command.add_option("--count", count, "With -f: end after so many calls")
+  command
+      .add_option("--count", count,
+                  "The last COUNT calls; default 20. With -f: end after COUNT calls")
       ->check(base::program::positive_number());
   command.add_flag("--lines", lines, "With -f: lines on a terminal, too");
   add_duration(command, "--wait", wait, "Without -f: listen this long; 700ms unless given");

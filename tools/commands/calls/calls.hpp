@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "fabric/profile/command_line.hpp"
@@ -21,9 +23,8 @@ struct CallsOptions {
   std::chrono::nanoseconds wait;
   std::string call{};
   recording::Filter filter{};
-  std::uint64_t last = 20;
   bool follow = false;
-  std::uint64_t count = 0;
+  std::optional<std::uint64_t> count{};
   bool lines = false;
 };
 

@@ -221,12 +221,15 @@ void add_route(CLI::App& controller, Chosen& chosen) {
                   "The NetId of the gateway (source_net_id of its configuration)")
       ->required();
   command.add_option("--user", options->user, "An administrator of the controller")->required();
-  command.add_option("--password-file", options->password_file,
-                     "File with the password in its first line; default: ask for it");
+  command
+      .add_option("--password-file", options->password_file,
+                  "File with the password in its first line; default: ask for it")
+      ->type_name("FILE");
   command
       .add_option("--self-signed", options->self_signed,
                   "Over Secure ADS, with millrace.key and millrace.crt in this folder; the command "
                   "creates them if they are missing")
+      ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   command.add_option("--fingerprint", options->fingerprint,
                      "Fingerprint of the controller's certificate; default: ask");

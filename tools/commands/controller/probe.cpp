@@ -316,11 +316,13 @@ void add_probe(CLI::App& controller, Chosen& chosen) {
   command
       .add_option("--password-file", options->password_file,
                   "With --psk: file with the password in its first line")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command
       .add_option("--self-signed", options->self_signed,
                   "Over Secure ADS, with millrace.key and millrace.crt in this folder, as "
                   "add-route makes them")
+      ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   command.add_option(
       "--fingerprint", options->fingerprint,
@@ -329,10 +331,13 @@ void add_probe(CLI::App& controller, Chosen& chosen) {
       .add_option(
           "--ca", options->ca,
           "Over Secure ADS, with certificates of this CA; PEM, like --certificate and --key")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command.add_option("--certificate", options->certificate, "With --ca: certificate of this host")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command.add_option("--key", options->key, "With --ca: key of this host's certificate")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command.add_option("--common-name", options->common_name,
                      "With --ca: common name in the controller's certificate; default HOST");

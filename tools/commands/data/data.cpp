@@ -32,7 +32,7 @@ bool is_wanted(const Options& options, const recording::Entry& entry) {
 
 int show_data(const Options& options) {
   const auto wanted = [&](const auto& entry) { return is_wanted(options, entry); };
-  if (options.watch) {
+  if (options.follows) {
     return follow(options, wanted);
   }
   const auto [samples, machines] = receive(options, wanted);
@@ -47,7 +47,7 @@ void add_data(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "data", "Values of machines, as gateways sample them",
                      "millrace data press\n"
-                     "  millrace data press --group axes --watch --json | jq .values[0].value");
+                     "  millrace data press --group axes -f --json | jq .values[0].value");
   auto options = std::make_shared<Options>(command);
   command.callback([options, &chosen] { chosen.run = [options] { return show_data(*options); }; });
 }

@@ -61,8 +61,9 @@ DataOptions::DataOptions(CLI::App& command, const std::string& what)
   command.add_option("MACHINE", machine, "Only this machine; default: all");
   command.add_option("--channel", channel, "Only this channel, counted from 1")
       ->check(CLI::Range(std::uint16_t{1}, last_channel));
-  output.exclude(command.add_flag("--watch", watch, "Continue, with one line for each " + what));
-  command.add_option("--count", count, "With --watch: end after this number of lines")
+  output.exclude(
+      command.add_flag("-f,--follow", follows, "Continue, with one line for each " + what));
+  command.add_option("--count", count, "With -f: end after this number of lines")
       ->check(base::program::positive_number());
   add_duration(command, "--wait", wait, "Listen for this time; default 700ms");
 }

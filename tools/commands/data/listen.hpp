@@ -2,7 +2,7 @@
 //
 //   DataOptions options(command, "sample");
 //   const auto wanted = [&](const recording::Entry& entry) { … };
-//   if (options.watch) return follow(options, wanted);
+//   if (options.follows) return follow(options, wanted);
 //   const auto [entries, machines] = receive(options, wanted);
 //   return options.show(listing, entries, machines, "no gateway …");
 #pragma once
@@ -23,7 +23,7 @@
 namespace millrace::tools::commands::data {
 
 struct DataOptions {
-  /// Adds MACHINE, --channel, --watch, --count, --wait, and the flags of listings and the fabric.
+  /// Adds MACHINE, --channel, --follow, --count, --wait, and the flags of listings and the fabric.
   DataOptions(CLI::App& command, const std::string& what);
 
   /// Whether the sample is of a wanted machine and channel.
@@ -50,7 +50,7 @@ struct DataOptions {
   ListingFlags output;
   std::string machine;
   std::uint16_t channel = 0;
-  bool watch = false;
+  bool follows = false;
   std::uint64_t count = 0;
   std::chrono::nanoseconds wait;
 
@@ -66,7 +66,7 @@ void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Int
             std::optional<std::chrono::nanoseconds> wait,
             const std::function<bool(const recording::Entry&)>& on_entry);
 
-/// --watch: a line for each entry that is `wanted`, until a signal, --count, or the output is
+/// --follow: a line for each entry that is `wanted`, until a signal, --count, or the output is
 /// closed. Returns the exit code.
 int follow(const DataOptions& options, const Wanted& wanted);
 struct Received {

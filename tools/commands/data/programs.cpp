@@ -12,7 +12,7 @@ int show_programs(const DataOptions& options) {
     const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample);
     return event != nullptr && options.takes(event->key);
   };
-  if (options.watch) {
+  if (options.follows) {
     return follow(options, wanted);
   }
   const auto [events, machines] = receive(options, wanted);
@@ -27,7 +27,7 @@ void add_programs(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
       app, "programs",
       "Starts, ends and aborts of NC programs: the last event of each channel, or all as they come",
-      "millrace programs press --watch");
+      "millrace programs press -f");
   auto options = std::make_shared<DataOptions>(command, "event");
   command.callback(
       [options, &chosen] { chosen.run = [options] { return show_programs(*options); }; });

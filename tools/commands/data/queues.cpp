@@ -18,7 +18,7 @@ int show_queues(const DataOptions& options) {
     const std::string machine(fabric::machine_of(sample->key.machine));
     return options.takes(sample->key) || options.takes({machine, sample->key.channel});
   };
-  if (options.watch) {
+  if (options.follows) {
     return follow(options, wanted);
   }
   const auto [queues, machines] = receive(options, wanted);
@@ -34,7 +34,7 @@ void add_queues(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "queues", "Message queues of controllers, and their read positions",
                      "millrace queues press\n"
-                     "  millrace queues --watch --json");
+                     "  millrace queues -f --json");
   auto options = std::make_shared<DataOptions>(command, "change");
   command.callback(
       [options, &chosen] { chosen.run = [options] { return show_queues(*options); }; });

@@ -221,10 +221,13 @@ void add_lint(CLI::App& app, Chosen& chosen) {
   command
       .add_option("--path", options->folders,
                   "Folder of subprograms and cycles, before the one of the program")
+      ->type_name("DIR")
       ->allow_extra_args(false);
   command.add_option("--uuid", options->uuids, "UUID of a known service")->allow_extra_args(false);
-  command.add_option("--uuids", options->uuid_file,
-                     "File with the UUIDs of known services, one in each line");
+  command
+      .add_option("--uuids", options->uuid_file,
+                  "File with the UUIDs of known services, one in each line")
+      ->type_name("FILE");
   command.add_flag("--live", options->live, "The services that are on the fabric now are known");
   command.add_flag("--channels", options->channels,
                    "The NC programs run in different channels at the same time");

@@ -184,8 +184,10 @@ int record(const Options& options) {
 }
 
 void add_options(CLI::App& command, Options& options) {
-  command.add_option("-o,--output", options.recorder.file,
-                     "The file; default millrace-TIME.mcap. It grows as FILE.part");
+  command
+      .add_option("-o,--output", options.recorder.file,
+                  "The file; default millrace-TIME.mcap. It grows as FILE.part")
+      ->type_name("FILE");
   add_json(command, options.json);
   add_filter(command, options.recorder.filter);
   command.add_option("--without-text", options.without_text,

@@ -66,7 +66,8 @@ void add_export(CLI::App& recording, Chosen& chosen) {
   command.add_option("--format", options->format, "csv or jsonl")
       ->check(CLI::IsMember({"csv", "jsonl"}))
       ->capture_default_str();
-  command.add_option("-o,--output", options->output, "Write here instead of to standard output");
+  command.add_option("-o,--output", options->output, "Write here instead of to standard output")
+      ->type_name("FILE");
   add_recording_filter(command, options->filter);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return export_file(*options); }; });

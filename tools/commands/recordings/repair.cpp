@@ -60,8 +60,10 @@ void add_repair(CLI::App& recording, Chosen& chosen) {
                      "Write what can be read of a cut or damaged recording to a new, whole file",
                      "millrace recording repair run.mcap.part -o run.mcap");
   add_file(command, options->file);
-  command.add_option("-o,--output", options->output,
-                     "The new file; by default FILE with .repaired before .mcap");
+  command
+      .add_option("-o,--output", options->output,
+                  "The new file; by default FILE with .repaired before .mcap")
+      ->type_name("FILE");
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return repair(*options); }; });
 }

@@ -210,6 +210,7 @@ void add_export(CLI::App& trust, Chosen& chosen) {
   command
       .add_option("-o,--output", options->output,
                   "The tar archive to write; - for the standard output")
+      ->type_name("FILE")
       ->required();
   command.callback(
       [options, &chosen] { chosen.run = [options] { return write_archive(*options); }; });
@@ -222,9 +223,11 @@ void add_pki_folder(CLI::App& command, PkiOptions& options) {
 }
 
 void add_passphrase(CLI::App& command, PkiOptions& options) {
-  command.add_option("--passphrase-file", options.passphrase_file,
-                     "File whose first line encrypts the keys of the CAs; without it only the "
-                     "folder's mode protects them");
+  command
+      .add_option("--passphrase-file", options.passphrase_file,
+                  "File whose first line encrypts the keys of the CAs; without it only the "
+                  "folder's mode protects them")
+      ->type_name("FILE");
 }
 
 std::string passphrase_of(const PkiOptions& options) {

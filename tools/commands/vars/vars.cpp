@@ -42,6 +42,7 @@ VarsOptions::VarsOptions(CLI::App& command, Machine the_machine)
   command
       .add_option("--config", config,
                   "With --direct: the gateway's configuration, with the address of MACHINE")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command.add_option("--channel", channel, "Channel of the controller, counted from 1")
       ->check(CLI::Range(1U, last_channel))

@@ -45,6 +45,7 @@ struct Options {
   std::string key;
   bool behind_proxy = false;
   std::string recordings;
+  bool login_for_recordings = false;
   std::vector<std::string> names;
   std::vector<std::string> trusted_proxies;
   std::string users;
@@ -120,6 +121,10 @@ WebOptions web_options(const Options& options) {
     throw program::UsageError(
         fmt::format("--recordings {}: the folder does not exist", options.recordings));
   }
+  if (options.login_for_recordings && options.users.empty()) {
+    throw program::UsageError(
+        "--login-for-recordings: expected the file with the users (--allow-actions)");
+  }
   WebOptions web{.join = options.fabric.options(), .version = MILLRACE_VERSION};
   web.joining = doctor::joining_of(options.fabric, web.join);
   web.server.address = place.address.to_string();
@@ -137,6 +142,7 @@ WebOptions web_options(const Options& options) {
   }
   web.behind_proxy = options.behind_proxy;
   web.recordings = options.recordings;
+  web.login_for_recordings = options.login_for_recordings;
   web.state_folder = options.state_folder;
   if (!options.users.empty()) {
     auto users = tools::web::actions::read_users(options.users);
@@ -181,6 +187,8 @@ void add_web(CLI::App& app, Chosen& chosen) {
       .add_option("--allow-actions", options->users,
                   "Let the users in this file answer, retry and drain; without it no user may")
       ->type_name("FILE");
+  command.add_flag("--login-for-recordings", options->login_for_recordings,
+                   "Show recordings only to users of --allow-actions who have logged in");
   command
       .add_option("--state-folder", options->state_folder,
                   "Keep acknowledgements in this folder, so that they survive a restart")

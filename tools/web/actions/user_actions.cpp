@@ -179,6 +179,10 @@ http::Outcome UserActions::answer(const std::vector<std::string>& path,
                               "there is no such action; docs/reference/http-api.md names them");
 }
 
+bool UserActions::is_logged_in(const http::Request& request, const fabric::Moment& now) {
+  return sessions_.find(cookie_in(request.cookie, cookie_name), now.steady) != nullptr;
+}
+
 boost::json::object UserActions::json_of(const Session& session) const {
   boost::json::array may;
   if (const auto user = options_.users.find(session.user); user != options_.users.end()) {

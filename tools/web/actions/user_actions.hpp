@@ -64,6 +64,7 @@ class UserActions : public http::ActionHandler {
 
   http::Outcome answer(const std::vector<std::string>& path, const http::Request& request,
                        const fabric::Moment& now) override;
+  [[nodiscard]] bool is_logged_in(const http::Request& request, const fabric::Moment& now) override;
 
  private:
   http::Response session(const http::Request& request, const fabric::Moment& now);

@@ -181,6 +181,9 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
     return error_response(405, "only GET and HEAD are understood here");
   }
   if (what == "recordings") {
+    if (parts_.login_for_recordings && !parts_.action_handler->is_logged_in(request, now)) {
+      return error_response(401, "log in to see recordings");
+    }
     return recordings(target);
   }
   if (what == "calls") {

@@ -28,6 +28,8 @@ class ActionHandler {
   /// /api/session, /api/login, /api/logout and /api/actions/…; `path` is what follows /api/.
   virtual Outcome answer(const std::vector<std::string>& path, const Request& request,
                          const fabric::Moment& now) = 0;
+  /// Does the request belong to the session of a user?
+  [[nodiscard]] virtual bool is_logged_in(const Request& request, const fabric::Moment& now) = 0;
 };
 
 struct SiteParts {
@@ -35,6 +37,8 @@ struct SiteParts {
   const Pages& pages;
   /// Null without a folder.
   std::shared_ptr<const Recordings> recordings{};
+  /// Needs an action handler.
+  bool login_for_recordings = false;
   /// The text of /metrics.
   std::function<std::string()> metrics{};
   /// Called on the loop. Its result blocks, and returns the output of `doctor --json` for the last

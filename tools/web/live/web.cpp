@@ -181,6 +181,7 @@ Web::Web(WebOptions wanted, base::program::Log destination)
       site({.plant = plant,
             .pages = pages,
             .recordings = recordings,
+            .login_for_recordings = options.login_for_recordings,
             .metrics = [this] { return metrics_text(); },
             .doctor = [this]() -> std::function<boost::json::object()> {
               return [examiner = examiner, lost = plant.live().lost()] {

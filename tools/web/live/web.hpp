@@ -23,6 +23,8 @@ struct WebOptions {
   ServerOptions server{};
   /// Empty: no recordings.
   std::filesystem::path recordings{};
+  /// Recordings are for logged-in users only.
+  bool login_for_recordings = false;
   /// Users who may act; without any, actions are off.
   actions::Users users{};
   /// Keeps acknowledgements; empty: they end with this server.

@@ -8,6 +8,13 @@ namespace {
 
 using testing::ElementsAre;
 
+TEST(WordOrder, TakesHelpAndVersionForTheirOptions) {
+  EXPECT_THAT(word_order({"help"}), ElementsAre("--help"));
+  EXPECT_THAT(word_order({"help", "recording", "info"}),
+              ElementsAre("recording", "info", "--help"));
+  EXPECT_THAT(word_order({"version"}), ElementsAre("--version"));
+}
+
 TEST(TheArguments, HaveGlobalOptionsBehindTheCommand) {
   EXPECT_THAT(word_order({"--domain", "7", "--json", "services", "x"}),
               ElementsAre("services", "x", "--domain", "7", "--json"));

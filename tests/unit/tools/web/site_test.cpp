@@ -21,6 +21,18 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::Pair;
 
+/// Its only session has the cookie "anna".
+class OneSession final : public ActionHandler {
+ public:
+  Outcome answer(const std::vector<std::string>& /*path*/, const Request& /*request*/,
+                 const fabric::Moment& /*now*/) override {
+    return error_response(404, "none");
+  }
+  [[nodiscard]] bool is_logged_in(const Request& request, const fabric::Moment& /*now*/) override {
+    return request.cookie == "anna";
+  }
+};
+
 class ASite : public testing::Test {
  protected:
   static Request get(const std::string& target) {
@@ -37,14 +49,16 @@ class ASite : public testing::Test {
   }
 
   Response answer(const Request& request) { return run(site().answer(request, {})); }
-  [[nodiscard]] Site site() const {
+  [[nodiscard]] Site site() {
     return Site({.plant = plant,
                  .pages = pages,
                  .recordings = recordings,
+                 .login_for_recordings = users.has_value(),
                  .metrics = [] { return std::string("up 1\n"); },
                  .doctor = [] { return [] {
                                   return boost::json::object{{"healthy", true}};
                                 }; },
+                 .action_handler = users ? &*users : nullptr,
                  .names = {"hall-pc"}});
   }
 
@@ -52,6 +66,7 @@ class ASite : public testing::Test {
   plant::PlantModel plant{{.fabric = "hall-3"}};
   Pages pages;
   std::shared_ptr<const Recordings> recordings;
+  std::optional<OneSession> users;
 };
 
 TEST_F(ASite, ServesThePageCompressedAndOnlyOnce) {
@@ -202,6 +217,18 @@ TEST_F(ASite, AllowsNoActionsUnlessConfigured) {
   request.method = "POST";
   EXPECT_EQ(answer(request).status, 403U);
   EXPECT_EQ(json(answer(get("/api/session"))).at("actions"), false);
+}
+
+TEST_F(ASite, ShowsRecordingsOnlyToLoggedInUsersIfItIsToldSo) {
+  recordings = std::make_shared<Recordings>(folder.path());
+  std::ofstream(folder.path() / "a.mcap") << "no recording";
+  Request file = get("/api/recordings/a.mcap/file");
+  EXPECT_TRUE(std::holds_alternative<Download>(site().answer(file, {})));
+  users.emplace();
+  EXPECT_EQ(answer(file).status, 401U);
+  EXPECT_EQ(answer(get("/api/recordings")).status, 401U);
+  file.cookie = "anna";
+  EXPECT_TRUE(std::holds_alternative<Download>(site().answer(file, {})));
 }
 
 TEST_F(ASite, ReadsRecordingsOfItsFolderOnly) {
