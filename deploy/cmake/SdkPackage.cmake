@@ -12,7 +12,8 @@ set(sdk_config ${CMAKE_INSTALL_LIBDIR}/cmake/millrace)
 
 # All of what services see, as objects; of what is below, only what is used.
 add_library(millrace_sdk_shared SHARED
-  $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_program>
+  $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_messages>
+  $<TARGET_OBJECTS:millrace_program>
   $<TARGET_OBJECTS:millrace_service_text>)
 set_target_properties(millrace_sdk_shared PROPERTIES LINKER_LANGUAGE CXX)
 target_link_libraries(millrace_sdk_shared PRIVATE millrace_sdk)
@@ -34,7 +35,7 @@ install(EXPORT millrace FILE millrace-targets.cmake NAMESPACE millrace:: DESTINA
 # The headers that a service includes, and those that they include.
 set(headers
   fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/fields.hpp fabric/messages.hpp fabric/alarm.hpp fabric/dds/participant.hpp
-  base/program/command_line.hpp base/program/log.hpp
+  base/messages/message.hpp base/program/command_line.hpp base/program/log.hpp
   services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/shared_participant.hpp
   services/sdk/alarms.hpp services/sdk/asio.hpp services/sdk/response.hpp services/sdk/service.hpp services/sdk/typed.hpp
   services/sdk/testing/fake_call.hpp services/sdk/testing/loopback.hpp services/text/answer.hpp services/text/fields.hpp)

@@ -46,17 +46,18 @@ const mishaps = {
     plant.services.push(instance('f', uuids.marker, 'laser marker', 31802, { gone: ago(432), delivery: 'at-most-once' }));
     plant.change('mill_2', 3, {
       channel_state: 'held', call: '5f3a9c0112d4-17', since: ago(432), uuid: uuids.marker, service: 'laser marker', request: 'part 4711', instances: 0,
-      reason: lost, program: { state: 'running', name: 'laser_mark.nc', since: ago(500) },
+      reason: lost, reason_code: 'instance_lost_held', reason_arguments: ['laser marker (pid 31802 on vm)'], program: { state: 'running', name: 'laser_mark.nc', since: ago(500) },
     });
     plant.happened(433, 'instance ended', { uuid: uuids.marker, name: 'laser marker', host: 'vm', pid: 31802, last: true });
-    plant.happened(432, 'call held', { machines: ['mill_2'], channel: 3, call: '5f3a9c0112d4-17', uuid: uuids.marker, text: lost });
+    plant.happened(432, 'call held', { machines: ['mill_2'], channel: 3, call: '5f3a9c0112d4-17', uuid: uuids.marker, text: lost, text_code: 'instance_lost_held', text_arguments: ['laser marker (pid 31802 on vm)'] });
   },
   unserved: (plant) => {
     plant.services.push(instance('e', uuids.length, 'tool length', 7898, { gone: ago(264) }));
     for (const [number, since] of [[3, 264], [4, 200]]) {
       plant.change('lathe_1', number, {
         channel_state: 'unserved', since: ago(since), uuid: uuids.length, service: 'tool length', request: `T${number} check`, instances: 0,
-        cause: 'no instance', reason: `no instance serves ${uuids.length}; the last one was tool length (pid 7898 on vm)`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
+        reason_code: 'no_instance', reason_arguments: [`${uuids.length}`, 'tool length (pid 7898 on vm)'],
+        reason: `no instance serves ${uuids.length}; the last one was tool length (pid 7898 on vm)`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
       });
     }
     plant.happened(264, 'instance ended', { uuid: uuids.length, name: 'tool length', host: 'vm', pid: 7898, last: true });
@@ -190,16 +191,20 @@ export function heldTimeline() {
 /** A recorded call with each kind of detail, as /api/recordings/NAME/calls/CALL tells it. */
 export function recordedTimeline() {
   const timeline = heldTimeline();
+  const marker = 'laser marker (pid 31802 on vm)';
   const details = {
-    'instance lost': 'laser marker (pid 31802 on vm) is lost; the call goes to another instance',
-    'held for an operator': 'laser marker (pid 31802 on vm) is lost during this call, which must not run twice; an operator must answer or retry it',
-    'reply at the gateway': 'answered by anna@hall-3',
+    'instance lost': { code: 'instance_lost', arguments: [marker], text: `${marker} is lost; the call goes to another instance` },
+    'held for an operator': { code: 'instance_lost_held', arguments: [marker], text: `${marker} is lost during this call` },
+    'reply at the gateway': { code: 'answered_by', arguments: ['anna@hall-3'], text: 'answered by anna@hall-3' },
   };
-  timeline.steps = timeline.steps.map((step) => ({ ...step, ...(details[step.hop] && { detail: details[step.hop] }) }));
-  const more = [['declined by the instance', 'it runs at most 4 calls at once'], ['late reply dropped', 'no response within 30 s; the NC program goes on waiting'],
-    ['reply refused', 'the service\'s answer has 900 bytes, at most 127 fit; the program gets state 3'],
-    ['withdrawn by the program', 'the NC program withdrew the request']];
-  timeline.steps.push(...more.map(([hop, detail]) => ({ time: ago(1), hop, attempt: 2, by_service: false, instance: 'f', detail })));
+  const detailed = ({ code, arguments: values, text }) => ({ detail: text, detail_code: code, detail_arguments: values });
+  timeline.steps = timeline.steps.map((step) => ({ ...step, ...(details[step.hop] && detailed(details[step.hop])) }));
+  const tooLong = { code: 'response_too_long', arguments: ['900', '127'], text: 'has 900 bytes, at most 127 fit' };
+  const more = [['declined by the instance', { code: 'no_room', arguments: ['4'], text: 'it runs at most 4 calls at once' }],
+    ['late reply dropped', { code: 'deadline', arguments: ['30 s'], text: 'no response within 30 s; the NC program goes on waiting' }],
+    ['reply refused', { code: 'refused_with_state', arguments: [{ code: 'answer_of_service', arguments: [tooLong], text: 'the service\'s answer' }, '3'], text: 'the program gets state 3' }],
+    ['withdrawn by the program', { code: 'program_withdrew', arguments: [], text: 'the NC program withdrew the request' }]];
+  timeline.steps.push(...more.map(([hop, detail]) => ({ time: ago(1), hop, attempt: 2, by_service: false, instance: 'f', ...detailed(detail) })));
   return timeline;
 }
 

@@ -13,7 +13,7 @@ import { messages } from './page/texts/de_messages.js';
 import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
 import { messages as englishMessages } from './page/texts/en_messages.js';
-import { sentenceOf } from './page/texts/sentences.js';
+import { messageOf } from './page/texts/sentences.js';
 import { age, duration, fineClock, milliseconds } from './page/time.js';
 import { layOut, marksOf, scaleOf } from './page/waterfall.js';
 
@@ -243,9 +243,9 @@ test('a sentence with a code is said with its arguments, which may be sentences,
   assert.equal(german.reason({ code: 'and_also', arguments: [inner, 'connection refused'], text: '' }), `${wanted} connection refused`);
   assert.equal(german.reason({ code: 'of_tomorrow', arguments: [], text: 'in English' }), '');
   assert.equal(german.reason({ code: 'instances_busy', text: 'all 3 instances are busy' }), 'Alle  Instanzen sind belegt.');
-  assert.deepEqual(sentenceOf({ reason: 'text', reason_code: 'declined', reason_arguments: ['a'] }, 'reason'), { text: 'text', code: 'declined', arguments: ['a'] });
-  assert.equal(sentenceOf({ reason: 'text' }, 'reason'), 'text');
-  assert.equal(sentenceOf({}, 'reason'), '');
+  assert.deepEqual(messageOf({ reason: 'text', reason_code: 'declined', reason_arguments: ['a'] }, 'reason'), { text: 'text', code: 'declined', arguments: ['a'] });
+  assert.equal(messageOf({ reason: 'text' }, 'reason'), 'text');
+  assert.equal(messageOf({}, 'reason'), '');
 });
 
 test('each sentence with a code is in German with all of its values, and no other', () => {

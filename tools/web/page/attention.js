@@ -1,7 +1,7 @@
 // What needs attention: one concern for each cause, the most urgent first. Pure.
 //
 //   const { concerns, level } = assess(model.plant(), now);
-import { sentenceOf } from './texts/sentences.js';
+import { messageOf } from './texts/sentences.js';
 import { milliseconds } from './time.js';
 
 /** A missing service is a concern after this time, since a new NC program and its service may start together … */
@@ -113,7 +113,7 @@ function concernOf(machine, channel, now) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
-  const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : sentenceOf(link ?? channel, 'reason')) : isOfProgram(state) ? '' : sentenceOf(channel, state === 'journal' ? 'journal' : 'reason');
+  const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : messageOf(link ?? channel, 'reason')) : isOfProgram(state) ? '' : messageOf(channel, state === 'journal' ? 'journal' : 'reason');
   return {
     machines: [machine.name], channels: [channel], kind: state, level, since, reason: reason ?? '', why: channel.reason_code, gone: state === 'gone' ? lastOf(machine) : null,
     cause: causeOf(machine, channel, state),
@@ -151,7 +151,7 @@ function concernOfMachine(machine) {
   }
   const kind = down.every((link) => link.gone) ? 'gone' : 'link down';
   return {
-    machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : sentenceOf(down[0], 'reason'),
+    machines: [machine.name], channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : messageOf(down[0], 'reason'),
     gone: kind === 'gone' ? lastOf(machine) : null, cause: causeOf(machine, {}, kind),
   };
 }
@@ -159,7 +159,7 @@ function concernOfMachine(machine) {
 /** The concern of an alarm: a problem or a warning. */
 const concernOfAlarm = (alarm) => ({
   machines: [`${alarm.program} @ ${alarm.host}`], channels: [], kind: 'trouble', level: alarm.level === 'warning' ? 'look' : 'person',
-  since: milliseconds(alarm.since), reason: sentenceOf(alarm, 'text'), todo: sentenceOf(alarm, 'advice'), alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
+  since: milliseconds(alarm.since), reason: messageOf(alarm, 'text'), todo: messageOf(alarm, 'advice'), alarm, cause: `trouble ${alarm.responder} ${alarm.kind} ${alarm.subject}`,
 });
 
 /** Adds a concern, or merges it with one of the same cause; the worst level and the longest time count. */

@@ -2,7 +2,7 @@
 import { channelName, toolOf } from '../model.js';
 import { element, Keyed, visible } from '../dom.js';
 import { shape } from '../shapes.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { clock, duration, fineClock, milliseconds, moment } from '../time.js';
 import { words } from '../words.js';
 import { chooser, explained, tableHead } from './marks.js';
@@ -43,7 +43,7 @@ function callRow(call, hrefOf, dayOf) {
     cell('instance', element('span', { title: where }, where)),
     cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'person' : 'fine') }, shape(result.name), result.word),
       attempts, call.replayed && element('span', { class: 'replayed' }, ` ${text.replayed}`),
-      call.detail && [' ', explained(sentenceOf(call, 'detail'), 'detail')]));
+      call.detail && [' ', explained(messageOf(call, 'detail'), 'detail')]));
 }
 
 /** A row for missing calls. */

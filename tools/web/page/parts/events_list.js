@@ -1,7 +1,7 @@
 // The server's events, the newest first.
 import { element, Keyed, setAttribute, setText, visible } from '../dom.js';
 import { milliseconds, moment } from '../time.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { words } from '../words.js';
 import { inReadersLanguage } from './marks.js';
 
@@ -18,7 +18,7 @@ function sentenceOf(event, kind, model) {
     channel: `${machines[0]}/${event.channel}`,
     service: model.serviceName(event.uuid),
     error: event.error,
-    text: inReadersLanguage(sentenceOf(event, 'text')),
+    text: inReadersLanguage(messageOf(event, 'text')),
   }) ?? kind);
 }
 

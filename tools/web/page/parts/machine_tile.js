@@ -3,7 +3,7 @@ import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attentio
 import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { age, duration, period } from '../time.js';
 import { perSecond, words } from '../words.js';
 import { inReadersLanguage, stateMark } from './marks.js';
@@ -120,7 +120,7 @@ export function machineTile() {
         const host = visible(link.gateway_host ?? '');
         setText(gateway, host && several ? words.plant.gateway(host, link.gateway_version) : '');
         setAttribute(item, 'title', [linkDetail(link), visible(link.address), host && words.plant.gateway(host, link.gateway_version),
-          visible(inReadersLanguage(sentenceOf(link, 'reason')))].filter(Boolean).join(' · '));
+          visible(inReadersLanguage(messageOf(link, 'reason')))].filter(Boolean).join(' · '));
       },
     };
   });

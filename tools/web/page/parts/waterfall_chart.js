@@ -2,7 +2,7 @@
 // as `millrace calls` prints them.
 import { element, visible } from '../dom.js';
 import { duration, fineClock, milliseconds } from '../time.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { layOut, marksOf, scaleOf } from '../waterfall.js';
 import { words } from '../words.js';
 import { copyButton, explained, inReadersLanguage, scrolling, tableHead } from './marks.js';
@@ -61,7 +61,7 @@ function whatOf(step, name) {
     parts.push(element('span', { class: 'said' }, words.quoted(visible(step.text))), ` ${text.stateOf(step.state)}`);
   }
   // The name of the instance stands beside the step.
-  const detail = sentenceOf(step, 'detail');
+  const detail = messageOf(step, 'detail');
   if (step.detail && inReadersLanguage(detail) !== name) {
     parts.push(parts.length > 0 ? '  ' : '', explained(detail));
   }
@@ -97,7 +97,7 @@ function textOf(timeline, nameOf) {
   const first = milliseconds(timeline.steps[0].time);
   return [`${timeline.call ?? ''} ${timeline.machine}/${timeline.channel} ${timeline.uuid}`, ...timeline.steps.map((step) => [fineClock(milliseconds(step.time)),
     duration(milliseconds(step.time) - first), step.attempt || '', text.hops[step.hop] ?? step.hop, step.instance && nameOf(step.instance),
-    step.text !== undefined && `${words.quoted(visible(step.text))} ${text.stateOf(step.state)}`, step.detail && visible(inReadersLanguage(sentenceOf(step, 'detail')))].filter((part) => part !== undefined && part !== false).join('\t'))].join('\n');
+    step.text !== undefined && `${words.quoted(visible(step.text))} ${text.stateOf(step.state)}`, step.detail && visible(inReadersLanguage(messageOf(step, 'detail')))].filter((part) => part !== undefined && part !== false).join('\t'))].join('\n');
 }
 
 /** `nameOf(instance)` is the name of an instance; `now` the end of a call that is in progress. */

@@ -15,7 +15,7 @@ export const sayer = (messages, reword) => function say(sentence) {
 };
 
 /** A sentence of the server's JSON, where its code and its arguments stand beside it. */
-export const sentenceOf = (from, name) => (from[`${name}_code`]
+export const messageOf = (from, name) => (from[`${name}_code`]
   ? { text: from[name], code: from[`${name}_code`], arguments: from[`${name}_arguments`] } : from[name] ?? '');
 
 /** In English. */

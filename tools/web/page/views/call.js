@@ -3,7 +3,7 @@ import { get } from '../api.js';
 import { element, replace, slot } from '../dom.js';
 import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { milliseconds } from '../time.js';
 import { words } from '../words.js';
@@ -67,7 +67,7 @@ export function callView(app, id, path, back) {
     }
     const state = stateOf(channel);
     mark.update(state, levelOf(state));
-    showWhy(channel.reason, () => reasonOf(sentenceOf(channel, 'reason')));
+    showWhy(channel.reason, () => reasonOf(messageOf(channel, 'reason')));
     showButtons([channel.call, app.session.describe()], () => app.session.buttonsFor(channel));
   }
 

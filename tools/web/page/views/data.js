@@ -5,7 +5,7 @@ import { isNumber, Line, placeOf, qualityOf, variablesOf } from '../lines.js';
 import { byName } from '../model.js';
 import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { shape } from '../shapes.js';
-import { sentenceOf } from '../texts/sentences.js';
+import { messageOf } from '../texts/sentences.js';
 import { age, clock, duration, milliseconds, moment, period } from '../time.js';
 import { plot } from '../parts/plot.js';
 import { chooser, explained, scrolling, tableHead } from '../parts/marks.js';
@@ -70,7 +70,7 @@ function lineCard(app, id, type, zoomed) {
         setAttribute(node, 'data-quality', quality);
         replace(state, element('strong', {}, value?.array ? visible(value.text) : shown(value?.value, name)), replayed(value?.replayed),
           quality !== 'good' && mark(marks[quality], `${text.quality[quality]}${quality === 'stale' && lasting ? ` ${lasting}` : ''}`),
-          value && why(value.gone, sentenceOf(value, 'reason')));
+          value && why(value.gone, messageOf(value, 'reason')));
       }
       const isLine = !value || isNumber(value);
       list.hidden = isLine;
@@ -148,7 +148,7 @@ function variableRow(choose) {
         told = fresh;
         setAttribute(node, 'data-quality', quality);
         replace(cells.quality, mark(marks[quality], text.quality[quality]), replayed(sample.replayed),
-          why(sample.gone, sentenceOf(value, 'reason')));
+          why(sample.gone, messageOf(value, 'reason')));
       }
     },
   };
@@ -176,7 +176,7 @@ function runRow(app) {
       if (node.dataset.told !== fresh) {
         node.dataset.told = fresh;
         replace(cells.outcome, mark(outcomes[run.state] ?? outcomes.unknown, text.outcomes[run.state] ?? run.state), replayed(run.replayed),
-          run.detail && explained(sentenceOf(run, 'detail'), 'detail'));
+          run.detail && explained(messageOf(run, 'detail'), 'detail'));
       }
     },
   };
