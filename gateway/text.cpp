@@ -15,6 +15,15 @@ std::string printable(std::string_view text) {
   return out;
 }
 
+fabric::Message printable_message(const fabric::Message& message) {
+  fabric::Message out(printable(message.text));
+  out.code = printable(message.code);
+  for (const fabric::Message& argument : message.arguments) {
+    out.arguments.push_back(printable_message(argument));
+  }
+  return out;
+}
+
 fabric::Message end_reason(RequestStatus status, const ServiceSnapshot& snapshot) {
   switch (status) {
     case RequestStatus::withdrawn:

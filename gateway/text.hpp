@@ -10,6 +10,8 @@ namespace millrace::gateway {
 
 /// Text from a controller made fit for a line of a log: what is not printable ASCII becomes '?'.
 std::string printable(std::string_view text);
+/// The same for each text of a message from another process.
+fabric::Message printable_message(const fabric::Message& message);
 
 /// Why a call that is not pending any more is over.
 fabric::Message end_reason(RequestStatus status, const ServiceSnapshot& snapshot);

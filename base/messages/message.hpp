@@ -17,7 +17,7 @@
 
 namespace millrace::base::messages {
 
-/// Empty if there is nothing to say. It reads as its text, so that who only prints it needs no code.
+/// Empty if there is nothing to say. It converts to its text: code that only prints it needs no more.
 struct Message {
   /// A word of the catalogue, at most 63 bytes; empty: the text is all there is, as that of an error of the operating system.
   std::string code{};

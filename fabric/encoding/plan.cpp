@@ -123,8 +123,10 @@ void put_text(std::string& out, std::uint32_t tag, std::uint32_t raw_tag, Type::
 constexpr std::uint32_t code_tag = 1U << 3U | bytes_follow;
 constexpr std::uint32_t argument_tag = 2U << 3U | bytes_follow;
 constexpr std::uint32_t text_tag = 3U << 3U | bytes_follow;
-/// Of sentences in one another; in a foreign file deeper ones are left out.
+/// Of sentences in one another, and of arguments; in a foreign file more are left out, since each
+/// costs more memory than bytes of the file.
 constexpr int most_depth = 4;
+constexpr std::size_t most_arguments = 8;
 
 void put_message(std::string& out, const Message& message, bool with_text) {
   if (!message.code.empty()) {
@@ -156,7 +158,7 @@ bool take_message(std::string_view bytes, Message& message, int depth = 0) {
       message.code = inner;
     } else if (tag == text_tag) {
       message.text = inner;
-    } else if (depth < most_depth &&
+    } else if (depth < most_depth && message.arguments.size() < most_arguments &&
                !take_message(inner, message.arguments.emplace_back(), depth + 1)) {
       return false;
     }

@@ -81,8 +81,8 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
     return;
   }
   const fabric::Message why = base::messages::declined(
-      running->to.instance_name(),
-      reply.reason.empty() ? fabric::Message(printable(reply.text)) : reply.reason);
+      running->to.instance_name(), reply.reason.empty() ? fabric::Message(printable(reply.text))
+                                                        : printable_message(reply.reason));
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, why);
   out.news().declined = call_.id;

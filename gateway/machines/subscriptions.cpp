@@ -8,8 +8,6 @@
 
 namespace millrace::gateway::machines {
 
-namespace {}  // namespace
-
 SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
   SubscriptionActions actions;
   for (auto it = channels_.begin(); it != channels_.end();) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/gateway/channel_fixture.hpp"
 
 namespace millrace::gateway {
@@ -241,6 +242,20 @@ TEST_F(ChannelAnswer, ThatDeclinesTheCallIsTheCauseThatItWaits) {
   reply(declined);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().reason.code, "declined");
+}
+
+// The reason comes from another process, and its text reaches logs and terminals.
+TEST_F(ChannelAnswer, ThatDeclinesTheCallShowsItsReasonWithoutControlCharacters) {
+  fixture.dispatched_call();
+  auto declined = fixture.reply("", 0);
+  declined.kind = fabric::ReplyKind::declined;
+  declined.reason = base::messages::no_room("\x1b[2J");
+  reply(declined);
+  const fabric::Message& reason = sut().status().reason;
+  ASSERT_EQ(reason.arguments.size(), 2U);
+  EXPECT_EQ(reason.arguments[1].code, "no_room");
+  EXPECT_EQ(reason.arguments[1].text, "it runs at most ?[2J calls at once");
+  EXPECT_EQ(reason.text.find('\x1b'), std::string::npos);
 }
 
 // A regression: it ran twice, because the second attempt was taken away from an instance that had

@@ -77,7 +77,7 @@ export function levelOf(state, ageMs = Infinity) {
   }
 }
 
-/** Nothing has ever served what the program wrote. */
+/** No service with this UUID was ever seen. */
 export const isUnknownUuid = ({ reason_code: code }) => code?.startsWith('unknown_uuid') ?? false;
 
 /** How long a state is no concern yet. */

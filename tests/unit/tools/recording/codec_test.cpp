@@ -68,6 +68,17 @@ TEST(RecordingCodec, KeepsNestedMessagesOfAnySize) {
   }
 }
 
+// Two bytes of a file for each argument, and some 90 of memory.
+TEST(RecordingCodec, ReadsEightArgumentsOfASentenceAndNoMore) {
+  fabric::Event event{.key = {"press", 1}};
+  event.detail = fabric::Message("text");
+  event.detail.code = "many";
+  event.detail.arguments.resize(9, fabric::Message("x"));
+  const Entry sent{.at = at(1), .sample = event};
+  const auto got = encoded_and_decoded(sent);
+  EXPECT_EQ(std::get<fabric::Event>(got.sample).detail.arguments.size(), 8U);
+}
+
 TEST(RecordingCodec, ReadsNewValuesOfALaterVersionAsUnknown) {
   Entry sent = one_call(1, 0)[2];
   std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
