@@ -17,7 +17,7 @@
 
 namespace millrace::base::messages {
 
-/// Empty if there is nothing to say. It converts to its text: code that only prints it needs no more.
+/// Empty if there is nothing to say. It converts to its text, for code that only prints it.
 struct Message {
   /// A word of the catalogue, at most 63 bytes; empty: the text is all there is, as that of an error of the operating system.
   std::string code{};
