@@ -8,14 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
-#include <utility>
 
-#include <fmt/format.h>
-
+#include "base/messages/format.hpp"
 #include "base/messages/message.hpp"
 
 namespace millrace::base::messages {

@@ -1,5 +1,5 @@
-// A sentence as data: a code with arguments, and its English. Views translate by the code; logs, recordings and programs that
-// do not know the code show the text.
+// A sentence as data: a code with arguments, and its English. Views translate by the code; logs,
+// recordings and programs that do not know the code show the text.
 //
 //   Message reason = unknown_uuid(uuid);   // catalogue.hpp; too few arguments do not compile
 //   reason.code                                      // "unknown_uuid"
@@ -13,13 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-
 namespace millrace::base::messages {
 
 /// Empty if there is nothing to say. It converts to its text, for code that only prints it.
 struct Message {
-  /// A word of the catalogue, at most 63 bytes; empty: the text is all there is, as that of an error of the operating system.
+  /// A word of the catalogue, at most 63 bytes; empty: the text is all there is, as that of an
+  /// error of the operating system.
   std::string code{};
   /// What stands in the places of the sentence, in their order. Each may be a sentence itself.
   std::vector<Message> arguments{};
@@ -27,7 +26,8 @@ struct Message {
   std::string text{};
 
   Message() = default;
-  // NOLINTBEGIN(google-explicit-constructor,hicpp-explicit-conversions): a text is a message without a code.
+  // NOLINTBEGIN(google-explicit-constructor,hicpp-explicit-conversions): a text is a message
+  // without a code.
   Message(std::string of) : text(std::move(of)) {}
   Message(std::string_view of) : text(of) {}
   Message(const char* of) : text(of) {}
@@ -55,14 +55,8 @@ struct MessagePart {
 };
 /// None for an empty message.
 std::vector<MessagePart> parts_of(const Message& message);
-/// Of foreign parts: arguments that are missing, more than eight, or deeper than four are left out; the text stays.
+/// Of foreign parts: arguments that are missing, more than eight, or deeper than four are left out;
+/// the text stays.
 Message message_of(const std::vector<MessagePart>& parts);
 
 }  // namespace millrace::base::messages
-
-template <>
-struct fmt::formatter<millrace::base::messages::Message> : fmt::formatter<std::string_view> {
-  auto format(const millrace::base::messages::Message& message, fmt::format_context& context) const {
-    return fmt::formatter<std::string_view>::format(message.text, context);
-  }
-};

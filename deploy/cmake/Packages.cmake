@@ -131,7 +131,7 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "millrace-common ${exactly}")
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_DEPENDS
-  "libmillrace-sdk ${exactly}, libmillrace1 ${exactly}, libfmt-dev")
+  "libmillrace-sdk ${exactly}, libmillrace1 ${exactly}")
 # For services/sdk/command_line.hpp, services/text/fields.hpp and services/sdk/asio.hpp.
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_RECOMMENDS "libcli11-dev, libexpected-dev, libspdlog-dev")
 set(CPACK_DEBIAN_SDK-DEV_PACKAGE_SUGGESTS "libboost1.83-dev | libboost1.81-dev")

@@ -342,8 +342,13 @@ void GatewayMonitor::Impl::settle_channels() {
 /// The gateway that claims the channel owns it then; if none does, the channel has no owner.
 template <typename IsGone>
 void GatewayMonitor::Impl::forget_channels(const IsGone& is_gone) {
-  const std::vector<ChannelKey> changed = owned_channels.forget(is_gone);
-  owned_channels.rank_again(by_claim());
+  std::vector<ChannelKey> changed = owned_channels.forget(is_gone);
+  // A silent gateway loses its channels to another one whose samples are here already.
+  for (const ChannelKey& key : owned_channels.rank_again(by_claim())) {
+    if (std::ranges::find(changed, key) == changed.end()) {
+      changed.push_back(key);
+    }
+  }
   for (const ChannelKey& key : changed) {
     const Channels::Sample* const next = owned_channels.find(key);
     if (next != nullptr && claimed(next->value.participant, key) < Time::max()) {

@@ -107,9 +107,9 @@ TEST_F(AMonitoredGateway, IsPresentAgainWhenItRepublishesItsMachines) {
   EXPECT_TRUE(until_known());
 }
 
-// Its process still runs, and DDS still knows it: only its liveliness is lost.
-TEST_F(AMonitoredGateway, LeavesItsChannelsToTheNextOneWhenItIsSilent) {
-  struct HeardChannels final : endpoints::GatewayMonitorListener {
+class AMonitoredGatewayWithChannels : public AMonitoredGateway {
+ protected:
+  struct Channels final : endpoints::GatewayMonitorListener {
     void on_machine(const MachineStatus& of) override { machines.insert(of.gateway); }
     void on_machine_gone(const std::string&, const InstanceId& gateway) override {
       machines.erase(gateway);
@@ -117,27 +117,53 @@ TEST_F(AMonitoredGateway, LeavesItsChannelsToTheNextOneWhenItIsSilent) {
     void on_channel(const ChannelStatus& channel) override { uuid = channel.uuid; }
     std::set<InstanceId> machines;
     std::string uuid;
-  } channels;
-  endpoints::GatewayMonitor tool(here, context.get_executor(), channels,
-                                 endpoints::GatewayMonitor::Of::all);
-  tool.subscribe_channels();
-  ChannelStatus channel{.key = {"cnc", 1}, .uuid = "first"};
-  status.claimed = earliest_claim + 1h;
-  ASSERT_TRUE(sut.publish(status));
-  sut.publish(channel);
-  ASSERT_TRUE(until([&] { return channels.uuid == "first"; }));
-  ASSERT_TRUE(until([&] { return channels.machines.empty(); }));
+  };
 
+  void SetUp() override {
+    tool.subscribe_channels();
+    status.claimed = earliest_claim + 1h;
+    ASSERT_TRUE(sut.publish(status));
+    sut.publish(channel);
+    ASSERT_TRUE(until([&] {
+      sut.assert_machines();
+      return channels.uuid == "first" && channels.machines.contains(status.gateway);
+    }));
+  }
+  void publish_next() {
+    later = status;
+    later.gateway = InstanceId::random();
+    later.claimed = status.claimed + 1h;
+    channel.uuid = "next";
+    ASSERT_TRUE(next.publish(later));
+    next.publish(channel);
+  }
+
+  Channels channels;
+  endpoints::GatewayMonitor tool{here, context.get_executor(), channels,
+                                 endpoints::GatewayMonitor::Of::all};
+  ChannelStatus channel{.key = {"cnc", 1}, .uuid = "first"};
   dds::Participant elsewhere{with_lease(processes.there(), long_lease)};
   RecordingGateway also_unused;
   endpoints::CallEndpoint next{elsewhere, context.get_executor(), also_unused};
-  MachineStatus later = status;
-  later.gateway = InstanceId::random();
-  later.claimed = status.claimed + 1h;
-  channel.uuid = "next";
-  ASSERT_TRUE(next.publish(later));
-  next.publish(channel);
+  MachineStatus later;
+};
+
+// Its process still runs, and DDS still knows it: only its liveliness is lost.
+TEST_F(AMonitoredGatewayWithChannels, LeavesThemToTheNextOneWhenItIsSilent) {
+  ASSERT_TRUE(until([&] { return channels.machines.empty(); }));
+  publish_next();
   EXPECT_TRUE(until([&] { return channels.uuid == "next"; }));
+}
+
+// A regression: a tool went on showing the state of the silent one until the next change.
+TEST_F(AMonitoredGatewayWithChannels, LeavesThemToAnotherOneThatHasPublishedThemBefore) {
+  publish_next();
+  ASSERT_TRUE(until([&] {
+    sut.assert_machines();
+    return channels.machines.contains(later.gateway);
+  }));
+  EXPECT_TRUE(until([&] { return channels.uuid == "next"; }));
+  EXPECT_FALSE(channels.machines.contains(status.gateway));
 }
 
 TEST_F(AMonitoredGateway, IsSoonGoneForALateReaderToo) {
