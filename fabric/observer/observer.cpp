@@ -219,6 +219,8 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   const std::string services = wire::all_services(fabric);
   if (interest == Interest::data || interest == Interest::everything) {
     open(data, fabric);
+  }
+  if (interest != Interest::calls) {
     open(programs, fabric);
   }
   if (interest == Interest::data) {

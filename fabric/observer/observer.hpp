@@ -28,7 +28,8 @@ class ObserverListener {
 };
 
 enum class Interest : std::uint8_t {
-  /// Instances, channels, machines: what changes a few times a second, and who is there.
+  /// Instances, channels, machines, NC programs: what changes a few times a second, and who is
+  /// there.
   states,
   /// Events of calls and states of channels: what becomes of calls.
   calls,

@@ -177,7 +177,7 @@ test('a blocked call that is retried through the page is run again', async () =>
   await page.waitForSelector('[data-channel="cnc/2"][data-state="held"]');
   // The card changes while the button is pressed, and the click is not lost.
   const retry = await cardButton(page, 'cnc/2', '[data-action="retry"]');
-  await awaitText(page, '.concern[data-kind="held"] .concern-why', /no running instance/);
+  await awaitText(page, '.concern[data-kind="held"] .concern-advice', /no running instance/);
   const at = await retry.clickablePoint();
   await page.mouse.move(at.x, at.y);
   await page.mouse.down();

@@ -29,19 +29,19 @@ async function callOf(plant, flags) {
 // What happens, the kind of its card, a part of the card that makes it the right one, what the page shows before, and the
 // preparation, which resolves with what causes the fault.
 const faults = [
-  ['a gateway is killed', 'gone', /has not reported since \d\d:\d\d:\d\d \(\S+, pid \d+\)/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
+  ['a gateway is killed', 'gateway gone', /the gateway was on \S+, pid \d+/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
     await plant.cnc();
     const gateway = await plant.gateway();
     return () => gateway.stop('SIGKILL');
   }],
-  ['the only instance is killed', 'unserved', /The last instance \(\S+:\d+\) ended at/, running, (plant) => callOf(plant, ['--delivery', 'at-least-once'])],
+  ['the only instance is killed', 'unserved', /last (instance|one)/, running, (plant) => callOf(plant, ['--delivery', 'at-least-once'])],
   ['an at-most-once instance is killed during its call', 'held', /exited during this call, which may run only once/, running, (plant) => callOf(plant, [])],
   ['a controller is killed', 'link down', /cnc/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
     const cnc = await plant.cnc();
     await plant.gateway();
     return () => cnc.stop('SIGKILL');
   }],
-  ['an NC program is aborted', 'aborted', /bad/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
+  ['an NC program is aborted', 'program aborted', /bad/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
     plant.file('bad.nc', '%bad\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n');
     await plant.cnc();
     await plant.configuredGateway('programs { name: "mc_program_name_r" error: "mc_error_id_r" }');

@@ -108,7 +108,7 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
   await awaitText(page, 'tr[data-state="aborted"] .cell-outcome', /aborted/);
   await awaitText(page, 'tr[data-state="aborted"] .cell-error', /^\d+$/);
   const plantPage = await browser.open(web.url, { view: '#/plant' });
-  await awaitText(plantPage, '.concern[data-kind="aborted"] .concern-name', /^cnc\/1$/);
+  await awaitText(plantPage, '.concern[data-kind="program aborted"] .concern-name', /^cnc\/1$/);
   await awaitText(plantPage, '.headline h1', /1 channel needs attention/);
   assert.deepEqual(await violations(plantPage), []);
   await picture(plantPage, 'aborted');

@@ -39,6 +39,33 @@ const busy = (rate, program) => ({
   program: { state: 'running', name: program, since: ago(600) },
 });
 
+/** How the server says that a channel is shown. */
+function viewOf(channel) {
+  const { link: how, channel_state: state, since, program } = channel;
+  const call = { gone: 'gateway gone', down: 'link down' }[how] ?? state;
+  const level = how !== 'up' || ['unserved', 'held'].includes(state) ? 'act' : 'fine';
+  const isAborted = level === 'fine' && program?.state === 'aborted';
+  return { call, call_level: level, state: isAborted ? 'program aborted' : call, level: isAborted ? 'act' : level, since: isAborted ? program.since : since };
+}
+
+const catalogue = new Map([...readFileSync(join(process.env.MILLRACE_SOURCE, 'base/messages/catalogue.def'), 'utf8')
+  .matchAll(/^MILLRACE_MESSAGE\((\w+), "((?:[^"\\]|\\.)*)"\)$/gm)].map(([, code, english]) => [code, english.replaceAll('\\"', '"')]));
+
+/** A sentence of the catalogue with its values, each a text or a sentence. */
+function said(code, ...values) {
+  const texts = values.map((value) => value.text ?? value);
+  return { code, arguments: values, text: catalogue.get(code).replace(/\{\}/g, () => texts.shift()) };
+}
+
+/** The same as the server's JSON has it, under this name. */
+const sentence = (name, code, ...values) => {
+  const { text } = said(code, ...values);
+  return { [name]: text, [`${name}_code`]: code, [`${name}_arguments`]: values };
+};
+const step = (code, ...values) => sentence('text', code, ...values);
+const command = (text) => step('run_command', text);
+const concern = (kind, seconds, cause, parts) => ({ kind, level: 'act', who: 'engineer', since: ago(seconds), cause, ...parts });
+
 /** Things that go wrong. */
 const mishaps = {
   held: (plant) => {
@@ -48,6 +75,12 @@ const mishaps = {
       channel_state: 'held', call: '5f3a9c0112d4-17', since: ago(432), uuid: uuids.marker, service: 'laser marker', request: 'part 4711', instances: 0,
       reason: lost, reason_code: 'instance_lost_held', reason_arguments: ['laser marker (pid 31802 on vm)'], program: { state: 'running', name: 'laser_mark.nc', since: ago(500) },
     });
+    plant.concerns.push(concern('held', 432, 'held mill_2/3 5f3a9c0112d4-17', {
+      who: 'operator', subject: 'mill_2/3', machines: ['mill_2'], channels: [{ machine: 'mill_2', channel: 3 }], uuid: uuids.marker,
+      ...sentence('what', 'what_held'), ...sentence('why', 'instance_lost_held', 'laser marker (pid 31802 on vm)'),
+      todo: [step('start_service_first'), step('check_machine'),
+        command('millrace answer mill_2/3 RESPONSE --state N'), command('millrace retry mill_2/3')],
+    }));
     plant.happened(433, 'instance ended', { uuid: uuids.marker, name: 'laser marker', host: 'vm', pid: 31802, last: true });
     plant.happened(432, 'call held', { machines: ['mill_2'], channel: 3, call: '5f3a9c0112d4-17', uuid: uuids.marker, text: lost, text_code: 'instance_lost_held', text_arguments: ['laser marker (pid 31802 on vm)'] });
   },
@@ -60,16 +93,38 @@ const mishaps = {
         reason: `no instance serves ${uuids.length}; the last one was tool length (pid 7898 on vm)`, program: { state: 'running', name: 'tool_check.nc', since: ago(300) },
       });
     }
+    plant.concerns.push(concern('unserved', 264, `unserved ${uuids.length}`, {
+      subject: 'lathe_1/3, lathe_1/4', machines: ['lathe_1'], channels: [3, 4].map((number) => ({ machine: 'lathe_1', channel: number })), uuid: uuids.length,
+      ...sentence('what', 'what_unserved'), ...sentence('why', 'last_instance_was', 'tool length', '7898', 'vm'),
+      todo: [step('start_service_again', 'tool length')],
+    }));
     plant.happened(264, 'instance ended', { uuid: uuids.length, name: 'tool length', host: 'vm', pid: 7898, last: true });
   },
   aborted: (plant) => {
     plant.change('mill_2', 1, { program: { state: 'aborted', name: 'fixture_wrong.nc', error: 455, since: ago(467) } });
+    plant.concerns.push(concern('program aborted', 467, 'program aborted mill_2/1', {
+      who: 'operator', subject: 'mill_2/1', machines: ['mill_2'], channels: [{ machine: 'mill_2', channel: 1 }],
+      ...sentence('what', 'what_program_aborted'), ...sentence('why', 'program_and_error', 'fixture_wrong.nc', '455'),
+      todo: [step('check_error_then_reset')],
+    }));
     plant.happened(467, 'program aborted', { machines: ['mill_2'], channel: 1, name: 'fixture_wrong.nc', error: 455 });
   },
-  'link down': (plant) => plant.disconnect(['press_4'], 'down', { reason: '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?', since: ago(33) }),
-  gone: (plant) => plant.disconnect(['press_5', 'press_6'], 'gone', {
-    reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', gone: true, since: ago(75), last_gateway_host: 'hall-3', last_gateway_pid: 31766,
-  }),
+  'link down': (plant) => {
+    const reason = '10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?';
+    plant.concerns.push(concern('link down', 33, 'link down press_4', {
+      subject: 'press_4', machines: ['press_4'], channels: plant.channelsOf('press_4'), ...sentence('what', 'what_link_down'), why: reason,
+      todo: [step('check_link', '10.0.0.7:48898', 'vm')],
+    }));
+    plant.disconnect(['press_4'], 'down', { reason, since: ago(33) });
+  },
+  gone: (plant) => {
+    plant.concerns.push(concern('gateway gone', 75, 'gateway gone g', {
+      subject: 'press_5, press_6', machines: ['press_5', 'press_6'], channels: [...plant.channelsOf('press_5'), ...plant.channelsOf('press_6')],
+      ...sentence('what', 'what_gateway_gone'), ...sentence('why', 'gateway_was', 'hall-3', '31766'),
+      todo: [step('restart_gateway_with_journal', 'hall-3')],
+    }));
+    plant.disconnect(['press_5', 'press_6'], 'gone', { reason: 'its gateway is gone', gateway: 'one gateway', gateway_host: '', gone: true, since: ago(75) });
+  },
 };
 
 /**
@@ -86,6 +141,10 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
       instance('c', uuids.root, 'square root lathe', 31775, { channels: ['lathe_1'], calls_per_second: 1.1, p50_ms: 1.6, p99_ms: 9 }),
       instance('d', uuids.gauge, 'dial gauge', 31790)],
     events: [],
+    concerns: [],
+    channelsOf(name) {
+      return this.channels.filter(({ machine }) => machine === name).map((each) => ({ machine: name, channel: each.channel }));
+    },
     change(machine, number, more) {
       Object.assign(this.channels.find((each) => each.machine === machine && each.channel === number), more);
     },
@@ -108,9 +167,12 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
   plant.happened(900, 'instance started', { uuid: uuids.root, name: 'square root A', host: 'vm', pid: 31768 });
   const happened = Array.isArray(causes) ? causes : Object.keys(mishaps).slice(0, causes);
   happened.forEach((name) => mishaps[name](plant));
+  plant.channels.forEach((each) => Object.assign(each, { view: viewOf(each) }));
+  const order = ['held', 'gateway gone', 'link down', 'unserved', 'program aborted'];
+  plant.concerns.sort((a, b) => order.indexOf(a.kind) - order.indexOf(b.kind));
   return {
     about: { version: '0.1.0', host: 'vm', fabric: 'plant', domain: 151, recordings: true, actions: true, started: ago(5000), time: ago(0) },
-    ...JSON.parse(JSON.stringify(plant)), alarms: [], acknowledged: [], calls: [],
+    ...JSON.parse(JSON.stringify(plant)), acknowledged: [], calls: [],
     totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: happened.length > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
   };
 }
@@ -213,23 +275,15 @@ export const diagnoses = () => ({
   healthy: false, fabric: 'plant', domain: 151, interface: 'eth0', multicast: true, time: ago(1), clocks: [{ host: 'hall-3', asked: 'sq', ahead_ms: 1.2, error_ms: 0.1 }],
   programs: [{ name: 'sq', host: 'vm', pid: '7', addresses: 'udp/10.0.0.5:7410', fabrics: ['plant'], gateway: false, heard: true, serves: [uuids.root], self: false }],
   diagnoses: [
-    ['problem', 'lathe_1/3 waits for 560a, and no service has this UUID: no service has the UUID 560a; did you mean 560b, one character differs',
-      'start the service, or correct the UUID in the program'],
-    ['problem', 'mill_2 has no connection: 10.0.0.7:48898: no connection in 2000 ms: is the host on, is a firewall between?',
-      'check the controller at 10.0.0.7 and the gateway\'s log on hall-3'],
-    ['problem', 'mill_2/3 has a blocked at-most-once call: sq (pid 7 on vm) is lost during this call, which must not run twice; an operator must answer or retry it',
-      'millrace answer mill_2/3 RESPONSE --state N, or millrace retry mill_2/3; its service has no running instance: start it before you retry'],
-    ['problem', 'gateway on vm, pid 8: the journal disk full; the gateway accepts no new call until the journal is writable',
-      'free space on the disk, or restore the folder; the gateway then continues by itself'],
-    ['problem', 'the writer of millrace/v5/event of sq on vm, pid 7 matches no millrace process: durability: volatile is offered, transient local is requested',
-      'give it the QoS and types of docs/reference/wire.md and idl/millrace.idl, or the same version of millrace'],
-    ['warning', 'the gateway of lathe_1 is millrace 0.0.9, this is millrace 0.1.0', 'install one version on all hosts'],
-    ['warning', 'lathe_1 is connected over plain ADS: any host on its network can read and change the traffic',
-      'configure `secure` for lathe_1 in gateway.textproto on vm (docs/how-to/secure-ads.md)'],
-    ['warning', 'the clock of hall-3 is 152 ms ahead of this host\'s (± 1.00 ms, asked sq)', 'synchronise the hosts (chrony, NTP): times in recordings do not agree'],
-    ['fine', 'on this fabric: 3 other programs on 2 hosts', ''], ['fine', 'interface eth0 (10.0.0.5) is up', ''],
-    ['fine', 'lathe_1 is connected to its gateway on vm over plain ADS', ''],
-  ].map(([severity, what, advice]) => ({ severity, what, advice })),
+    ['problem', said('of_channel', 'mill_2/3', said('of_channel', said('what_held'), said('instance_lost_held', 'sq (pid 7 on vm)'))),
+      step('start_service_first'), step('check_machine'), command('millrace retry mill_2/3')],
+    ['problem', said('of_channel', said('process_on_host', 'gateway', 'vm', '8'), said('of_channel', said('what_journal'), said('journal_unwritable', 'disk full'))), step('free_space')],
+    ['problem', said('writer_does_not_match', 'millrace/v5/event', said('process_on_host', 'sq', 'vm', '7'), said('qos_differs', 'durability', 'volatile', 'transient local')), step('give_it_qos')],
+    ['warning', said('gateway_version_differs', 'lathe_1', '0.0.9', '0.1.0'), step('install_one_version')],
+    ['warning', said('plain_ads_readable', 'lathe_1'), step('configure_secure', 'lathe_1', 'vm')],
+    ['warning', said('clock_ahead', 'hall-3', '152 ms', '1.00 ms', 'sq'), step('synchronise_for_recordings')],
+    ['fine', said('programs_on_hosts', '3', '2')], ['fine', said('interface_up', 'eth0', '10.0.0.5')], ['fine', said('connected_plain_ads', 'lathe_1', 'vm')],
+  ].map(([severity, { code, arguments: values }, ...todo]) => ({ severity, ...sentence('what', code, ...values), todo })),
 });
 
 /** Ten minutes of values of lathe_1 and its NC programs, by path of the API. */

@@ -137,7 +137,7 @@ test('a service that is killed turns its row, and the channel that calls it', as
   const page = await browser.open(web.url, { view: '#/services/9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10' });
   await awaitText(page, 'article.service[data-level="fine"] .service-name', /doomed/);
   await doomed.stop('SIGKILL');
-  await awaitText(page, 'article.service[data-level="person"] .service-name', /doomed/, 5000);
+  await awaitText(page, 'article.service[data-level="act"] .service-name', /doomed/, 5000);
   await awaitText(page, 'tr[data-state="gone"] .cell-state', /ended \d\d:\d\d/);
   await page.goto(`${web.url}/#/plant`);
   await plant.request(3, '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10', '2');
@@ -148,10 +148,10 @@ test('a service that is killed turns its row, and the channel that calls it', as
   assert.match(await textOf(page, '.concern-why'), /The last instance \(\S+:\d+\) ended at/);
   assert.match(await textOf(page, '.concern .todo'), /Start doomed again/);
   await awaitText(page, '.events li[data-event="instance ended"]', /doomed: last instance ended/);
-  await awaitText(page, '.strip tr[data-level="person"] .cell-name', /doomed/);
+  await awaitText(page, '.strip tr[data-level="act"] .cell-name', /doomed/);
   await page.reload();
   await awaitText(page, '.events li[data-event="instance ended"]', /doomed: last instance ended/);
-  await awaitText(page, '.concern[data-kind="unserved"] .concern-why', /The last instance/);
+  await awaitText(page, '.concern[data-kind="unserved"] .concern-why', /last (instance|one)/);
   await picture(page, 'unserved');
   await plant.withdraw(3);
   await page.waitForSelector('[data-channel="cnc/3"][data-state="idle"]');

@@ -105,7 +105,7 @@ test('a gateway that is gone is shown as such, and so is its return', async () =
   const page = await browser.open(web.url, { view: '#/plant' });
   await isWell(page);
   await gateway.stop('SIGKILL');
-  await awaitText(page, '.concern[data-kind="gone"] .concern-name', /^cnc$/);
+  await awaitText(page, '.concern[data-kind="gateway gone"] .concern-name', /^cnc$/);
   await awaitText(page, '.concern .who', /Gateway administrator/);
   await awaitText(page, '.concern .concern-means', /has not reported since \d\d:\d\d:\d\d \(\S+, pid \d+\)/);
   const diagnoses = await (await fetch(`${web.url}/api/doctor`)).json();

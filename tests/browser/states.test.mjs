@@ -18,7 +18,7 @@ afterEach(() => browser.expectNoComplaints());
 const sizes = [[1920, 1080], [1024, 768], [390, 844]];
 
 function take(plant) {
-  plant.acknowledged = [{ cause: `unserved ${uuids.length}\u0000\u0000`, since: '', by: 'bert', note: 'a new probe is on its way', time: plant.about.time }];
+  plant.acknowledged = [{ cause: `unserved ${uuids.length}`, since: '', by: 'bert', note: 'a new probe is on its way', time: plant.about.time }];
 }
 
 function withMarker(plant) {
@@ -32,11 +32,11 @@ function empty(plant) {
 // State: the plant, the view, and an element that is there when the view is complete.
 const states = {
   fine: { ready: '.strip' },
-  gone: { machines: 6, causes: ['gone'], ready: '.concern[data-kind="gone"]' },
+  gone: { machines: 6, causes: ['gone'], ready: '.concern[data-kind="gateway gone"]' },
   unserved: { causes: ['unserved'], ready: '.concern[data-kind="unserved"]' },
   held: { causes: ['held'], ready: '[data-action="answer"]' },
   'link-down': { machines: 4, causes: ['link down'], ready: '.concern[data-kind="link down"]' },
-  aborted: { causes: ['aborted'], ready: '.concern[data-kind="aborted"]' },
+  aborted: { causes: ['aborted'], ready: '.concern[data-kind="program aborted"]' },
   many: { machines: 20, causes: 5, ready: '.concern' },
   wall: { machines: 20, causes: 5, query: '?wall', ready: '.concern', shownAt: sizes.slice(0, 2) },
   taken: { causes: 3, change: take, ready: '.concern-taken:not([hidden])' },
@@ -102,7 +102,7 @@ for (const [name, { view = '#/plant', query, ready, change = () => {}, shownAt =
 
 /** The fields whose texts others choose: programs, services, operators, and who writes on the network. */
 const foreign = new Set(['name', 'description', 'version', 'host', 'machine', 'channels', 'service', 'program', 'request', 'response', 'reason', 'text',
-  'detail', 'fabric', 'gateway_host', 'last_gateway_host', 'gateway_version', 'by', 'note', 'user', 'group', 'machines', 'what', 'advice', 'addresses']);
+  'detail', 'fabric', 'gateway_host', 'subject', 'why', 'gateway_version', 'by', 'note', 'user', 'group', 'machines', 'what', 'advice', 'addresses']);
 const controls = '\u0007\u0085\u061c\u202e';
 
 /** The same data, each of these texts with controls of terminals and of the direction of text. */

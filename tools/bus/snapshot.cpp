@@ -20,7 +20,7 @@ using Clock = ListeningTime::Clock;
 struct Listener : fabric::observer::ObserverListener, AlarmListener {
   explicit Listener(Patience patience) : time(patience, Clock::now()) {}
 
-  void on_entry(recording::Entry entry) override {
+  void on_entry(fabric::observer::Entry entry) override {
     // Load and calls change all the time and show nothing about missing processes.
     if (live.add(entry)) {
       time.on_news(Clock::now());
@@ -33,7 +33,7 @@ struct Listener : fabric::observer::ObserverListener, AlarmListener {
   }
   void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
 
-  FabricModel live;
+  fabric::plant::Plant live;
   ListeningTime time;
 };
 
@@ -92,8 +92,8 @@ class Unauthenticated {
 
 }  // namespace
 
-FabricModel take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
-                          const std::function<bool(const FabricModel&)>& enough) {
+fabric::plant::Plant take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
+                          const std::function<bool(const fabric::plant::Plant&)>& enough) {
   fabric::dds::Participant participant(options);
   boost::asio::io_context io;
   const auto work = boost::asio::make_work_guard(io);

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "fabric/dds/participant.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 
 namespace millrace::tools::bus {
 
@@ -63,9 +63,9 @@ class ListeningTime {
 
 /// Ends sooner once `enough` returns true, which is called after each change. Throws
 /// std::runtime_error if the fabric cannot be joined.
-FabricModel take_snapshot(
+fabric::plant::Plant take_snapshot(
     const fabric::dds::ParticipantOptions& options, Patience patience = {},
-    const std::function<bool(const FabricModel&)>& enough = [](const FabricModel&) {
+    const std::function<bool(const fabric::plant::Plant&)>& enough = [](const fabric::plant::Plant&) {
       return false;
     });
 

@@ -179,7 +179,7 @@ std::string unique_machine(std::string_view prefix) {
   return fmt::format("{}.{:08x}", prefix, source());
 }
 
-std::optional<std::string> reason_taken(const bus::FabricModel& live,
+std::optional<std::string> reason_taken(const fabric::plant::Plant& live,
                                         const fabric::ChannelKey& key) {
   for (const auto& [channel, status] : live.channels()) {
     if (channel.machine == key.machine) {

@@ -15,7 +15,7 @@
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/caller/order.hpp"
 
 namespace millrace::tools::caller {
@@ -71,7 +71,7 @@ std::string unique_machine(std::string_view prefix);
 
 /// Why a call in this channel would disturb a real one: a gateway serves its machine. Nullopt if it
 /// is free.
-std::optional<std::string> reason_taken(const bus::FabricModel& live,
+std::optional<std::string> reason_taken(const fabric::plant::Plant& live,
                                         const fabric::ChannelKey& key);
 
 }  // namespace millrace::tools::caller

@@ -28,14 +28,14 @@ Match match(const Names& names, const std::string& what) {
   return best;
 }
 
-Names names_of(const bus::KnownInstance& instance) {
+Names names_of(const fabric::plant::KnownInstance& instance) {
   return {instance.identity.uuid, instance.identity.id.to_string(), instance.identity.name};
 }
 
-std::vector<const bus::KnownInstance*> instances_named(const bus::FabricModel& live,
+std::vector<const fabric::plant::KnownInstance*> instances_named(const fabric::plant::Plant& live,
                                                        const std::string& what) {
   return chosen(live.instances_of(""), what,
-                [](const bus::KnownInstance* instance) { return names_of(*instance); });
+                [](const fabric::plant::KnownInstance* instance) { return names_of(*instance); });
 }
 
 int print_unknown(const std::string& kind, const std::string& what, Names known,
@@ -51,10 +51,10 @@ int print_unknown(const std::string& kind, const std::string& what, Names known,
   return base::program::exit_failed;
 }
 
-int print_unknown_service(const std::string& what, const bus::FabricModel& live,
+int print_unknown_service(const std::string& what, const fabric::plant::Plant& live,
                           const fabric::dds::ParticipantOptions& fabric) {
   Names known;
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
+  for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
     const fabric::InstanceIdentity& identity = instance->identity;
     known.push_back(fmt::format("{} ({})", identity.name, identity.uuid));
   }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fabric/dds/participant.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 
 namespace millrace::tools::commands {
 
@@ -33,9 +33,9 @@ std::vector<Row> chosen(std::vector<Row> rows, const std::string& what, NamesOf 
 }
 
 /// UUID, id and name.
-Names names_of(const bus::KnownInstance& instance);
+Names names_of(const fabric::plant::KnownInstance& instance);
 /// The instances with this UUID, id or name, or the beginning of one.
-std::vector<const bus::KnownInstance*> instances_named(const bus::FabricModel& live,
+std::vector<const fabric::plant::KnownInstance*> instances_named(const fabric::plant::Plant& live,
                                                        const std::string& what);
 
 /// Prints that `what` does not exist, and the names that do. `kind`: "machine", "service". Returns
@@ -43,7 +43,7 @@ std::vector<const bus::KnownInstance*> instances_named(const bus::FabricModel& l
 int print_unknown(const std::string& kind, const std::string& what, Names known,
                   const fabric::dds::ParticipantOptions& fabric);
 /// The same for a service, with the services on the fabric.
-int print_unknown_service(const std::string& what, const bus::FabricModel& live,
+int print_unknown_service(const std::string& what, const fabric::plant::Plant& live,
                           const fabric::dds::ParticipantOptions& fabric);
 
 }  // namespace millrace::tools::commands

@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <string>
 
 #include <boost/json/array.hpp>
 
+#include "base/messages/catalogue.hpp"
 #include "tools/doctor/checks/checks.hpp"
+#include "tools/print/concerns.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::doctor {
+
+namespace messages = base::messages;
 
 std::string_view name_of(Severity severity) {
   constexpr std::array<std::string_view, 3> names{"fine", "warning", "problem"};
@@ -23,9 +28,9 @@ bool is_heard(const Findings& found, const Program& gateway) {
   });
 }
 
-std::vector<bus::LostMachine> lost_machines(const Findings& found) {
-  std::vector<bus::LostMachine> all = found.live.lost();
-  for (const bus::LostMachine& lost : found.lost) {
+std::vector<fabric::plant::LostMachine> lost_machines(const Findings& found) {
+  std::vector<fabric::plant::LostMachine> all = found.live.lost();
+  for (const fabric::plant::LostMachine& lost : found.lost) {
     const bool is_known = std::ranges::any_of(found.live.machines(), [&](const auto& one) {
       return one.second.machine == lost.last.machine;
     });
@@ -40,8 +45,8 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
   checks::Report report;
   checks::at_the_interface(findings, report);
   if (!findings.obstacle.empty()) {
-    report.problem("the fabric cannot be joined: " + findings.obstacle,
-                   "correct the configuration (--fabric-config, CYCLONEDDS_URI)");
+    report.problem(messages::fabric_not_joined(findings.obstacle),
+                   messages::correct_fabric_configuration());
     return std::move(report).take();
   }
   checks::gateways_and_services(findings, report);
@@ -49,11 +54,13 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
   checks::at_peers(findings, report);
   checks::at_endpoints(findings, report);
   checks::at_machines(findings, report);
+  checks::at_concerns(findings, report);
   checks::at_alarms(findings, report);
-  checks::at_channels(findings, report);
   checks::at_versions(findings, report);
   checks::at_clocks(findings, report);
-  return std::move(report).take();
+  std::vector<Diagnosis> diagnoses = std::move(report).take();
+  std::ranges::stable_sort(diagnoses, std::greater(), &Diagnosis::severity);
+  return diagnoses;
 }
 
 bool is_healthy(const std::vector<Diagnosis>& diagnoses) {
@@ -88,9 +95,10 @@ boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>&
   }
   boost::json::array said;
   for (const Diagnosis& each : diagnoses) {
-    said.push_back(boost::json::object{{"severity", name_of(each.severity)},
-                                       {"what", print::utf8(each.what)},
-                                       {"advice", print::utf8(each.advice)}});
+    boost::json::object out{{"severity", name_of(each.severity)}};
+    print::put_message(out, "what", each.what);
+    out["todo"] = print::json_of(each.todo);
+    said.push_back(std::move(out));
   }
   return {
       {"healthy", is_healthy(diagnoses)},     {"fabric", print::utf8(found.joining.fabric)},

@@ -6,6 +6,7 @@
 
 #include <boost/json/object.hpp>
 
+#include "base/messages/message.hpp"
 #include "tools/doctor/findings.hpp"
 
 namespace millrace::tools::doctor {
@@ -24,9 +25,9 @@ std::string_view name_of(Severity severity);
 struct Diagnosis {
   Severity severity = Severity::fine;
   /// The problem: one sentence.
-  std::string what{};
-  /// The remedy; empty if there is none.
-  std::string advice{};
+  base::messages::Message what{};
+  /// The steps of the remedy; none if there is none.
+  std::vector<base::messages::Message> todo{};
 };
 
 /// Sorted by urgency.

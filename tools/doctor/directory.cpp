@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/wire/reader.hpp"
 
@@ -31,8 +32,9 @@ std::string duration(std::int64_t nanoseconds) {
                                      : fmt::format("{} ms", static_cast<double>(nanoseconds) / 1e6);
 }
 
-std::string misfit(const char* policy, const std::string& offered, const std::string& requested) {
-  return fmt::format("{}: {} is offered, {} is requested", policy, offered, requested);
+base::messages::Message misfit(const char* policy, const std::string& offered,
+                               const std::string& requested) {
+  return base::messages::qos_differs(policy, offered, requested);
 }
 
 }  // namespace
@@ -62,8 +64,9 @@ EndpointQos qos_of(const dds_qos_t& qos, bool of_writer) {
   return result;
 }
 
-std::vector<std::string> misfits(const EndpointQos& offered, const EndpointQos& requested) {
-  std::vector<std::string> found;
+std::vector<base::messages::Message> misfits(const EndpointQos& offered,
+                                             const EndpointQos& requested) {
+  std::vector<base::messages::Message> found;
   if (requested.reliable && !offered.reliable) {
     found.push_back(misfit("reliability", "best effort", "reliable"));
   }

@@ -13,6 +13,7 @@
 
 #include <dds/dds.h>
 
+#include "base/messages/message.hpp"
 #include "fabric/dds/entity.hpp"
 #include "fabric/dds/participant.hpp"
 #include "tools/doctor/announcement.hpp"
@@ -38,7 +39,8 @@ struct EndpointQos {
 EndpointQos qos_of(const dds_qos_t& qos, bool of_writer);
 
 /// "reliability: best effort is offered, reliable is requested", … ; empty if they fit.
-std::vector<std::string> misfits(const EndpointQos& offered, const EndpointQos& requested);
+std::vector<base::messages::Message> misfits(const EndpointQos& offered,
+                                             const EndpointQos& requested);
 
 /// Cyclone's instance handle of a discovered participant or endpoint.
 using Handle = dds_instance_handle_t;

@@ -11,6 +11,7 @@
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/dds/authenticator.hpp"
@@ -20,6 +21,7 @@
 #include "fabric/wire/topics.hpp"
 #include "tools/bus/alarm_reader.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/doctor/checks/checks.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/directory.hpp"
 
@@ -36,11 +38,11 @@ constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
 struct Listener : fabric::observer::ObserverListener, bus::AlarmListener {
-  void on_entry(recording::Entry entry) override { live.add(entry); }
+  void on_entry(fabric::observer::Entry entry) override { live.add(entry); }
   void on_ignored(const std::string& reason) override { doubts.push_back(reason); }
   void on_alarm(const fabric::Alarm& alarm) override { live.add(alarm); }
   void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
-  bus::FabricModel live;
+  fabric::plant::Plant live;
   std::vector<std::string> doubts;
 };
 
@@ -61,7 +63,7 @@ fabric::Command question() {
   return {.kind = fabric::CommandKind::ping, .issuer = bus::issuer_here()};
 }
 
-std::vector<ClockSource> clock_sources_in(const bus::FabricModel& live) {
+std::vector<ClockSource> clock_sources_in(const fabric::plant::Plant& live) {
   std::vector<ClockSource> sources;
   const std::string own = base::posix::host_name();
   const auto is_new = [&](const std::string& host) {
@@ -90,7 +92,7 @@ std::vector<ClockSource> clock_sources_in(const bus::FabricModel& live) {
 
 /// Exchanges stamps with all of them, several times.
 std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
-                                      const bus::FabricModel& live) {
+                                      const fabric::plant::Plant& live) {
   const std::vector<ClockSource> sources = clock_sources_in(live);
   std::vector<ClockComparison> comparisons(sources.size());
   for (int i = 0; i < exchanges && !sources.empty(); ++i) {
@@ -117,8 +119,10 @@ std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
   return clocks;
 }
 
+namespace messages = base::messages;
 using fabric::wire::Keep;
 using fabric::wire::Topic;
+using messages::Message;
 
 /// Readers of topics of a fabric, only to see which writers DDS matches with them.
 template <typename... Values>
@@ -171,15 +175,10 @@ bool is_in(const SeenEndpoint& endpoint, const std::string& fabric) {
   });
 }
 
-std::string text_of(const Directory& directory, Handle participant) {
+Message text_of(const Directory& directory, Handle participant) {
   const auto found = directory.participants().find(participant);
-  if (found == directory.participants().end()) {
-    return "a program";
-  }
-  const Announcement& who = found->second.who;
-  return fmt::format("{}{}{}", who.name.empty() ? who.process : who.name,
-                     who.host.empty() ? "" : " on " + who.host,
-                     who.pid.empty() ? "" : ", pid " + who.pid);
+  return checks::program_text(found == directory.participants().end() ? Announcement{}
+                                                                      : found->second.who);
 }
 
 bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
@@ -188,18 +187,17 @@ bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
 }
 
 /// Compared with the endpoint of a millrace process at the other end.
-std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const Topic& topic,
-                                    bool matched) {
+std::vector<Message> reasons_of(const SeenEndpoint& endpoint, const Topic& topic, bool matched) {
   const EndpointQos ours = endpoint.writer
                                ? qos_of(*fabric::wire::reader_qos(topic, Keep::last), false)
                                : qos_of(*fabric::wire::writer_qos(topic), true);
-  std::vector<std::string> reasons =
+  std::vector<Message> reasons =
       endpoint.writer ? misfits(endpoint.qos, ours) : misfits(ours, endpoint.qos);
   if (endpoint.type != topic.type->m_typename) {
-    reasons.push_back(fmt::format("its type is {}, not {}", endpoint.type, topic.type->m_typename));
+    reasons.push_back(messages::type_differs(endpoint.type, topic.type->m_typename));
   }
   if (reasons.empty() && endpoint.writer && !matched) {
-    reasons.emplace_back("its type has the same name but other members: another version");
+    reasons.emplace_back(messages::members_differ());
   }
   return reasons;
 }
@@ -232,9 +230,7 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
       all.push_back({endpoint.topic,
                      endpoint.writer,
                      text_of(directory, endpoint.participant),
-                     {fmt::format("it uses wire version {}, this is version {}: they do not "
-                                  "receive each other's calls; install one version everywhere",
-                                  *version, fabric::wire::wire_version)}});
+                     {messages::wire_version_differs(*version, fabric::wire::wire_version)}});
     }
     if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
       continue;

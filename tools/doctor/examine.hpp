@@ -17,7 +17,7 @@ struct Examination {
   /// unless configured.
   std::chrono::milliseconds listen{2000};
   /// Gateways that were gone before the examination, from a process that has listened for longer.
-  std::vector<bus::LostMachine> lost{};
+  std::vector<fabric::plant::LostMachine> lost{};
 };
 
 /// A fault of the network or configuration is a finding, not an exception.

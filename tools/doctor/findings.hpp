@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/messages/message.hpp"
 #include "fabric/participant_identity.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/doctor/announcement_receiver.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/network.hpp"
@@ -63,8 +64,8 @@ struct Misfit {
   std::string topic{};
   bool writer = false;
   /// "name on host, pid 17"
-  std::string program{};
-  std::vector<std::string> reasons{};
+  base::messages::Message program{};
+  std::vector<base::messages::Message> reasons{};
 };
 
 struct HostClock {
@@ -94,13 +95,13 @@ struct Findings {
   std::vector<std::string> doubts{};
   std::vector<Peer> peers{};
   std::vector<HostClock> clocks{};
-  bus::FabricModel live{};
+  fabric::plant::Plant live{};
   /// Machines whose gateways were gone before the examination, from a process that knew them.
-  std::vector<bus::LostMachine> lost{};
+  std::vector<fabric::plant::LostMachine> lost{};
 };
 
 /// All machines whose gateways are gone.
-std::vector<bus::LostMachine> lost_machines(const Findings& found);
+std::vector<fabric::plant::LostMachine> lost_machines(const Findings& found);
 
 /// A gateway that publishes a machine. The DDS participant of a killed or hanging one stays for a
 /// while.

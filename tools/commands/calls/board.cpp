@@ -50,7 +50,7 @@ void Board::add(const recording::Call& call, const recording::InstanceNames::Nam
   }
 }
 
-std::string Board::table(const bus::FabricModel& live, const recording::CallFollower& follower,
+std::string Board::table(const fabric::plant::Plant& live, const recording::CallFollower& follower,
                          fabric::Time now) const {
   using print::Align;
   std::set<fabric::ChannelKey> keys;
@@ -84,7 +84,7 @@ std::string Board::table(const bus::FabricModel& live, const recording::CallFoll
   return table.text();
 }
 
-std::string Board::text(const bus::FabricModel& live, const recording::CallFollower& follower,
+std::string Board::text(const fabric::plant::Plant& live, const recording::CallFollower& follower,
                         fabric::Time now, std::size_t rows, std::size_t columns) const {
   std::string text;
   const std::string channels = table(live, follower, now);

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/recording/call.hpp"
 #include "tools/recording/statistics.hpp"
 
@@ -20,7 +20,7 @@ class Board {
            fabric::Time now);
 
   /// At most `rows` lines of at most `columns` characters.
-  [[nodiscard]] std::string text(const bus::FabricModel& live,
+  [[nodiscard]] std::string text(const fabric::plant::Plant& live,
                                  const recording::CallFollower& follower, fabric::Time now,
                                  std::size_t rows, std::size_t columns) const;
 
@@ -30,7 +30,7 @@ class Board {
     std::string last_response;
   };
 
-  [[nodiscard]] std::string table(const bus::FabricModel& live,
+  [[nodiscard]] std::string table(const fabric::plant::Plant& live,
                                   const recording::CallFollower& follower, fabric::Time now) const;
 
   std::map<fabric::ChannelKey, Channel> channels_;

@@ -91,7 +91,7 @@ class Follower : public fabric::observer::ObserverListener {
 
   const CallsOptions& options_;
   std::optional<Screen> screen_;
-  bus::FabricModel live_;
+  fabric::plant::Plant live_;
   recording::CallFollower follower_;
   recording::InstanceNames names_;
   Board board_;

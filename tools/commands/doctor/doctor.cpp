@@ -8,6 +8,7 @@
 #include "base/configuration/config_file.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/dds/configuration.hpp"
+#include "fabric/plant/concern.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "fabric/profile/credentials.hpp"
 #include "fabric/profile/given_flags.hpp"
@@ -113,9 +114,10 @@ std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnos
   }
   text += '\n';
   for (const Diagnosis& each : diagnoses) {
-    text += print::wrapped(fmt::format("{:<8} {}", name_of(each.severity), each.what), width, 9);
-    if (!each.advice.empty()) {
-      text += print::wrapped(fmt::format("{:<8} -> {}", "", each.advice), width, 12);
+    text += print::wrapped(
+        fmt::format("{:<8} {}", name_of(each.severity), base::text::safe(each.what.text)), width, 9);
+    if (const std::string advice = fabric::plant::advice_of(each.todo); !advice.empty()) {
+      text += print::wrapped(fmt::format("{:<8} -> {}", "", base::text::safe(advice)), width, 12);
     }
   }
   return text;
@@ -128,7 +130,8 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
       .domain = join.domain,
       .flags = fabric::profile::given_flags(flags),
       .cyclone_uri = fabric::dds::uses_uri(join) && std::getenv("CYCLONEDDS_URI") != nullptr,
-      .version = MILLRACE_VERSION};
+      .version = MILLRACE_VERSION,
+      .now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
   if (!flags.file().empty()) {
     const auto profile = base::configuration::read_config<config::Fabric>(flags.file());
     if (!profile) {
@@ -138,7 +141,6 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
     joining.multicast = profile->multicast();
     joining.peers.assign(profile->peers().begin(), profile->peers().end());
     if (profile->has_trust()) {
-      joining.now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
       const auto credentials = fabric::profile::credentials_of(profile->trust(), flags.file());
       if (!credentials) {
         throw base::program::UsageError(credentials.error());

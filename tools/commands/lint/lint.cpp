@@ -153,8 +153,8 @@ std::optional<std::vector<std::string>> known_uuids(const Options& options) {
     }
   }
   if (options.live) {
-    const bus::FabricModel live = options.look();
-    for (const bus::KnownInstance* instance : live.instances_of("")) {
+    const fabric::plant::Plant live = options.look();
+    for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
       known.push_back(instance->identity.uuid);
     }
   }

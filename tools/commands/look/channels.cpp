@@ -1,6 +1,9 @@
 // millrace channels: what each channel does, and why it waits.
 #include "tools/commands/look/channels.hpp"
 
+#include <algorithm>
+#include <functional>
+
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
@@ -14,18 +17,6 @@ namespace {
 using print::Align;
 using print::Cell;
 
-/// Its state, or what is the cause of it.
-Cell state_of(const ChannelRow& row) {
-  switch (row.obstacle) {
-    case bus::Obstacle::journal:
-      return std::string("no new calls");
-    case bus::Obstacle::unserved:
-      return std::string(name_of(fabric::ChannelState::unserved));
-    default:
-      return std::string(name_of(row.status.state));
-  }
-}
-
 Cell call_of(const ChannelRow& row) {
   const fabric::ChannelStatus& status = row.status;
   if (status.call == fabric::CallId{}) {
@@ -35,27 +26,21 @@ Cell call_of(const ChannelRow& row) {
                             : status.call.to_string();
 }
 
-/// A channel's call does not go on, or its controller is not heard.
-bool is_problem(const ChannelRow& row) {
-  return row.status.state == fabric::ChannelState::link_down ||
-         (row.obstacle != bus::Obstacle::none && row.obstacle != bus::Obstacle::busy);
-}
-
 Names names_of_channel(const ChannelRow& row) {
   const fabric::ChannelKey& key = row.status.key;
   return {key.to_string(), key.machine, std::string(fabric::machine_of(key.machine))};
 }
 
 /// Of an instance, or of one that is gone; otherwise empty.
-std::string name_of_service(const bus::FabricModel& live, const std::string& uuid) {
+std::string name_of_service(const fabric::plant::Plant& live, const std::string& uuid) {
   if (uuid.empty()) {
     return "";
   }
   if (const auto instances = live.instances_of(uuid); !instances.empty()) {
     return instances.front()->identity.name;
   }
-  const auto gone = std::ranges::find_if(live.gone(), [&](const auto& one) {
-    return one.second.last.identity.uuid == fabric::canonical_uuid(uuid);
+  const auto gone = std::ranges::find_if(live.gone(), [&](const auto& each) {
+    return each.second.last.identity.uuid == fabric::canonical_uuid(uuid);
   });
   return gone == live.gone().end() ? "" : gone->second.last.identity.name;
 }
@@ -74,21 +59,21 @@ int list_channels(const LookOptions& options) {
 
 }  // namespace
 
-std::vector<ChannelRow> channel_rows(const bus::FabricModel& live, fabric::Time now) {
+std::vector<ChannelRow> channel_rows(const fabric::plant::Plant& live, fabric::Time now) {
   std::vector<ChannelRow> rows;
   for (const auto& [key, status] : live.channels()) {
-    rows.push_back({status, live.obstacle_of(status, now), name_of_service(live, status.uuid)});
+    rows.push_back({status, view_of(live, status, now), name_of_service(live, status.uuid)});
   }
-  std::ranges::stable_partition(rows, &is_problem);
+  std::ranges::stable_sort(rows, std::greater(),
+                           [](const ChannelRow& row) { return row.view.level; });
   return rows;
 }
 
 const print::Listing<ChannelRow>& channels_listing() {
   static const auto channels = print::Listing<ChannelRow>{
       {"CHANNEL", "", [](const ChannelRow& row) -> Cell { return row.status.key.to_string(); }},
-      {"STATE", "", &state_of},
-      {"SINCE", "", [](const ChannelRow& row) -> Cell { return row.status.since; }, Align::right,
-       1},
+      {"STATE", "", [](const ChannelRow& row) -> Cell { return std::string(row.view.state); }},
+      {"SINCE", "", [](const ChannelRow& row) -> Cell { return row.view.since; }, Align::right, 1},
       {"SERVICE", "", [](const ChannelRow& row) -> Cell { return row.service; }, Align::left, 2},
       {"CALL", "", &call_of, Align::left, 3},
       {"UUID", "", [](const ChannelRow& row) -> Cell { return row.status.uuid; }, Align::left, 7},

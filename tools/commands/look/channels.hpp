@@ -4,20 +4,20 @@
 #include <string>
 #include <vector>
 
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/assess.hpp"
 #include "tools/print/listing.hpp"
 
 namespace millrace::tools::commands::look {
 
 struct ChannelRow {
   fabric::ChannelStatus status{};
-  bus::Obstacle obstacle{};
+  fabric::plant::ChannelView view{};
   /// Of the service, while an instance is known.
   std::string service{};
 };
 
 /// Problems first.
-std::vector<ChannelRow> channel_rows(const bus::FabricModel& live, fabric::Time now);
+std::vector<ChannelRow> channel_rows(const fabric::plant::Plant& live, fabric::Time now);
 const print::Listing<ChannelRow>& channels_listing();
 
 }  // namespace millrace::tools::commands::look

@@ -12,7 +12,7 @@ SnapshotOptions::SnapshotOptions(CLI::App& command)
                "participants are authenticated");
 }
 
-bus::FabricModel SnapshotOptions::look() const {
+fabric::plant::Plant SnapshotOptions::look() const {
   bus::Patience patience;
   patience.at_least = std::chrono::ceil<std::chrono::milliseconds>(wait);
   patience.at_most += patience.at_least;

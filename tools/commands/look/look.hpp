@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
+#include "fabric/plant/plant.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/fabric_model.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/names.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -23,7 +23,7 @@ struct SnapshotOptions {
   explicit SnapshotOptions(CLI::App& command);
 
   /// Joins, listens and leaves.
-  [[nodiscard]] bus::FabricModel look() const;
+  [[nodiscard]] fabric::plant::Plant look() const;
 
   fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait;

@@ -48,7 +48,7 @@ std::string link_of(const MachineStatus& status) {
   return status.gone ? "no gateway" : status.connected ? "up" : "down";
 }
 
-std::vector<MachineStatus> machine_rows(const bus::FabricModel& live) {
+std::vector<MachineStatus> machine_rows(const fabric::plant::Plant& live) {
   std::vector<MachineStatus> rows;
   for (const auto& [key, status] : live.machines()) {
     rows.push_back(status);

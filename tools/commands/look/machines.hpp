@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/print/listing.hpp"
 
 namespace millrace::tools::commands::look {
 
 /// Those without a connection first.
-std::vector<fabric::MachineStatus> machine_rows(const bus::FabricModel& live);
+std::vector<fabric::MachineStatus> machine_rows(const fabric::plant::Plant& live);
 const print::Listing<fabric::MachineStatus>& machines_listing();
 
 /// "up", "down", "no gateway".

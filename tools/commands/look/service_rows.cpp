@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/plant/assess.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/data.hpp"
 
@@ -26,7 +27,7 @@ struct Service {
   std::vector<std::string> problems{};
 };
 
-void add(Service& service, const bus::KnownInstance& instance) {
+void add(Service& service, const fabric::plant::KnownInstance& instance) {
   ServiceRow& row = service.row;
   service.names.insert(instance.identity.name);
   row.instances.push_back(&instance);
@@ -38,11 +39,6 @@ void add(Service& service, const bus::KnownInstance& instance) {
     row.failed += status.failed;
     service.busy += status.mean * static_cast<std::int64_t>(status.answered);
   }
-}
-
-bool waits(bus::Obstacle obstacle) {
-  return obstacle == bus::Obstacle::unserved || obstacle == bus::Obstacle::busy ||
-         obstacle == bus::Obstacle::long_busy;
 }
 
 void finish(Service& service) {
@@ -124,9 +120,9 @@ Cell answer_of(const InstanceRow& row) {
 
 }  // namespace
 
-std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time now) {
+std::vector<ServiceRow> service_rows(const fabric::plant::Plant& live, fabric::Time now) {
   std::map<std::string, Service> services;
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
+  for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
     add(services[instance->identity.uuid], *instance);
   }
   for (const auto& [id, gone] : live.gone()) {
@@ -137,11 +133,14 @@ std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time 
         fmt::format("{} without heartbeat ({}, pid {})", last.name, last.host, last.pid));
   }
   for (const auto& [key, status] : live.channels()) {
-    const bus::Obstacle obstacle = live.obstacle_of(status, now);
-    if (!status.uuid.empty() && waits(obstacle)) {
+    const fabric::plant::ChannelView view = view_of(live, status, now);
+    const bool waits = view.call == name_of(fabric::ChannelState::unserved) ||
+                       view.call == name_of(fabric::ChannelState::waiting);
+    if (!status.uuid.empty() && waits) {
       Service& service = services[fabric::canonical_uuid(status.uuid)];
       ++service.row.waiting;
-      if (obstacle == bus::Obstacle::long_busy) {
+      if (view.call == name_of(fabric::ChannelState::waiting) &&
+          view.call_level == fabric::plant::Level::act) {
         service.problems.push_back(fmt::format("{} waits for a free instance", key.to_string()));
       }
     }
@@ -211,14 +210,14 @@ std::string channels_text(const fabric::InstanceIdentity& identity) {
   return scopes.empty() ? "all" : fmt::format("{}", fmt::join(scopes, " "));
 }
 
-std::vector<InstanceRow> instance_rows(const bus::FabricModel& live, bool with_gone) {
+std::vector<InstanceRow> instance_rows(const fabric::plant::Plant& live, bool with_gone) {
   std::vector<InstanceRow> rows;
   if (with_gone) {
     for (const auto& [id, gone] : live.gone()) {
       rows.push_back({.instance = &gone.last, .is_gone = true});
     }
   }
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
+  for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
     rows.push_back({.instance = instance});
   }
   for (InstanceRow& row : rows) {

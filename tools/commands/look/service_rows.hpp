@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/print/listing.hpp"
 
@@ -16,7 +16,7 @@ struct ServiceRow {
   /// Of its instances: "square_root", "lathe, mill".
   std::string name{};
   /// Those that run.
-  std::vector<const bus::KnownInstance*> instances{};
+  std::vector<const fabric::plant::KnownInstance*> instances{};
   /// Sums over these.
   std::uint64_t running = 0;
   std::uint64_t capacity = 0;
@@ -32,11 +32,11 @@ struct ServiceRow {
 
 /// Also services without an instance that a channel waits for, or that have lost their last one.
 /// Problems first, then the busiest.
-std::vector<ServiceRow> service_rows(const bus::FabricModel& live, fabric::Time now);
+std::vector<ServiceRow> service_rows(const fabric::plant::Plant& live, fabric::Time now);
 const print::Listing<ServiceRow>& services_listing();
 
 struct InstanceRow {
-  const bus::KnownInstance* instance = nullptr;
+  const fabric::plant::KnownInstance* instance = nullptr;
   bool is_gone = false;
   std::vector<const fabric::Alarm*> alarms{};
   bool was_asked = false;
@@ -44,7 +44,7 @@ struct InstanceRow {
 };
 
 /// Also those without heartbeat if `with_gone`. Problems first, then by name.
-std::vector<InstanceRow> instance_rows(const bus::FabricModel& live, bool with_gone);
+std::vector<InstanceRow> instance_rows(const fabric::plant::Plant& live, bool with_gone);
 const print::Listing<InstanceRow>& instances_listing();
 
 /// For a column: the name, or the beginning of the UUID where none is known, "560aacbf…".

@@ -74,7 +74,7 @@ void print_in_full(const InstanceRow& row) {
   }
 }
 
-int list_instances(const ServicesOptions& options, const bus::FabricModel& live) {
+int list_instances(const ServicesOptions& options, const fabric::plant::Plant& live) {
   std::vector<InstanceRow> rows = instance_rows(live, options.output.is_text());
   rows = chosen(std::move(rows), options.what,
                 [](const InstanceRow& row) { return names_of(*row.instance); });
@@ -92,14 +92,14 @@ int list_instances(const ServicesOptions& options, const bus::FabricModel& live)
 
 Names names_of_service(const ServiceRow& row) {
   Names names{row.uuid, row.name};
-  for (const bus::KnownInstance* instance : row.instances) {
+  for (const fabric::plant::KnownInstance* instance : row.instances) {
     names.push_back(instance->identity.name);
     names.push_back(instance->identity.id.to_string());
   }
   return names;
 }
 
-int list_services(const ServicesOptions& options, const bus::FabricModel& live) {
+int list_services(const ServicesOptions& options, const fabric::plant::Plant& live) {
   const std::vector<ServiceRow> all = service_rows(live, std::chrono::system_clock::now());
   Names known;
   for (const ServiceRow& row : all) {
@@ -121,7 +121,7 @@ void add_services(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<ServicesOptions>(command);
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      const bus::FabricModel live = options->look();
+      const fabric::plant::Plant live = options->look();
       return options->instances || options->full || options->ping ? list_instances(*options, live)
                                                                   : list_services(*options, live);
     };

@@ -116,9 +116,9 @@ std::optional<std::string> uuid_of(const CallOptions& options) {
   if (fabric::is_uuid(fabric::canonical_uuid(options.service))) {
     return options.service;
   }
-  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  const fabric::plant::Plant live = bus::take_snapshot(options.fabric.options());
   std::set<std::string> uuids;
-  for (const bus::KnownInstance* instance : instances_named(live, options.service)) {
+  for (const fabric::plant::KnownInstance* instance : instances_named(live, options.service)) {
     uuids.insert(instance->identity.uuid);
   }
   if (options.service.empty() || uuids.empty()) {

@@ -23,12 +23,12 @@ struct DrainOptions : OperateOptions {
 };
 
 /// Services that have an instance now and will have none without `leaving`.
-std::map<std::string, std::string> services_that_end(const bus::FabricModel& live,
+std::map<std::string, std::string> services_that_end(const fabric::plant::Plant& live,
                                                      const Instances& leaving) {
   std::map<std::string, std::string> ending;
   for (const fabric::InstanceIdentity& instance : leaving) {
     const auto others = live.instances_of(instance.uuid);
-    const bool is_last = std::ranges::all_of(others, [&](const bus::KnownInstance* other) {
+    const bool is_last = std::ranges::all_of(others, [&](const fabric::plant::KnownInstance* other) {
       return other->identity.draining ||
              std::ranges::find(leaving, other->identity.id, &fabric::InstanceIdentity::id) !=
                  leaving.end();
@@ -42,12 +42,12 @@ std::map<std::string, std::string> services_that_end(const bus::FabricModel& liv
 
 /// An exact UUID, name or id stands for its instances alone; a beginning for all that begin so, if
 /// that is one, or if the operator has confirmed them.
-Instances instances_to_drain(const bus::FabricModel& live, const std::string& what,
+Instances instances_to_drain(const fabric::plant::Plant& live, const std::string& what,
                              bool confirmed) {
   Instances exact;
   Instances all;
   std::vector<std::string> names;
-  for (const bus::KnownInstance* instance : instances_named(live, what)) {
+  for (const fabric::plant::KnownInstance* instance : instances_named(live, what)) {
     all.push_back(instance->identity);
     names.push_back(fmt::format("{} ({}, instance {})", base::text::safe(instance->identity.name),
                                 base::text::safe(instance->identity.uuid),
@@ -69,7 +69,7 @@ Instances instances_to_drain(const bus::FabricModel& live, const std::string& wh
 }
 
 int drain(const DrainOptions& options) {
-  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  const fabric::plant::Plant live = bus::take_snapshot(options.fabric.options());
   const Instances leaving = instances_to_drain(live, options.what, options.confirmed);
   if (leaving.empty()) {
     return print_unknown_service(options.what, live, options.fabric.options());

@@ -116,11 +116,11 @@ void add_channel_key(CLI::App& command, fabric::ChannelKey& key) {
 
 int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                  fabric::Command command) {
-  const auto is_pending = [&key](const bus::FabricModel& seen) {
+  const auto is_pending = [&key](const fabric::plant::Plant& seen) {
     const auto found = seen.channels().find(key);
     return found != seen.channels().end() && found->second.call != fabric::CallId{};
   };
-  bus::FabricModel live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
+  fabric::plant::Plant live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
   if (!live.channels().contains(key)) {
     // On a busy host its gateway may be discovered later than the first processes.
     live = bus::take_snapshot(options.fabric.options(), {.at_least = std::chrono::seconds(3)},

@@ -9,7 +9,7 @@
 #include <boost/json/array.hpp>
 
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/commands/subcommand.hpp"
 

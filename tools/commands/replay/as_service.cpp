@@ -44,7 +44,7 @@ std::map<fabric::ChannelKey, fabric::ChannelKey> channels_answered(const Options
 
 /// A replay beside the service itself would take its calls.
 void check_unserved(const Options& options, const Plan& plan) {
-  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  const fabric::plant::Plant live = bus::take_snapshot(options.fabric.options());
   for (const tools::replay::PlannedCall& call : plan.calls) {
     for (const auto& [id, instance] : live.instances()) {
       if (instance.identity.uuid == fabric::canonical_uuid(call.uuid)) {

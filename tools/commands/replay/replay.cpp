@@ -233,7 +233,7 @@ void check_free(const Options& options, const Channels& channels) {
   if (options.channels.empty()) {
     return;
   }
-  const bus::FabricModel live = bus::take_snapshot(options.fabric.options());
+  const fabric::plant::Plant live = bus::take_snapshot(options.fabric.options());
   for (const auto& [recorded, channel] : channels) {
     if (const auto why = caller::reason_taken(live, channel)) {
       throw UsageError(fmt::format("--channel: {}", *why));

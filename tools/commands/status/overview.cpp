@@ -9,8 +9,10 @@
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/plant/assess.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/machines.hpp"
+#include "tools/print/concerns.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/listing.hpp"
@@ -21,32 +23,54 @@ namespace millrace::tools::commands::status {
 
 namespace {
 
+using fabric::plant::Concern;
 using print::Align;
 using print::Cell;
 
+/// A longer list of subjects moves no other line.
+constexpr std::size_t widest_subject = 32;
+
+/// "GATEWAY GONE"; what is only to be known is in small letters.
+std::string kind_of(const Concern& concern) {
+  std::string kind(name_of(concern.kind));
+  if (concern.level == fabric::plant::Level::act) {
+    std::ranges::transform(kind, kind.begin(), [](char c) {
+      return static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+    });
+  }
+  return kind;
+}
+
+/// The first column says what is wrong, but for alarms.
+std::string reason_of(const Concern& concern) {
+  return concern.why.empty()                          ? concern.what.text
+         : concern.kind == fabric::plant::Kind::alarm ? concern.what.text + ": " + concern.why.text
+                                                      : concern.why.text;
+}
+
 /// What to do is below each, and so is what does not fit.
-std::string problems_text(const std::vector<Problem>& problems, std::size_t width,
-                          fabric::Time now) {
+std::string concerns_text(const Concerns& concerns, std::size_t width, fabric::Time now) {
   std::size_t kind = 0;
   std::size_t subject = 0;
-  for (const Problem& problem : problems) {
-    kind = std::max(kind, problem.kind.size());
-    subject = std::max(subject, print::width(base::text::safe(problem.subject)));
+  for (const Concern& concern : concerns) {
+    kind = std::max(kind, kind_of(concern).size());
+    subject = std::max(subject, print::width(base::text::safe(subject_of(concern).text)));
   }
+  subject = std::min(subject, widest_subject);
   std::string text;
-  for (const Problem& problem : problems) {
+  for (const Concern& concern : concerns) {
     const std::string age =
-        problem.since == fabric::Time{}
+        concern.since == fabric::Time{}
             ? "-"
-            : print::age_text(std::max(now - problem.since, fabric::Time::duration{}));
-    text += print::wrapped(fmt::format("{:<{}}  {:<{}}  {:>6}  {}", problem.kind, kind,
-                                       base::text::safe(problem.subject), subject, age,
-                                       base::text::safe(problem.text)),
+            : print::age_text(std::max(now - concern.since, fabric::Time::duration{}));
+    text += print::wrapped(fmt::format("{:<{}}  {:<{}}  {:>6}  {}", kind_of(concern), kind,
+                                       base::text::safe(subject_of(concern).text), subject, age,
+                                       base::text::safe(reason_of(concern))),
                            width, kind + 2);
-    if (!problem.advice.empty()) {
-      text +=
-          print::wrapped(fmt::format("{:<{}}  -> {}", "", kind, base::text::safe(problem.advice)),
-                         width, kind + 5);
+    if (!concern.todo.empty()) {
+      text += print::wrapped(fmt::format("{:<{}}  -> {}", "", kind,
+                                         base::text::safe(fabric::plant::advice_of(concern.todo))),
+                             width, kind + 5);
     }
   }
   return text;
@@ -75,36 +99,34 @@ const print::Listing<MachineRow>& machines_listing() {
   return machines;
 }
 
-boost::json::object json_of(const Problem& problem) {
-  boost::json::object out{{"problem", problem.kind},
-                          {"subject", print::utf8(problem.subject)},
-                          {"exit_code", problem.code},
-                          {"text", print::utf8(problem.text)},
-                          {"advice", print::utf8(problem.advice)}};
-  print::put_time(out, "since", problem.since);
-  return out;
-}
-
 std::string plural(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+/// "no problem", "2 problems, 1 to look at"
+std::string counted(const Concerns& concerns) {
+  const auto problems = static_cast<std::size_t>(
+      std::ranges::count(concerns, fabric::plant::Level::act, &Concern::level));
+  const std::size_t others = concerns.size() - problems;
+  return (problems == 0 ? "no problem" : plural(problems, "problem")) +
+         (others == 0 ? "" : fmt::format(", {} to look at", others));
+}
+
 std::string counts_text(const Overview& overview) {
-  const bus::FabricModel& live = overview.live;
+  const fabric::plant::Plant& live = overview.live;
   std::set<std::string> services;
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
+  for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
     services.insert(instance->identity.uuid);
   }
-  return fmt::format(
-      "fabric '{}', domain {}: {}; {}, {}, {}", overview.fabric, overview.domain,
-      overview.problems.empty() ? "no problem" : plural(overview.problems.size(), "problem"),
-      plural(live.channels().size(), "channel"), plural(services.size(), "service"),
-      plural(live.instances().size(), "instance"));
+  return fmt::format("fabric '{}', domain {}: {}; {}, {}, {}", overview.fabric, overview.domain,
+                     counted(overview.concerns), plural(live.channels().size(), "channel"),
+                     plural(services.size(), "service"),
+                     plural(live.instances().size(), "instance"));
 }
 
 }  // namespace
 
-std::vector<MachineRow> machine_rows(const bus::FabricModel& live, const Host& host) {
+std::vector<MachineRow> machine_rows(const fabric::plant::Plant& live, const Host& host) {
   std::map<std::string, MachineRow> machines;
   for (const auto& [key, status] : live.machines()) {
     const auto gateway = live.gateways().find(key.second);
@@ -130,7 +152,7 @@ std::vector<MachineRow> machine_rows(const bus::FabricModel& live, const Host& h
   return rows;
 }
 
-std::vector<fabric::Alarm> alarms_on(const bus::FabricModel& live, const Host& host) {
+std::vector<fabric::Alarm> alarms_on(const fabric::plant::Plant& live, const Host& host) {
   std::vector<fabric::Alarm> alarms;
   for (const auto& [key, alarm] : live.alarms()) {
     if (is_on(host, alarm.host)) {
@@ -150,7 +172,7 @@ std::string text_of(const Overview& overview, std::size_t width, fabric::Time no
   const std::vector<MachineRow> machines = machine_rows(overview.live, overview.host);
   std::string text = print::wrapped(counts_text(overview), width, 2);
   for (const std::string& block :
-       {problems_text(overview.problems, width, now),
+       {concerns_text(overview.concerns, width, now),
         machines.empty() ? "" : machines_listing().text(machines, {.width = width}, now),
         overview.answers, reports}) {
     text += block.empty() ? "" : '\n' + block;
@@ -159,9 +181,9 @@ std::string text_of(const Overview& overview, std::size_t width, fabric::Time no
 }
 
 boost::json::object json_of(const Overview& overview) {
-  boost::json::array problems;
-  for (const Problem& problem : overview.problems) {
-    problems.push_back(json_of(problem));
+  boost::json::array concerns = print::json_of(overview.concerns);
+  for (std::size_t i = 0; i < concerns.size(); ++i) {
+    concerns[i].as_object()["exit_code"] = exit_code_of(overview.concerns[i]);
   }
   boost::json::array machines;
   for (const MachineRow& row : machine_rows(overview.live, overview.host)) {
@@ -173,8 +195,8 @@ boost::json::object json_of(const Overview& overview) {
   for (const fabric::Alarm& alarm : alarms_on(overview.live, overview.host)) {
     alarms.push_back(print::json_of(alarm));
   }
-  return {{"healthy", exit_code_of(overview.problems) == base::program::exit_done},
-          {"problems", std::move(problems)},
+  return {{"healthy", level_of(overview.concerns) != fabric::plant::Level::act},
+          {"concerns", std::move(concerns)},
           {"machines", std::move(machines)},
           {"alarms", std::move(alarms)}};
 }

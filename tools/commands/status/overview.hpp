@@ -1,4 +1,4 @@
-// The text and the JSON of `millrace status`: problems, machines, and what processes report. Pure.
+// The text and the JSON of `millrace status`: concerns, machines, and what processes report. Pure.
 #pragma once
 
 #include <map>
@@ -8,8 +8,8 @@
 
 #include <boost/json/object.hpp>
 
-#include "tools/bus/fabric_model.hpp"
-#include "tools/commands/status/problems.hpp"
+#include "fabric/plant/plant.hpp"
+#include "tools/commands/status/expectations.hpp"
 
 namespace millrace::tools::commands::status {
 
@@ -26,15 +26,15 @@ struct MachineRow {
 };
 
 /// Those without a connection first.
-std::vector<MachineRow> machine_rows(const bus::FabricModel& live, const Host& host);
-std::vector<fabric::Alarm> alarms_on(const bus::FabricModel& live, const Host& host);
+std::vector<MachineRow> machine_rows(const fabric::plant::Plant& live, const Host& host);
+std::vector<fabric::Alarm> alarms_on(const fabric::plant::Plant& live, const Host& host);
 
 struct Overview {
-  const bus::FabricModel& live;
+  const fabric::plant::Plant& live;
   std::string fabric{};
   std::uint32_t domain = 0;
   Host host{};
-  std::vector<Problem> problems{};
+  Concerns concerns{};
   /// A line for each process that was asked.
   std::string answers{};
 };

@@ -6,8 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
 #include "base/text/ascii.hpp"
+#include "fabric/plant/assess.hpp"
 #include "fabric/profile/given_flags.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/look/look.hpp"
@@ -19,18 +21,20 @@ namespace millrace::tools::commands::status {
 
 namespace {
 
+namespace messages = base::messages;
+
 constexpr const char* exit_codes =
     "Exit codes, the first that applies:\n"
     "  0  no problem\n"
-    "  1  an instance has frozen or ended while this command listened; the fabric lacks what\n"
-    "     --expect-gateway or --expect-service names; with --host: a process of the host does\n"
-    "     not answer, or the host has none\n"
+    "  1  the fabric lacks what --expect-gateway or --expect-service names; with --host: a\n"
+    "     process of the host does not answer, or the host has none\n"
     "  2  a wrong flag or value\n"
     "  3  no gateway is on the fabric, or the link of a machine is down\n"
     "  4  a call is held for an operator\n"
     "  5  a call has no service, or has waited for a free instance for more than a minute, or a\n"
     "     service has lost its last instance in the last quarter of an hour\n"
-    "  6  a program reports a problem\n"
+    "  6  a process reports a problem\n"
+    "  7  an NC program was aborted\n"
     "With --host only 0, 1 and 2.\n\n";
 
 struct StatusOptions : look::SnapshotOptions {
@@ -98,7 +102,7 @@ struct Processes {
   operate::Answers of_instances;
 };
 
-Processes ask_processes(const StatusOptions& options, const bus::FabricModel& live) {
+Processes ask_processes(const StatusOptions& options, const fabric::plant::Plant& live) {
   Processes found;
   for (const auto& [id, status] : live.gateways()) {
     if (is_on(options.host, status.host)) {
@@ -108,7 +112,7 @@ Processes ask_processes(const StatusOptions& options, const bus::FabricModel& li
            .host = status.host});
     }
   }
-  for (const bus::KnownInstance* instance : live.instances_of("")) {
+  for (const fabric::plant::KnownInstance* instance : live.instances_of("")) {
     if (is_on(options.host, instance->identity.host)) {
       found.instances.push_back(instance->identity);
     }
@@ -125,59 +129,60 @@ Processes ask_processes(const StatusOptions& options, const bus::FabricModel& li
   return found;
 }
 
-void add_silent(std::vector<Problem>& problems, const operate::Instances& instances,
+void add_silent(Concerns& concerns, const operate::Instances& instances,
                 const operate::Answers& answers) {
   for (std::size_t i = 0; i < instances.size(); ++i) {
     if (!operate::is_done(answers[i])) {
-      problems.push_back({base::program::exit_failed,
-                          "NO ANSWER",
-                          instances[i].name,
-                          {},
-                          fmt::format("{} on {}", instances[i].id.to_string(), instances[i].host),
-                          "restart it"});
+      const std::string id = instances[i].id.to_string();
+      concerns.push_back({.kind = fabric::plant::Kind::missing,
+                          .process = instances[i].name,
+                          .what = messages::what_no_answer(),
+                          .why = messages::instance_on_host(id, instances[i].host),
+                          .todo = {messages::restart_it()},
+                          .cause = "no answer " + id});
     }
   }
 }
 
-std::vector<Problem> problems_of_host(const StatusOptions& options, const bus::FabricModel& live,
-                                      const Processes& processes) {
-  std::vector<Problem> problems;
-  add_silent(problems, processes.gateways, processes.of_gateways);
-  add_silent(problems, processes.instances, processes.of_instances);
+Concerns concerns_of_host(const StatusOptions& options, const fabric::plant::Plant& plant,
+                          const Processes& processes) {
+  Concerns concerns;
+  add_silent(concerns, processes.gateways, processes.of_gateways);
+  add_silent(concerns, processes.instances, processes.of_instances);
   if (processes.gateways.empty() && processes.instances.empty() &&
-      alarms_on(live, options.host).empty()) {
-    problems.push_back(
-        {base::program::exit_failed,
-         "NO PROCESS",
-         *options.host,
-         {},
-         fmt::format("no gateway, no service and no recorder of host '{}' is on "
-                     "fabric '{}', domain {}",
-                     *options.host, options.fabric.options().fabric,
-                     options.fabric.options().domain),
-         fmt::format("'millrace services -i{0}' and 'millrace machines{0}' list those "
-                     "there are",
-                     fabric::profile::given_flags(options.fabric))});
+      alarms_on(plant, options.host).empty()) {
+    const auto& joined = options.fabric.options();
+    const std::string flags = fabric::profile::given_flags(options.fabric);
+    concerns.push_back(
+        {.kind = fabric::plant::Kind::missing,
+         .process = *options.host,
+         .what = messages::what_missing_process(),
+         .why = messages::no_process_of_host(*options.host, joined.fabric, joined.domain),
+         .todo = {messages::list_those_there(),
+                  messages::run_command("millrace services -i" + flags),
+                  messages::run_command("millrace machines" + flags)},
+         .cause = "no process of " + *options.host});
   }
-  return problems;
+  return concerns;
 }
 
 int check(const StatusOptions& options) {
-  const bus::FabricModel live = options.look();
+  const fabric::plant::Plant live = options.look();
   std::optional<Processes> asked;
   if (options.host) {
     asked = ask_processes(options, live);
   }
-  std::vector<Problem> problems = asked ? problems_of_host(options, live, *asked)
-                                        : problems_of(live, std::chrono::system_clock::now(),
-                                                      fabric::profile::given_flags(options.fabric));
-  for (const std::vector<Problem>& more :
+  Concerns concerns =
+      asked ? concerns_of_host(options, live, *asked)
+            : fabric::plant::assess(live, std::chrono::system_clock::now(),
+                                    {.flags = fabric::profile::given_flags(options.fabric)});
+  for (const Concerns& more :
        {missing_gateways(live, options.gateways), missing_instances(live, options.services)}) {
-    problems.insert(problems.end(), more.begin(), more.end());
+    concerns.insert(concerns.end(), more.begin(), more.end());
   }
-  sort(problems);
+  fabric::plant::sort(concerns);
   Overview overview{live, options.fabric.options().fabric, options.fabric.options().domain,
-                    options.host, std::move(problems)};
+                    options.host, std::move(concerns)};
   if (options.json) {
     boost::json::object out = json_of(overview);
     if (asked) {
@@ -192,7 +197,7 @@ int check(const StatusOptions& options) {
     }
     fmt::print("{}", text_of(overview, width_of_output(), std::chrono::system_clock::now()));
   }
-  return exit_code_of(overview.problems);
+  return exit_code_of(overview.concerns);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/units.hpp"
@@ -14,6 +15,7 @@ namespace millrace::tools::doctor::checks {
 
 namespace {
 
+namespace messages = base::messages;
 using base::text::safe;
 
 }  // namespace
@@ -26,35 +28,45 @@ std::string list_of(const std::set<std::string>& names) {
   return text;
 }
 
-std::string program_text(const Announcement& who) {
+Report::Message program_text(const Announcement& who) {
   const std::string& name = who.name.empty() ? who.process : who.name;
+  if (!name.empty() && !who.host.empty() && !who.pid.empty()) {
+    return messages::process_on_host(safe(name), safe(who.host), safe(who.pid));
+  }
   return fmt::format("{}{}{}", name.empty() ? "a program" : safe(name),
                      who.host.empty() ? "" : " on " + safe(who.host),
                      who.pid.empty() ? "" : ", pid " + safe(who.pid));
 }
 
+void Report::concern(const fabric::plant::Concern& concern) {
+  const Message reason =
+      concern.why.empty() ? concern.what : messages::of_channel(concern.what, concern.why);
+  const Message subject = subject_of(concern);
+  said_.push_back(
+      {concern.level == fabric::plant::Level::act ? Severity::problem : Severity::warning,
+       subject.empty() ? reason : messages::of_channel(subject, reason), concern.todo});
+}
+
 void at_endpoints(const Findings& found, Report& report) {
   for (const Misfit& misfit : found.misfits) {
-    for (const std::string& reason : misfit.reasons) {
-      report.problem(
-          fmt::format("the {} of {} of {} matches no millrace process: {}",
-                      misfit.writer ? "writer" : "reader", misfit.topic, safe(misfit.program),
-                      safe(reason)),
-          "give it the QoS and types of docs/reference/wire.md and idl/millrace.idl, or the "
-          "same version of millrace");
+    for (const Report::Message& reason : misfit.reasons) {
+      report.problem(misfit.writer
+                         ? messages::writer_does_not_match(misfit.topic, misfit.program, reason)
+                         : messages::reader_does_not_match(misfit.topic, misfit.program, reason),
+                     messages::give_it_qos());
     }
   }
   for (const std::string& each : found.ignored) {
-    report.problem(safe(each), "start a millrace service of this version");
+    report.problem(safe(each), messages::start_this_version());
   }
 }
 
 void at_versions(const Findings& found, Report& report) {
   for (const auto& [key, status] : found.live.machines()) {
     if (!status.version.empty() && status.version != found.joining.version) {
-      report.warning(fmt::format("the gateway of {} is millrace {}, this is millrace {}",
-                                 safe(status.machine), safe(status.version), found.joining.version),
-                     "install one version on all hosts");
+      report.warning(messages::gateway_version_differs(safe(status.machine), safe(status.version),
+                                                       found.joining.version),
+                     messages::install_one_version());
     }
   }
   std::map<std::string, std::set<std::string>> versions;
@@ -63,8 +75,8 @@ void at_versions(const Findings& found, Report& report) {
   }
   for (const auto& [uuid, all] : versions) {
     if (all.size() > 1) {
-      report.warning(fmt::format("the instances of {} have versions {}", safe(uuid), list_of(all)),
-                     "normal during an upgrade; otherwise drain the old instances");
+      report.warning(messages::versions_differ(safe(uuid), list_of(all)),
+                     messages::drain_old_instances());
     }
   }
 }
@@ -82,15 +94,16 @@ void at_clocks(const Findings& found, Report& report) {
   for (const HostClock& clock : found.clocks) {
     const auto ahead = clock.difference.ahead;
     const auto sure = std::chrono::abs(ahead) - clock.difference.error;
-    const std::string text =
-        fmt::format("the clock of {} is {} {} this host's (± {}, asked {})", safe(clock.host),
-                    print::duration_text(std::chrono::abs(ahead)),
-                    ahead < std::chrono::nanoseconds::zero() ? "behind" : "ahead of",
-                    print::duration_text(clock.difference.error), safe(clock.program));
+    const std::string difference = print::duration_text(std::chrono::abs(ahead));
+    const std::string error = print::duration_text(clock.difference.error);
+    const Report::Message text =
+        ahead < std::chrono::nanoseconds::zero()
+            ? messages::clock_behind(safe(clock.host), difference, error, safe(clock.program))
+            : messages::clock_ahead(safe(clock.host), difference, error, safe(clock.program));
     if (sure > large_difference) {
-      report.problem(text, "synchronise the hosts (chrony, NTP): deadlines and times are wrong");
+      report.problem(text, messages::synchronise_for_deadlines());
     } else if (sure > small_difference) {
-      report.warning(text, "synchronise the hosts (chrony, NTP): times in recordings do not agree");
+      report.warning(text, messages::synchronise_for_recordings());
     } else {
       report.fine(text);
     }
@@ -99,25 +112,13 @@ void at_clocks(const Findings& found, Report& report) {
 
 void at_alarms(const Findings& found, Report& report) {
   for (const auto& [key, alarm] : found.live.alarms()) {
-    const std::string what = print::reported_problems(alarm);
-    const std::string advice = base::text::safe(alarm.advice);
-    switch (alarm.level) {
-      case fabric::AlarmLevel::fine:
-        report.fine(what);
-        break;
-      case fabric::AlarmLevel::warning:
-        report.warning(what, advice);
-        break;
-      default:
-        // An unknown level of a newer version counts as a problem.
-        report.problem(what, advice);
-        break;
+    if (alarm.level == fabric::AlarmLevel::fine) {
+      report.fine(messages::of_channel(print::reported_by(alarm), alarm.text));
     }
   }
   if (found.live.too_many_alarms()) {
-    report.warning(fmt::format("there are more than {} alarms; further ones are ignored",
-                               bus::FabricModel::most_alarms),
-                   "find the process that publishes them: it may flood millrace/v5/alarm");
+    report.warning(messages::too_many_alarms(fabric::plant::Plant::most_alarms),
+                   messages::find_flooding_process());
   }
 }
 

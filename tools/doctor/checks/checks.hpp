@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/messages/message.hpp"
+#include "fabric/plant/concern.hpp"
 #include "tools/doctor/announcement.hpp"
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/findings.hpp"
@@ -16,18 +18,26 @@ namespace millrace::tools::doctor::checks {
 
 class Report {
  public:
-  void problem(std::string what, std::string advice) {
-    said_.push_back({Severity::problem, std::move(what), std::move(advice)});
+  using Message = base::messages::Message;
+
+  void problem(Message what, Message advice) {
+    said_.push_back({Severity::problem, std::move(what), steps(std::move(advice))});
   }
-  void warning(std::string what, std::string advice) {
-    said_.push_back({Severity::warning, std::move(what), std::move(advice)});
+  void warning(Message what, Message advice) {
+    said_.push_back({Severity::warning, std::move(what), steps(std::move(advice))});
   }
-  void fine(std::string what) { said_.push_back({Severity::fine, std::move(what), {}}); }
+  void fine(Message what) { said_.push_back({Severity::fine, std::move(what), {}}); }
+  /// Its subject, what is wrong and why, as one sentence.
+  void concern(const fabric::plant::Concern& concern);
 
   [[nodiscard]] std::size_t size() const { return said_.size(); }
   [[nodiscard]] std::vector<Diagnosis> take() && { return std::move(said_); }
 
  private:
+  static std::vector<Message> steps(Message advice) {
+    return advice.empty() ? std::vector<Message>{} : std::vector<Message>{std::move(advice)};
+  }
+
   std::vector<Diagnosis> said_;
 };
 
@@ -41,11 +51,11 @@ void at_peers(const Findings& found, Report& report);
 void at_trust(const Findings& found, Report& report);
 /// Endpoints and instances that fit no millrace program.
 void at_endpoints(const Findings& found, Report& report);
-/// Is each machine connected to a gateway?
+/// How gateways connect to their controllers.
 void at_machines(const Findings& found, Report& report);
-/// Waiting channels, and their reasons.
-void at_channels(const Findings& found, Report& report);
-/// The alarms of processes.
+/// What is wrong on the fabric, as every view of a plant says it.
+void at_concerns(const Findings& found, Report& report);
+/// Reports of processes that run well, and floods of alarms.
 void at_alarms(const Findings& found, Report& report);
 /// Different versions on one fabric.
 void at_versions(const Findings& found, Report& report);
@@ -57,7 +67,7 @@ void at_clocks(const Findings& found, Report& report);
 /// "a, b, c", fit for a terminal.
 std::string list_of(const std::set<std::string>& names);
 /// "name on host, pid 17", as far as it is known.
-std::string program_text(const Announcement& who);
+base::messages::Message program_text(const Announcement& who);
 
 // The interface by which this process joins the fabric.
 

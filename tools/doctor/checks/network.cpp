@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/doctor/checks/checks.hpp"
 
@@ -9,6 +10,7 @@ namespace millrace::tools::doctor::checks {
 
 namespace {
 
+namespace messages = base::messages;
 using base::text::safe;
 
 std::string interface_list(const Findings& found) {
@@ -25,25 +27,21 @@ void missing(const Findings& found, const Peer& peer, Report& report) {
                               : fmt::format("{} ({})", safe(peer.name), peer.address);
   switch (peer.reach) {
     case Reach::unknown_name:
-      report.problem(fmt::format("peer {} has no address: {}", who, peer.detail),
-                     "correct the name, or write its IPv4 address");
+      report.problem(messages::peer_without_address(who, peer.detail),
+                     messages::correct_peer_name());
       break;
     case Reach::unreachable:
-      report.problem(fmt::format("peer {} cannot be reached: {}", who, peer.detail),
-                     "check its power, its cable and the route to it (ip route get)");
+      report.problem(messages::peer_unreachable(who, peer.detail), messages::check_peer());
       break;
     case Reach::refused:
-      report.problem(
-          fmt::format("peer {} is up, but no process of domain {} listens there", who,
-                      found.joining.domain),
-          "start the processes there, with the same domain and an interface that faces this host");
+      report.problem(messages::peer_without_process(who, found.joining.domain),
+                     messages::start_processes_there());
       break;
     case Reach::silent:
       report.problem(
-          fmt::format("peer {} does not respond", who),
-          fmt::format("allow UDP ports {} to {} on both hosts; start the processes there",
-                      discovery_port(found.joining.domain),
-                      discovery_port(found.joining.domain) + ports_per_domain - 1));
+          messages::peer_silent(who),
+          messages::allow_udp_ports(discovery_port(found.joining.domain),
+                                    discovery_port(found.joining.domain) + ports_per_domain - 1));
       break;
   }
 }
@@ -67,29 +65,25 @@ void at_the_interface(const Findings& found, Report& report) {
   const std::string& name = found.joining.interface;
   const Interface* own = own_interface(found);
   if (found.joining.cyclone_uri) {
-    report.warning(
-        "CYCLONEDDS_URI is set and may change interface, multicast and peers",
-        "unset it, or name a fabric profile (--fabric-config), with which it is ignored");
+    report.warning(messages::cyclone_uri_set(), messages::unset_cyclone_uri());
   }
   if (own == nullptr) {
-    report.problem(fmt::format("this host has no interface '{}'", safe(name)),
-                   fmt::format("use one of {} in the fabric's file", interface_list(found)));
+    report.problem(messages::no_such_interface(safe(name)),
+                   messages::use_other_interface(interface_list(found)));
   } else if (!own->up) {
-    report.problem(fmt::format("interface {} is down", safe(own->name)),
-                   fmt::format("ip link set {} up", safe(own->name)));
+    report.problem(messages::interface_down(safe(own->name)),
+                   messages::set_interface_up(safe(own->name)));
   } else if (own->address.empty()) {
-    report.problem(fmt::format("interface {} has no IPv4 address", safe(own->name)),
-                   fmt::format("ip address add ADDRESS/LENGTH dev {}", safe(own->name)));
+    report.problem(messages::interface_without_address(safe(own->name)),
+                   messages::add_address(safe(own->name)));
   } else if (found.joining.multicast && !own->multicast && !own->loopback) {
-    report.problem(fmt::format("interface {} has no multicast", safe(own->name)),
-                   "set multicast: false and list the other hosts in peers");
+    report.problem(messages::interface_without_multicast(safe(own->name)), messages::list_peers());
   } else {
-    report.fine(fmt::format("interface {} ({}) is up{}", safe(own->name), own->address,
-                            own->loopback ? "; processes of this host only" : ""));
+    report.fine(own->loopback ? messages::loopback_up(safe(own->name), own->address)
+                              : messages::interface_up(safe(own->name), own->address));
   }
   if (!found.deaf.empty() && found.joining.multicast) {
-    report.warning(found.deaf,
-                   "multicast could not be checked; run millrace doctor as another user");
+    report.warning(found.deaf, messages::multicast_not_checked());
   }
 }
 
@@ -100,7 +94,7 @@ void at_peers(const Findings& found, Report& report) {
              program.addresses.find("/" + peer.address + ":") != std::string::npos;
     });
     if (seen) {
-      report.fine(fmt::format("peer {} ({}) responds", safe(peer.name), peer.address));
+      report.fine(messages::peer_responds(safe(peer.name), peer.address));
     } else {
       missing(found, peer, report);
     }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/participant_identity.hpp"
 #include "tools/doctor/checks/checks.hpp"
@@ -14,6 +15,7 @@ namespace millrace::tools::doctor::checks {
 
 namespace {
 
+namespace messages = base::messages;
 using base::text::safe;
 
 /// "gateway-1 as gateway of press_1, press_2"
@@ -26,21 +28,18 @@ std::string text_of(const fabric::ParticipantIdentity& identity) {
 }
 
 std::string text_of(const Program& program) {
-  return program_text(Announcement{.name = program.name, .host = program.host, .pid = program.pid});
+  return program_text({.name = program.name, .host = program.host, .pid = program.pid}).text;
 }
 
 void at_our_own(const Joining& joining, Report& report) {
-  const std::string text = fmt::format("this process has the certificate of {} until {:%F %R} UTC",
-                                       safe(joining.trusted_as), joining.trusted_until);
+  const base::messages::Message text = messages::own_certificate(
+      safe(joining.trusted_as), fmt::format("{:%F %R}", joining.trusted_until));
   if (joining.trusted_until - joining.now > fabric::certificate_expires_soon) {
     report.fine(text);
     return;
   }
-  report.warning(fmt::format("{}, which is in {}", text,
-                             fabric::time_left(joining.trusted_until, joining.now)),
-                 fmt::format("run `millrace trust renew PKI {}` on the admin host, then copy the "
-                             "folder again and restart its processes",
-                             safe(joining.trusted_as)));
+  report.warning(messages::which_is_in(text, fabric::time_left(joining.trusted_until, joining.now)),
+                 messages::renew_credentials(safe(joining.trusted_as)));
 }
 
 }  // namespace
@@ -51,8 +50,10 @@ void at_trust(const Findings& found, Report& report) {
   }
   at_our_own(found.joining, report);
   // Hosts with different times have different CRLs.
-  report.fine(fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
-                          found.joining.revoked.empty() ? "none" : list_of(found.joining.revoked)));
+  const std::string as_of = fmt::format("{:%F %T}", found.joining.revoked_as_of);
+  report.fine(found.joining.revoked.empty()
+                  ? messages::none_revoked(as_of)
+                  : messages::revoked_participants(as_of, list_of(found.joining.revoked)));
   // A participant whose endpoints discovery shows here has proved its certificate.
   std::set<std::string> believed;
   for (const ReceivedAnnouncement& each : found.heard) {
@@ -64,31 +65,23 @@ void at_trust(const Findings& found, Report& report) {
     }
   }
   if (!believed.empty()) {
-    report.fine("accepted here: " + list_of(believed));
+    report.fine(messages::accepted_here(list_of(believed)));
   }
   std::set<std::string> proved;
   for (const fabric::ParticipantIdentity& identity : found.identities) {
     proved.insert(text_of(identity));
   }
   if (!proved.empty()) {
-    report.fine("trusted: " + list_of(proved));
+    report.fine(messages::trusted_participants(list_of(proved)));
   }
   for (const Program& program : found.programs) {
     if (!program.announces_identity && program.fabrics.contains(found.joining.fabric)) {
-      report.problem(
-          fmt::format("{} has a certificate of this PKI and announces no identity: its "
-                      "samples are ignored, and its instances get no calls",
-                      text_of(program)),
-          "it runs an earlier version of millrace: renew its credentials with `millrace "
-          "trust renew`, and start it with this version; docs/reference/wire.md says how another "
-          "vendor's DDS announces an identity");
+      report.problem(messages::no_identity_announced(text_of(program)),
+                     messages::runs_earlier_version());
     }
   }
   for (const std::string& doubt : found.doubts) {
-    report.problem(
-        doubt,
-        "if it is yours, issue it a certificate that allows this with `millrace trust issue`; if "
-        "not, revoke its certificate with `millrace trust revoke` and find out what runs there");
+    report.problem(doubt, messages::issue_or_revoke());
   }
 }
 

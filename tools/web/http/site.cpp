@@ -9,6 +9,7 @@
 
 #include "base/text/ascii.hpp"
 #include "fabric/messages.hpp"
+#include "tools/print/concerns.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 
@@ -221,6 +222,9 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   }
   if (what == "alarms") {
     return json_response(parts_.plant.alarms());
+  }
+  if (what == "concerns") {
+    return json_response(print::json_of(parts_.plant.concerns(now)));
   }
   if (what == "history") {
     return json_response(parts_.plant.history());

@@ -73,7 +73,7 @@ class Examiner {
 
   /// As `doctor --json`, with the time of the examination; blocks for its length. `lost`: machines
   /// whose gateways the server knows to be gone.
-  boost::json::object report(std::vector<bus::LostMachine> lost) {
+  boost::json::object report(std::vector<fabric::plant::LostMachine> lost) {
     if (!examined_ || std::chrono::steady_clock::now() - *examined_ > fresh) {
       examination_.lost = std::move(lost);
       const doctor::Findings found = doctor::examine(examination_);
@@ -262,7 +262,7 @@ std::string Web::metrics_text() const {
                                   .dropped = counts.dropped,
                                   .certificate_ends = server.certificate_ends()};
   put_process_use(figures);
-  return metrics.text(plant, figures);
+  return metrics.text(plant, figures, now());
 }
 
 Web::~Web() {

@@ -90,13 +90,15 @@ void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
   }
 }
 
-std::string Metrics::text(const plant::PlantModel& plant, const ProgramFigures& program) const {
+std::string Metrics::text(const plant::PlantModel& plant, const ProgramFigures& program,
+                          const fabric::Moment& now) const {
   Families families;
   put_program(families, program);
   put_calls(families);
   put_channels(families, plant.live());
   put_links(families, plant.live());
   put_services(families, plant.live());
+  put_concerns(families, plant.concerns(now));
   put_alarms(families, plant.live());
   put_data(families, plant.data());
   put_queues(families, plant.data());
@@ -129,7 +131,7 @@ void Metrics::put_calls(Families& families) const {
   observed.add({{"seen", "nothing"}}, static_cast<double>(missing.unseen));
 }
 
-void Metrics::put_services(Families& families, const bus::FabricModel& live) const {
+void Metrics::put_services(Families& families, const fabric::plant::Plant& live) const {
   Family instances =
       families.gauge("millrace_service_instances", "Running instances of the service.");
   Family draining =

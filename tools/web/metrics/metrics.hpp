@@ -55,8 +55,8 @@ class Metrics {
   /// `ended`: the call that ends with the entry, or nullptr.
   void add(const recording::Entry& entry, const plant::EndedCall* ended);
 
-  [[nodiscard]] std::string text(const plant::PlantModel& plant,
-                                 const ProgramFigures& program) const;
+  [[nodiscard]] std::string text(const plant::PlantModel& plant, const ProgramFigures& program,
+                                 const fabric::Moment& now) const;
 
  private:
   /// Service, machine, result.
@@ -67,7 +67,7 @@ class Metrics {
   void add(const fabric::ProgramEvent& event, fabric::Time received);
   std::string known(std::set<std::string>& names, const std::string& name, std::size_t most);
   void put_calls(Families& families) const;
-  void put_services(Families& families, const bus::FabricModel& live) const;
+  void put_services(Families& families, const fabric::plant::Plant& live) const;
   void put_runs(Families& families) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 
@@ -94,15 +94,17 @@ class Metrics {
 inline constexpr std::size_t most_machines = 200;
 inline constexpr std::size_t most_channels = 2'000;
 inline constexpr std::size_t most_alarms = 200;
+inline constexpr std::size_t most_concerns = 200;
 inline constexpr std::size_t most_queues = 1'000;
 
-/// The state and the counters of each channel; by machine the calls that run and that wait, and
-/// whether the journal accepts calls.
-void put_channels(Families& families, const bus::FabricModel& live);
+/// The state and the counters of each channel; by machine the calls that run and that wait.
+void put_channels(Families& families, const fabric::plant::Plant& live);
 /// Of each machine: whether it is connected, how it is read, and its gateways.
-void put_links(Families& families, const bus::FabricModel& live);
+void put_links(Families& families, const fabric::plant::Plant& live);
+/// What needs attention.
+void put_concerns(Families& families, const std::vector<fabric::plant::Concern>& concerns);
 /// The alarms of all processes.
-void put_alarms(Families& families, const bus::FabricModel& live);
+void put_alarms(Families& families, const fabric::plant::Plant& live);
 /// How many sampled values of each machine are good, stale, refused.
 void put_data(Families& families, const plant::DataStore& data);
 /// The fill level of each message queue, and how many messages were read and answered.

@@ -10,7 +10,7 @@
 
 namespace millrace::tools::web::metrics {
 
-void put_channels(Families& families, const bus::FabricModel& live) {
+void put_channels(Families& families, const fabric::plant::Plant& live) {
   using fabric::ChannelState;
   constexpr std::array<ChannelState, 7> states{ChannelState::link_down, ChannelState::idle,
                                                ChannelState::unserved,  ChannelState::waiting,
@@ -27,14 +27,9 @@ void put_channels(Families& families, const bus::FabricModel& live) {
       families.gauge("millrace_calls_in_flight", "Calls that an instance has, by machine.");
   Family queued = families.gauge("millrace_calls_waiting",
                                  "Calls that wait for a service or a person, by machine.");
-  Family journal =
-      families.gauge("millrace_gateway_journal_writable",
-                     "0 while the machine's gateway accepts no calls because it cannot "
-                     "write its journal, for example on a full disk.");
   struct OfMachine {
     double in_flight = 0;
     double waiting = 0;
-    bool journal_is_well = true;
   };
   std::map<std::string, OfMachine> machines;
   std::size_t shown = 0;
@@ -66,17 +61,13 @@ void put_channels(Families& families, const bus::FabricModel& live) {
     machine.in_flight += works ? 1 : 0;
     machine.waiting += waits ? 1 : 0;
   }
-  for (auto& [name, machine] : machines) {
-    machine.journal_is_well = live.journal_alarm(name) == nullptr;
-  }
   for (const auto& [name, machine] : machines) {
     in_flight.add({{"machine", name}}, machine.in_flight);
     queued.add({{"machine", name}}, machine.waiting);
-    journal.add({{"machine", name}}, machine.journal_is_well ? 1 : 0);
   }
 }
 
-void put_links(Families& families, const bus::FabricModel& live) {
+void put_links(Families& families, const fabric::plant::Plant& live) {
   Family up = families.gauge("millrace_link_up",
                              "1 if a gateway has a connection to the machine's controller.");
   Family rate = families.gauge("millrace_link_requests_per_second",
@@ -135,7 +126,27 @@ void put_links(Families& families, const bus::FabricModel& live) {
   }
 }
 
-void put_alarms(Families& families, const bus::FabricModel& live) {
+void put_concerns(Families& families, const std::vector<fabric::plant::Concern>& concerns) {
+  Family family = families.gauge(
+      "millrace_concern",
+      "1 for what needs attention, as `millrace status` and the page name it: level \"act\" needs a "
+      "person, \"look\" is to be known.");
+  std::size_t shown = 0;
+  std::set<Labels> known;
+  for (const fabric::plant::Concern& concern : concerns) {
+    const Labels labels{{"kind", std::string(name_of(concern.kind))},
+                        {"level", std::string(name_of(concern.level))},
+                        {"who", std::string(name_of(concern.who))},
+                        {"subject", subject_of(concern).text},
+                        {"what", concern.what.text}};
+    if (shown < most_concerns && known.insert(labels).second) {
+      ++shown;
+      family.add(labels, 1);
+    }
+  }
+}
+
+void put_alarms(Families& families, const fabric::plant::Plant& live) {
   Family alarms = families.gauge("millrace_alarm",
                                  "1 for each alarm of a process: a problem, a warning, or the "
                                  "statement that it runs well.");

@@ -1,5 +1,5 @@
 // The frame of the page: views, connection, updates.
-import { assess, nextConcernIn } from './attention.js';
+import { worstOf } from './concerns.js';
 import { element, replace, setAttribute, setText, visible } from './dom.js';
 import { Model } from './model.js';
 import { shape } from './shapes.js';
@@ -169,26 +169,19 @@ function tellState(level, count) {
   const { count: counter } = tabs.get('plant');
   counter.hidden = !(count > 0);
   setText(counter, String(count));
-  const mark = level === 'person' ? `(${count}) ` : level === 'unknown' ? '(?) ' : '';
+  const mark = level === 'act' ? `(${count}) ` : level === 'unknown' ? '(?) ' : '';
   const title = visible(`${mark}${view?.title() ?? ''} – ${words.title}`);
   if (document.title !== title) {
     document.title = title;
   }
 }
 
-let graceEnds = 0;
-
 function update() {
   const { model } = app;
   updateConnection();
   // The tab shows it in every view.
-  const plant = model.plant();
-  const { level, counts } = assess(plant, app.now(), model.alarms);
-  // A card comes when its grace time ends, not with the next second.
-  clearTimeout(graceEnds);
-  const wait = nextConcernIn(plant, app.now());
-  graceEnds = Number.isFinite(wait) ? setTimeout(update, wait + 1) : 0;
-  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.causes);
+  const { level, count } = worstOf(model.concerns);
+  tellState(model.about !== null && !model.isLost ? level : 'unknown', count);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
   tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);
   updateAccount();

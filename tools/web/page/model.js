@@ -4,6 +4,7 @@
 //   model.takeSnapshot(data, Date.now());
 //   model.takeChanges(data, Date.now());
 //   model.now(Date.now())                     // server time, which all times are compared with
+import { worstOf } from './concerns.js';
 import { milliseconds } from './time.js';
 
 export const keptCalls = 400;
@@ -37,8 +38,8 @@ export class Model {
   channels = new Map();
   /** Instances; those that are gone have `goneAt`, in milliseconds. */
   services = new Map();
-  /** Alarms of all processes. */
-  alarms = [];
+  /** What needs attention, the worst first. */
+  concerns = [];
   /** Acknowledgements: [{ cause, since, by, note, time }]. */
   acknowledged = [];
   /** Events of /api/events, the newest first. */
@@ -94,12 +95,7 @@ export class Model {
     this.machines = new Map();
     this.channels = new Map();
     this.events = [];
-    const instances = new Set((data.services ?? []).map((service) => service.instance));
-    for (const [id, service] of this.services) {
-      if (!instances.has(id) && service.goneAt === undefined) {
-        this.services.set(id, { ...service, goneAt: this.now(browserTime) });
-      }
-    }
+    this.services = new Map();
     this.#merge(data, browserTime);
     this.#mergeCalls(data.calls ?? [], gap);
   }
@@ -108,6 +104,12 @@ export class Model {
     this.#hear(data.time, browserTime);
     this.totals = data.totals ?? this.totals;
     this.#merge(data, browserTime);
+    for (const { machine, channel } of data.gone?.channels ?? []) {
+      this.channels.delete(keyOf(machine, channel));
+    }
+    for (const { machine, gateway } of data.gone?.machines ?? []) {
+      this.machines.delete(keyOf(machine, gateway));
+    }
     for (const id of data.gone?.services ?? []) {
       const known = this.services.get(id);
       if (known && known.goneAt === undefined) {
@@ -157,6 +159,7 @@ export class Model {
         || byName(a.instance, b.instance));
       group.name = commonName(group.instances.map((service) => service.name ?? ''));
       group.here = group.instances.filter((service) => service.goneAt === undefined).length;
+      group.level = worstOf(this.concerns.filter((concern) => concern.uuid?.toLowerCase() === group.uuid)).level;
     }
     return [...groups.values()].sort((a, b) => (b.here === 0) - (a.here === 0) || byName(a.name, b.name) || byName(a.uuid, b.uuid));
   }
@@ -177,7 +180,7 @@ export class Model {
   }
 
   #merge(data, browserTime) {
-    this.alarms = data.alarms ?? this.alarms;
+    this.concerns = data.concerns ?? this.concerns;
     this.acknowledged = data.acknowledged ?? this.acknowledged;
     if (data.events) {
       const changed = new Set(data.events.map((event) => event.number));

@@ -1,10 +1,11 @@
 // The logged-in user and that user's permissions; the buttons for actions, and their dialogs.
 import { get, post } from './api.js';
-import { acknowledgeKey, concernName } from './attention.js';
+import { concernName } from './concerns.js';
 import { channelName, keyOf } from './model.js';
 import { element, visible } from './dom.js';
 import { ask, tell } from './parts/dialog.js';
-import { said } from './parts/marks.js';
+import { inReadersLanguage, said } from './parts/marks.js';
+import { messageOf } from './texts/sentences.js';
 import { words } from './words.js';
 
 const text = words.actions;
@@ -140,14 +141,14 @@ export function makeSession(app) {
 
   function acknowledge(concern) {
     const note = element('input', { name: 'note', maxlength: 120, autocomplete: 'off' });
-    const name = visible(concernName(concern));
+    const name = inReadersLanguage(concernName(concern));
     return confirmed({
-      title: text.acknowledgeTitle(name),
-      pairs: [[text.state, words.states[concern.kind]]],
+      title: text.acknowledgeTitle(visible(name)),
+      pairs: [[text.state, inReadersLanguage(messageOf(concern, 'what'))]],
       body: [element('label', {}, element('span', {}, text.note), note)],
       consequence: text.acknowledgeDoes,
       act: text.doAcknowledge,
-    }, 'acknowledge', () => ({ cause: acknowledgeKey(concern), name: concernName(concern), since: String(concern.since), note: note.value.trim() }));
+    }, 'acknowledge', () => ({ cause: concern.cause, name, since: concern.since ?? '', note: note.value.trim() }));
   }
 
   const button = (action, label, act, hint = null) => may(action) && !app.isWall

@@ -55,12 +55,12 @@ boost::json::object json_of(const PlantEvent& event) {
 
 }  // namespace
 
-void EventBook::add(const recording::Entry& entry, const bus::FabricModel& live) {
+void EventBook::add(const recording::Entry& entry, const fabric::plant::Plant& live) {
   std::visit([&](const auto& sample) { add(sample, entry.at, live); }, entry.sample);
 }
 
 void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
-                    const bus::FabricModel& live) {
+                    const fabric::plant::Plant& live) {
   const auto known = live.instances().find(news.identity.id);
   if (news.change != recording::Change::gone || known == live.instances().end()) {
     return;
@@ -82,7 +82,7 @@ void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
 /// The instance publishes its own start time, so this holds for those that are older than the
 /// server.
 void EventBook::add(const fabric::InstanceStatus& status, fabric::Time /*at*/,
-                    const bus::FabricModel& live) {
+                    const fabric::plant::Plant& live) {
   const auto known = live.instances().find(status.instance);
   if (known == live.instances().end() || known->second.status || status.started == fabric::Time{}) {
     return;
@@ -98,7 +98,7 @@ void EventBook::add(const fabric::InstanceStatus& status, fabric::Time /*at*/,
 }
 
 void EventBook::add(const fabric::MachineStatus& status, fabric::Time /*at*/,
-                    const bus::FabricModel& live) {
+                    const fabric::plant::Plant& live) {
   const auto known = live.machines().find({status.machine, status.gateway});
   const bool was_heard = known != live.machines().end() && !known->second.gone;
   if (status.gone) {
@@ -140,7 +140,7 @@ bool EventBook::was_reported_down(const fabric::MachineStatus& status) const {
 }
 
 void EventBook::add(const fabric::ChannelStatus& status, fabric::Time /*at*/,
-                    const bus::FabricModel& live) {
+                    const fabric::plant::Plant& live) {
   const auto known = live.channels().find(status.key);
   const bool was_known = known != live.channels().end();
   const auto before = was_known ? known->second.state : fabric::ChannelState::idle;
@@ -162,7 +162,7 @@ void EventBook::add(const fabric::ChannelStatus& status, fabric::Time /*at*/,
 }
 
 void EventBook::add(const fabric::Event& event, fabric::Time /*at*/,
-                    const bus::FabricModel& /*live*/) {
+                    const fabric::plant::Plant& /*live*/) {
   if (!base::messages::answered_by.is(event.detail) || event.replayed ||
       std::ranges::any_of(events_, [&](const PlantEvent& each) {
         return each.kind == "call answered" && each.call == event.call;
@@ -179,7 +179,7 @@ void EventBook::add(const fabric::Event& event, fabric::Time /*at*/,
 }
 
 void EventBook::add(const fabric::ProgramEvent& event, fabric::Time /*at*/,
-                    const bus::FabricModel& /*live*/) {
+                    const fabric::plant::Plant& /*live*/) {
   // A new gateway repeats an error that still stands.
   if (event.kind != fabric::ProgramEventKind::aborted || event.replayed ||
       std::ranges::any_of(events_, [&](const PlantEvent& each) {
@@ -197,7 +197,7 @@ void EventBook::add(const fabric::ProgramEvent& event, fabric::Time /*at*/,
 }
 
 void EventBook::add(const recording::AlarmNews& news, fabric::Time at,
-                    const bus::FabricModel& live) {
+                    const fabric::plant::Plant& live) {
   const auto known = live.alarms().find(news.alarm.key);
   const bool was_problem =
       known != live.alarms().end() && known->second.level == fabric::AlarmLevel::problem;

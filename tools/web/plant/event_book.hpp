@@ -16,7 +16,7 @@
 #include <boost/json/object.hpp>
 
 #include "fabric/observer/entry.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -49,7 +49,7 @@ class EventBook {
   static constexpr std::size_t most_events = 500;
 
   /// Derives events from `entry` and the state in `live` before it.
-  void add(const recording::Entry& entry, const bus::FabricModel& live);
+  void add(const recording::Entry& entry, const fabric::plant::Plant& live);
 
   /// A user has acknowledged the cause `name`.
   void add_acknowledgement(const std::string& name, const std::string& by, const std::string& note,
@@ -62,15 +62,15 @@ class EventBook {
   [[nodiscard]] bool has_news() const { return !news_.empty(); }
 
  private:
-  void add(const recording::InstanceNews& news, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::InstanceStatus& status, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::MachineStatus& status, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::ChannelStatus& status, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::Event& event, fabric::Time at, const bus::FabricModel& live);
-  void add(const fabric::ProgramEvent& event, fabric::Time at, const bus::FabricModel& live);
-  void add(const recording::AlarmNews& news, fabric::Time at, const bus::FabricModel& live);
+  void add(const recording::InstanceNews& news, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const fabric::InstanceStatus& status, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const fabric::MachineStatus& status, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const fabric::ChannelStatus& status, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const fabric::Event& event, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const fabric::ProgramEvent& event, fabric::Time at, const fabric::plant::Plant& live);
+  void add(const recording::AlarmNews& news, fabric::Time at, const fabric::plant::Plant& live);
   template <typename Other>
-  void add(const Other& /*no event*/, fabric::Time /*at*/, const bus::FabricModel& /*live*/) {}
+  void add(const Other& /*no event*/, fabric::Time /*at*/, const fabric::plant::Plant& /*live*/) {}
   /// The last event of this link is that the connection was lost.
   [[nodiscard]] bool was_reported_down(const fabric::MachineStatus& status) const;
   void put(PlantEvent event);

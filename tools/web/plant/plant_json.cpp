@@ -1,5 +1,6 @@
 // The JSON objects of PlantModel.
 #include "fabric/channel_scope.hpp"
+#include "tools/print/concerns.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -20,11 +21,11 @@ void put_duration(boost::json::object& out, const char* name,
   }
 }
 
-boost::json::object program_json(const ProgramStore::Condition& program) {
-  using Kind = ProgramStore::Condition::Kind;
-  boost::json::object out{{"state", program.kind == Kind::aborted   ? "aborted"
-                                    : program.kind == Kind::on_hold ? "on hold"
-                                                                    : "running"},
+boost::json::object json_of(const fabric::plant::Program& program) {
+  using enum fabric::plant::Program::State;
+  boost::json::object out{{"state", program.state == aborted   ? "aborted"
+                                    : program.state == on_hold ? "on hold"
+                                                               : "running"},
                           {"name", print::text_json(program.event.program)}};
   if (program.event.error != 0) {
     out["error"] = program.event.error;
@@ -33,38 +34,26 @@ boost::json::object program_json(const ProgramStore::Condition& program) {
   return out;
 }
 
+boost::json::object json_of(const fabric::plant::ChannelView& view) {
+  boost::json::object out{{"call", view.call},
+                          {"call_level", name_of(view.call_level)},
+                          {"state", view.state},
+                          {"level", name_of(view.level)}};
+  print::put_time(out, "since", view.since);
+  return out;
+}
+
 }  // namespace
 
 bool PlantModel::is_former(const fabric::MachineStatus& status) const {
-  if (!status.gone) {
-    return false;
-  }
-  for (auto link = live_.machines().lower_bound({status.machine, {}});
-       link != live_.machines().end() && link->first.first == status.machine; ++link) {
-    if (!link->second.gone) {
-      return true;
-    }
-  }
-  return false;
+  return status.gone && live_.has_gateway(status.machine);
 }
 
 bool PlantModel::has_another_gateway(const fabric::MachineStatus& status) const {
   const auto known = live_.machines().lower_bound({status.machine, {}});
   const bool had_one = known != live_.machines().end() && known->first.first == status.machine;
-  return had_one && !status.gone && link_of(status.machine) != "up" &&
+  return had_one && !status.gone && fabric::plant::link_of(live_, status.machine) != "up" &&
          !live_.machines().contains({status.machine, status.gateway});
-}
-
-std::string_view PlantModel::link_of(const std::string& machine) const {
-  bool is_heard = false;
-  for (auto link = live_.machines().lower_bound({machine, {}});
-       link != live_.machines().end() && link->first.first == machine; ++link) {
-    if (link->second.connected) {
-      return "up";
-    }
-    is_heard = is_heard || !link->second.gone;
-  }
-  return is_heard ? "down" : "gone";
 }
 
 std::string PlantModel::name_of_service(const std::string& uuid) const {
@@ -89,7 +78,7 @@ std::string PlantModel::name_of_service(const std::string& uuid) const {
 boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status,
                                              const fabric::Moment& now) const {
   boost::json::object out = print::json_of(status);
-  out["link"] = link_of(std::string(fabric::machine_of(status.key.machine)));
+  out["view"] = plant::json_of(fabric::plant::view_of(live_, status, now.wall));
   if (const auto instance = live_.instances().find(status.instance);
       instance != live_.instances().end()) {
     out["name"] = print::utf8(instance->second.identity.name);
@@ -102,10 +91,6 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
   }
   if (!status.uuid.empty()) {
     out["instances"] = live_.instances_for(status.uuid, status.key);
-  }
-  if (const auto* trouble = live_.journal_alarm(fabric::machine_of(status.key.machine));
-      trouble != nullptr) {
-    print::put_message(out, "journal", trouble->text);
   }
   const recording::Call* const call = calls_.under_way(status.key);
   const recording::Step* const seen =
@@ -120,8 +105,8 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
     out["request"] = print::text_json(left->second.text);
     out["request_state"] = left->second.state;
   }
-  if (const auto program = programs_.condition(status.key)) {
-    out["program"] = program_json(*program);
+  if (const auto* const program = live_.program_of(status.key)) {
+    out["program"] = plant::json_of(*program);
   }
   const auto throughput = channel_pace_.find(status.key);
   const Figures figures = throughput == channel_pace_.end()
@@ -132,7 +117,7 @@ boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status
   return out;
 }
 
-boost::json::object PlantModel::service_json(const bus::KnownInstance& instance,
+boost::json::object PlantModel::service_json(const fabric::plant::KnownInstance& instance,
                                              const fabric::Moment& now) const {
   boost::json::object out = print::json_of(instance.identity, instance.status);
   const auto throughput = instance_pace_.find(instance.identity.id);
@@ -209,7 +194,7 @@ boost::json::array PlantModel::machines() const {
 boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status) const {
   boost::json::object machine;
   print::put_fields(machine, status);
-  if (const fabric::MachineStatus* told = live_.told(status); status.gone && told) {
+  if (const fabric::MachineStatus* told = live_.last_sample(status); status.gone && told) {
     machine["last_gateway_host"] = print::utf8(told->host);
     machine["last_gateway_pid"] = told->pid;
     machine["last_gateway_journal"] = fabric::name_of(told->journal);
@@ -246,6 +231,10 @@ boost::json::array PlantModel::alarms() const {
   return out;
 }
 
+std::vector<fabric::plant::Concern> PlantModel::concerns(const fabric::Moment& now) const {
+  return fabric::plant::assess(live_, now.wall, {.flags = about_.flags});
+}
+
 boost::json::object PlantModel::calls(const CallFilter& filter, std::size_t most) const {
   boost::json::array list;
   for (const EndedCall* call : calls_.list(filter, most)) {
@@ -263,7 +252,7 @@ boost::json::object PlantModel::snapshot(const fabric::Moment& now) const {
           {"machines", machines()},
           {"channels", channels(now)},
           {"services", services(now)},
-          {"alarms", alarms()},
+          {"concerns", print::json_of(concerns(now))},
           {"acknowledged", acknowledged_},
           {"calls", calls({}, calls_in_snapshot).at("calls")},
           {"totals", totals(now)},

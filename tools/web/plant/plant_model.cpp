@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "fabric/channel_scope.hpp"
+#include "tools/print/concerns.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::plant {
@@ -29,6 +30,7 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
     return nullptr;
   }
   if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+    live_.add(entry);
     programs_.add(*event, entry.at);
     channels_changed_.insert(event->key);
     return nullptr;
@@ -43,9 +45,6 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
   }
   const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);
   const bool begins_again = machine != nullptr && has_another_gateway(*machine);
-  if (begins_again) {
-    programs_.begin_again(machine->machine);
-  }
   live_.add(entry);
   const EndedCall* ended = calls_.add(entry);
   if (ended != nullptr) {
@@ -77,14 +76,12 @@ void PlantModel::add(const fabric::Alarm& alarm) {
   if (known == live_.alarms().end() || known->second != alarm) {
     live_.add(alarm);
     mark_all_of_gateway(alarm.key.responder);
-    alarms_changed_ = true;
   }
 }
 
 void PlantModel::take_back(const fabric::AlarmKey& key) {
   live_.take_back(key);
   mark_all_of_gateway(key.responder);
-  alarms_changed_ = true;
 }
 
 void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
@@ -119,7 +116,7 @@ void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
 void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_again,
                           fabric::Time received) {
   mark_all_of(status.machine);
-  if (link_of(status.machine) == "gone") {
+  if (fabric::plant::link_of(live_, status.machine) == "gone") {
     data_.silence(status.machine, received);
     programs_.silence(status.machine);
   } else {
@@ -230,9 +227,26 @@ void PlantModel::end_steps(const fabric::Moment& now) {
 
 bool PlantModel::may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const {
   const auto channel = live_.channels().find(key);
-  const auto told = channel_told_.find(key);
+  const auto sent = channels_sent_.find(key);
   return channel != live_.channels().end() && goes_by_itself(channel->second.state) &&
-         told != channel_told_.end() && now.steady - told->second < pause_of_a_busy_channel;
+         sent != channels_sent_.end() && now.steady - sent->second.at < pause_of_a_busy_channel;
+}
+
+boost::json::array PlantModel::mark_views(const fabric::Moment& now) {
+  boost::json::array gone;
+  std::erase_if(channels_sent_, [&](const auto& sent) {
+    const auto channel = live_.channels().find(sent.first);
+    if (channel == live_.channels().end()) {
+      gone.push_back(boost::json::object{{"machine", print::utf8(sent.first.machine)},
+                                         {"channel", sent.first.channel}});
+      return true;
+    }
+    if (view_of(live_, channel->second, now.wall) != sent.second.view) {
+      channels_changed_.insert(sent.first);
+    }
+    return false;
+  });
+  return gone;
 }
 
 std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now) {
@@ -240,6 +254,9 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   mark_what_moves(now);
   data_.forget_old(now.wall);
   live_.forget_gone(now.wall - kept_gone);
+  boost::json::array channels_gone = mark_views(now);
+  std::vector<fabric::plant::Concern> concerns_now = concerns(now);
+  const bool concerns_changed = concerns_now != concerns_sent_;
   boost::json::array machines;
   boost::json::array machines_gone;
   for (const MachineKey& key : machines_changed_) {
@@ -263,7 +280,8 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
       return false;
     }
     channels.push_back(channel_json(channel->second, now));
-    channel_told_.insert_or_assign(key, now.steady);
+    channels_sent_.insert_or_assign(
+        key, SentChannel{now.steady, view_of(live_, channel->second, now.wall)});
     return true;
   });
   boost::json::array services;
@@ -280,8 +298,8 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   boost::json::array calls = take_calls(skipped);
 
   const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
-                       !gone.empty() || !calls.empty() || alarms_changed_ ||
-                       acknowledged_changed_ || events_.has_news();
+                       !gone.empty() || !channels_gone.empty() || !calls.empty() ||
+                       concerns_changed || acknowledged_changed_ || events_.has_news();
   if (!is_news && told_ && now.steady - *told_ < heartbeat) {
     return std::nullopt;
   }
@@ -298,9 +316,10 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   put("services", std::move(services));
   put("calls", std::move(calls));
   put("events", events_.take());
-  if (std::exchange(alarms_changed_, false)) {
-    // All of them: there are few, and a page that missed a removal would show an alarm for ever.
-    out["alarms"] = alarms();
+  if (concerns_changed) {
+    // All of them: there are few, and a page that missed a removal would show one for ever.
+    out["concerns"] = print::json_of(concerns_now);
+    concerns_sent_ = std::move(concerns_now);
   }
   if (std::exchange(acknowledged_changed_, false)) {
     out["acknowledged"] = acknowledged_;
@@ -311,6 +330,9 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   }
   if (!machines_gone.empty()) {
     parted["machines"] = std::move(machines_gone);
+  }
+  if (!channels_gone.empty()) {
+    parted["channels"] = std::move(channels_gone);
   }
   if (!parted.empty()) {
     out["gone"] = std::move(parted);

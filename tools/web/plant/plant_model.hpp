@@ -20,7 +20,8 @@
 
 #include "fabric/moment.hpp"
 #include "fabric/observer/observer.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/assess.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/web/plant/call_store.hpp"
 #include "tools/web/plant/data_store.hpp"
 #include "tools/web/plant/event_book.hpp"
@@ -44,7 +45,7 @@ struct About {
 
 /// A user has acknowledged a cause that the page shows.
 struct Acknowledgement {
-  /// The page's key of the cause, and its name on the page.
+  /// Concern::cause, and its name on the page.
   std::string cause{};
   std::string name{};
   /// When the cause began, as the page has it.
@@ -75,7 +76,7 @@ class PlantModel {
   /// A new or withdrawn alarm.
   void add(const fabric::Alarm& alarm);
   void take_back(const fabric::AlarmKey& key);
-  /// Replaces an earlier one of the same cause. The page knows whether the cause still exists.
+  /// Replaces an earlier one of the same cause.
   void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
   /// Counters of the observer.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
@@ -88,7 +89,10 @@ class PlantModel {
   [[nodiscard]] boost::json::array machines() const;
   [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
+  /// Of all processes, also those that report that they run well.
   [[nodiscard]] boost::json::array alarms() const;
+  /// What needs attention, the worst first.
+  [[nodiscard]] std::vector<fabric::plant::Concern> concerns(const fabric::Moment& now) const;
   /// The oldest first.
   [[nodiscard]] const boost::json::array& acknowledged() const { return acknowledged_; }
   /// The newest first.
@@ -96,7 +100,7 @@ class PlantModel {
   /// {calls, kept, oldest}.
   [[nodiscard]] boost::json::object calls(const CallFilter& filter, std::size_t most) const;
   [[nodiscard]] boost::json::object history() const { return history_.json(); }
-  [[nodiscard]] const bus::FabricModel& live() const { return live_; }
+  [[nodiscard]] const fabric::plant::Plant& live() const { return live_; }
   [[nodiscard]] const CallStore& call_store() const { return calls_; }
   /// Pages request data themselves: snapshots and changes have only the numbers of groups.
   [[nodiscard]] const DataStore& data() const { return data_; }
@@ -106,7 +110,7 @@ class PlantModel {
   [[nodiscard]] boost::json::object json_of(const EndedCall& call) const;
 
  private:
-  using MachineKey = bus::FabricModel::Machines::key_type;
+  using MachineKey = fabric::plant::Plant::Machines::key_type;
 
   void add_news(const recording::InstanceNews& news);
   void add_link(const fabric::MachineStatus& status, bool begins_again, fabric::Time received);
@@ -117,23 +121,25 @@ class PlantModel {
   void mark_callers_of(const recording::InstanceNews& news);
   void mark_all_of(const std::string& machine);
   void mark_what_moves(const fabric::Moment& now);
+  /// Marks the channels that are shown in another way by now. Returns those that are there no
+  /// longer.
+  boost::json::array mark_views(const fabric::Moment& now);
   void end_steps(const fabric::Moment& now);
   [[nodiscard]] bool may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const;
   /// The gateway is gone, and the machine has another one.
   [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
   [[nodiscard]] boost::json::object machine_json(const fabric::MachineStatus& status) const;
-  [[nodiscard]] std::string_view link_of(const std::string& machine) const;
   /// The common name of all its instances; nothing where their names differ.
   [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
   [[nodiscard]] boost::json::object channel_json(const fabric::ChannelStatus& status,
                                                  const fabric::Moment& now) const;
-  [[nodiscard]] boost::json::object service_json(const bus::KnownInstance& instance,
+  [[nodiscard]] boost::json::object service_json(const fabric::plant::KnownInstance& instance,
                                                  const fabric::Moment& now) const;
   [[nodiscard]] boost::json::object totals(const fabric::Moment& now) const;
   boost::json::array take_calls(std::uint64_t& skipped);
 
   About about_;
-  bus::FabricModel live_;
+  fabric::plant::Plant live_;
   CallStore calls_;
   DataStore data_;
   ProgramStore programs_;
@@ -165,10 +171,15 @@ class PlantModel {
   std::set<fabric::InstanceId> services_changed_;
   std::set<fabric::InstanceId> services_gone_;
   std::vector<fabric::CallId> calls_ended_;
-  bool alarms_changed_ = false;
   bool acknowledged_changed_ = false;
 
-  std::map<fabric::ChannelKey, fabric::SteadyTime> channel_told_;
+  /// How and when each channel was last sent.
+  struct SentChannel {
+    fabric::SteadyTime at{};
+    fabric::plant::ChannelView view{};
+  };
+  std::map<fabric::ChannelKey, SentChannel> channels_sent_;
+  std::vector<fabric::plant::Concern> concerns_sent_;
   std::optional<fabric::SteadyTime> told_;
   std::optional<fabric::SteadyTime> moved_;
   std::optional<fabric::SteadyTime> stepped_;

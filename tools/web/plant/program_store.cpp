@@ -70,7 +70,6 @@ bool ProgramStore::is_about_an_aborted_run(Channel& channel, const ProgramEvent&
   }
   if (event.kind == ProgramEventKind::aborted && event.started == fabric::Time{} &&
       !run.is_cleared) {
-    run.is_stale = false;
     return true;
   }
   return false;
@@ -115,27 +114,6 @@ void ProgramStore::silence(const std::string& machine) {
 
 void ProgramStore::end_silence(const std::string& machine) {
   for_last_run(machine, [](Run& run) { run.is_unknown = false; });
-}
-
-void ProgramStore::begin_again(const std::string& machine) {
-  for_last_run(machine, [](Run& run) { run.is_stale = true; });
-}
-
-std::optional<ProgramStore::Condition> ProgramStore::condition(
-    const fabric::ChannelKey& key) const {
-  const auto channel = channels_.find(key);
-  if (channel == channels_.end() || channel->second.runs.empty()) {
-    return std::nullopt;
-  }
-  const Run& run = channel->second.runs.back();
-  const bool is_aborted = run.event.kind == ProgramEventKind::aborted;
-  if (run.is_unknown || (run.ended && (!is_aborted || run.is_cleared || run.is_stale))) {
-    return std::nullopt;
-  }
-  return Condition{is_aborted                                    ? Condition::Kind::aborted
-                   : run.event.kind == ProgramEventKind::on_hold ? Condition::Kind::on_hold
-                                                                 : Condition::Kind::runs,
-                   run.event};
 }
 
 void ProgramStore::add_machines(std::set<std::string>& names) const {

@@ -46,17 +46,6 @@ class ProgramStore {
   void silence(const std::string& machine);
   /// The former gateway is back. It publishes changes only, so its last event still holds.
   void end_silence(const std::string& machine);
-  /// Another gateway has the machine: it repeats an error that still stands.
-  void begin_again(const std::string& machine);
-
-  /// The state of the channel's program, as far as it is of interest.
-  struct Condition {
-    enum class Kind : std::uint8_t { runs, on_hold, aborted };
-    Kind kind = Kind::runs;
-    fabric::ProgramEvent event{};
-  };
-  /// Nothing where no program runs and none was aborted, or the state is unknown.
-  [[nodiscard]] std::optional<Condition> condition(const fabric::ChannelKey& key) const;
 
   /// The last event of each channel, with the fields of `millrace programs --json`.
   [[nodiscard]] boost::json::array last(const ProgramFilter& filter) const;
@@ -79,8 +68,6 @@ class ProgramStore {
     bool is_unknown = false;
     /// Aborted, and the error has been cleared since.
     bool is_cleared = false;
-    /// Its gateway is gone, and the next one has not published it yet.
-    bool is_stale = false;
     std::deque<Hold> holds{};
   };
   struct Channel {

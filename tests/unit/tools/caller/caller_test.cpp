@@ -13,7 +13,7 @@
 #include "tests/support/await.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/wait_for.hpp"
-#include "tools/bus/fabric_model.hpp"
+#include "fabric/plant/plant.hpp"
 #include "tools/caller/calls.hpp"
 
 namespace millrace::tools::caller {
@@ -348,7 +348,7 @@ TEST_F(CallerTest, EndsACallAfterItsTimeout) {
 }
 
 TEST(CallerChannel, IsRefusedWhileAGatewayServesItsMachine) {
-  bus::FabricModel live;
+  fabric::plant::Plant live;
   live.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}}});
   EXPECT_THAT(reason_taken(live, {"cnc", 7}).value_or(""),
               HasSubstr("a gateway serves machine 'cnc'"));

@@ -88,7 +88,7 @@ class TheBoard : public testing::Test {
   }
 
   Board sut;
-  bus::FabricModel live;
+  fabric::plant::Plant live;
   recording::CallFollower follower;
 };
 

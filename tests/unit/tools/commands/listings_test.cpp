@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "fabric/plant/assess.hpp"
 #include "tests/unit/tools/commands/plant.hpp"
 #include "tests/unit/tools/commands/small_fabric.hpp"
 #include "tools/commands/calls/call_list.hpp"
@@ -50,11 +51,11 @@ std::string line_of(const boost::json::value& json) {
 }
 
 std::string status_text(const Format& format) {
-  const bus::FabricModel live = plant();
-  std::vector<status::Problem> problems = status::problems_of(live, plant_now);
-  sort(problems);
-  const status::Overview overview{
-      .live = live, .fabric = "plant", .domain = 151, .problems = problems};
+  const fabric::plant::Plant live = plant();
+  const status::Overview overview{.live = live,
+                                  .fabric = "plant",
+                                  .domain = 151,
+                                  .concerns = fabric::plant::assess(live, plant_now)};
   return format.kind == Format::Kind::json  ? line_of(json_of(overview))
          : format.kind == Format::Kind::csv ? ""
                                             : text_of(overview, format.width, plant_now);
@@ -69,12 +70,12 @@ std::string channels(const Format& format) {
 }
 
 std::string services(const Format& format) {
-  const bus::FabricModel live = plant();
+  const fabric::plant::Plant live = plant();
   return look::services_listing().text(look::service_rows(live, plant_now), format, plant_now);
 }
 
 std::string instances(const Format& format) {
-  const bus::FabricModel live = plant();
+  const fabric::plant::Plant live = plant();
   return look::instances_listing().text(
       look::instance_rows(live, format.kind == Format::Kind::terminal), format, plant_now);
 }

@@ -336,8 +336,8 @@ std::vector<Entry> plant_entries() {
   return entries;
 }
 
-bus::FabricModel plant() {
-  bus::FabricModel live;
+fabric::plant::Plant plant() {
+  fabric::plant::Plant live;
   for (const Entry& entry : plant_entries()) {
     live.add(entry);
   }

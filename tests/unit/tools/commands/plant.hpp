@@ -5,14 +5,14 @@
 
 #include <vector>
 
+#include "fabric/plant/plant.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/bus/fabric_model.hpp"
 
 namespace millrace::tools::commands::tests {
 
 /// All that an observer received until `plant_now`.
 std::vector<recording::Entry> plant_entries();
-bus::FabricModel plant();
+fabric::plant::Plant plant();
 
 /// Ten minutes after recording::tests::at(0).
 inline const fabric::Time plant_now = recording::tests::at(600'000);

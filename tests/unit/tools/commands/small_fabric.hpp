@@ -1,8 +1,8 @@
 // Entries of a small fabric, for tests of commands.
 #pragma once
 
+#include "fabric/plant/plant.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
-#include "tools/bus/fabric_model.hpp"
 
 namespace millrace::tools::commands::tests {
 

@@ -75,7 +75,7 @@ class AnEventBook : public testing::Test {
   EventBook sut;
 
  private:
-  bus::FabricModel live_;
+  fabric::plant::Plant live_;
 };
 
 TEST_F(AnEventBook, NamesAnInstanceThatEndedAndWhetherItWasTheLast) {

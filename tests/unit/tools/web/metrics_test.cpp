@@ -42,7 +42,9 @@ class TheMetrics : public testing::Test {
     add(Entry{.sample = fabric::ChannelStatus{
                   .key = {"cnc", 1}, .state = state, .since = at(0), .reason = reason}});
   }
-  [[nodiscard]] std::string text() const { return sut.text(plant, {.version = "1.2"}); }
+  [[nodiscard]] std::string text() const {
+    return sut.text(plant, {.version = "1.2"}, {.steady = {}, .wall = at(0)});
+  }
 
   plant::PlantModel plant{{}};
   Metrics sut;
@@ -74,11 +76,9 @@ TEST_F(TheMetrics, ShowTheStateOfAChannelAndWhatWaits) {
       HasSubstr("millrace_channel_state{machine=\"cnc\",channel=\"1\",state=\"held\"} 1\n"));
   EXPECT_THAT(text(), HasSubstr("state=\"link_down\"} 0\n"));
   EXPECT_THAT(text(), HasSubstr("millrace_calls_waiting{machine=\"cnc\"} 1\n"));
-  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
   // Nothing is wrong: metrics are requested while the disk is busy.
   add_channel(fabric::ChannelState::waiting,
               "the journal has not confirmed new call numbers yet; the call waits for it");
-  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
 }
 
 TEST_F(TheMetrics, ShowWhetherALinkIsUp) {
@@ -183,16 +183,16 @@ TEST_F(TheMetrics, ShowNoControlCharactersOfOthers) {
   EXPECT_THAT(text(), HasSubstr("subject=\"G1\\\\x1b[2J\\\\x7f\\n\""));
 }
 
-TEST_F(TheMetrics, ShowAFullJournalAlsoWhereNoCallWaits) {
+TEST_F(TheMetrics, ShowWhatNeedsAttention) {
   add(Entry{.sample = fabric::MachineStatus{
                 .machine = "cnc", .gateway = id(0x33), .connected = true, .host = "gw"}});
-  add_channel(fabric::ChannelState::idle);
-  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
-  plant.add(
-      fabric::Alarm{.key = {id(0x33), "journal", ""}, .text = "the journal cannot be written"});
-  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 0\n"));
-  plant.take_back({id(0x33), "journal", ""});
-  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_concern{")));
+  const fabric::Alarm full{.key = {id(0x33), "journal", ""}, .text = "disk full"};
+  plant.add(full);
+  EXPECT_THAT(text(), HasSubstr("millrace_concern{kind=\"journal\",level=\"act\",who=\"engineer\","
+                                "subject=\"cnc\",what=\"journal not writable\"} 1\n"));
+  plant.take_back(full.key);
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_concern{")));
 }
 
 TEST_F(TheMetrics, CountEndedProgramsButNotEarlierOrReplayedOnes) {

@@ -133,7 +133,7 @@ TEST_F(APlantModel, ShowsRequestAndInstanceOfTheCallUnderWay) {
   EXPECT_EQ(told.at("name"), "sq1");
   EXPECT_EQ(told.at("host"), "hall");
   EXPECT_EQ(told.at("service"), "sq1");
-  EXPECT_EQ(told.at("link"), "up");
+  EXPECT_EQ(told.at("view").at("state"), "running");
 }
 
 TEST_F(APlantModel, ShowsTheDataOfAGatewayAgainAfterAShortSilence) {
@@ -151,14 +151,53 @@ TEST_F(APlantModel, ShowsTheDataOfAGatewayAgainAfterAShortSilence) {
 }
 
 TEST_F(APlantModel, ShowsWhetherAChannelsGatewayIsAlive) {
+  const auto state = [&](const boost::json::object& from) {
+    return first(from, "channels").at("view").at("state");
+  };
   add({channel(fabric::ChannelState::idle)});
-  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "gone");
+  EXPECT_EQ(state(sut.snapshot(after(0))), "gateway gone");
   add({machine(1, "gw", false)});
-  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "down");
+  EXPECT_EQ(state(sut.snapshot(after(0))), "link down");
   add({machine(1, "gw")});
-  EXPECT_EQ(first(*sut.changes(after(0)), "channels").at("link"), "up");
+  EXPECT_EQ(state(*sut.changes(after(0))), "idle");
   add({machine(1, "", false)});
-  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("link"), "gone");
+  EXPECT_EQ(state(*sut.changes(after(1000))), "gateway gone");
+}
+
+TEST_F(APlantModel, SendsAChannelAgainWhenItsWaitLastsTooLong) {
+  Entry waiting = channel(fabric::ChannelState::waiting);
+  std::get<fabric::ChannelStatus>(waiting.sample).since = at(0);
+  std::get<fabric::ChannelStatus>(waiting.sample).uuid = square_root;
+  add({machine(1, "gw"), instance(Change::ready), waiting});
+  const auto level = [&](const boost::json::object& from) {
+    return first(from, "channels").at("view").at("level");
+  };
+  EXPECT_EQ(level(*sut.changes(after(0))), "fine");
+  EXPECT_EQ(level(*sut.changes(after(6000))), "look");
+  EXPECT_FALSE(sut.changes(after(7000)));
+  EXPECT_EQ(level(*sut.changes(after(61'000))), "act");
+}
+
+TEST_F(APlantModel, SendsTheConcernsWhenTheyChange) {
+  add({machine(1, "gw")});
+  EXPECT_EQ(sut.snapshot(after(0)).at("concerns").as_array().size(), 0U);
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({channel(fabric::ChannelState::held)});
+  EXPECT_EQ(first(*sut.changes(after(500)), "concerns").at("kind"), "held");
+  EXPECT_FALSE(sut.changes(after(1000)));
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_EQ(sut.changes(after(1500))->at("concerns").as_array().size(), 0U);
+}
+
+TEST_F(APlantModel, SaysThatAChannelIsThereNoLonger) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  Entry gone = channel(fabric::ChannelState::link_down);
+  std::get<fabric::ChannelStatus>(gone.sample).gone = true;
+  add({gone, machine(1, "gw")});
+  const auto told = *sut.changes(after(1000));
+  EXPECT_EQ(told.at("gone").at("channels").at(0).at("machine"), "cnc");
+  EXPECT_EQ(sut.snapshot(after(1000)).at("channels").as_array().size(), 0U);
 }
 
 TEST_F(APlantModel, ShowsThatTheProgramOfAChannelWasAborted) {
@@ -310,9 +349,9 @@ TEST_F(APlantModel, ShowsOnItsChannelsThatAGatewayAcceptsNoCalls) {
   ASSERT_TRUE(sut.changes(after(0)));
   const fabric::Alarm full{.key = {id(1), "journal", ""}, .text = "disk full"};
   sut.add(full);
-  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("journal"), "disk full");
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("view").at("state"), "journal");
   sut.take_back(full.key);
-  EXPECT_FALSE(first(*sut.changes(after(2000)), "channels").contains("journal"));
+  EXPECT_EQ(first(*sut.changes(after(2000)), "channels").at("view").at("state"), "unserved");
 }
 
 TEST_F(APlantModel, ShowsWhatAnUnservedRequestContains) {
@@ -416,25 +455,6 @@ TEST_F(APlantModel, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
   // The instance of the call is known.
   add({channel(fabric::ChannelState::running, 1)});
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
-}
-
-TEST_F(APlantModel, SendsAllAlarmsWhenOneIsNewOrRetractedAndOnlyThen) {
-  const fabric::Alarm full{
-      .key = {id(0x11), "archive", ""}, .text = "disk full", .program = "archiver"};
-  ASSERT_TRUE(sut.changes(after(0)));
-  sut.add(full);
-  const auto raised = sut.changes(after(250));
-  ASSERT_TRUE(raised);
-  EXPECT_EQ(first(*raised, "alarms").at("text"), "disk full");
-  EXPECT_EQ(first(*raised, "alarms").at("level"), "problem");
-  EXPECT_EQ(first(sut.snapshot(after(250)), "alarms").at("program"), "archiver");
-  // It is published again and again.
-  sut.add(full);
-  EXPECT_FALSE(sut.changes(after(500)));
-  sut.take_back(full.key);
-  const auto over = sut.changes(after(750));
-  ASSERT_TRUE(over);
-  EXPECT_THAT(over->at("alarms").as_array(), IsEmpty());
 }
 
 }  // namespace

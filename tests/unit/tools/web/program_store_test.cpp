@@ -99,39 +99,12 @@ TEST_F(AProgramStore, ShowsARunAgainWhenItsGatewayReturns) {
   EXPECT_THAT(states(), ElementsAre("running", "unknown"));
 }
 
-TEST_F(AProgramStore, ShowsAnAbortedProgramUntilTheNextStartOrReset) {
-  using Kind = ProgramStore::Condition::Kind;
-  const auto condition = [this] { return sut.condition({"press", 1}); };
-  EXPECT_FALSE(condition());
-  tell(ProgramEventKind::started, 0, 0);
-  EXPECT_EQ(condition()->kind, Kind::runs);
-  tell(ProgramEventKind::on_hold, 50, 0);
-  EXPECT_EQ(condition()->kind, Kind::on_hold);
-  tell(ProgramEventKind::aborted, 100, 0);
-  ASSERT_TRUE(condition());
-  EXPECT_EQ(condition()->kind, Kind::aborted);
-  EXPECT_EQ(condition()->event.error, 21462U);
-  tell(ProgramEventKind::reset, 200, 0);
-  EXPECT_FALSE(condition());
-  EXPECT_THAT(states(), ElementsAre("aborted"));
-  tell(ProgramEventKind::started, 300, 300);
-  tell(ProgramEventKind::aborted, 400, 300);
-  EXPECT_EQ(condition()->kind, Kind::aborted);
-  tell(ProgramEventKind::started, 500, 500);
-  EXPECT_EQ(condition()->kind, Kind::runs);
-  tell(ProgramEventKind::ended, 600, 500);
-  EXPECT_FALSE(condition());
-}
-
-TEST_F(AProgramStore, LeavesAnAbortedProgramToTheNextGateway) {
+TEST_F(AProgramStore, HasOneRunForAnErrorThatTheNextGatewayFinds) {
   tell(ProgramEventKind::started, 0, 0);
   tell(ProgramEventKind::aborted, 100, 0);
-  sut.begin_again("press");
-  EXPECT_FALSE(sut.condition({"press", 1}));
-  // It found the error when it began to watch.
   sut.add({.key = {"press", 1}, .kind = ProgramEventKind::aborted, .at = at(900)}, at(900));
-  ASSERT_TRUE(sut.condition({"press", 1}));
-  EXPECT_EQ(sut.condition({"press", 1})->event.at, at(100));
+  EXPECT_THAT(states(), ElementsAre("aborted"));
+  tell(ProgramEventKind::reset, 1000, 0);
   EXPECT_THAT(states(), ElementsAre("aborted"));
 }
 

@@ -41,7 +41,7 @@ function callRow(call, hrefOf, dayOf) {
     cell('response', call.end === 'withdrawn' ? '–' : quoted(call.response, call.response_state)),
     cell('duration', duration(call.duration_ms)),
     cell('instance', element('span', { title: where }, where)),
-    cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'person' : 'fine') }, shape(result.name), result.word),
+    cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'act' : 'fine') }, shape(result.name), result.word),
       attempts, call.replayed && element('span', { class: 'replayed' }, ` ${text.replayed}`),
       call.detail && [' ', explained(messageOf(call, 'detail'), 'detail')]));
 }

@@ -6,7 +6,7 @@ import { words } from '../words.js';
 import { inReadersLanguage } from './marks.js';
 
 const text = words.events;
-const levels = { 'instance ended': 'look', 'last instance ended': 'person', 'gateway gone': 'person', 'link down': 'person', 'program aborted': 'person', 'call held': 'person', problem: 'person' };
+const levels = { 'instance ended': 'look', 'last instance ended': 'act', 'gateway gone': 'act', 'link down': 'act', 'program aborted': 'act', 'call held': 'act', problem: 'act' };
 
 /** An event as a sentence; `model` has the names of UUIDs. */
 function sentenceOf(event, kind, model) {

@@ -1,18 +1,18 @@
 // A machine: its link, and a row for each of its channels.
-import { callStateOf, isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
+import { isOfProgram } from '../concerns.js';
 import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
 import { messageOf } from '../texts/sentences.js';
-import { age, duration, period } from '../time.js';
+import { age, duration, milliseconds, period } from '../time.js';
 import { perSecond, words } from '../words.js';
 import { inReadersLanguage, stateMark } from './marks.js';
 
 /** A shorter call is shown without its text: at ten calls a second it is unreadable. */
 const readableMs = 700;
 
-function linkText(link) {
-  return link.gone ? words.plant.linkGone : link.connected ? words.plant.linkUp : words.plant.linkDown;
+function linkText(link, isServed) {
+  return link.connected ? words.plant.linkUp : isServed ? words.plant.linkStandby : link.gone ? words.plant.linkGone : words.plant.linkDown;
 }
 
 /** The response time of a controller, and how the gateway notices requests. */
@@ -22,10 +22,10 @@ function linkDetail(link) {
 }
 
 /** The service of the call, and its request if it lasts long enough to be read. */
-function detailOf(channel, state, lasting, isBusy) {
+function detailOf(channel, state, level, lasting, isBusy) {
   const service = visible(channel.service || channel.uuid || '');
   const isUnderWay = (Boolean(channel.call) || state === 'unserved') && state !== 'idle';
-  if (isUnderWay && (lasting > readableMs || levelOf(state) !== 'fine')) {
+  if (isUnderWay && (lasting > readableMs || level !== 'fine')) {
     const by = [channel.name !== channel.service && channel.name, channel.host && `@ ${channel.host}`].filter(Boolean).map(visible).join(' ');
     const request = channel.request === undefined ? '' : ` ${words.quoted(visible(channel.request))}`;
     return `${service}${request}${by && ` ${by}`}`;
@@ -66,14 +66,12 @@ function channelRow() {
   const node = element('li', {}, link);
   return {
     node,
-    update({ channel, queue, links, now }) {
-      const state = stateOf(channel);
-      const callState = callStateOf(channel);
-      const lasting = now - sinceOf(channel, state, links);
-      const level = levelOf(state, lasting);
+    update({ channel, queue, now }) {
+      const { state, level, call, call_level: callLevel } = channel.view;
+      const lasting = now - milliseconds(channel.view.since);
       // A busy channel alternates between idle and running; the duration of one call means nothing.
       const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
-      mark.update(isBusy ? 'running' : callState, levelOf(callState, lasting));
+      mark.update(isBusy ? 'running' : call, callLevel);
       program.update(queue ? null : channel.program);
       setAttribute(link, 'data-level', level);
       setAttribute(link, 'data-state', state);
@@ -84,19 +82,19 @@ function channelRow() {
       setAttribute(link, 'data-queue', queue || null);
       setAttribute(link, 'data-alone', isOfProgram(state));
       setAttribute(number, 'title', queue ? words.plant.queue(visible(queue), channel.channel) : words.plant.channel(channel.channel));
-      setText(detail, detailOf(channel, callState, lasting, isBusy));
+      setText(detail, detailOf(channel, call, callLevel, lasting, isBusy));
       setText(since, isBusy ? `${perSecond(channel.calls_per_second)}/s` : age(lasting));
       setAttribute(since, 'title', isBusy ? `${words.plant.rate(perSecond(channel.calls_per_second))} · ${duration(channel.recent_mean_ms)}` : null);
     },
   };
 }
 
-function levelOfMachine(machine, now) {
-  const levels = machine.channels.map((channel) => levelOf(stateOf(channel), now - sinceOf(channel, stateOf(channel), machine.links)));
+function levelOfMachine(machine) {
+  const levels = machine.channels.map((channel) => channel.view.level);
   if (machine.links.length > 0 && !machine.links.some((link) => link.connected)) {
-    return 'person';
+    return 'act';
   }
-  return levels.includes('person') ? 'person' : levels.includes('look') ? 'look' : 'fine';
+  return levels.includes('act') ? 'act' : levels.includes('look') ? 'look' : 'fine';
 }
 
 export function machineTile() {
@@ -113,10 +111,10 @@ export function machineTile() {
     const item = element('li', {}, text, detail, gateway);
     return {
       node: item,
-      update({ link, several }) {
-        setText(text, linkText(link));
+      update({ link, several, isServed }) {
+        setText(text, linkText(link, isServed));
         setText(detail, linkDetail(link));
-        setAttribute(item, 'data-level', link.connected ? 'fine' : 'person');
+        setAttribute(item, 'data-level', link.connected || isServed ? 'fine' : 'act');
         const host = visible(link.gateway_host ?? '');
         setText(gateway, host && several ? words.plant.gateway(host, link.gateway_version) : '');
         setAttribute(item, 'title', [linkDetail(link), visible(link.address), host && words.plant.gateway(host, link.gateway_version),
@@ -129,15 +127,15 @@ export function machineTile() {
     update({ machine, now, density }) {
       setText(name, machine.name);
       setAttribute(node, 'data-machine', machine.name);
-      const level = levelOfMachine(machine, now);
+      const level = levelOfMachine(machine);
       if (node.dataset.level !== level) {
         setAttribute(node, 'data-level', level);
         replace(mark, level !== 'fine' && shape('look'));
       }
       setAttribute(node, 'data-density', density);
       setAttribute(node, 'data-unreachable', density !== 'strip' && machine.links.length > 0 && !machine.links.some((link) => link.connected));
-      linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);
-      rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), links: machine.links, now })),
+      linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1, isServed: machine.links.some((each) => each.connected) })), ({ link }) => link.gateway);
+      rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), now })),
         ({ channel }) => keyOf(channel.machine, channel.channel));
     },
   };

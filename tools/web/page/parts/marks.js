@@ -1,11 +1,11 @@
 // Small elements of several views: a state with shape and word, a text of the fabric, a line of facts.
-import { shapeOf } from '../attention.js';
+import { shapeOf } from '../concerns.js';
 import { element, replace, setAttribute, setText, visible } from '../dom.js';
 import { shape } from '../shapes.js';
 import { textOf } from '../texts/sentences.js';
 import { words } from '../words.js';
 
-/** A state by shape, colour and word; { node, update(state, level) }. */
+/** A state by shape, colour and word; { node, update(state, level, text) }. */
 export function stateMark(tag = 'span', className = 'state') {
   const icon = element('span', { class: 'state-shape' });
   const word = element('span', { class: 'state-word' });
@@ -13,13 +13,13 @@ export function stateMark(tag = 'span', className = 'state') {
   let shown = '';
   return {
     node,
-    update(state, level) {
+    update(state, level, text = words.states[state] ?? state) {
       if (state !== shown) {
         shown = state;
         icon.replaceChildren(shape(shapeOf[state] ?? 'unknown'));
-        setText(word, words.states[state] ?? state);
         setAttribute(node, 'data-state', state);
       }
+      setText(word, text);
       setAttribute(node, 'data-level', level);
     },
   };
@@ -30,18 +30,21 @@ export function said(text, properties = {}) {
   return element('q', { class: 'said', ...properties }, text);
 }
 
-/** A gateway's reason, in the reader's language if there is a translation. */
+/** A gateway's reason, in the reader's language if there is a translation; a text of others is quoted. */
 export function reasonOf(reason) {
-  const known = words.reason(reason ?? '');
-  return reason && (known ? element('p', { class: 'reason' }, known) : said(textOf(reason), { lang: 'en', class: 'said reason' }));
+  const known = words.reason(reason ?? '') || (reason?.code && asSentence(reason.text));
+  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(textOf(reason), { lang: 'en', class: 'said reason' }));
 }
 
 /** A sentence of a program, in the reader's language if there is a translation. */
 export const inReadersLanguage = (sentence) => words.reason(sentence) || textOf(sentence);
 
-/** The same as an element. */
-export function explained(sentence, className = null, tag = 'span') {
-  return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, visible(inReadersLanguage(sentence)));
+/** Sentences of the fabric begin with a small letter and have no full stop. */
+export const asSentence = (text) => (/^[a-z]/.test(text) ? text[0].toUpperCase() + text.slice(1) + (/[.?!]$/.test(text) ? '' : '.') : text);
+
+/** The same as an element; `dressed` changes its text. */
+export function explained(sentence, className = null, tag = 'span', dressed = (text) => text) {
+  return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, visible(dressed(inReadersLanguage(sentence))));
 }
 
 /** A description list: pairs of term and value; pairs without a value are left out. */

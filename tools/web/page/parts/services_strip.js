@@ -57,11 +57,11 @@ function row() {
   return {
     node,
     update({ group, load }) {
-      const fresh = group.here === 0 ? 'person' : load.errors > 0 ? 'look' : 'fine';
+      const fresh = group.level === 'fine' && load.errors > 0 ? 'look' : group.level;
       if (fresh !== level) {
         level = fresh;
         setAttribute(node, 'data-level', level);
-        replace(icon, level !== 'fine' && shape(level === 'person' ? 'down' : 'look'));
+        replace(icon, level !== 'fine' && shape(level === 'act' ? 'down' : 'look'));
       }
       setAttribute(node, 'data-uuid', group.uuid);
       setText(link, group.name || group.uuid);

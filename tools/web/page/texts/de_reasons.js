@@ -1,45 +1,11 @@
 // Die Gründe, die ein Gateway auf Englisch nennt, auf Deutsch; texts/reasons.js beschreibt die Form. Fehlertexte von ADS und
 // vom Betriebssystem bleiben, wie sie sind.
-import { findings } from './de_findings.js';
 import { rewording } from './reasons.js';
 
 export const reasons = [
-  // Kein Dienst: gateway/dispatch/near_miss.cpp, dispatcher.cpp
-  ['no service has the UUID {}; did you mean {}, {}; it is malformed: {}', 'Kein Dienst hat die UUID {}. Ist {} gemeint? ({}) Sie ist keine gültige UUID: {}.'],
-  ['no service has the UUID {}; it is malformed: {}', 'Kein Dienst hat die UUID {}. Sie ist keine gültige UUID: {}.'],
-  ['no service has the UUID {}; did you mean {}, {}', 'Kein Dienst hat die UUID {}. Ist {} gemeint? ({})'],
-  ['{} characters differ', '{} Zeichen sind anders'],
-  ['one character is missing', 'ein Zeichen fehlt'],
-  ['one character is too many', 'ein Zeichen ist zu viel'],
-  ['one character differs', 'ein Zeichen ist anders'],
-  ['\'{}\' is not a hexadecimal digit', '„{}“ ist keine hexadezimale Ziffer'],
-  ['{} characters, a UUID has {}', '{} Zeichen, eine UUID hat {}'],
-  ['its dashes are in the wrong places', 'ihre Bindestriche stehen an falschen Stellen'],
-  ['V.G.SERVICE.UUID is empty; the program must write its service\'s UUID before REQUEST_STATE',
-    'V.G.SERVICE.UUID ist leer: Das NC-Programm muss die UUID seines Dienstes vor REQUEST_STATE schreiben.'],
-  ['no instance serves {}; the last one was {}', 'Kein Dienst hat die UUID {}. Die letzte Instanz war {}.'],
-  ['no service has the UUID {}', 'Kein Dienst hat die UUID {}.'],
-  ['the service {} is draining and accepts no new calls', 'Die Instanzen von {} laufen aus und nehmen keine neuen Aufrufe an.'],
-  ['the service {} serves {}, not {}', 'Der Dienst {} ist für {} zuständig, nicht für {}.'],
 
   ['{} (pid {} on {})', '{} (Prozess {} auf {})'],
   // Wartet auf Entscheidung, ausgefallen
-  ['{} is lost during this call, which must not run twice; an operator must answer or retry it',
-    '{} ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.'],
-  ['{} is deaf during this call, which must not run twice; an operator must answer or retry it',
-    '{} nimmt diesen Aufruf nicht an, der nicht zweimal laufen darf.'],
-  ['{} is gone and may have dispatched this call, which must not run twice; an operator must answer or retry it',
-    '{} ist beendet und hat diesen Aufruf vielleicht schon zugeteilt. Er darf nicht zweimal laufen.'],
-  ['this gateway, which had left the channel to another one', 'dieses Gateway, das den Kanal einem anderen überlassen hatte,'],
-  ['{} is lost; the call goes to another instance', '{} ist ausgefallen; der Aufruf geht an eine andere Instanz.'],
-  ['{} does not read its requests; the call goes to another instance',
-    '{} nimmt keine Aufrufe an; der Aufruf geht an eine andere Instanz.'],
-  ['no instance of {} is ready for {}', 'Keine Instanz von {} ist für {} bereit.'],
-  ['the only instance is busy', 'Die einzige Instanz ist belegt.'],
-  ['all {} instances are busy', 'Alle {} Instanzen sind belegt.'],
-  ['dispatched again by {}', 'Wiederholt von {}.'],
-  ['resumed from the journal', 'Aus dem Journal wiederaufgenommen.'],
-  ['no response within {}; the NC program goes on waiting', 'Keine Antwort innerhalb von {}; das NC-Programm wartet weiter.'],
   ['its instance is lost, and the call must not run twice; the NC program goes on waiting',
     'Seine Instanz ist ausgefallen, und er darf nicht zweimal laufen; das NC-Programm wartet weiter.'],
 
@@ -56,34 +22,16 @@ export const reasons = [
   ['the replay has ended', 'die Wiedergabe ist beendet'],
 
   // Antworten, die nicht geschrieben werden können: gateway/response.cpp, open_call_answer.cpp
-  ['{}; an operator must answer or retry it', '{} Ein Maschinenbediener muss den Aufruf beantworten oder wiederholen.'],
-  ['the service\'s answer {}', 'Die Antwort des Dienstes {}.'],
   ['contains a NUL byte', 'enthält ein NUL-Zeichen'],
   ['the service answered with state 0, which would not release the program', 'Der Dienst hat mit Zustand 0 geantwortet, mit dem das NC-Programm nicht weiterliefe.'],
   ['the service answered without a text, which would not release the program', 'Der Dienst hat ohne Text geantwortet; damit liefe das NC-Programm nicht weiter.'],
   ['the service\'s answer is of a kind that this gateway does not know', 'Die Art der Antwort des Dienstes ist diesem Gateway unbekannt.'],
-  ['the service\'s answer cannot be written: {}', 'Die Antwort des Dienstes kann nicht geschrieben werden: {}.'],
 
   // Der Kanal: gateway/channel/
   ['{}: the controller acknowledged {}, but its reads do not show it; written {} times',
     '{}: Die Steuerung hat {} bestätigt, beim Lesen erscheint es aber nicht; {}-mal geschrieben.'],
-  ['the controller acknowledged {}, but its reads do not show it; written {} times',
-    'Die Steuerung hat {} bestätigt, beim Lesen erscheint es aber nicht; {}-mal geschrieben.'],
-  ['connected; the channel was not read yet', 'Verbunden; der Kanal wurde noch nicht gelesen.'],
-  ['the gateway is ending', 'Das Gateway wird beendet.'],
-  ['the controller refuses to read the Service Interface of channel {}: {}',
-    'Die Steuerung verweigert das Lesen der Service-Schnittstelle von Kanal {}: {}.'],
-  ['{} of channel {} cannot be written: {}', '{} von Kanal {} kann nicht geschrieben werden: {}.'],
-
-  // Das Journal
-  ['the journal {}; the gateway accepts no new call until the journal is writable', 'Das Journal ({}): Bis es geschrieben werden kann, nimmt das Gateway keine neuen Aufrufe an.'],
 
   // Die Maschine und ihre Verbindung: gateway/machines/, gateway/shell/ads_controller.cpp, cnc/ads/
-  ['the configuration has changed', 'Die Konfiguration hat sich geändert.'],
-  ['not connected yet', 'Noch nicht verbunden.'],
-  ['waiting to learn whether another gateway serves this machine', 'Prüft, ob ein anderes Gateway diese Maschine bedient.'],
-  ['{} serves this machine already; this gateway stands by', '{} bedient sie bereits; dieses Gateway steht in Reserve.'],
-  ['channel {} is served by {} already', 'Kanal {} wird bereits von {} bedient.'],
   ['its channels cannot be counted: {}', 'Die Zahl ihrer Kanäle ist nicht lesbar: {}.'],
   ['its index groups cannot be found: {}', 'Ihre Indexgruppen können nicht gefunden werden: {}.'],
   ['no channel found: {} is refused: {}. Older controllers have index groups without {}',
@@ -165,12 +113,18 @@ export const reasons = [
   ['{} LastGet cannot be written: {}', '{} LastGet kann nicht geschrieben werden: {}.'],
   ['{} LastGet cannot be {}: {}', '{} LastGet kann nicht {} sein: {}.'],
 
-  // Was zu tun ist: gateway/core/
-  ['free space on the disk, or restore the folder; the gateway then continues by itself',
-    'Schaffen Sie Platz auf dem Datenträger oder stellen Sie den Ordner wieder her; danach arbeitet das Gateway von selbst weiter.'],
-
-  // Teile anderer Sätze: gateway/shell/certificate_alarms.cpp
+  // Was andere Prozesse der Fabric sagen und nicht dürfen: fabric/endpoints/discovery.cpp, fabric/wire
+  ['{} ({}): its samples on {} are ignored', '{} ({}): Seine Samples von {} werden ignoriert.'],
+  ['{}: its samples on {} are ignored', '{}: Seine Samples von {} werden ignoriert.'],
+  ['cannot listen to group {} on {}: {}', 'Gruppe {} kann auf {} nicht empfangen werden: {}.'],
+  ['an instance that serves {} is ignored: {}', 'Eine Instanz von {} wird ignoriert: {}.'],
+  ['its user_data has UUID {}, but it reads the partition of {}', 'ihre user_data haben UUID {}, sie liest aber die Partition von {}'],
+  ['its user_data has instance {}, but it reads the partition of {}', 'ihre user_data haben Instanz {}, sie liest aber die Partition von {}'],
+  ['two processes announce instance {} of {}; the second one is ignored while the first one runs', 'Zwei Prozesse kündigen Instanz {} von {} an; der zweite wird ignoriert, solange der erste läuft.'],
+  ['more than {} {} are announced on this fabric; further ones are ignored until they announce themselves again', 'In dieser Fabric sind mehr als {} {} angekündigt; weitere werden ignoriert, bis sie sich erneut ankündigen.'],
+  ['request readers', 'Reader für Anfragen'],
+  ['reply writers', 'Writer für Antworten'],
 ];
 
 /** Der Satz auf Deutsch; leer, wenn er keine Übersetzung hat. */
-export const inGerman = rewording([...reasons, ...findings]);
+export const inGerman = rewording(reasons);

@@ -26,12 +26,10 @@ export default {
     unserved: 'no service',
     held: 'held',
     'link down': 'link down',
-    gone: 'gateway gone',
-    stuck: 'running too long',
-    trouble: 'has a problem',
-    warning: 'reports a warning',
-    aborted: 'NC program aborted',
-    stopped: 'NC program on hold',
+    'gateway gone': 'gateway gone',
+    overdue: 'running too long',
+    'program aborted': 'NC program aborted',
+    'program on hold': 'NC program on hold',
     journal: 'no new calls',
     unknown: 'unknown',
   },
@@ -74,8 +72,6 @@ export default {
     busy: (percent) => `${percent} %`,
     alsoWaiting: (channels) => `also waiting: ${channels}`,
     taken: (who, clock, note) => `Taken by ${who}, ${clock}${note ? ` · ${note}` : ''}`,
-    lastInstance: (where, clock) => `The last instance (${where}) ended at ${clock}.`,
-    startAgain: (service) => `Start ${service} again.`,
     callLink: (call) => `Call ${call}`,
     channel: (n) => `channel ${n}`,
     queue: (name, channel) => `message queue ${name}, channel ${channel}`,
@@ -100,8 +96,7 @@ export default {
     polled: (period) => `polled every ${period}`,
     linkDown: 'link down',
     linkGone: 'gateway gone',
-    goneGateway: (clock, host, pid) => `The gateway has not reported since ${clock} (${host}, pid ${pid}).`,
-    restartGateway: (host, journal) => `Restart the gateway on ${host}.${{ kept: ' Pending calls wait and are not lost.', none: ' It kept no journal: calls under way may run twice or be lost.' }[journal] ?? ''}`,
+    linkStandby: 'stands by',
     gateway: (host, version) => `gateway on ${host}, ${version}`,
     more: (n) => `and ${n} more`,
   },
@@ -127,60 +122,7 @@ export default {
     'problem over': ({ name, where, text }) => `${name} (${where}) resolved: ${text}`,
   },
 
-  // For each state that needs attention: its meaning, the action, and the person in charge.
-  advice: {
-    'link down': {
-      means: 'The controller does not answer its gateway.',
-      todo: 'Check the reason and the gateway’s log: is the controller on, is the network up, is the address correct?',
-      who: 'Maintenance (controller, network)',
-    },
-    gone: {
-      means: 'The gateway of this machine does not report.',
-      todo: 'Restart the gateway or its host.',
-      who: 'Gateway administrator',
-    },
-    journal: {
-      means: 'The gateway accepts no new calls: it cannot write its journal.',
-      todo: 'Free space on the gateway’s disk, or repair it. Pending calls wait and are not lost.',
-      who: 'Gateway administrator',
-    },
-    unserved: {
-      means: 'No running service has this UUID.',
-      todo: 'Start the service, or correct the UUID in the NC program.',
-      todoOfQueue: 'Start the service, or correct the UUID of the queue in the gateway’s configuration.',
-      who: 'Service owner or NC programmer',
-    },
-    waiting: {
-      means: 'All instances are busy.',
-      todo: 'Start another instance. “Services” shows how busy each one is.',
-      who: 'Service owner',
-    },
-    stuck: {
-      means: 'The call runs longer than the gateway is configured to allow.',
-      todo: 'Check the instance and its log. An operator can answer or retry the call.',
-      who: 'Service owner',
-    },
-    trouble: {
-      means: 'The process reports a problem.',
-      todo: 'Check its log.',
-      who: 'Administrator',
-    },
-    held: {
-      means: 'This call may run only once, and it is unknown whether it already has.',
-      todo: 'Check the machine, then either answer the call yourself or retry it.',
-      who: 'Operator',
-    },
-    aborted: {
-      means: 'The CNC aborted the NC program with an error.',
-      todo: 'Check the error on the machine, then reset the channel or restart the NC program.',
-      who: 'Operator or NC programmer',
-    },
-    stopped: {
-      means: 'The NC program is on hold.',
-      todo: 'Resume or reset it on the machine.',
-      who: 'Operator',
-    },
-  },
+  roles: { operator: 'Operator', engineer: 'Plant engineer', programmer: 'Programmer' },
   /** Rewords a sentence of a gateway; empty if it is shown unchanged. */
   // What places name in a sentence: the host first.
   reason: sayer(messages, rewording([['{} (pid {} on {})', '{0} ({2}, pid {1})']])),

@@ -2,7 +2,6 @@
 import { get } from '../api.js';
 import { element, replace, slot } from '../dom.js';
 import { facts, inReadersLanguage, placeholder, reasonOf, said, stateMark } from '../parts/marks.js';
-import { levelOf, stateOf } from '../attention.js';
 import { messageOf } from '../texts/sentences.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { milliseconds } from '../time.js';
@@ -60,13 +59,13 @@ export function callView(app, id, path, back) {
 
   /** The channel where this call is pending, with the actions for it. */
   function showChannel() {
-    const channel = [...app.model.channels.values()].find((each) => each.call === id && stateOf(each) !== 'idle');
+    const channel = [...app.model.channels.values()].find((each) => each.call === id && each.view.state !== 'idle');
     channelPart.hidden = !channel || path[0] === 'recordings';
     if (!channel) {
       return;
     }
-    const state = stateOf(channel);
-    mark.update(state, levelOf(state));
+    const { state, level } = channel.view;
+    mark.update(state, level);
     showWhy(channel.reason, () => reasonOf(messageOf(channel, 'reason')));
     showButtons([channel.call, app.session.describe()], () => app.session.buttonsFor(channel));
   }

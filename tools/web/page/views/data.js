@@ -20,9 +20,9 @@ const mostRuns = 100;
 /** Lines that are shown without a choice. */
 const first = 3;
 const spans = [60, 120, 300, 600];
-const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'person'] };
+const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'act'] };
 const outcomes = {
-  running: ['running', 'fine'], 'on hold': ['held', 'look'], ended: ['well', 'fine'], aborted: ['down', 'person'], reset: ['look', 'look'],
+  running: ['running', 'fine'], 'on hold': ['held', 'look'], ended: ['well', 'fine'], aborted: ['down', 'act'], reset: ['look', 'look'],
   unknown: ['unknown', 'look'],
 };
 

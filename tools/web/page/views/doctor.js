@@ -1,20 +1,22 @@
 // The findings of `millrace doctor`: problems first, with what to do.
 import { get } from '../api.js';
-import { explained, placeholder, scrolling, tableHead } from '../parts/marks.js';
+import { asSentence, explained, placeholder, scrolling, tableHead } from '../parts/marks.js';
 import { element, replace, visible } from '../dom.js';
 import { shape } from '../shapes.js';
+import { messageOf } from '../texts/sentences.js';
 import { clock, duration, milliseconds } from '../time.js';
 import { words } from '../words.js';
 
 const text = words.doctor;
-const level = { problem: 'person', warning: 'look', fine: 'fine' };
+const level = { problem: 'act', warning: 'look', fine: 'fine' };
 const shapeOf = { problem: 'held', warning: 'look', fine: 'well' };
 
 function finding(each) {
   return element('li', { class: 'finding', 'data-level': level[each.severity] },
     element('span', { class: 'result', 'data-level': level[each.severity] }, shape(shapeOf[each.severity]), text.severity[each.severity]),
-    element('div', {}, explained(each.what, 'finding-what', 'p'),
-      each.advice && element('p', { class: 'finding-advice' }, element('span', { class: 'label' }, text.todo), explained(each.advice))));
+    element('div', {}, explained(messageOf(each, 'what'), 'finding-what', 'p'),
+      each.todo.length > 0 && element('p', { class: 'finding-advice' }, element('span', { class: 'label' }, text.todo),
+        each.todo.map((step, i) => [i > 0 && ' ', explained(messageOf(step, 'text'), null, 'span', asSentence)]))));
 }
 
 function role(program) {
@@ -38,8 +40,8 @@ function programs(found) {
 function headline(found) {
   const problems = found.diagnoses.filter((each) => each.severity === 'problem').length;
   const warnings = found.diagnoses.filter((each) => each.severity === 'warning').length;
-  const worst = problems > 0 ? 'person' : warnings > 0 ? 'look' : 'fine';
-  return element('p', { class: 'verdict', 'data-level': worst }, shape({ person: 'held', look: 'look', fine: 'well' }[worst]),
+  const worst = problems > 0 ? 'act' : warnings > 0 ? 'look' : 'fine';
+  return element('p', { class: 'verdict', 'data-level': worst }, shape({ act: 'held', look: 'look', fine: 'well' }[worst]),
     problems > 0 ? text.ill(problems) : warnings > 0 ? text.warnings(warnings) : text.healthy);
 }
 

@@ -1,10 +1,11 @@
 // The first view: a banner, a card for each cause that needs attention, then machines, services and events.
-import { assess, concernKey, concernName, levelOf, sinceOf, stateOf } from '../attention.js';
+import { concernName, headlineOf, worstOf } from '../concerns.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
-import { age } from '../time.js';
+import { age, milliseconds } from '../time.js';
 import { number, perSecond, words } from '../words.js';
 import { concernCard } from '../parts/concern_card.js';
+import { inReadersLanguage } from '../parts/marks.js';
 import { eventsList } from '../parts/events_list.js';
 import { machineTile } from '../parts/machine_tile.js';
 import { servicesStrip } from '../parts/services_strip.js';
@@ -32,7 +33,7 @@ function headline() {
     update(level, title, longest, facts) {
       if (drawn !== level) {
         drawn = level;
-        replace(icon, shape({ person: 'look', look: 'look', fine: 'well' }[level] ?? 'unknown'));
+        replace(icon, shape({ act: 'look', look: 'look', fine: 'well' }[level] ?? 'unknown'));
         setAttribute(node, 'data-level', level);
       }
       setText(text, title);
@@ -43,39 +44,25 @@ function headline() {
 }
 
 /** The number of subjects that need attention, with their kind if all are of one kind. */
-function titleOf(model, { concerns, counts, level }, isEmpty) {
+function titleOf(model, isEmpty) {
   const text = words.plant;
   if (model.isLost || model.about === null) {
     return text.unknown;
   }
-  if (isEmpty && concerns.length === 0) {
+  if (isEmpty && model.concerns.every(({ kind }) => kind === 'no gateway')) {
     return text.nobody;
   }
-  if (level === 'fine') {
-    return text.well;
-  }
-  if (level === 'look') {
-    return counts.look > 0 ? text.look(counts.look) : text.warns;
-  }
-  const urgent = concerns.filter((concern) => concern.level === 'person');
-  if (urgent.every((concern) => concern.kind === 'trouble')) {
-    return text.needsPrograms(urgent.length);
-  }
-  const ofMachines = urgent.filter((concern) => ['gone', 'link down', 'journal'].includes(concern.kind));
-  if (ofMachines.length === urgent.length && urgent.every((concern) => concern.machines.length === 1)) {
-    return text.needsMachines(urgent.length);
-  }
-  const areChannels = urgent.every((concern) => concern.channels.length === 1 && concern.kind !== 'trouble') && ofMachines.length === 0;
-  return (areChannels ? text.needs : text.needsMixed)(urgent.length);
+  const { word, count } = headlineOf(model.concerns);
+  return typeof text[word] === 'string' ? text[word] : text[word](count);
 }
 
 /** Links and channels without a concern, calls and errors. */
-function factsOf(model, plant, now) {
+function factsOf(model, plant) {
   const text = words.plant;
   const linked = plant.filter((machine) => machine.links.some((link) => link.connected)).length;
   const withLinks = plant.filter((machine) => machine.links.length > 0).length;
-  const channels = plant.flatMap((machine) => machine.channels.map((channel) => [channel, machine.links]));
-  const ok = channels.filter(([channel, links]) => levelOf(stateOf(channel), now - sinceOf(channel, stateOf(channel), links)) === 'fine').length;
+  const channels = plant.flatMap((machine) => machine.channels);
+  const ok = channels.filter(({ view }) => view.level === 'fine').length;
   const errors = (model.totals?.errors_per_second ?? 0) * 60;
   return [text.links(linked, withLinks), text.channelsOk(ok, channels.length), text.rate(perSecond(model.totals?.calls_per_second ?? 0)),
     errors > 0 && text.errorsPerMinute(number(errors, errors < 9.95 ? 1 : 0))].filter(Boolean)
@@ -105,21 +92,21 @@ export function plantView(app) {
       const { model } = app;
       const now = app.now();
       const plant = model.plant();
-      const assessment = assess(plant, now, model.alarms);
-      const { concerns } = assessment;
+      // An empty page says the same in its place.
+      const concerns = model.concerns.filter(({ kind }) => plant.length > 0 || kind !== 'no gateway');
+      const { level } = worstOf(concerns);
       const isKnown = model.about !== null && !model.isLost;
-      const urgent = assessment.level === 'person' ? concerns.filter((concern) => concern.level === 'person') : concerns;
-      const times = urgent.map((concern) => concern.since).filter(Number.isFinite);
+      const times = concerns.filter((concern) => concern.level === level).map((concern) => milliseconds(concern.since)).filter(Number.isFinite);
       const longest = times.length > 0 && isKnown ? words.plant[times.length > 1 ? 'longest' : 'lasting'](age(now - Math.min(...times))) : '';
-      head.update(isKnown && (plant.length > 0 || concerns.length > 0) ? assessment.level : 'unknown', titleOf(model, assessment, plant.length === 0), longest,
-        model.about === null || plant.length === 0 ? '' : factsOf(model, plant, now));
+      head.update(isKnown && (plant.length > 0 || concerns.length > 0) ? level : 'unknown', titleOf(model, plant.length === 0), longest,
+        model.about === null || plant.length === 0 ? '' : factsOf(model, plant));
       const shown = app.isWall ? concerns.slice(0, concernsOnWall) : concerns;
       attentionPart.hidden = concerns.length === 0;
       setAttribute(attentionPart, 'data-crowd', concerns.length > 3 ? 'many' : 'few');
-      cards.show(shown.map((concern) => ({ concern, now })), ({ concern }) => concernKey(concern));
+      cards.show(shown.map((concern) => ({ concern, now })), ({ concern }) => `${concern.cause}\u0000${concern.level}`);
       more.hidden = shown.length === concerns.length;
       setText(more, words.plant.more(concerns.length - shown.length) + (more.hidden ? ''
-        : `: ${concerns.slice(concernsOnWall).map(concernName).join(', ')}`));
+        : `: ${concerns.slice(concernsOnWall).map((concern) => inReadersLanguage(concernName(concern))).join(', ')}`));
       // On a wall, concerns take the room of machines without one.
       const density = app.isWall && concerns.length > 0 ? 'strip' : densityOf(model.channels.size);
       setAttribute(grid, 'data-density', density);

@@ -18,7 +18,7 @@ const sums = ['name', 'instances', 'busy', 'waiting', 'rate', 'p50', 'p99', 'err
 
 function stateOf(service) {
   if (service.goneAt !== undefined) {
-    return { name: 'down', word: text.gone, level: 'person' };
+    return { name: 'down', word: text.gone, level: 'act' };
   }
   if (service.draining) {
     return { name: 'draining', word: text.draining, level: 'look' };
@@ -149,11 +149,11 @@ function serviceCard(app, opened) {
     node,
     update({ group, load, history }) {
       const isOpen = opened.has(group.uuid);
-      const fresh = group.here === 0 ? 'person' : load.errors > 0 || load.waiting > 0 ? 'look' : 'fine';
+      const fresh = group.level === 'fine' && (load.errors > 0 || load.waiting > 0) ? 'look' : group.level;
       if (fresh !== level) {
         level = fresh;
         setAttribute(node, 'data-level', level);
-        replace(icon, level !== 'fine' && shape(level === 'person' ? 'down' : 'look'));
+        replace(icon, level !== 'fine' && shape(level === 'act' ? 'down' : 'look'));
       }
       setAttribute(node, 'data-uuid', group.uuid);
       setText(name, group.name || text.nameless);

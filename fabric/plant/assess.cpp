@@ -1,0 +1,605 @@
+#include "fabric/plant/assess.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/messages/catalogue.hpp"
+#include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
+
+namespace millrace::fabric::plant {
+
+namespace {
+
+namespace messages = base::messages;
+using messages::Message;
+
+/// The state of a channel's call, or what keeps all of its calls from running.
+enum class CallState : std::uint8_t {
+  fine,
+  gateway_gone,
+  link_down,
+  journal,
+  unserved,
+  held,
+  overdue,
+  waiting,
+  unknown
+};
+
+CallState call_state(const Plant& plant, const ChannelStatus& status) {
+  const std::string_view machine = machine_of(status.key.machine);
+  const std::string_view link = link_of(plant, machine);
+  if (link == "gone" || status.gone) {
+    return CallState::gateway_gone;
+  }
+  if (link == "down") {
+    return CallState::link_down;
+  }
+  switch (status.state) {
+    case ChannelState::link_down:
+      return CallState::link_down;
+    case ChannelState::idle:
+    case ChannelState::answering:
+      return CallState::fine;
+    case ChannelState::running:
+      return messages::deadline.is(status.reason) ? CallState::overdue : CallState::fine;
+    case ChannelState::unserved:
+      // Without a journal the gateway accepts no calls, and has not looked for a service.
+      return plant.journal_alarm(machine) != nullptr ? CallState::journal : CallState::unserved;
+    case ChannelState::waiting:
+      // The call waits for an instance, and there is none.
+      return plant.instances_for(status.uuid, status.key) == 0 ? CallState::unserved
+                                                               : CallState::waiting;
+    case ChannelState::held:
+      return CallState::held;
+  }
+  return CallState::unknown;
+}
+
+/// Some service of this UUID was there.
+bool was_there(const ChannelStatus& status) {
+  return !status.reason.code.starts_with(messages::unknown_uuid.code);
+}
+
+Level level_of(CallState state, std::chrono::nanoseconds age, const ChannelStatus& status,
+               const Patience& patience) {
+  switch (state) {
+    case CallState::fine:
+      return Level::fine;
+    case CallState::gateway_gone:
+    case CallState::link_down:
+    case CallState::journal:
+    case CallState::held:
+      return Level::act;
+    case CallState::unserved:
+      return age < (was_there(status) ? patience.lost_service : patience.unknown_uuid) ? Level::fine
+                                                                                       : Level::act;
+    case CallState::waiting:
+      return age < patience.waiting_look  ? Level::fine
+             : age < patience.waiting_act ? Level::look
+                                          : Level::act;
+    case CallState::overdue:
+    case CallState::unknown:
+      return Level::look;
+  }
+  return Level::look;
+}
+
+std::string_view word_of(CallState state, const ChannelStatus& status) {
+  switch (state) {
+    case CallState::fine:
+      return name_of(status.state);
+    case CallState::gateway_gone:
+      return name_of(Kind::gateway_gone);
+    case CallState::link_down:
+      return name_of(Kind::link_down);
+    case CallState::journal:
+      return name_of(Kind::journal);
+    case CallState::unserved:
+      return name_of(Kind::unserved);
+    case CallState::held:
+      return name_of(Kind::held);
+    case CallState::overdue:
+      return name_of(Kind::overdue);
+    case CallState::waiting:
+      return name_of(Kind::waiting);
+    case CallState::unknown:
+      break;
+  }
+  return name_of(Kind::unknown);
+}
+
+/// The gateway that reports why the machine has no connection; nullptr if none reports.
+const MachineStatus* gateway_without_link(const Plant& plant, std::string_view machine) {
+  const MachineStatus* found = nullptr;
+  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
+       link != plant.machines().end() && link->first.first == machine; ++link) {
+    const MachineStatus& status = link->second;
+    if (!status.gone && !status.connected && (found == nullptr || status.since > found->since)) {
+      found = &status;
+    }
+  }
+  return found;
+}
+
+/// When the machine lost its gateway or its link; nothing if it has both.
+std::optional<Time> without_link_since(const Plant& plant, const std::vector<LostMachine>& lost,
+                                       std::string_view machine) {
+  if (const MachineStatus* const status = gateway_without_link(plant, machine)) {
+    return status->since;
+  }
+  const auto found = std::ranges::find(
+      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
+  return found == lost.end() ? std::nullopt : std::optional(found->since);
+}
+
+/// The NC program, if its state is what a view shows of the channel: a call that needs a person may
+/// have aborted the program, and a program that waits for its call is not on hold.
+const Program* shown_program(const Plant& plant, const ChannelStatus& status, CallState state,
+                             Level level) {
+  const Program* const program = plant.program_of(status.key);
+  const bool is_call_the_cause = level == Level::act && state != CallState::waiting;
+  if (program == nullptr || program->state == Program::State::running || is_call_the_cause) {
+    return nullptr;
+  }
+  return program->state == Program::State::aborted || status.state == ChannelState::idle ? program
+                                                                                         : nullptr;
+}
+
+Message name_of_program(const ProgramEvent& event) {
+  return event.program.empty() ? messages::the_nc_program() : Message(event.program);
+}
+
+/// What an alarm of this kind is about, in a heading.
+Message heading_of(const Alarm& alarm) {
+  static const std::map<std::string_view, Message> headings{
+      {"archive", messages::what_archive()},
+      {"lost_rows", messages::what_lost_rows()},
+      {"foreign_files", messages::what_foreign_files()},
+      {"recording", messages::what_recording()},
+      {"disk", messages::what_disk()},
+      {"certificate", messages::what_certificate()},
+      {"spool", messages::what_spool()},
+      {"mail_server", messages::what_mail_server()},
+      {"mail_queue", messages::what_mail_queue()},
+      {"mails_not_sent", messages::what_mails_not_sent()},
+      {"gauge_line", messages::what_gauge_line()},
+      {"gauge", messages::what_gauge()},
+      {"endpoint", messages::what_endpoint()},
+      {"write", messages::what_write()},
+      {"queue", messages::what_queue()},
+      {"queue_filling", messages::what_queue_filling()},
+      {"no_journal", messages::what_no_journal()},
+      {"configuration", messages::what_configuration()}};
+  const auto found = headings.find(alarm.key.kind);
+  return found == headings.end() ? messages::what_alarm(alarm.program) : found->second;
+}
+
+Message process_of(const Alarm& alarm) {
+  return messages::process_on_host(alarm.program, alarm.host, alarm.pid);
+}
+
+Level level_of(AlarmLevel level) {
+  // An unknown level of a newer version is a problem.
+  return level == AlarmLevel::fine      ? Level::fine
+         : level == AlarmLevel::warning ? Level::look
+                                        : Level::act;
+}
+
+Message restart_of(const MachineStatus& last) {
+  switch (last.journal) {
+    case JournalState::kept:
+      return messages::restart_gateway_with_journal(last.host);
+    case JournalState::none:
+      return messages::restart_gateway_without_journal(last.host);
+    default:
+      return messages::restart_gateway(last.host);
+  }
+}
+
+class Assessment {
+ public:
+  Assessment(const Plant& plant, Time now, const View& view)
+      : plant_(plant), lost_(plant.lost()), now_(now), view_(view) {}
+
+  std::vector<Concern> run() {
+    add_gateways();
+    add_links();
+    add_journals();
+    for (const auto& [key, status] : plant_.channels()) {
+      add_channel(status);
+    }
+    add_instances();
+    add_alarms();
+    std::vector<Concern> all;
+    all.reserve(causes_.size());
+    for (auto& [cause, concern] : causes_) {
+      if (!is_said_with_a_held_call(concern)) {
+        all.push_back(concern);
+      }
+    }
+    sort(all);
+    return all;
+  }
+
+ private:
+  /// The concern of this cause, which is new or known; the oldest beginning and the worst level
+  /// count.
+  Concern& put(Concern concern) {
+    const auto [known, fresh] = causes_.try_emplace(concern.cause, concern);
+    if (fresh) {
+      return known->second;
+    }
+    Concern& all = known->second;
+    const bool is_older =
+        all.since == Time{} || (concern.since != Time{} && concern.since < all.since);
+    for (const std::string& machine : concern.machines) {
+      if (std::ranges::find(all.machines, machine) == all.machines.end()) {
+        all.machines.push_back(machine);
+      }
+    }
+    all.channels.insert(is_older ? all.channels.begin() : all.channels.end(),
+                        concern.channels.begin(), concern.channels.end());
+    if (is_older) {
+      all.since = concern.since;
+      all.why = concern.why.empty() ? all.why : concern.why;
+      all.todo = concern.todo.empty() ? all.todo : concern.todo;
+    }
+    all.level = std::max(all.level, concern.level);
+    return all;
+  }
+
+  void add_gateways() {
+    if (lost_.empty() &&
+        std::ranges::all_of(plant_.machines(), [](const auto& each) { return each.second.gone; })) {
+      put({.kind = Kind::no_gateway,
+           .what = messages::what_no_gateway(),
+           .why = messages::no_gateway_reports(),
+           .todo = {messages::start_a_gateway()},
+           .cause = "no gateway"});
+    }
+    for (const LostMachine& lost : lost_) {
+      const MachineStatus& last = lost.last;
+      const bool is_known = !last.host.empty();
+      put({.kind = Kind::gateway_gone,
+           .machines = {last.machine},
+           .since = lost.since,
+           .what = messages::what_gateway_gone(),
+           .why = is_known ? messages::gateway_was(last.host, last.pid) : Message(),
+           .todo = {is_known ? restart_of(last) : messages::start_a_gateway()},
+           .cause = "gateway gone " + last.gateway.to_string()});
+    }
+  }
+
+  void add_links() {
+    std::set<std::string> machines;
+    for (const auto& [key, status] : plant_.machines()) {
+      machines.insert(status.machine);
+    }
+    for (const std::string& machine : machines) {
+      if (link_of(plant_, machine) == "down") {
+        const MachineStatus& status = *gateway_without_link(plant_, machine);
+        put({.kind = Kind::link_down,
+             .machines = {machine},
+             .since = status.since,
+             .what = messages::what_link_down(),
+             .why = status.reason,
+             .todo = {messages::check_link(status.address, status.host)},
+             .cause = "link down " + machine});
+      }
+    }
+  }
+
+  void add_journals() {
+    for (const auto& [key, alarm] : plant_.alarms()) {
+      if (key.kind != "journal" || level_of(alarm.level) != Level::act) {
+        continue;
+      }
+      Concern concern{.kind = Kind::journal,
+                      .process = process_of(alarm),
+                      .since = alarm.since,
+                      .what = messages::what_journal(),
+                      .why = alarm.text,
+                      .todo = {alarm.advice},
+                      .cause = "journal " + key.responder.to_string()};
+      for (const auto& [machine, status] : plant_.machines()) {
+        if (status.gateway == key.responder) {
+          concern.machines.push_back(status.machine);
+        }
+      }
+      put(std::move(concern));
+    }
+  }
+
+  void add_channel(const ChannelStatus& status) {
+    const CallState state = call_state(plant_, status);
+    const Level level = level_of(state, now_ - status.since, status, view_.patience);
+    if (const Program* const program = shown_program(plant_, status, state, level)) {
+      add_program(status, *program);
+    } else if (level != Level::fine) {
+      add_call(status, state, level);
+    }
+  }
+
+  void add_program(const ChannelStatus& status, const Program& program) {
+    const ProgramEvent& event = program.event;
+    const bool is_aborted = program.state == Program::State::aborted;
+    const Message name = name_of_program(event);
+    put({.kind = is_aborted ? Kind::program_aborted : Kind::program_on_hold,
+         .level = is_aborted ? Level::act : Level::look,
+         .who = Role::operator_,
+         .machines = {std::string(machine_of(status.key.machine))},
+         .channels = {status.key},
+         .since = event.at,
+         .what = is_aborted ? messages::what_program_aborted() : messages::what_program_on_hold(),
+         .why = !is_aborted        ? messages::program_on_hold(name)
+                : event.error == 0 ? messages::program_aborted(name)
+                                   : messages::program_and_error(name, event.error),
+         .todo = {is_aborted ? messages::check_error_then_reset() : messages::resume_program()},
+         .cause = fmt::format("{} {}", is_aborted ? "program aborted" : "program on hold",
+                              status.key.to_string())});
+  }
+
+  void add_call(const ChannelStatus& status, CallState state, Level level) {
+    const std::string channel = status.key.to_string();
+    const std::string uuid = canonical_uuid(status.uuid);
+    Concern concern{.level = level,
+                    .machines = {std::string(machine_of(status.key.machine))},
+                    .channels = {status.key},
+                    .uuid = status.uuid,
+                    .since = status.since,
+                    .why = status.reason};
+    switch (state) {
+      case CallState::fine:
+        return;
+      case CallState::gateway_gone:
+      case CallState::link_down:
+        put_at_the_machine(std::move(concern), state);
+        return;
+      case CallState::journal:
+        concern.kind = Kind::journal;
+        concern.what = messages::what_journal();
+        concern.why = plant_.journal_alarm(concern.machines.front())->text;
+        concern.todo = {plant_.journal_alarm(concern.machines.front())->advice};
+        concern.cause =
+            "journal " + plant_.journal_alarm(concern.machines.front())->key.responder.to_string();
+        break;
+      case CallState::unserved:
+        concern.kind = Kind::unserved;
+        concern.who = was_there(status) ? Role::engineer : Role::programmer;
+        concern.what = messages::what_unserved();
+        concern.todo = {to_be_served(status)};
+        concern.cause = "unserved " + (uuid.empty() ? channel : uuid);
+        break;
+      case CallState::held: {
+        concern.kind = Kind::held;
+        concern.who = Role::operator_;
+        concern.what = messages::what_held();
+        if (plant_.instances_for(status.uuid, status.key) == 0) {
+          concern.todo.push_back(messages::start_service_first());
+        }
+        const std::string word = base::text::shell_word(channel);
+        concern.todo.push_back(messages::check_machine());
+        concern.todo.push_back(messages::run_command(
+            fmt::format("millrace answer {}{} RESPONSE --state N", word, view_.flags)));
+        concern.todo.push_back(
+            messages::run_command(fmt::format("millrace retry {}{}", word, view_.flags)));
+        concern.cause = fmt::format("held {} {}", channel, status.call.to_string());
+        break;
+      }
+      case CallState::overdue:
+        concern.kind = Kind::overdue;
+        concern.who = Role::programmer;
+        concern.what = messages::what_overdue();
+        concern.todo = {messages::check_instance()};
+        concern.cause = fmt::format("overdue {} {}", channel, status.call.to_string());
+        break;
+      case CallState::waiting:
+        concern.kind = Kind::waiting;
+        concern.what = messages::what_waiting();
+        concern.todo = {messages::start_more_instances(),
+                        messages::run_command("millrace services" + view_.flags)};
+        concern.cause = "waiting " + uuid;
+        break;
+      case CallState::unknown:
+        concern.kind = Kind::unknown;
+        concern.what = messages::what_unknown();
+        concern.cause = "unknown " + channel;
+        break;
+    }
+    put(std::move(concern));
+  }
+
+  /// A channel of a machine that has no gateway or no link: one cause with the machine.
+  void put_at_the_machine(Concern concern, CallState state) {
+    const std::string machine = concern.machines.front();
+    const std::string_view link = link_of(plant_, machine);
+    concern.uuid.clear();
+    for (const LostMachine& lost : lost_) {
+      if (lost.last.machine == machine) {
+        concern.cause = "gateway gone " + lost.last.gateway.to_string();
+        concern.since = lost.since;
+        concern.why = {};
+      }
+    }
+    if (link == "down") {
+      concern.cause = "link down " + machine;
+      concern.since = gateway_without_link(plant_, machine)->since;
+      concern.why = {};
+    } else if (concern.cause.empty()) {
+      // Its gateway has a connection, and says that this channel has none.
+      concern.cause = "link down " + concern.channels.front().to_string();
+      concern.todo = {messages::see_log_of_gateway()};
+    }
+    const bool is_gone = state == CallState::gateway_gone;
+    concern.kind = is_gone ? Kind::gateway_gone : Kind::link_down;
+    concern.what = is_gone ? messages::what_gateway_gone() : messages::what_link_down();
+    put(std::move(concern));
+  }
+
+  Message to_be_served(const ChannelStatus& status) const {
+    if (was_there(status)) {
+      return messages::start_service();
+    }
+    return queue_of(status.key.machine).empty() ? messages::correct_uuid()
+                                                : messages::correct_uuid_of_queue();
+  }
+
+  /// Instances that have ended or fallen silent without leaving, while no newer one replaces them.
+  void add_instances() {
+    std::map<std::string, std::vector<const GoneInstance*>> lost;
+    for (const auto& [id, gone] : plant_.gone()) {
+      if (!gone.last.identity.draining) {
+        lost[gone.last.identity.uuid].push_back(&gone);
+      }
+    }
+    for (auto& [uuid, instances] : lost) {
+      std::ranges::sort(instances, {}, [](const GoneInstance* gone) { return gone->at; });
+      std::size_t here = 0;
+      std::size_t newer = 0;
+      for (const auto& [id, instance] : plant_.instances()) {
+        if (instance.identity.uuid == uuid) {
+          ++here;
+          newer += instance.status && instance.status->started > instances.front()->at ? 1U : 0U;
+        }
+      }
+      if (newer < instances.size() && now_ - instances.front()->at >= view_.patience.lost_service) {
+        add_lost(uuid, instances, here);
+      }
+    }
+  }
+
+  void add_lost(const std::string& uuid, const std::vector<const GoneInstance*>& instances,
+                std::size_t here) {
+    const InstanceIdentity& last = instances.back()->last.identity;
+    if (here == 0) {
+      put({.kind = Kind::unserved,
+           .uuid = uuid,
+           .since = instances.front()->at,
+           .what = messages::what_unserved(),
+           .why = messages::last_instance_was(last.name, last.pid, last.host),
+           .todo = {messages::start_service_again(last.name)},
+           .cause = "unserved " + uuid});
+      return;
+    }
+    put({.kind = Kind::redundancy,
+         .level = Level::look,
+         .uuid = uuid,
+         .since = instances.front()->at,
+         .what = messages::what_redundancy(),
+         .why = messages::instances_remain(last.name, last.pid, last.host, here),
+         .todo = {messages::start_instance_again()},
+         .cause = "redundancy " + uuid});
+  }
+
+  /// A held call says that its service has no instance; nothing else waits for the service.
+  [[nodiscard]] bool is_said_with_a_held_call(const Concern& concern) const {
+    return concern.kind == Kind::unserved && concern.channels.empty() &&
+           std::ranges::any_of(causes_, [&](const auto& other) {
+             return other.second.kind == Kind::held &&
+                    canonical_uuid(other.second.uuid) == canonical_uuid(concern.uuid);
+           });
+  }
+
+  void add_alarms() {
+    for (const auto& [key, alarm] : plant_.alarms()) {
+      const Level level = level_of(alarm.level);
+      if (level == Level::fine || (key.kind == "journal" && level == Level::act)) {
+        continue;
+      }
+      if (key.kind == "service") {
+        // Each gateway reports a service that has lost its last instance.
+        if (plant_.instances_of(key.subject).empty()) {
+          put({.kind = Kind::unserved,
+               .level = level,
+               .uuid = key.subject,
+               .since = alarm.since,
+               .what = messages::what_unserved(),
+               .why = alarm.text,
+               .todo = {alarm.advice},
+               .cause = "unserved " + canonical_uuid(key.subject)});
+        }
+        continue;
+      }
+      put({.kind = Kind::alarm,
+           .level = level,
+           .process = process_of(alarm),
+           .since = alarm.since,
+           .what = heading_of(alarm),
+           .why = alarm.text,
+           .todo = alarm.advice.empty() ? std::vector<Message>{} : std::vector{alarm.advice},
+           .cause =
+               fmt::format("alarm {} {} {}", key.responder.to_string(), key.kind, key.subject)});
+    }
+  }
+
+  const Plant& plant_;
+  const std::vector<LostMachine> lost_;
+  const Time now_;
+  const View& view_;
+  std::map<std::string, Concern> causes_;
+};
+
+}  // namespace
+
+std::vector<Concern> assess(const Plant& plant, Time now, const View& view) {
+  return Assessment(plant, now, view).run();
+}
+
+void sort(std::vector<Concern>& concerns) {
+  std::ranges::stable_sort(concerns, {}, [](const Concern& concern) {
+    return std::tuple(concern.level == Level::act ? 0 : 1, concern.kind, concern.since == Time{},
+                      concern.since);
+  });
+}
+
+Level level_of(const std::vector<Concern>& concerns) {
+  Level worst = Level::fine;
+  for (const Concern& concern : concerns) {
+    worst = std::max(worst, concern.level);
+  }
+  return worst;
+}
+
+ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,
+                    const Patience& patience) {
+  const CallState state = call_state(plant, status);
+  ChannelView view{.since = status.since};
+  if (state == CallState::gateway_gone || state == CallState::link_down) {
+    view.since = without_link_since(plant, plant.lost(), machine_of(status.key.machine))
+                     .value_or(status.since);
+  }
+  view.call = word_of(state, status);
+  view.call_level = level_of(state, now - status.since, status, patience);
+  view.state = view.call;
+  view.level = view.call_level;
+  if (const Program* const program = shown_program(plant, status, state, view.level)) {
+    const bool is_aborted = program->state == Program::State::aborted;
+    view.state = name_of(is_aborted ? Kind::program_aborted : Kind::program_on_hold);
+    view.level = is_aborted ? Level::act : Level::look;
+    view.since = program->event.at;
+  }
+  return view;
+}
+
+std::string_view link_of(const Plant& plant, std::string_view machine) {
+  bool is_present = false;
+  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
+       link != plant.machines().end() && link->first.first == machine; ++link) {
+    if (link->second.connected) {
+      return "up";
+    }
+    is_present = is_present || !link->second.gone;
+  }
+  return is_present ? "down" : "gone";
+}
+
+}  // namespace millrace::fabric::plant

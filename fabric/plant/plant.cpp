@@ -1,0 +1,225 @@
+#include "fabric/plant/plant.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+#include "fabric/channel_scope.hpp"
+
+namespace millrace::fabric::plant {
+
+bool Plant::add(const observer::Entry& entry) {
+  if (const auto* news = std::get_if<observer::InstanceNews>(&entry.sample)) {
+    return add(*news, entry.at);
+  }
+  if (const auto* status = std::get_if<InstanceStatus>(&entry.sample)) {
+    add(*status);
+  } else if (const auto* channel = std::get_if<ChannelStatus>(&entry.sample)) {
+    return channels_.insert_or_assign(channel->key, *channel).second;
+  } else if (const auto* machine = std::get_if<MachineStatus>(&entry.sample)) {
+    return add(*machine);
+  } else if (const auto* event = std::get_if<ProgramEvent>(&entry.sample)) {
+    return add(*event);
+  } else if (const auto* alarm = std::get_if<observer::AlarmNews>(&entry.sample)) {
+    if (!alarm->over) {
+      return add(alarm->alarm);
+    }
+    take_back(alarm->alarm.key);
+  }
+  return false;
+}
+
+bool Plant::add(const observer::InstanceNews& news, Time at) {
+  const InstanceId& id = news.identity.id;
+  if (news.change == observer::Change::gone) {
+    early_.erase(id);
+    const bool was_there = instances_.contains(id);
+    mark_gone(id, at);
+    return was_there;
+  }
+  gone_.erase(id);
+  const auto [instance, fresh] = instances_.try_emplace(id);
+  instance->second.identity = news.identity;
+  if (const auto early = early_.extract(id)) {
+    instance->second.status = early.mapped();
+  }
+  return fresh;
+}
+
+void Plant::add(const InstanceStatus& status) {
+  const auto instance = instances_.find(status.instance);
+  if (instance != instances_.end()) {
+    instance->second.status = status;
+  } else {
+    early_.insert_or_assign(status.instance, status);
+  }
+}
+
+bool Plant::add(const MachineStatus& status) {
+  const auto same = machines_.find({status.machine, status.gateway});
+  const bool was_present = same != machines_.end() && !same->second.gone;
+  const bool had_gateway = has_gateway(status.machine);
+  if (!status.gone) {
+    gateways_.insert_or_assign(status.gateway, status);
+    last_samples_.insert_or_assign({status.machine, status.gateway}, status);
+  }
+  if (status.connected) {
+    // Their gateway is there and has them no longer: they were removed from its configuration.
+    std::erase_if(channels_, [&](const auto& channel) {
+      return channel.second.gone && machine_of(channel.first.machine) == status.machine;
+    });
+  }
+  const bool fresh = same == machines_.end();
+  machines_.insert_or_assign({status.machine, status.gateway}, status);
+  if (had_gateway && !has_gateway(status.machine)) {
+    for_programs_of(status.machine, [](Program& program) {
+      program.stale = true;
+      return false;
+    });
+  } else if (!had_gateway && !status.gone && !was_present) {
+    // It publishes changes only, so its last events still hold; another one repeats an error that
+    // still stands.
+    for_programs_of(status.machine, [&](Program& program) {
+      const bool is_forgotten = fresh && program.stale;
+      program.stale = program.stale && fresh;
+      return is_forgotten;
+    });
+  }
+  return fresh;
+}
+
+template <typename Change>
+void Plant::for_programs_of(const std::string& machine, const Change& change) {
+  for (auto program = programs_.lower_bound({machine, 0});
+       program != programs_.end() && program->first.machine == machine;) {
+    program = change(program->second) ? programs_.erase(program) : std::next(program);
+  }
+}
+
+bool Plant::add(const ProgramEvent& event) {
+  using enum ProgramEventKind;
+  if (event.kind == ended || event.kind == reset) {
+    return programs_.erase(event.key) > 0;
+  }
+  const auto known = programs_.find(event.key);
+  const bool is_known = known != programs_.end();
+  if (!is_known && programs_.size() >= most_programs) {
+    return false;
+  }
+  // A gateway that has found an error knows less of its run than the one that saw it.
+  if (is_known && known->second.state == Program::State::aborted && event.kind == aborted &&
+      event.started == Time{}) {
+    known->second.stale = false;
+    return false;
+  }
+  Program program{.state = event.kind == aborted   ? Program::State::aborted
+                           : event.kind == on_hold ? Program::State::on_hold
+                                                   : Program::State::running,
+                  .event = event};
+  // Fields that an event leaves out keep their values.
+  if (is_known && program.event.program.empty() && event.started == known->second.event.started) {
+    program.event.program = known->second.event.program;
+  }
+  return programs_.insert_or_assign(event.key, std::move(program)).second;
+}
+
+const Program* Plant::program_of(const ChannelKey& key) const {
+  const auto program = programs_.find(key);
+  return program == programs_.end() || program->second.stale ? nullptr : &program->second;
+}
+
+bool Plant::has_gateway(std::string_view machine) const {
+  for (auto link = machines_.lower_bound({std::string(machine), {}});
+       link != machines_.end() && link->first.first == machine; ++link) {
+    if (!link->second.gone) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void Plant::mark_gone(const InstanceId& id, Time at) {
+  auto instance = instances_.extract(id);
+  if (instance.empty()) {
+    return;
+  }
+  gone_.insert_or_assign(id, GoneInstance{std::move(instance.mapped()), at});
+  if (gone_.size() > most_gone) {
+    gone_.erase(
+        std::ranges::min_element(gone_, {}, [](const auto& each) { return each.second.at; }));
+  }
+}
+
+void Plant::forget_gone(Time time) {
+  std::erase_if(gone_, [&](const auto& each) { return each.second.at < time; });
+}
+
+const MachineStatus* Plant::last_sample(const MachineStatus& status) const {
+  const auto last = last_samples_.find({status.machine, status.gateway});
+  return last == last_samples_.end() ? nullptr : &last->second;
+}
+
+std::vector<LostMachine> Plant::lost() const {
+  std::map<std::string, LostMachine> found;
+  std::set<std::string> present;
+  for (const auto& [key, status] : machines_) {
+    if (!status.gone) {
+      present.insert(status.machine);
+    } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
+      const MachineStatus* last = last_sample(status);
+      lost = {last == nullptr ? status : *last, status.since};
+    }
+  }
+  std::vector<LostMachine> all;
+  for (auto& [machine, lost] : found) {
+    if (!present.contains(machine)) {
+      all.push_back(std::move(lost));
+    }
+  }
+  return all;
+}
+
+bool Plant::add(const Alarm& alarm) {
+  if (alarms_.size() >= most_alarms && !alarms_.contains(alarm.key)) {
+    too_many_alarms_ = true;
+    return false;
+  }
+  return alarms_.insert_or_assign(alarm.key, alarm).second;
+}
+
+std::size_t Plant::instances_for(const std::string& uuid, const ChannelKey& key) const {
+  const std::string canonical = canonical_uuid(uuid);
+  const auto takes = [&](const ChannelScope& scope) {
+    return (scope.machine.empty() || scope.machine == key.machine) &&
+           (scope.channel == 0 || scope.channel == key.channel);
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(instances_, [&](const auto& each) {
+    const InstanceIdentity& identity = each.second.identity;
+    return identity.uuid == canonical && !identity.draining &&
+           (identity.channels.empty() || std::ranges::any_of(identity.channels, takes));
+  }));
+}
+
+const Alarm* Plant::journal_alarm(std::string_view machine) const {
+  for (const auto& [key, status] : machines_) {
+    const auto alarm = alarms_.find({status.gateway, "journal", {}});
+    if (status.machine == machine && alarm != alarms_.end()) {
+      return &alarm->second;
+    }
+  }
+  return nullptr;
+}
+
+std::vector<const KnownInstance*> Plant::instances_of(const std::string& what) const {
+  const std::string canonical = canonical_uuid(what);
+  std::vector<const KnownInstance*> found;
+  for (const auto& [id, instance] : instances_) {
+    if (what.empty() || instance.identity.uuid == canonical || id.to_string() == canonical ||
+        instance.identity.name == what) {
+      found.push_back(&instance);
+    }
+  }
+  return found;
+}
+
+}  // namespace millrace::fabric::plant

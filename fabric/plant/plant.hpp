@@ -1,0 +1,124 @@
+// The present state of a fabric, from what an observer receives. Pure.
+//
+//   plant.add(entry);
+//   for (const auto& [id, instance] : plant.instances()) …
+//
+// assess.hpp says what of it is wrong.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "fabric/alarm.hpp"
+#include "fabric/observer/entry.hpp"
+
+namespace millrace::fabric::plant {
+
+struct KnownInstance {
+  InstanceIdentity identity{};
+  /// Nullopt until its first status.
+  std::optional<InstanceStatus> status{};
+};
+
+/// A machine whose gateway is gone.
+struct LostMachine {
+  /// The last sample of that gateway about it.
+  MachineStatus last{};
+  Time since{};
+};
+
+/// The NC program of a channel, as far as it is of interest: a program that has ended is not.
+struct Program {
+  enum class State : std::uint8_t { running, on_hold, aborted };
+  State state = State::running;
+  /// The last event; of an aborted program, until its error is cleared.
+  ProgramEvent event{};
+  /// Its gateway is gone, and no gateway has published it since.
+  bool stale = false;
+};
+
+/// An instance that is gone, with what it last published.
+struct GoneInstance {
+  KnownInstance last{};
+  Time at{};
+};
+
+class Plant {
+ public:
+  /// True if a process or an NC program appeared or disappeared; false for news of known ones.
+  bool add(const observer::Entry& entry);
+  /// Adds an alarm; true as for add().
+  bool add(const Alarm& alarm);
+  /// The alarm is over, or its process is gone.
+  void take_back(const AlarmKey& key) { alarms_.erase(key); }
+
+  [[nodiscard]] const std::map<InstanceId, KnownInstance>& instances() const { return instances_; }
+  /// Instances that were there in this time, and are gone.
+  [[nodiscard]] const std::map<InstanceId, GoneInstance>& gone() const { return gone_; }
+  /// Removes those that have been gone since before `time`.
+  void forget_gone(Time time);
+  [[nodiscard]] const std::map<ChannelKey, ChannelStatus>& channels() const { return channels_; }
+  /// By machine and gateway: two gateways may be configured for one machine.
+  using Machines = std::map<std::pair<std::string, InstanceId>, MachineStatus>;
+  [[nodiscard]] const Machines& machines() const { return machines_; }
+  /// The last sample about the machine from the gateway of `status` while it was present; nullptr
+  /// if there was none.
+  [[nodiscard]] const MachineStatus* last_sample(const MachineStatus& status) const;
+  /// Some gateway reports about the machine.
+  [[nodiscard]] bool has_gateway(std::string_view machine) const;
+  /// Each machine without a present gateway, with the last one.
+  [[nodiscard]] std::vector<LostMachine> lost() const;
+  /// The last sample of each gateway about one of its machines; also of gateways that are taken for
+  /// gone, of which machines() has only that.
+  [[nodiscard]] const std::map<InstanceId, MachineStatus>& gateways() const { return gateways_; }
+
+  /// A service that crashes at each start is a new instance each time: no more than these are kept.
+  static constexpr std::size_t most_gone = 1'000;
+  /// A stranger can publish any number of alarms and program events.
+  static constexpr std::size_t most_alarms = 1'000;
+  static constexpr std::size_t most_programs = 1'000;
+  [[nodiscard]] const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
+  [[nodiscard]] bool too_many_alarms() const { return too_many_alarms_; }
+
+  /// The number of instances that accept calls of this UUID from this channel: draining ones accept
+  /// none.
+  [[nodiscard]] std::size_t instances_for(const std::string& uuid, const ChannelKey& key) const;
+  /// The journal alarm that keeps the gateways of this machine from accepting calls; nullptr if
+  /// there is none.
+  [[nodiscard]] const Alarm* journal_alarm(std::string_view machine) const;
+  /// Nothing where no program runs and none was aborted, or where its state is unknown.
+  [[nodiscard]] const Program* program_of(const ChannelKey& key) const;
+  /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
+  /// two; all for an empty text.
+  [[nodiscard]] std::vector<const KnownInstance*> instances_of(const std::string& what) const;
+
+ private:
+  bool add(const observer::InstanceNews& news, Time at);
+  void add(const InstanceStatus& status);
+  bool add(const MachineStatus& status);
+  bool add(const ProgramEvent& event);
+  void mark_gone(const InstanceId& id, Time at);
+  template <typename Change>
+  void for_programs_of(const std::string& machine, const Change& change);
+
+  std::map<InstanceId, KnownInstance> instances_;
+  std::map<InstanceId, GoneInstance> gone_;
+  std::map<ChannelKey, ChannelStatus> channels_;
+  Machines machines_;
+  /// The last samples of gateways while they were present.
+  Machines last_samples_;
+  std::map<InstanceId, MachineStatus> gateways_;
+  std::map<AlarmKey, Alarm> alarms_;
+  bool too_many_alarms_ = false;
+  std::map<ChannelKey, Program> programs_;
+  /// Status of instances that discovery has not shown yet.
+  std::map<InstanceId, InstanceStatus> early_;
+};
+
+}  // namespace millrace::fabric::plant

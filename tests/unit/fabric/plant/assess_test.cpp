@@ -1,0 +1,269 @@
+#include "fabric/plant/assess.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/messages/catalogue.hpp"
+#include "tests/unit/fabric/plant/samples.hpp"
+
+namespace millrace::fabric::plant {
+namespace {
+
+namespace messages = base::messages;
+using namespace samples;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class AnAssessment : public testing::Test {
+ protected:
+  AnAssessment() { plant.add(machine("press", true)); }
+
+  /// "act held press/1", … in their order.
+  std::vector<std::string> kinds(std::chrono::nanoseconds after = 1h) {
+    found = assess(plant, noon + after, {.flags = " --domain 7"});
+    std::vector<std::string> words;
+    for (const Concern& concern : found) {
+      words.push_back(std::string(name_of(concern.level)) + " " +
+                      std::string(name_of(concern.kind)) + " " + subject_of(concern).text);
+    }
+    return words;
+  }
+  std::string_view state_of(std::uint16_t number, std::chrono::nanoseconds after = 1h) {
+    return view_of(plant, plant.channels().at({"press", number}), noon + after).state;
+  }
+
+  Plant plant;
+  std::vector<Concern> found;
+};
+
+TEST_F(AnAssessment, IsEmptyWhereAllIsWell) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::running, square_root));
+  EXPECT_THAT(kinds(), IsEmpty());
+  EXPECT_EQ(level_of(found), Level::fine);
+}
+
+TEST_F(AnAssessment, HasWhatNeedsAPersonFirstThenTheMoreUrgentThenTheOldest) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::waiting, square_root, noon + 1h - 10s));
+  plant.add(channel(2, ChannelState::unserved, "b"));
+  plant.add(channel(3, ChannelState::held, square_root, noon + 2s));
+  plant.add(channel(4, ChannelState::held, square_root, noon + 1s));
+  plant.add(machine("mill", false));
+  EXPECT_THAT(kinds(), ElementsAre("act held press/4", "act held press/3", "act link down mill",
+                                   "act unserved press/2", "look waiting press/1"));
+  EXPECT_EQ(level_of(found), Level::act);
+}
+
+TEST_F(AnAssessment, NamesTheStepsOfAHeldCallWithTheFlagsOfItsView) {
+  plant.add(channel(3, ChannelState::held, square_root));
+  ASSERT_THAT(kinds(), SizeIs(1));
+  EXPECT_EQ(found[0].who, Role::operator_);
+  EXPECT_EQ(advice_of(found[0].todo),
+            "start the service: it has no running instance; check the machine, then either answer "
+            "the call yourself or retry it: `millrace answer press/3 --domain 7 RESPONSE --state "
+            "N`, `millrace retry press/3 --domain 7`");
+  plant.add(instance(1, "a"));
+  kinds();
+  EXPECT_EQ(found[0].todo.front(), messages::check_machine());
+}
+
+TEST_F(AnAssessment, HasAMissingServiceAfterAMomentAndAnUnknownOneAfterTwo) {
+  plant.add(channel(1, ChannelState::unserved, square_root, noon,
+                    messages::no_instance(square_root, "a")));
+  EXPECT_THAT(kinds(900ms), IsEmpty());
+  EXPECT_THAT(kinds(1100ms), ElementsAre("act unserved press/1"));
+  EXPECT_EQ(found[0].who, Role::engineer);
+  plant.add(
+      channel(1, ChannelState::unserved, square_root, noon,
+              messages::unknown_uuid_near(square_root, "b", messages::one_character_differs())));
+  EXPECT_THAT(kinds(1900ms), IsEmpty());
+  EXPECT_THAT(kinds(2100ms), ElementsAre("act unserved press/1"));
+  EXPECT_EQ(found[0].who, Role::programmer);
+}
+
+TEST_F(AnAssessment, LooksAtACallThatWaitsForAnInstanceAndThenNeedsAPerson) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::waiting, square_root));
+  EXPECT_THAT(kinds(4s), IsEmpty());
+  EXPECT_THAT(kinds(6s), ElementsAre("look waiting press/1"));
+  EXPECT_THAT(kinds(59s), ElementsAre("look waiting press/1"));
+  EXPECT_THAT(kinds(61s), ElementsAre("act waiting press/1"));
+}
+
+TEST_F(AnAssessment, TakesACallThatWaitsWithoutAnyInstanceForUnserved) {
+  plant.add(channel(1, ChannelState::waiting, square_root));
+  EXPECT_THAT(kinds(2s), ElementsAre("act unserved press/1"));
+  EXPECT_EQ(state_of(1), "unserved");
+  plant.add(instance(1, "a"));
+  EXPECT_EQ(state_of(1), "waiting");
+}
+
+TEST_F(AnAssessment, LooksAtACallThatRunsLongerThanItsTime) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::running, square_root, noon, messages::deadline("30 s")));
+  EXPECT_THAT(kinds(), ElementsAre("look overdue press/1"));
+  EXPECT_EQ(state_of(1), "overdue");
+}
+
+TEST_F(AnAssessment, HasTheChannelsOfOneServiceTogether) {
+  plant.add(channel(1, ChannelState::unserved, square_root, noon + 1s));
+  plant.add(channel(2, ChannelState::unserved, square_root, noon));
+  EXPECT_THAT(kinds(), ElementsAre("act unserved press/2, press/1"));
+  EXPECT_EQ(found[0].since, noon);
+}
+
+TEST_F(AnAssessment, HasAGatewayThatIsGoneOnceWithItsMachinesAndSaysWhatItsJournalMeans) {
+  for (const auto& [journal, advice] : std::map<JournalState, Message>{
+           {JournalState::kept, messages::restart_gateway_with_journal("hall")},
+           {JournalState::none, messages::restart_gateway_without_journal("hall")},
+           {JournalState::not_known, messages::restart_gateway("hall")}}) {
+    plant = {};
+    for (const char* name : {"press", "mill"}) {
+      auto status = machine_status(name, true);
+      status.host = "hall";
+      status.pid = 4711;
+      status.journal = journal;
+      plant.add(entry(status));
+    }
+    plant.add(channel(1, ChannelState::running, square_root));
+    plant.add(gone_machine("press"));
+    plant.add(gone_machine("mill"));
+    EXPECT_THAT(kinds(), ElementsAre("act gateway gone mill, press"));
+    EXPECT_EQ(found[0].why, messages::gateway_was("hall", 4711));
+    EXPECT_THAT(found[0].todo, ElementsAre(advice));
+    EXPECT_THAT(found[0].channels, SizeIs(1));
+    EXPECT_EQ(state_of(1), "gateway gone");
+  }
+}
+
+TEST_F(AnAssessment, HasALinkThatIsDownOnceWithItsChannelsSinceItWentDown) {
+  plant.add(machine("press", false, noon - 5s));
+  plant.add(channel(1, ChannelState::link_down));
+  plant.add(channel(2, ChannelState::running, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act link down press"));
+  EXPECT_EQ(found[0].since, noon - 5s);
+  EXPECT_EQ(found[0].why.text, "no route");
+  EXPECT_THAT(found[0].channels, SizeIs(2));
+  EXPECT_EQ(state_of(2), "link down");
+}
+
+TEST_F(AnAssessment, HasNoConcernForAGatewayThatStandsBy) {
+  auto standby = machine_status("press", false);
+  standby.gateway = id(98);
+  plant.add(entry(standby));
+  EXPECT_THAT(kinds(), IsEmpty());
+}
+
+TEST_F(AnAssessment, KnowsAFabricWithoutAnyGateway) {
+  plant = {};
+  EXPECT_THAT(kinds(), ElementsAre("act no gateway "));
+}
+
+TEST_F(AnAssessment, HasAJournalThatCannotBeWrittenOnceWithTheChannelsThatWaitForIt) {
+  plant.add(alarm(99, "journal", AlarmLevel::problem));
+  EXPECT_THAT(kinds(), ElementsAre("act journal press"));
+  plant.add(channel(1, ChannelState::unserved, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act journal press"));
+  EXPECT_THAT(found[0].channels, SizeIs(1));
+  EXPECT_EQ(state_of(1), "journal");
+}
+
+TEST_F(AnAssessment, NeedsAPersonForAnAbortedProgramButShowsTheCallThatMayHaveAbortedIt) {
+  plant.add(channel(1, ChannelState::idle));
+  plant.add(channel(2, ChannelState::idle));
+  plant.add(channel(3, ChannelState::unserved, square_root));
+  plant.add(channel(4, ChannelState::running, square_root));
+  plant.add(program(1, ProgramEventKind::aborted));
+  plant.add(program(2, ProgramEventKind::on_hold));
+  plant.add(program(3, ProgramEventKind::aborted));
+  plant.add(program(4, ProgramEventKind::on_hold));
+  EXPECT_THAT(kinds(), ElementsAre("act unserved press/3", "act program aborted press/1",
+                                   "look program on hold press/2"));
+  EXPECT_EQ(found[1].why, messages::program_and_error("good.nc", 455));
+  EXPECT_EQ(state_of(1), "program aborted");
+  EXPECT_EQ(state_of(2), "program on hold");
+  EXPECT_EQ(state_of(3), "unserved");
+  EXPECT_EQ(state_of(4), "running");
+  const auto view = view_of(plant, plant.channels().at({"press", 1}), noon + 1h);
+  EXPECT_EQ(view.call, "idle");
+  EXPECT_EQ(view.call_level, Level::fine);
+}
+
+TEST_F(AnAssessment, HasTheAlarmsOfProcessesByTheirLevel) {
+  plant.add(alarm(7, "archive", AlarmLevel::problem));
+  plant.add(alarm(8, "certificate", AlarmLevel::warning));
+  plant.add(alarm(9, "recording", AlarmLevel::fine));
+  plant.add(alarm(7, "of_tomorrow", static_cast<AlarmLevel>(77)));
+  EXPECT_THAT(kinds(),
+              ElementsAre("act alarm archiver on vm, pid 7", "act alarm archiver on vm, pid 7",
+                          "look alarm archiver on vm, pid 7"));
+  EXPECT_EQ(found[0].what, messages::what_archive());
+  EXPECT_EQ(found[1].what, messages::what_alarm("archiver"));
+}
+
+TEST_F(AnAssessment, HasAServiceThatLostItsLastInstanceOnceHoweverManyReportIt) {
+  plant.add(alarm(98, "service", AlarmLevel::problem, square_root));
+  plant.add(alarm(99, "service", AlarmLevel::problem, square_root));
+  plant.add(channel(1, ChannelState::unserved, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act unserved press/1"));
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::idle));
+  EXPECT_THAT(kinds(), IsEmpty());
+}
+
+TEST_F(AnAssessment, LooksAtAServiceThatLostOneOfItsInstancesUntilANewOneIsThere) {
+  plant.add(instance(1, "a"));
+  plant.add(instance(2, "b"));
+  plant.add(instance_gone(2, noon));
+  EXPECT_THAT(kinds(900ms), IsEmpty());
+  EXPECT_THAT(kinds(2s), ElementsAre("look redundancy " + square_root));
+  plant.add(instance(3, "b"));
+  plant.add(entry(InstanceStatus{.instance = id(3), .started = noon + 1s}));
+  EXPECT_THAT(kinds(2s), IsEmpty());
+}
+
+TEST_F(AnAssessment, NeedsAPersonWhereTheOnlyInstanceIsGoneButNotWhereItHasLeft) {
+  plant.add(instance(1, "a"));
+  plant.add(instance_gone(1, noon));
+  EXPECT_THAT(kinds(2s), ElementsAre("act unserved " + square_root));
+  plant = {};
+  plant.add(machine("press", true));
+  plant.add(instance(1, "a", true));
+  plant.add(instance_gone(1, noon));
+  EXPECT_THAT(kinds(2s), IsEmpty());
+}
+
+TEST_F(AnAssessment, SaysOnceThatTheServiceOfAHeldCallIsGone) {
+  plant.add(instance(1, "a"));
+  plant.add(instance_gone(1, noon));
+  plant.add(channel(1, ChannelState::held, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act held press/1"));
+  plant.add(channel(2, ChannelState::unserved, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act held press/1", "act unserved press/2"));
+}
+
+TEST_F(AnAssessment, LooksAtAStateOfALaterVersion) {
+  plant.add(channel(1, static_cast<ChannelState>(77)));
+  EXPECT_THAT(kinds(), ElementsAre("look unknown press/1"));
+}
+
+TEST_F(AnAssessment, HasTheSameCauseAsLongAsItLastsAndAnotherOneForTheNextCall) {
+  auto status = channel_status(1, ChannelState::held, square_root);
+  status.call = {5, 1};
+  plant.add(entry(status));
+  kinds();
+  const std::string before = found.at(0).cause;
+  plant.add(machine("mill", false));
+  kinds(2h);
+  EXPECT_EQ(found.at(0).cause, before);
+  status.call = {5, 2};
+  plant.add(entry(status));
+  kinds();
+  EXPECT_NE(found.at(0).cause, before);
+}
+
+}  // namespace
+}  // namespace millrace::fabric::plant
