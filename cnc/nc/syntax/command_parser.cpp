@@ -32,20 +32,37 @@ Statement parse_time(Cursor& cursor) {
   return TimeCommand{parse_expression(cursor)};
 }
 
-// [MSG="path"]
-Statement parse_report_name(Cursor& cursor) {
-  ReportFile file;
+// [MSG="path"], [G80="drill.nc", M6="change.nc"]. Other names than MSG are those of subprograms
+// that functions call, which have no effect here.
+Statement parse_file_names(Cursor& cursor) {
+  std::optional<ReportFile> file;
+  Skipped skipped;
   cursor.expect("[");
-  expect_word(cursor, "MSG");
-  cursor.expect("=");
-  file.name = parse_expression(cursor);
+  do {
+    const Token of = cursor.peek();
+    if (of.kind != TokenKind::name) {
+      cursor.fail("MSG or a function expected before " + describe(of));
+      return skipped;
+    }
+    cursor.take();
+    cursor.expect("=");
+    Expression name = parse_expression(cursor);
+    if (same_word(of.text, "MSG")) {
+      file = ReportFile{std::move(name)};
+    } else if (skipped.name.empty()) {
+      skipped.name = "#FILE NAME [" + std::string(of.text) + "=...]";
+    }
+  } while (cursor.accept(",") || (!cursor.failed() && cursor.peek().kind == TokenKind::name));
   cursor.expect("]");
-  return file;
+  if (file) {
+    return *std::move(file);
+  }
+  return skipped;
 }
 
 Statement parse_file(Cursor& cursor) {
   expect_word(cursor, "NAME");
-  return parse_report_name(cursor);
+  return parse_file_names(cursor);
 }
 
 // ID=5, ID5 and ID 5.
@@ -198,7 +215,7 @@ constexpr std::array<Command, 12> commands = {{
     {"DISABLE", parse_disable},
     {"ERROR", parse_error},
     {"FILE", parse_file},
-    {"FILENAME", parse_report_name},
+    {"FILENAME", parse_file_names},
     {"FLUSH", parse_flush},
     {"INIT", parse_init},
     {"MSG", parse_message},

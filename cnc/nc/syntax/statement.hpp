@@ -205,7 +205,7 @@ struct TimeCommand {
   Expression seconds;
 };
 
-/// #FILE NAME [MSG="…"]
+/// #FILE NAME [MSG="…"]; beside it, other names may be set, such as [G80="…"].
 struct ReportFile {
   Expression name;
 };
