@@ -1,8 +1,10 @@
 // `millrace lint` as a user starts it, also with a running service.
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -77,6 +79,23 @@ TEST_F(TheLint, ReportsWhatItExpects) {
   run({programs + "there_is_no_such.nc"});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("No such file"));
+}
+
+TEST_F(TheLint, RefusesAFileWithoutAnEnd) {
+  const std::string pipe = programs + "pipe.nc";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& file : {pipe, std::string("/dev/zero")}) {
+    run({file});
+    EXPECT_EQ(exit_code, 2);
+    EXPECT_THAT(errors, HasSubstr("cannot read " + file +
+                                  ": it is not a regular file; - reads standard input"));
+  }
+  std::ofstream(programs + "huge.nc").close();
+  std::filesystem::resize_file(programs + "huge.nc", std::uintmax_t{1} << 30U);
+  run({programs + "huge.nc"});
+  EXPECT_THAT(errors, HasSubstr("it has more than 16 MiB"));
+  run({"--uuids", pipe, programs + "complete.nc"});
+  EXPECT_EQ(exit_code, 2);
 }
 
 TEST_F(TheLint, ReadsTheServicesFromTheFabric) {

@@ -178,20 +178,21 @@ std::string text_of(const Finding& finding) {
                      base::text::safe(finding.text), about(finding.rule).name);
 }
 
-boost::json::array json_of(const std::vector<Finding>& findings) {
-  boost::json::array out;
+boost::json::object json_of(const std::vector<Finding>& findings, std::size_t not_understood) {
+  boost::json::array all;
   for (const Finding& finding : findings) {
-    out.push_back({{"file", base::text::safe(finding.place.file)},
+    all.push_back({{"file", base::text::safe(finding.place.file)},
                    {"line", finding.place.line},
                    {"column", finding.place.column},
                    {"severity", name_of(severity_of(finding))},
                    {"rule", about(finding.rule).name},
                    {"text", base::text::safe(finding.text)}});
   }
-  return out;
+  return {{"findings", std::move(all)}, {"not_understood", not_understood}};
 }
 
-boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_view version) {
+boost::json::object sarif_of(const std::vector<Finding>& findings, std::size_t not_understood,
+                             std::string_view version) {
   boost::json::array known;
   for (const RuleInfo& rule : rules()) {
     known.push_back({{"id", rule.name},
@@ -209,7 +210,8 @@ boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_v
   boost::json::object driver{
       {"name", "millrace lint"}, {"version", version}, {"rules", std::move(known)}};
   boost::json::object run{{"tool", {{"driver", std::move(driver)}}},
-                          {"results", std::move(results)}};
+                          {"results", std::move(results)},
+                          {"properties", {{"notUnderstood", not_understood}}}};
   return {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
           {"version", "2.1.0"},
           {"runs", boost::json::array{std::move(run)}}};

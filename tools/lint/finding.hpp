@@ -110,11 +110,13 @@ class Suppressions {
 /// "part.nc:12:1: warning: … [wait-without-flush]", as compilers write it, with a line end.
 std::string text_of(const Finding& finding);
 
-/// [{file, line, column, severity, rule, text}]
-boost::json::array json_of(const std::vector<Finding>& findings);
+/// {findings: [{file, line, column, severity, rule, text}], not_understood}, the latter the number
+/// of blocks.
+boost::json::object json_of(const std::vector<Finding>& findings, std::size_t not_understood);
 
 /// A log of one run, with all rules. `version` is this program's.
-boost::json::object sarif_of(const std::vector<Finding>& findings, std::string_view version);
+boost::json::object sarif_of(const std::vector<Finding>& findings, std::size_t not_understood,
+                             std::string_view version);
 
 /// "2 errors, 1 warning"; "nothing found; 1 block was not understood", whatever is switched off.
 std::string summary_of(const std::vector<Finding>& findings, std::size_t not_understood = 0);

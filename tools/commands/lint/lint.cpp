@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/posix/files.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/lint/finding.hpp"
@@ -52,10 +53,10 @@ std::optional<std::string> read_all(int fd) {
 }
 
 std::string read_file(const std::filesystem::path& file) {
-  const base::posix::Fd fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  auto text = fd.get() < 0 ? std::nullopt : read_all(fd.get());
+  auto text = base::posix::read_regular(file);
   if (!text) {
-    throw UsageError(base::posix::last_error("cannot read " + file.string()));
+    throw UsageError(
+        fmt::format("cannot read {}: {}; - reads standard input", file.string(), text.error()));
   }
   return *std::move(text);
 }
@@ -198,9 +199,9 @@ int check(const Options& options) {
   const checks::Report report = checks::lint(programs, checks_of(options));
   const std::vector<checks::Finding>& findings = report.findings;
   if (options.sarif) {
-    print::print_json(checks::sarif_of(findings, MILLRACE_VERSION));
+    print::print_json(checks::sarif_of(findings, report.not_understood, MILLRACE_VERSION));
   } else if (options.json) {
-    print::print_json(checks::json_of(findings));
+    print::print_json(checks::json_of(findings, report.not_understood));
   } else {
     for (const checks::Finding& finding : findings) {
       fmt::print("{}", checks::text_of(finding));

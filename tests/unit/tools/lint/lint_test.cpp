@@ -193,8 +193,15 @@ TEST(LintReport, FailsForErrorsAndIfStrictForWarnings) {
   EXPECT_FALSE(fails({findings[2]}, true));
 }
 
+TEST(LintReport, CountsInJsonTheBlocksThatWereNotUnderstood) {
+  const boost::json::object none = json_of({}, 2);
+  EXPECT_TRUE(none.at("findings").as_array().empty());
+  EXPECT_EQ(none.at("not_understood"), 2);
+  EXPECT_EQ(json_of(findings, 0).at("findings").as_array().size(), findings.size());
+}
+
 TEST(LintReport, NamesEachRuleOfASarifLogOnce) {
-  const boost::json::object log = sarif_of(findings, "1.2.3");
+  const boost::json::object log = sarif_of(findings, 4, "1.2.3");
   const auto& run = log.at("runs").at(0);
   const auto& known = run.at_pointer("/tool/driver/rules").as_array();
   ASSERT_EQ(known.size(), rules().size());
@@ -202,6 +209,7 @@ TEST(LintReport, NamesEachRuleOfASarifLogOnce) {
     const auto index = static_cast<std::size_t>(result.at("ruleIndex").as_int64());
     EXPECT_EQ(known.at(index).at("id"), result.at("ruleId"));
   }
+  EXPECT_EQ(run.at_pointer("/properties/notUnderstood"), 4);
   EXPECT_EQ(run.at_pointer("/results/2/level").as_string(), "note");
   EXPECT_EQ(run.at_pointer("/results/0/locations/0/physicalLocation/region/startLine").as_int64(),
             12);
