@@ -102,7 +102,7 @@ FileIdentity identity_of(const std::filesystem::path& file) {
 Fd lock_folder(const std::filesystem::path& folder, const std::string& name,
                std::string_view taken) {
   const std::filesystem::path file = folder / name;
-  Fd fd(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640));
+  Fd fd(::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0640));
   if (!fd) {
     throw std::runtime_error(last_error("cannot open " + file.string()));
   }

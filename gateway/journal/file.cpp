@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -11,9 +12,11 @@
 #include <boost/asio/thread_pool.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/posix/files.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/posix/system.hpp"
 #include "gateway/journal/format.hpp"
 #include "gateway/journal/journal.hpp"
@@ -24,9 +27,6 @@ namespace millrace::gateway::journal {
 namespace {
 
 // The file operations of the journal; every failure is a std::system_error with the path.
-
-/// Opens FOLDER/lock and locks it for this process. Fails if another process has the lock.
-base::posix::Fd lock_folder(const std::filesystem::path& folder);
 
 /// Writes all of it.
 void write_all(const base::posix::Fd& file, std::string_view bytes,
@@ -62,19 +62,10 @@ std::filesystem::path new_name_of(const std::filesystem::path& file) {
   return file.string() + ".new";
 }
 
-Fd lock_folder(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / "lock";
-  Fd lock = open_or_fail(path, O_RDWR | O_CREAT, "opened");
-  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-    if (errno == EWOULDBLOCK) {
-      throw std::runtime_error(fmt::format(
-          "the journal folder {} is in use by another gateway; end that one, or choose another "
-          "folder with --journal",
-          folder.string()));
-    }
-    fail(path, "locked");
-  }
-  return lock;
+Fd lock_journal(const std::filesystem::path& folder) {
+  return base::posix::lock_folder(folder, "lock",
+                                  "another gateway uses this journal folder; end that one, or "
+                                  "choose another folder with --journal");
 }
 
 /// The whole file; empty if there is none.
@@ -82,21 +73,11 @@ std::string read_file(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) {
     return {};
   }
-  const Fd in = open_or_fail(file, O_RDONLY, "opened");
-  std::string bytes;
-  constexpr std::size_t chunk = 65'536;
-  while (true) {
-    const std::size_t before = bytes.size();
-    bytes.resize(before + chunk);
-    const ssize_t got = ::read(in.get(), bytes.data() + before, chunk);
-    if (got < 0) {
-      fail(file, "read");
-    }
-    bytes.resize(before + static_cast<std::size_t>(got));
-    if (got == 0) {
-      return bytes;
-    }
+  auto bytes = base::posix::read_regular(file, std::numeric_limits<std::size_t>::max());
+  if (!bytes) {
+    throw std::runtime_error(fmt::format("{} cannot be read: {}", file.string(), bytes.error()));
   }
+  return *std::move(bytes);
 }
 
 void write_all(const Fd& file, std::string_view bytes, const std::filesystem::path& name) {
@@ -117,7 +98,12 @@ void force(const Fd& file, const std::filesystem::path& name) {
 
 Fd begin_new_file(const std::filesystem::path& file, std::string_view bytes) {
   const std::filesystem::path name = new_name_of(file);
-  Fd new_file = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
+  // What is left over may be a link that leads elsewhere.
+  struct stat status {};
+  if (::lstat(name.c_str(), &status) == 0 && (S_ISREG(status.st_mode) || S_ISLNK(status.st_mode))) {
+    ::unlink(name.c_str());
+  }
+  Fd new_file = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW, "opened");
   write_all(new_file, bytes, name);
   return new_file;
 }
@@ -160,7 +146,7 @@ class File final : public Journal, private JournalFile {
         writer_(*this, options_),
         timer_(executor_) {
     std::filesystem::create_directories(options_.folder);
-    lock_ = lock_folder(options_.folder);
+    lock_ = lock_journal(options_.folder);
     load();
     tick();
   }

@@ -1,13 +1,9 @@
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <map>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include "base/posix/system.hpp"
+#include "base/posix/output_file.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
 #include "base/text/times.hpp"
@@ -19,6 +15,7 @@ namespace millrace::services::archiver {
 namespace {
 
 namespace program = base::program;
+using base::posix::OutputFile;
 
 /// The flags as typed, before they are parsed.
 struct Flags {
@@ -98,64 +95,13 @@ std::filesystem::path folder_from(const Flags& flags) {
   return folder;
 }
 
-/// The destination of an export: standard output, or a file that is replaced as a whole or not at
-/// all.
-class Output {
- public:
-  /// An empty `file` is standard output. A pipe or a device is written directly.
-  explicit Output(const std::string& file)
-      : file_(file), draft_(file.empty() || is_special(file) ? file : file + ".part") {
-    if (draft_ != file_) {
-      // What is there is left over, or a link that leads elsewhere.
-      ::unlink(draft_.c_str());
-      base::posix::Fd(::open(draft_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    }
-    if (!file_.empty()) {
-      stream_.open(draft_, std::ios::binary | std::ios::trunc);
-      if (!stream_) {
-        throw program::UsageError("--output: " + draft_ + " cannot be written");
-      }
-    }
-  }
-  ~Output() {
-    if (draft_ != file_) {
-      std::error_code none;
-      std::filesystem::remove(draft_, none);
-    }
-  }
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
-
-  std::ostream& stream() { return file_.empty() ? std::cout : stream_; }
-
-  void finish() {
-    if (!stream().flush()) {
-      throw std::runtime_error((file_.empty() ? "standard output" : draft_) +
-                               ": cannot be written");
-    }
-    if (draft_ != file_) {
-      stream_.close();
-      std::filesystem::rename(draft_, file_);
-      draft_ = file_;
-    }
-  }
-
- private:
-  static bool is_special(const std::string& file) {
-    const auto status = std::filesystem::status(file);
-    return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
-  }
-
-  std::string file_;
-  std::string draft_;
-  std::ofstream stream_;
-};
-
 /// Reports what could not be read, finishes `out` if any file could be read, and returns the exit
 /// code.
-int finish(Output& out, const Found& found) {
+int finish(OutputFile& out, const Found& found) {
   if (found.read) {
-    out.finish();
+    if (const auto done = out.finish(); !done) {
+      throw std::runtime_error(done.error());
+    }
   }
   for (const std::string& file : found.unread) {
     fmt::print(stderr, "millrace-archiver: cannot be read: {}\n", base::text::safe(file));
@@ -172,7 +118,7 @@ int query(int argc, char** argv) {
   app.add_option("--count", flags.filter.limit, "At most COUNT rows, the oldest first");
   return program::run(app, argc, argv, [&] {
     const Filter filter = filter_from(flags);
-    Output out("");
+    OutputFile out;
     const Found found = write_rows(folder_from(flags), filter, Format::text, out.stream());
     return finish(out, found);
   });
@@ -192,7 +138,10 @@ int export_rows(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     const Filter filter = filter_from(flags);
     const std::filesystem::path folder = folder_from(flags);
-    Output out(output);
+    OutputFile out;
+    if (const auto opened = out.open(output); !opened) {
+      throw program::UsageError("--output: " + opened.error());
+    }
     const Found found = write_rows(folder, filter, format, out.stream());
     return finish(out, found);
   });

@@ -74,8 +74,9 @@ TEST_F(MillraceGateway, RefusesADefaultJournalThatAnotherGatewayUses) {
   first.await("^ready: ");
   Process sut(command, folder_.path());
   EXPECT_EQ(sut.wait(), 1);
-  EXPECT_THAT(sut.error_output(),
-              ContainsRegex("gateway-[0-9]+ is in use by another gateway; .*--journal"));
+  EXPECT_THAT(
+      sut.error_output(),
+      ContainsRegex("gateway-[0-9]+: another gateway uses this journal folder; .*--journal"));
 }
 
 TEST_F(MillraceGateway, TakesAJournalOrNone) {
@@ -137,7 +138,7 @@ TEST_F(MillraceGateway, RefusesAJournalThatAnotherGatewayUses) {
   first.await("^ready: ");
   Process sut = gateway({"--journal", journal});
   EXPECT_EQ(sut.wait(), 1);
-  EXPECT_THAT(sut.error_output(), HasSubstr("is in use by another gateway"));
+  EXPECT_THAT(sut.error_output(), HasSubstr("another gateway uses this journal folder"));
 }
 
 }  // namespace

@@ -99,6 +99,26 @@ TEST_P(JournalFile, RemembersItsCallsWhenItIsOpenedAgain) {
   EXPECT_EQ(sut->state().numbers(), (NumbersEntry{epoch, 1000}));
 }
 
+TEST_P(JournalFile, FollowsNoLinkAtTheNamesOfItsFiles) {
+  const auto other = folder.path() / "other";
+  std::ofstream(other) << "another's";
+  std::filesystem::create_directory(file().parent_path());
+  std::filesystem::create_symlink(other, file().string() + ".new");
+  open();
+  append(dispatched(1));
+  ASSERT_TRUE(run_until(io, [&] { return recorded == 1; }));
+  EXPECT_FALSE(std::filesystem::is_symlink(file()));
+  std::string first;
+  EXPECT_TRUE(std::ifstream(other) >> first);
+  EXPECT_EQ(first, "another's");
+
+  sut.reset();
+  std::filesystem::remove(file().parent_path() / "lock");
+  std::filesystem::create_symlink(folder.path() / "elsewhere", file().parent_path() / "lock");
+  EXPECT_THROW(open(), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "elsewhere"));
+}
+
 TEST_P(JournalFile, DrawsAnEpochOfItsOwn) {
   open();
   const std::uint64_t epoch = sut->state().numbers().epoch;
@@ -129,7 +149,7 @@ TEST_P(JournalFile, RefusesAFolderThatAnotherGatewayUses) {
     open_file(io.get_executor(), {.folder = folder.path() / "journal"}, base::program::no_log());
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("is in use by another gateway"));
+    EXPECT_THAT(error.what(), HasSubstr("another gateway uses this journal folder"));
   }
 }
 

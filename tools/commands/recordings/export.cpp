@@ -1,9 +1,9 @@
 // millrace recording export: calls as CSV, entries as JSON lines.
-#include <fstream>
-#include <iostream>
+#include <ostream>
 
 #include <fmt/format.h>
 
+#include "base/posix/output_file.hpp"
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/recordings/recordings.hpp"
@@ -22,7 +22,12 @@ struct ExportOptions {
   recording::Filter filter;
 };
 
-int write(const ExportOptions& options, std::ostream& out) {
+int export_file(const ExportOptions& options) {
+  base::posix::OutputFile file;
+  if (const auto opened = file.open(options.output); !opened) {
+    throw base::program::UsageError("-o: " + opened.error());
+  }
+  std::ostream& out = file.stream();
   mcap::FileSource source = open(options.file);
   recording::ReadReport read;
   if (options.format == "csv") {
@@ -35,24 +40,11 @@ int write(const ExportOptions& options, std::ostream& out) {
       out << print::json_text(print::json_of(entry)) << '\n';
     });
   }
-  out.flush();
-  if (!out) {
-    fmt::print(stderr, "millrace: cannot write {}\n",
-               options.output.empty() ? "standard output" : options.output);
+  if (const auto done = file.finish(); !done) {
+    fmt::print(stderr, "millrace: {}\n", done.error());
     return base::program::exit_failed;
   }
   return report(options.file, read.problems, read.has_read);
-}
-
-int export_file(const ExportOptions& options) {
-  if (options.output.empty()) {
-    return write(options, std::cout);
-  }
-  std::ofstream out(options.output, std::ios::binary);
-  if (!out) {
-    throw base::program::UsageError(fmt::format("cannot write {}", options.output));
-  }
-  return write(options, out);
 }
 
 }  // namespace
