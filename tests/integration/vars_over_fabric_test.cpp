@@ -5,6 +5,7 @@
 #include <optional>
 
 #include <boost/asio/io_context.hpp>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -171,7 +172,10 @@ TEST_F(VariablesOverTheFabric, ReportAnUnreachableController) {
 
   vars({"read", "V.E.LIMIT", "--timeout", "600ms"});
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(errors, AllOf(HasSubstr("no gateway on fabric 'millrace'"), HasSubstr("--direct")));
+  EXPECT_THAT(
+      errors,
+      AllOf(HasSubstr("no gateway on fabric 'millrace'"), HasSubstr("--direct"),
+            HasSubstr(fmt::format("'millrace machines --domain {}' lists", chain.domain()))));
 }
 
 TEST_F(VariablesOverTheFabric, AreAnsweredByTheGatewayThatTakesTheMachineOver) {
@@ -191,7 +195,7 @@ TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesDuringTheReque
   Process cnc = start_cnc();
   Process gateway = start_gateway();
   fabric::dds::Participant participant({.domain = chain.domain()});
-  tools::bus::VariableClient requester(participant, {"press", 1}, std::chrono::seconds(1));
+  tools::bus::VariableClient requester(participant, {"press", 1}, std::chrono::seconds(1), "");
   ASSERT_TRUE(requester.ask({.names = {"V.E.LIMIT"}}));
   const VariableRequest write{
       .action = fabric::VariableAction::write, .names = {"V.E.LIMIT"}, .values = {{"1"}}};

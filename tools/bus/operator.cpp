@@ -115,15 +115,15 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
 
  public:
   /// Warns of outcomes from participants that did not get the command.
-  void warn() const {
+  void warn(const std::string& flags) const {
     std::set<std::string> told;
     for (const ReceivedOutcome& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (!is_asked(*command, said.participant) && told.insert(said.program).second) {
         fmt::print(stderr,
                    "participant {} publishes the outcome of a command that was not for it; it is "
-                   "ignored (`millrace doctor` lists the participants)\n",
-                   said.program);
+                   "ignored (`millrace doctor{}` lists the participants)\n",
+                   said.program, flags);
       }
     }
   }
@@ -146,7 +146,8 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
 
 std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& participant,
                                                   const std::vector<fabric::Command>& commands,
-                                                  std::chrono::milliseconds patience) {
+                                                  std::chrono::milliseconds patience,
+                                                  const std::string& flags) {
   boost::asio::io_context io{1};
   const auto work = boost::asio::make_work_guard(io);
   const auto sender = std::make_shared<CommandSender>(participant, commands);
@@ -160,7 +161,7 @@ std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& part
     }
     io.run_one_until(std::min(next_sending, end));
   }
-  sender->warn();
+  sender->warn(flags);
   return std::move(sender->heard);
 }
 
@@ -182,10 +183,11 @@ constexpr auto look_after = std::chrono::milliseconds(5);
 
 struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
   Impl(fabric::dds::Participant& own_participant, fabric::ChannelKey own_key,
-       std::chrono::milliseconds own_patience)
+       std::chrono::milliseconds own_patience, std::string own_flags)
       : participant(own_participant),
         key(std::move(own_key)),
         patience(own_patience),
+        flags(std::move(own_flags)),
         end(participant, io.get_executor(),
             [this](const fabric::VariableReply& one) {
               if (one.token == token) {
@@ -231,19 +233,20 @@ struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
     }
     if (most == 0) {
       return fmt::format(
-          "no gateway on {} takes variable requests; 'millrace machines' lists the gateways, and "
+          "no gateway on {} takes variable requests; 'millrace machines{}' lists the gateways, and "
           "--direct asks the controller itself",
-          where);
+          where, flags);
     }
     return fmt::format(
         "no gateway on {} has answered for {} within {} ms: it does not serve that machine or "
-        "channel, or hangs; 'millrace machines' lists the machines{}",
-        where, key.to_string(), patience.count(), writes ? unknown : "");
+        "channel, or hangs; 'millrace machines{}' lists the machines{}",
+        where, key.to_string(), patience.count(), flags, writes ? unknown : "");
   }
 
   fabric::dds::Participant& participant;
   fabric::ChannelKey key;
   std::chrono::milliseconds patience;
+  std::string flags;
   boost::asio::io_context io{1};
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work =
       boost::asio::make_work_guard(io);
@@ -257,8 +260,8 @@ struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
 };
 
 VariableClient::VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
-                               std::chrono::milliseconds patience)
-    : impl_(std::make_unique<Impl>(participant, std::move(key), patience)) {}
+                               std::chrono::milliseconds patience, std::string flags)
+    : impl_(std::make_unique<Impl>(participant, std::move(key), patience, std::move(flags))) {}
 
 VariableClient::~VariableClient() = default;
 

@@ -1,6 +1,6 @@
 // Sends an operator's commands and waits for their outcomes.
 //
-//   const auto heard = issue(participant, commands, std::chrono::seconds(2));
+//   const auto heard = issue(participant, commands, std::chrono::seconds(2), " --domain 7");
 #pragma once
 
 #include <chrono>
@@ -26,27 +26,29 @@ struct CommandResult {
 };
 
 /// Repeats each command until its outcome arrives or `patience` is over; a receiver executes a
-/// repeated command once. The result has the outcomes by the id of their command. Throws
-/// std::runtime_error if the fabric cannot be used.
+/// repeated command once. The result has the outcomes by the id of their command. `flags` are those
+/// of the fabric, for suggested commands (fabric::profile::given_flags). Throws std::runtime_error
+/// if the fabric cannot be used.
 std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& participant,
                                                   const std::vector<fabric::Command>& commands,
-                                                  std::chrono::milliseconds patience);
+                                                  std::chrono::milliseconds patience,
+                                                  const std::string& flags);
 
 /// "user@host", for a command's issuer.
 std::string issuer_here();
 
 // Sends variable requests to gateways and waits for the reply.
 //
-//   VariableClient requester(participant, {"press", 1}, std::chrono::seconds(5));
+//   VariableClient requester(participant, {"press", 1}, std::chrono::seconds(5), " --domain 7");
 //   const auto reply = requester.ask({.names = {"V.E.LIMIT"}});
 //   if (!reply) …                                // no gateway replied, and the probable reason
 
 class VariableClient {
  public:
   /// `participant` must outlive it. Each request ends after `patience`, sooner if no gateway serves
-  /// the machine. Throws std::runtime_error if the fabric cannot be used.
+  /// the machine. `flags` as for issue(). Throws std::runtime_error if the fabric cannot be used.
   VariableClient(fabric::dds::Participant& participant, fabric::ChannelKey key,
-                 std::chrono::milliseconds patience);
+                 std::chrono::milliseconds patience, std::string flags);
   ~VariableClient();
   VariableClient(const VariableClient&) = delete;
   VariableClient& operator=(const VariableClient&) = delete;

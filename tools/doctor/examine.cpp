@@ -92,7 +92,7 @@ std::vector<ClockSource> clock_sources_in(const fabric::plant::Plant& live) {
 
 /// Exchanges stamps with all of them, several times.
 std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
-                                      const fabric::plant::Plant& live) {
+                                      const fabric::plant::Plant& live, const std::string& flags) {
   const std::vector<ClockSource> sources = clock_sources_in(live);
   std::vector<ClockComparison> comparisons(sources.size());
   for (int i = 0; i < exchanges && !sources.empty(); ++i) {
@@ -102,7 +102,7 @@ std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
       commands.back().id = fabric::InstanceId::random();
       commands.back().at = std::chrono::system_clock::now();
     }
-    const auto heard = bus::issue(participant, commands, patience_for_the_time);
+    const auto heard = bus::issue(participant, commands, patience_for_the_time, flags);
     for (std::size_t w = 0; w < sources.size(); ++w) {
       if (const auto word = heard.find(commands[w].id); word != heard.end()) {
         const bus::CommandResult& answer = word->second;
@@ -351,7 +351,7 @@ class Visit {
     const std::set<Handle> matched = readers_.matched();
     found_.programs = programs_in(directory_, fabric, matched, participant_.authenticator());
     found_.misfits = misfits_in(directory_, matched, fabric);
-    found_.clocks = compare_clocks(participant_, found_.live);
+    found_.clocks = compare_clocks(participant_, found_.live, found_.joining.flags);
   }
 
  private:

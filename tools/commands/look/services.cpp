@@ -40,8 +40,8 @@ bool ask(const ServicesOptions& options, std::vector<InstanceRow>& rows) {
   for (const InstanceRow& row : rows) {
     instances.push_back(row.instance->identity);
   }
-  const auto answers = operate::send_to_each(options.fabric.options(), options.timeout,
-                                             fabric::CommandKind::ping, instances);
+  const auto answers =
+      operate::send_to_each(options.fabric, options.timeout, fabric::CommandKind::ping, instances);
   bool all = true;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].was_asked = true;

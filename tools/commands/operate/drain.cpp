@@ -75,7 +75,7 @@ int drain(const DrainOptions& options) {
     return print_unknown_service(options.what, live, options.fabric.options());
   }
   const Answers answers =
-      send_to_each(options.fabric.options(), options.timeout, fabric::CommandKind::drain, leaving);
+      send_to_each(options.fabric, options.timeout, fabric::CommandKind::drain, leaving);
   if (options.json) {
     print::print_json(json_of(leaving, answers));
   } else {

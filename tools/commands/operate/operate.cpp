@@ -21,7 +21,8 @@ std::chrono::milliseconds patience_of(const OperateOptions& options) {
   return std::chrono::ceil<std::chrono::milliseconds>(options.timeout);
 }
 
-/// A gateway has nothing to say about a call that an instance has again.
+}  // namespace
+
 std::string result_text(fabric::CommandKind kind, const fabric::Outcome& outcome) {
   if (!outcome.detail.empty()) {
     return base::text::safe(outcome.detail);
@@ -30,8 +31,6 @@ std::string result_text(fabric::CommandKind kind, const fabric::Outcome& outcome
          : kind == fabric::CommandKind::retry ? "dispatched again"
                                               : "done";
 }
-
-}  // namespace
 
 OperateOptions::OperateOptions(CLI::App& command) : fabric(command, {.name = "millrace"}) {
   add_duration(command, "--timeout", timeout, "Wait for the outcome for this time; default 2s");
@@ -45,17 +44,17 @@ fabric::Command new_command(fabric::CommandKind kind) {
           .at = std::chrono::system_clock::now()};
 }
 
-Answers send_to_each(const fabric::dds::ParticipantOptions& fabric,
-                     std::chrono::nanoseconds patience, fabric::CommandKind kind,
-                     const Instances& instances) {
+Answers send_to_each(const fabric::profile::FabricFlags& fabric, std::chrono::nanoseconds patience,
+                     fabric::CommandKind kind, const Instances& instances) {
   std::vector<fabric::Command> commands;
   for (const fabric::InstanceIdentity& instance : instances) {
     commands.push_back(new_command(kind));
     commands.back().instance = instance.id;
   }
-  fabric::dds::Participant participant(fabric);
+  fabric::dds::Participant participant(fabric.options());
   const auto heard =
-      bus::issue(participant, commands, std::chrono::ceil<std::chrono::milliseconds>(patience));
+      bus::issue(participant, commands, std::chrono::ceil<std::chrono::milliseconds>(patience),
+                 fabric::profile::given_flags(fabric));
   Answers answers;
   for (const fabric::Command& command : commands) {
     const auto word = heard.find(command.id);
@@ -135,7 +134,8 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   command.key = key;
   command.call = channel->second.call;
   fabric::dds::Participant participant(options.fabric.options());
-  const auto heard = bus::issue(participant, {command}, patience_of(options));
+  const auto heard = bus::issue(participant, {command}, patience_of(options),
+                                fabric::profile::given_flags(options.fabric));
   const auto word = heard.find(command.id);
   if (word == heard.end()) {
     fmt::print(stderr, "millrace: the gateway of {} does not respond\n", key.to_string());

@@ -37,9 +37,10 @@ using Instances = std::vector<fabric::InstanceIdentity>;
 using Answers = std::vector<std::optional<bus::CommandResult>>;
 
 /// Sends a command to each of these and waits for `patience`.
-Answers send_to_each(const fabric::dds::ParticipantOptions& fabric,
-                     std::chrono::nanoseconds patience, fabric::CommandKind kind,
-                     const Instances& instances);
+Answers send_to_each(const fabric::profile::FabricFlags& fabric, std::chrono::nanoseconds patience,
+                     fabric::CommandKind kind, const Instances& instances);
+/// Never empty: a gateway has nothing to say about a call that an instance has again.
+std::string result_text(fabric::CommandKind kind, const fabric::Outcome& outcome);
 /// It has answered and done it.
 bool is_done(const std::optional<bus::CommandResult>& answer);
 /// A line for each.

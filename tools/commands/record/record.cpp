@@ -16,6 +16,7 @@
 #include "base/posix/system.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/subcommand.hpp"
 #include "tools/mcap/repair.hpp"
@@ -158,7 +159,7 @@ int record(const Options& options) {
   repair_leftovers(settings);
   expect_place(settings);
   fabric::dds::Participant participant(join);
-  RecordRun run(participant, std::move(settings));
+  RecordRun run(participant, std::move(settings), fabric::profile::given_flags(options.fabric));
   if (const auto begun = run.start(); !begun) {
     throw std::runtime_error(begun.error());
   }
@@ -241,8 +242,10 @@ fabric::Alarm this_recorder(const fabric::InstanceId& responder) {
 
 }  // namespace
 
-RecordRun::RecordRun(fabric::dds::Participant& participant, recorder::Options options)
-    : condition_{.file = options.file,
+RecordRun::RecordRun(fabric::dds::Participant& participant, recorder::Options options,
+                     std::string flags)
+    : flags_(std::move(flags)),
+      condition_{.file = options.file,
                  .minimum_free = options.minimum_free,
                  .makes_room = options.keep_size > 0},
       recorder_(std::move(options)),
@@ -319,9 +322,10 @@ void RecordRun::warn_if_silent() {
   if (!warned_of_silence_ && Clock::now() - begun_ > discovery_time) {
     warned_of_silence_ = true;
     if (counts().delivered == 0) {
-      fmt::print(stderr,
-                 "millrace: nothing was received for {} s; 'millrace doctor' checks this fabric\n",
-                 discovery_time.count());
+      fmt::print(
+          stderr,
+          "millrace: nothing was received for {} s; 'millrace doctor{}' checks this fabric\n",
+          discovery_time.count(), flags_);
     }
   }
 }

@@ -30,7 +30,8 @@ void add_record(CLI::App& app, Chosen& chosen);
 /// Joins observer, recorder, timer and signals in one io_context.
 class RecordRun : public fabric::observer::ObserverListener {
  public:
-  RecordRun(fabric::dds::Participant& participant, recorder::Options options);
+  /// `flags` are those of the fabric, for suggested commands.
+  RecordRun(fabric::dds::Participant& participant, recorder::Options options, std::string flags);
 
   /// Begins the file; the error is the reason of a failure.
   recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
@@ -64,6 +65,7 @@ class RecordRun : public fabric::observer::ObserverListener {
   static constexpr std::chrono::seconds discovery_time{10};
 
   const fabric::InstanceId responder_ = fabric::InstanceId::random();
+  const std::string flags_;
   std::uint64_t own_ = 0;
   /// The constant parts of it; the rest is as last published.
   recorder::Condition condition_;

@@ -120,8 +120,8 @@ Processes ask_processes(const StatusOptions& options, const fabric::plant::Plant
   operate::Instances all = found.gateways;
   all.insert(all.end(), found.instances.begin(), found.instances.end());
   if (!all.empty()) {
-    operate::Answers answers = operate::send_to_each(options.fabric.options(), options.timeout,
-                                                     fabric::CommandKind::ping, all);
+    operate::Answers answers =
+        operate::send_to_each(options.fabric, options.timeout, fabric::CommandKind::ping, all);
     const auto middle = answers.begin() + static_cast<std::ptrdiff_t>(found.gateways.size());
     found.of_gateways.assign(answers.begin(), middle);
     found.of_instances.assign(middle, answers.end());

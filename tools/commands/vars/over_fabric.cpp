@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/commands/vars/vars.hpp"
 
@@ -68,7 +69,8 @@ class Gateway final : public Source {
   explicit Gateway(const VarsOptions& options)
       : participant_(options.fabric.options()),
         requester_(participant_, {options.name(), static_cast<std::uint16_t>(options.channel)},
-                   std::chrono::duration_cast<std::chrono::milliseconds>(options.timeout)) {}
+                   std::chrono::duration_cast<std::chrono::milliseconds>(options.timeout),
+                   fabric::profile::given_flags(options.fabric)) {}
 
   tl::expected<std::vector<Description>, Failure> list(const std::string& family) override {
     std::vector<Description> all;

@@ -231,7 +231,7 @@ void Web::load_acknowledgements() {
 
 /// In the operators' thread: threads may share a DDS participant.
 std::optional<fabric::Outcome> Web::issue(const fabric::Command& command) {
-  const auto heard = bus::issue(participant, {command}, patience_for_a_word);
+  const auto heard = bus::issue(participant, {command}, patience_for_a_word, options.joining.flags);
   const auto word = heard.find(command.id);
   return word == heard.end() ? std::nullopt : std::optional(word->second.outcome);
 }

@@ -22,6 +22,15 @@ TEST(Expectations, AreGatewaysAndInstancesThatAreMissing) {
   plant.add(news(1, "a"));
   EXPECT_THAT(missing_gateways(plant, {"press", "vm"}), IsEmpty());
   EXPECT_THAT(missing_gateways(plant, {"mill"}), SizeIs(1));
+  // A second gateway of the same host, which is lost.
+  fabric::MachineStatus lathe{.machine = "lathe", .host = "vm"};
+  lathe.gateway.bytes.fill(9);
+  plant.add({.sample = lathe});
+  EXPECT_THAT(missing_gateways(plant, {"lathe"}), IsEmpty());
+  lathe.gone = true;
+  plant.add({.sample = lathe});
+  EXPECT_THAT(missing_gateways(plant, {"lathe"}), SizeIs(1));
+  EXPECT_THAT(missing_gateways(plant, {"press", "vm"}), IsEmpty());
   EXPECT_THAT(missing_instances(plant, {{square_root, 1}, {"a", 1}}), IsEmpty());
   const auto missing = missing_instances(plant, {{square_root, 2}});
   ASSERT_THAT(missing, SizeIs(1));
