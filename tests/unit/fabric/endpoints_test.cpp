@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <optional>
+#include <set>
 
 #include <gmock/gmock.h>
 
@@ -333,6 +334,40 @@ TEST_F(Endpoints, KeepNoMemoryOfWithdrawnRequests) {
   withdraw_requests(5'000);
   const double grown = bench::resident_mib(::getpid()) - before;
   EXPECT_TRUE(bench::keeps_what_is_freed || grown < 2.0) << grown << " MiB more";
+}
+
+// A key costs Cyclone's writer memory also when it is forgotten
+// (docs/dev/measurements/footprint.md).
+TEST_F(Endpoints, KeepTheResponsesOfTheLast1024Callers) {
+  const auto service = start(identity());
+  const InstanceIdentity& own = service->end.identity();
+  std::uint64_t callers = 0;
+  const auto answer_callers = [&](std::uint64_t count) {
+    for (const std::uint64_t end = callers + count; callers < end;) {
+      Request sent = request(1, own);
+      sent.call.epoch = ++callers;
+      ASSERT_TRUE(service->end.publish(reply(sent)));
+    }
+  };
+  answer_callers(2'000);
+  const double before = bench::resident_mib(::getpid());
+  answer_callers(10'000);
+  const double grown = bench::resident_mib(::getpid()) - before;
+  EXPECT_TRUE(bench::keeps_what_is_freed || grown < 10.0) << grown << " MiB more";
+
+  const wire::Reader<Reply> late(here, wire::service_partition(here.options().fabric, own.uuid),
+                                 wire::Keep::all);
+  std::set<std::uint64_t> known;
+  const auto take = [&] {
+    for (const wire::Taken<Reply>& taken : late.take()) {
+      if (taken.valid) {
+        known.insert(taken.value.call.epoch);
+      }
+    }
+    return known.size() >= 1024;
+  };
+  ASSERT_TRUE(until(take));
+  EXPECT_EQ(*known.begin(), callers - 1023);
 }
 
 TEST_F(Endpoints, ReportThatAnInstanceDrains) {
