@@ -150,6 +150,31 @@ TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
   EXPECT_EQ(handles[0].error(), ErrorCode::link_lost);
 }
 
+TEST_F(ClientNotification, OneThatTimesOutIsDeletedWhenTheControllerNotifiesItAfterAll) {
+  options.timeout = std::chrono::milliseconds(300);
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), tell));
+  const Bytes sum = *receive(peer);
+  auto read = start_read();
+  send(peer, response_to(*receive(peer), encode_data(Bytes{1})));  // keeps the connection
+  EXPECT_TRUE(finish(read));
+  const Header header{options.source,     {options.target, 552}, Command::notification,
+                      flags::ads_command, ErrorCode::none,       0};
+  const Bytes value{3};
+  const Bytes notification = encode_packet(header, encode_notification({{0, {{7, value}}}}));
+  const Handles handles = finish(later);
+  EXPECT_EQ(handles[0].error(), ErrorCode::timeout);
+  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
+  Bytes late = response_to(sum, encode_data(granted));
+  late.insert(late.end(), notification.begin(), notification.end());
+  send(peer, late);
+  const auto deletion = receive(peer);
+  ASSERT_TRUE(deletion);
+  EXPECT_EQ(header_of(*deletion).command, Command::read_write);
+  EXPECT_TRUE(std::ranges::equal(BytesView(*deletion).last(4), Bytes{7, 0, 0, 0}));
+  EXPECT_TRUE(told.empty());
+}
+
 TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
   auto peer = establish();
   const auto later = start(sut->subscribe(552, both(), tell));

@@ -319,6 +319,31 @@ TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "on host-9, pid 17")).Times(2));
 }
 
+TEST_F(TheDoctor, DistinguishesTwoGatewaysOfOneHost) {
+  add_healthy_plant();
+  add_program(9, "gateway").is_gateway = true;
+  found.programs.back().pid = "18";
+  const auto silent = [](const std::string& pid) {
+    return Contains(
+        is(Severity::problem, "the gateway on host-gateway, pid " + pid + ", does not report"));
+  };
+  EXPECT_THAT(sut(), AllOf(silent("18"), Not(silent("17")))) << "one reports, the other does not";
+
+  fabric::MachineStatus lathe{
+      .machine = "lathe", .connected = true, .host = "host-gateway", .pid = 18};
+  lathe.gateway.bytes.fill(9);
+  add(lathe);
+  EXPECT_TRUE(is_healthy(sut()));
+  add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway, .gone = true});
+  const auto lost =
+      Contains(is(Severity::problem, "lathe: its gateway has not reported since")).Times(1);
+  EXPECT_THAT(sut(), AllOf(lost, Not(silent("18")), Not(silent("17")))) << "named once";
+
+  add_program(10, "gateway").is_gateway = true;
+  found.programs.back().pid = "19";
+  EXPECT_THAT(sut(), AllOf(lost, silent("19"))) << "a third, beside the lost one";
+}
+
 TEST_F(TheDoctor, CountsAProgramOfAnotherVendorToTheHostOfItsAddress) {
   add_healthy_plant();
   add_program(9, "foreign").host.clear();
