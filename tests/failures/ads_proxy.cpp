@@ -72,6 +72,22 @@ std::vector<std::string> frames_of(std::string& bytes) {
   return frames;
 }
 
+/// The response of a router at which nothing is registered for the request's AMS port: error 6, no
+/// data.
+std::string refusal_of(const std::string& request) {
+  constexpr std::size_t ams_header = 32;
+  std::string frame = request.substr(0, tcp_header + ams_header);
+  const std::uint32_t length = ams_header;
+  const std::uint16_t flags = 5;
+  const std::array<std::uint32_t, 2> no_data_and_error{0, 6};
+  std::memcpy(frame.data() + 2, &length, sizeof length);
+  std::swap_ranges(frame.begin() + tcp_header, frame.begin() + tcp_header + 8,
+                   frame.begin() + tcp_header + 8);
+  std::memcpy(frame.data() + command_at + 2, &flags, sizeof flags);
+  std::memcpy(frame.data() + command_at + 4, no_data_and_error.data(), sizeof no_data_and_error);
+  return frame;
+}
+
 enum class Order { none, release, cut_before, cut_after, silence, silence_after };
 
 struct Connection {
@@ -183,7 +199,7 @@ void AdsProxy::Impl::pass_to_gateway(Connection& connection) {
     if (connection.deaf || connection.silent) {
       connection.answered = true;
       changed.notify_all();
-    } else if (!chatter) {
+    } else if (!chatter || *chatter == Chatter::router_errors) {
       send_all(connection.gateway, {buffer.data(), static_cast<std::size_t>(got)});
     }
   }
@@ -205,7 +221,8 @@ void AdsProxy::Impl::send_chatter() {
   std::unique_lock lock(mutex);
   while (!changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return ending; })) {
     for (const Connection& connection : connections) {
-      if (!chatter || connection.last_frame.size() < command_at + addresses) {
+      if (!chatter || *chatter == Chatter::router_errors ||
+          connection.last_frame.size() < command_at + addresses) {
         continue;
       }
       std::string frame = connection.last_frame;
@@ -233,6 +250,9 @@ void AdsProxy::Impl::send_chatter() {
 bool AdsProxy::Impl::pass(Connection& connection, const std::string& frame) {
   std::unique_lock lock(mutex);
   connection.last_frame = frame;
+  if (chatter && *chatter == Chatter::router_errors) {
+    return send_all(connection.gateway, refusal_of(frame));
+  }
   if (connection.silent || chatter) {
     return true;
   }

@@ -71,7 +71,7 @@ class AdsProxy {
   /// The same, after the controller has executed the frame.
   void go_silent_after();
 
-  /// What a path that answers nothing sends instead, every 0.2 s.
+  /// What a path whose controller answers nothing sends instead: every 0.2 s, or for each request.
   enum class Chatter {
     /// Requests for the state of the gateway's AMS port 10000, as TwinCAT routers send them.
     state_requests,
@@ -79,6 +79,8 @@ class AdsProxy {
     mirrored_frames,
     /// Device notifications of the gateway's controller; those of the controller pass, too.
     notifications,
+    /// The router's error 6 for each request: nothing is registered at this AMS port.
+    router_errors,
   };
   /// From now on, in each connection: the controller gets no frame, and no response passes.
   void answer_nothing(Chatter chatter);

@@ -100,6 +100,17 @@ TEST_P(AControllerThatOnlySeemsAlive, IsDownWithinThreeSecondsAndNoCallIsLost) {
   sut.expect_no_call_ran_twice();
 }
 
+TEST(ARouterWithoutACnc, IsReportedWithItsReasonAndNoCallIsLost) {
+  Line sut({.point = Point::running});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.proxy().answer_nothing(AdsProxy::Chatter::router_errors);
+  sut.gateway().await_error(
+      "link down: [^ ]+ answers, but nothing serves its AMS port 552: does the CNC run\\?");
+  sut.proxy().answer();
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
 std::string name_of(const testing::TestParamInfo<AdsProxy::Chatter>& sent) {
   constexpr std::array names{"StateRequests", "MirroredFrames", "Notifications"};
   return names.at(static_cast<std::size_t>(sent.param));

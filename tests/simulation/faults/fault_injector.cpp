@@ -252,8 +252,12 @@ void FaultInjector::cut_link() {
 void FaultInjector::silence_link() {
   Controller& controller = some_controller();
   LinkConditions& conditions = plant_.conditions_of(controller);
-  plant_.history().note(controller.name(), "nothing comes through");
   conditions.silent = true;
+  // A separate random source, so that the rest of a seed keeps its meaning.
+  conditions.router_refuses = Random(~random_.state()).chance(25);
+  plant_.history().note(controller.name(), conditions.router_refuses
+                                               ? "a router answers in its place"
+                                               : "nothing comes through");
   for_a_while([this, &conditions, &controller] {
     plant_.history().note(controller.name(), "all comes through again");
     conditions.silent = false;

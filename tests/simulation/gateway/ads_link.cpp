@@ -101,8 +101,8 @@ void AdsLink::connect() {
   }
   const std::uint64_t connection = ++connection_;
   const bool refused = !controller_.powered() && !conditions_.silent && conditions_.plugged;
-  const Time until =
-      refused ? 1ms : (conditions_.plugged && !conditions_.silent ? 4 * delay() : 3000ms);
+  const bool answers = !conditions_.silent || conditions_.router_refuses;
+  const Time until = refused ? 1ms : (conditions_.plugged && answers ? 4 * delay() : 3000ms);
   // Connecting, the first ReadState, and the survey of the channels.
   process_.after_reading(controller_.parties(), until, [self = shared_from_this(), connection] {
     if (self->connection_ != connection) {
@@ -132,6 +132,7 @@ void AdsLink::wait_and_connect() {
 void AdsLink::came_up() {
   up_ = true;
   answered_in_time_ = process_.agenda().now();
+  router_refuses_since_.reset();
   controller_life_ = controller_.life();
   last_execution_ = process_.agenda().now();
   up_since_ = process_.agenda().now();
@@ -231,6 +232,8 @@ void AdsLink::send(const RequestPointer& request) {
   pending_.push_back(request);
   if (!request->dropped) {
     queued_.push_back(request);
+  } else if (conditions_.silent && conditions_.router_refuses) {
+    later(delay(), &AdsLink::refused_by_router, request);
   }
   const Time now = process_.agenda().now();
   last_execution_ = std::max(now + delay(), last_execution_);
@@ -404,6 +407,7 @@ void AdsLink::answered(const RequestPointer& request) {
     return;
   }
   ++answers_;
+  router_refuses_since_.reset();
   if (request->settled) {
     return;
   }
@@ -424,6 +428,27 @@ void AdsLink::answered(const RequestPointer& request) {
     reads_[request->channel] = request->first;
     observer_.on_looked(request->first);
     events_.on_read(key, request->snapshot);
+  }
+}
+
+// No answer of the controller: the connection ends when nothing else has come for a timeout.
+void AdsLink::refused_by_router(const RequestPointer& request) {
+  if (abandoned_ || request->connection != connection_ || request->settled) {
+    return;
+  }
+  request->settled = true;
+  std::erase(pending_, request);
+  const Time now = process_.agenda().now();
+  router_refuses_since_ = router_refuses_since_.value_or(now);
+  if (request->work) {
+    request->work->told("the router refuses it");
+  } else if (const Key key{controller_.name(), request->channel}; request->write) {
+    events_.on_write(key, WriteOutcome::refused, "the router refuses it");
+  } else {
+    events_.on_read_failed(key, "the router refuses it");
+  }
+  if (now - *router_refuses_since_ >= timeout && !abandoned_) {
+    cut("its router does not reach it");
   }
 }
 

@@ -63,6 +63,8 @@ struct LinkConditions {
   bool plugged = true;
   /// It carries nothing, and neither side notices.
   bool silent = false;
+  /// While it is silent, a router in front of the controller answers each request with an error.
+  bool router_refuses = false;
   /// In one direction.
   Time delay_least = 100us;
   Time delay_most = 2ms;
@@ -138,6 +140,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void sample(const RequestPointer& request, std::size_t next);
   void answer(const RequestPointer& request, Time delay);
   void answered(const RequestPointer& request);
+  void refused_by_router(const RequestPointer& request);
   void timed_out(const RequestPointer& request);
   void fail(const Request& request, bool timeout);
   void begin_notifying(std::uint16_t channel);
@@ -173,6 +176,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   /// Responses of the controller, also after their timeout.
   std::uint64_t answers_ = 0;
   Time answered_in_time_{};
+  /// Since then, the router has answered instead of the controller.
+  std::optional<Time> router_refuses_since_;
   /// Requests that the gateway waits for, and those that the controller has not executed.
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;
