@@ -1,0 +1,16 @@
+%square_root_loop
+(Asks for one square root after the other while the axis moves to and fro, until the NC program is reset.)
+N10 V.G.SERVICE.UUID = "560AACBF-6335-44a9-895A-8B27F3ED5E47"
+N20 P1 = 0
+N30 $WHILE 1
+N40   P1 = P1 + 1
+N50   G01 X[20 * [P1 MOD 2]] F3000
+N60   V.G.SERVICE.REQUEST = INT_TO_STR[P1]
+N70   V.G.SERVICE.REQUEST_STATE = 1
+N80   #FLUSH CONTINUE
+N90   #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
+N100  #MSG ["root of %d: state %u, %s", P1, V.G.SERVICE.RESPONSE_STATE, V.G.SERVICE.RESPONSE]
+N110  #FLUSH WAIT
+N120  G04 0.5
+N130 $ENDWHILE
+N140 M30
