@@ -58,6 +58,10 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
+  // A second client with our address is recognized by this sequence: a controller that ends, or is
+  // restarted, refuses connections for a while.
+  enum class Closure { none, closed, closed_and_accepted_the_next };
+  Closure closure = Closure::none;
   // A Secure ADS connection before its first frame.
   std::weak_ptr<Stream> handshaking;
   // Counts the calls of close(), so that connect() notices a close() during its wait.
@@ -107,6 +111,7 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   const auto closed = self->closed;
   auto socket = co_await dial(options.host, options.tcp_port, options.connect_timeout);
   if (!socket) {
+    self->closure = Closure::none;
     co_return tl::make_unexpected(explain_no_connection(
         options, socket.error() + (options.security ? "; Secure ADS needs TwinCAT 3.1 of build "
                                                       "4024 or later, and an open TCP port 8016"
@@ -125,6 +130,8 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   self->watch_link();
   self->requester->open(std::move(*transport));
   auto state = co_await first_answer(self);
+  self->closure = state && self->closure == Closure::closed ? Closure::closed_and_accepted_the_next
+                                                            : Closure::none;
   co_return state;
 }
 
@@ -322,8 +329,14 @@ void Client::Impl::watch_link() {
     self->last_end = end;
     self->inbox.clear();
     const bool was_up = std::exchange(self->up, false);
-    if (was_up && self->on_down) {
-      self->on_down(explain_end(self->options, end));
+    if (!was_up) {
+      return;
+    }
+    const bool again = self->closure == Closure::closed_and_accepted_the_next;
+    const bool by_peer = end.cause == LinkEnd::Cause::closed_by_peer;
+    self->closure = by_peer ? Closure::closed : Closure::none;
+    if (self->on_down) {
+      self->on_down(explain_end(self->options, end, again));
     }
   });
 }

@@ -157,7 +157,7 @@ std::string undelivered(const ClientOptions& options, ErrorCode error) {
 
 }  // namespace
 
-LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
+LinkError explain_end(const ClientOptions& options, const LinkEnd& end, bool again) {
   if (end.cause == LinkEnd::Cause::broken_protocol) {
     return {ErrorCode::protocol_error, no_ads(options, end.detail)};
   }
@@ -167,11 +167,16 @@ LinkError explain_end(const ClientOptions& options, const LinkEnd& end) {
   if (end.cause == LinkEnd::Cause::undelivered) {
     return {end.error, undelivered(options, end.error), end.silent_for};
   }
+  if (again) {
+    return {
+        ErrorCode::link_lost,
+        fmt::format("{} closed the connection ({}) again, and accepts new ones: is there another "
+                    "ADS client on this host? A controller keeps one connection to each "
+                    "address, the newest",
+                    peer(options), end.detail)};
+  }
   return {ErrorCode::link_lost,
-          fmt::format(
-              "{} closed the connection ({}): was it restarted, or is there another ADS client on "
-              "this host? A controller keeps one connection to each address, the newest",
-              peer(options), end.detail)};
+          fmt::format("{} closed the connection ({})", peer(options), end.detail)};
 }
 
 LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const LinkEnd& end,

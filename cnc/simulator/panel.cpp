@@ -84,9 +84,8 @@ void Panel::remember(std::uint32_t channel, const AnsweredCall& call) {
 }
 
 void Panel::report_cycles(const CycleCounts& cycles) const {
-  const auto level = cycles.late > 0 ? spdlog::level::warn : spdlog::level::info;
-  log_->log(level, "{} of {} interpolator cycles were late, the worst by {:.2f} ms", cycles.late,
-            cycles.done, std::chrono::duration<double, std::milli>(cycles.worst).count());
+  log_->info("{} of {} interpolator cycles were late, the worst by {:.2f} ms", cycles.late,
+             cycles.done, std::chrono::duration<double, std::milli>(cycles.worst).count());
 }
 
 void Panel::print_timings() const {

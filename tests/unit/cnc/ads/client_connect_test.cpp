@@ -7,6 +7,7 @@ namespace millrace::cnc::ads {
 namespace {
 
 using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -17,6 +18,13 @@ class ClientConnect : public ClientFixture {
   LinkError failure(const Later<Connected>& connected) {
     auto result = finish(connected);
     return result ? LinkError{ErrorCode::none, "connected"} : result.error();
+  }
+  RawPeer connect_again() {
+    auto connected = start(sut->connect());
+    auto peer = accept();
+    send(peer, response_to(*receive(peer), encode_state(DeviceState{5, 0})));
+    EXPECT_TRUE(finish(connected));
+    return peer;
   }
   std::vector<LinkError> downs;
   void watch_downs() {
@@ -111,14 +119,31 @@ TEST_F(ClientConnect, ReportsThatThePeerDoesNotSpeakAds) {
   EXPECT_THAT(why.message, HasSubstr("is this the port of an ADS router?"));
 }
 
-TEST_F(ClientConnect, AnswersARouteProblemOnceItIsUpWithTheOtherClient) {
+TEST_F(ClientConnect, SuspectsAnotherClientOnlyIfTheControllerAcceptsAConnectionAndClosesItAgain) {
   auto peer = establish();
   watch_downs();
   peer.close();
   ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
   EXPECT_EQ(downs[0].code, ErrorCode::link_lost);
-  EXPECT_THAT(downs[0].message, HasSubstr("another ADS client on this host?"));
+  EXPECT_THAT(downs[0].message, EndsWith("closed the connection (End of file)"));
   EXPECT_FALSE(sut->up());
+  connect_again().close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return downs.size() == 2; }));
+  EXPECT_THAT(downs[1].message, HasSubstr("another ADS client on this host?"));
+}
+
+TEST_F(ClientConnect, SuspectsNoOtherClientOfAControllerThatWasRestarted) {
+  auto peer = establish();
+  watch_downs();
+  const auto port = listener.tcp_port();
+  listener.close();
+  peer.close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
+  EXPECT_EQ(failure(start(sut->connect())).code, ErrorCode::link_down);
+  listener.listen(port);
+  connect_again().close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return downs.size() == 2; }));
+  EXPECT_THAT(downs[1].message, EndsWith("closed the connection (End of file)"));
 }
 
 TEST_F(ClientConnect, FailsEverythingPendingTheMomentTheLinkEnds) {

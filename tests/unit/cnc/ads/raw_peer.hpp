@@ -35,6 +35,10 @@ class RawListener {
   [[nodiscard]] std::uint16_t tcp_port() const { return acceptor_.local_endpoint().port(); }
   boost::asio::awaitable<RawPeer> accept();
   void close() { acceptor_.close(); }
+  void listen(std::uint16_t port) {
+    acceptor_ = boost::asio::ip::tcp::acceptor(acceptor_.get_executor(),
+                                               {boost::asio::ip::address_v4::loopback(), port});
+  }
 
  private:
   boost::asio::ip::tcp::acceptor acceptor_;
