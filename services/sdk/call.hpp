@@ -56,11 +56,11 @@ class Call {
   [[nodiscard]] std::stop_token stop_token() const { return cancelled_; }
 
   /// Writes an interim text and state (V.G.SERVICE.RESPONSE_STATE) for the NC program; the call
-  /// continues. An NC program that waits with SysServiceWait continues too: first with @P1=0, which
-  /// returns with this state, then with @P1=state as long as that is the state. A newer interim
-  /// response replaces one that was not seen yet. Throws std::invalid_argument for a text that does
-  /// not fit. Without effect once the call is answered or cancelled, and where NC programs wait for
-  /// RESPONSE.
+  /// continues. An NC program that waits with SysServiceWait continues too: first with `@P1=0`,
+  /// which returns with this state, then with `@P1=state` as long as that is the state. A newer
+  /// interim response replaces one that was not seen yet. Throws std::invalid_argument for a text
+  /// that does not fit. Without effect once the call is answered or cancelled, and where NC
+  /// programs wait for RESPONSE.
   void interim(const Response& response) const;
 
   /// Ends the call; the first answer counts. For handlers that return before they are done.
