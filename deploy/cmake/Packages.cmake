@@ -30,7 +30,7 @@ set(millrace_etc "\${millrace_etc}")
 
 # Together as in the source tree, so that links between pages, and to schemas, hold.
 set(millrace_doc ${CMAKE_INSTALL_DATADIR}/doc/millrace-common)
-install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/README.de.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md
   ${PROJECT_SOURCE_DIR}/SECURITY.md ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${millrace_doc} COMPONENT common)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${millrace_doc} COMPONENT common)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl DESTINATION ${millrace_doc} COMPONENT common

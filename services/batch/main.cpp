@@ -349,7 +349,7 @@ int serve_folder(int argc, char** argv) {
   tell_flags_of_one(host.app());
   host.app().footer(
       "One program without a file:\n"
-      "  millrace-batch --exec ./measure.sh --uuid 1b671a64-40d5-491e-99b0-da01ff1f3341");
+      "  millrace-batch --exec ./measure.sh --uuid 3f0c8a52-7d1e-4b6f-9a35-c2e84d17b690");
   return host.run(argc, argv, [&](const sdk::HostedProcess& process) {
     const sdk::ServiceOptions options = process.services(MILLRACE_VERSION);
     std::optional<Folder> folder;

@@ -9,13 +9,15 @@
  *     millrace_service* service;
  *     millrace_call* call;
  *     millrace_service_options options = {.size = sizeof options};
- *     options.uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e";
+ *     options.uuid = "2b382e8f-107e-4957-a2cf-922e12c6cb98";
  *     options.name = "length";
  *     if (millrace_join(NULL, &participant) != MILLRACE_OK ||
  *         millrace_serve(participant, &options, &service) != MILLRACE_OK) {
  *       fprintf(stderr, "%s\n", millrace_error());
  *       return 1;
  *     }
+ *     printf("ready: length serves %s\n", options.uuid);
+ *     fflush(stdout);
  *     while (millrace_next(service, MILLRACE_FOREVER, &call) == MILLRACE_OK) {
  *       char text[16];
  *       snprintf(text, sizeof text, "%zu", millrace_call_get(call)->text_length);

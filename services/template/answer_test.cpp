@@ -23,7 +23,7 @@ TEST(Answer, RefusesARequestWithoutText) {
 }
 
 TEST(Answer, SurvivesTheDeathOfAnInstance) {
-  const sdk::ServiceOptions options{.uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
+  const sdk::ServiceOptions options{.uuid = "b3be5ea2-290f-452a-a581-bf9eecf7df26"};
   // Keeps its call, as a handler that has not finished.
   std::shared_ptr<const sdk::Call> kept;
   Loopback loopback;
@@ -37,7 +37,7 @@ TEST(Answer, SurvivesTheDeathOfAnInstance) {
 }
 
 TEST(Answer, IsRepeatedFromMemory) {
-  const sdk::ServiceOptions options{.uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
+  const sdk::ServiceOptions options{.uuid = "b3be5ea2-290f-452a-a581-bf9eecf7df26"};
   Loopback loopback;
   loopback.start(options, answer);
   auto pending = loopback.send({.uuid = options.uuid, .text = "hello"});

@@ -6,7 +6,7 @@
 int main(int argc, char** argv) {
   const millrace::services::sdk::ServiceOptions options{
       // Make your own with uuidgen. NC programs write it to V.G.SERVICE.UUID.
-      .uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e",
+      .uuid = "b3be5ea2-290f-452a-a581-bf9eecf7df26",
       .name = "my-service",
       .description = "Answers each request with the number of its bytes",
       .version = "1.0",

@@ -33,7 +33,7 @@ class Package : public testing::Test {
 std::unique_ptr<tests::TemporaryFolder> Package::folder;
 
 TEST_F(Package, BuildsTheTemplate) {
-  const std::string uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e";
+  const std::string uuid = "b3be5ea2-290f-452a-a581-bf9eecf7df26";
   Process sut({built("template/my-service"), "--domain", number});
   ASSERT_TRUE(caller.await_instance(uuid)) << sut.error_output();
   EXPECT_EQ(caller.call(uuid, "hello").text, "5");
@@ -54,8 +54,9 @@ TEST_F(Package, BuildsTheSampleInCAndInCpp) {
 }
 
 TEST_F(Package, BuildsTheExampleInTheHeaderOfTheCInterface) {
-  const std::string uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e";
+  const std::string uuid = "2b382e8f-107e-4957-a2cf-922e12c6cb98";
   Process sut({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, built("length")});
+  sut.await("^ready: length serves " + uuid);
   ASSERT_TRUE(caller.await_instance(uuid)) << sut.error_output();
   EXPECT_EQ(caller.call(uuid, "hello").text, "5");
 }
