@@ -58,10 +58,13 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
-  // A second client with our address is recognized by this sequence: a controller that ends, or is
-  // restarted, refuses connections for a while.
-  enum class Closure { none, closed, closed_and_accepted_the_next };
-  Closure closure = Closure::none;
+  // A second client with our address is recognized by this sequence: the controller closes our
+  // connection and accepts the next one at once. One that ends, or is restarted, refuses it, or
+  // needs some time.
+  struct Closures {
+    std::optional<std::chrono::steady_clock::time_point> last{};
+    bool accepted_at_once = false;
+  } closures;
   // A Secure ADS connection before its first frame.
   std::weak_ptr<Stream> handshaking;
   // Counts the calls of close(), so that connect() notices a close() during its wait.
@@ -111,7 +114,7 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   const auto closed = self->closed;
   auto socket = co_await dial(options.host, options.tcp_port, options.connect_timeout);
   if (!socket) {
-    self->closure = Closure::none;
+    self->closures = {};
     co_return tl::make_unexpected(explain_no_connection(
         options, socket.error() + (options.security ? "; Secure ADS needs TwinCAT 3.1 of build "
                                                       "4024 or later, and an open TCP port 8016"
@@ -130,8 +133,13 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   self->watch_link();
   self->requester->open(std::move(*transport));
   auto state = co_await first_answer(self);
-  self->closure = state && self->closure == Closure::closed ? Closure::closed_and_accepted_the_next
-                                                            : Closure::none;
+  // No controller is restarted in a part of the time that it has for a response.
+  const auto& last = self->closures.last;
+  if (!state) {
+    self->closures = {};
+  } else if (last && std::chrono::steady_clock::now() - *last < options.timeout / 4) {
+    self->closures.accepted_at_once = true;
+  }
   co_return state;
 }
 
@@ -332,9 +340,12 @@ void Client::Impl::watch_link() {
     if (!was_up) {
       return;
     }
-    const bool again = self->closure == Closure::closed_and_accepted_the_next;
-    const bool by_peer = end.cause == LinkEnd::Cause::closed_by_peer;
-    self->closure = by_peer ? Closure::closed : Closure::none;
+    const bool again = self->closures.accepted_at_once;
+    if (end.cause == LinkEnd::Cause::closed_by_peer) {
+      self->closures.last = std::chrono::steady_clock::now();
+    } else {
+      self->closures = {};
+    }
     if (self->on_down) {
       self->on_down(explain_end(self->options, end, again));
     }

@@ -75,7 +75,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--exit-when-idle", options.exit_when_idle,
                "End when every NC program has ended; exit code 0 if all reached M30 or M02");
   app.add_option("--dir", options.folder,
-                 "Folder of message.txt, and where programs and subprograms are searched first")
+                 "Folder of message.txt, and where NC programs and subprograms are searched first")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory)
       ->capture_default_str();
@@ -87,7 +87,7 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app.add_option("--check", options.check,
-                 "Only print every mistake of these programs; exit code 1 if there is any")
+                 "Only print every mistake of these NC programs; exit code 1 if there is any")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app.add_flag("--timings", options.timings,

@@ -51,7 +51,7 @@ struct Show {
     log.warn("channel {}: {}", channel, to_utf8(warning.what.to_string("warning")));
   }
   void operator()(const nc::FinishedEvent& /*finished*/) const {
-    log.info("channel {}: the program is done", channel);
+    log.info("channel {}: the NC program is done", channel);
   }
   void operator()(const nc::AbortedEvent& aborted) const {
     failed = true;

@@ -132,6 +132,19 @@ TEST_F(ClientConnect, SuspectsAnotherClientOnlyIfTheControllerAcceptsAConnection
   EXPECT_THAT(downs[1].message, HasSubstr("another ADS client on this host?"));
 }
 
+TEST_F(ClientConnect, SuspectsNoOtherClientOfAControllerThatAcceptsTheNextConnectionLater) {
+  options.timeout = 1s;
+  auto peer = establish();
+  watch_downs();
+  peer.close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
+  const auto restarted = std::chrono::steady_clock::now() + options.timeout / 3;
+  ASSERT_TRUE(tests::run_until(io, [&] { return std::chrono::steady_clock::now() > restarted; }));
+  connect_again().close();
+  ASSERT_TRUE(tests::run_until(io, [&] { return downs.size() == 2; }));
+  EXPECT_THAT(downs[1].message, EndsWith("closed the connection (End of file)"));
+}
+
 TEST_F(ClientConnect, SuspectsNoOtherClientOfAControllerThatWasRestarted) {
   auto peer = establish();
   watch_downs();
@@ -139,7 +152,7 @@ TEST_F(ClientConnect, SuspectsNoOtherClientOfAControllerThatWasRestarted) {
   listener.close();
   peer.close();
   ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
-  EXPECT_EQ(failure(start(sut->connect())).code, ErrorCode::link_down);
+  EXPECT_EQ(failure(start(sut->connect())).code, ErrorCode::link_down) << "it refuses for a while";
   listener.listen(port);
   connect_again().close();
   ASSERT_TRUE(tests::run_until(io, [&] { return downs.size() == 2; }));

@@ -88,6 +88,7 @@ TEST_F(ServerFaults, ClosesTheOlderConnectionOfOneAddress) {
   ServerOptions options;
   options.one_connection_per_address = true;
   start(options);
+  client_options.timeout = 10s;
   connect();
   std::vector<LinkError> downs;
   client->on_down([&](const LinkError& why) { downs.push_back(why); });
