@@ -307,7 +307,7 @@ class Assessment {
                       .process = process_of(alarm),
                       .since = alarm.since,
                       .what = messages::what_journal(),
-                      .why = alarm.text,
+                      .why = messages::of_channel(process_of(alarm), alarm.text),
                       .todo = {alarm.advice},
                       .cause = "journal " + key.responder.to_string()};
       for (const auto& [machine, status] : plant_.machines()) {
@@ -367,8 +367,8 @@ class Assessment {
       case CallState::journal:
         concern.kind = Kind::journal;
         concern.what = messages::what_journal();
-        concern.why = plant_.journal_alarm(concern.machines.front())->text;
-        concern.todo = {plant_.journal_alarm(concern.machines.front())->advice};
+        // add_journals() has put the rest.
+        concern.why = {};
         concern.cause =
             "journal " + plant_.journal_alarm(concern.machines.front())->key.responder.to_string();
         break;

@@ -106,10 +106,10 @@ test('a gateway that is gone is shown as such, and so is its return', async () =
   await isWell(page);
   await gateway.stop('SIGKILL');
   await awaitText(page, '.concern[data-kind="gateway gone"] .concern-name', /^cnc$/);
-  await awaitText(page, '.concern .who', /Gateway administrator/);
-  await awaitText(page, '.concern .concern-means', /has not reported since \d\d:\d\d:\d\d \(\S+, pid \d+\)/);
+  await awaitText(page, '.concern .who', /Plant engineer/);
+  await awaitText(page, '.concern .concern-why', /The gateway was on \S+, pid \d+/);
   const diagnoses = await (await fetch(`${web.url}/api/doctor`)).json();
-  const gone = diagnoses.diagnoses.filter((each) => /^cnc: its gateway has not reported since/.test(each.what));
+  const gone = diagnoses.diagnoses.filter((each) => /^cnc: gateway does not report/.test(each.what));
   assert.equal(gone.length, 1, JSON.stringify(diagnoses.diagnoses));
   assert.deepEqual(await violations(page), []);
   await picture(page, 'gateway-gone');

@@ -219,7 +219,7 @@ TEST_F(ProcessAlarms, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
   await("a call without a service", [&] { return shows("unserved"); });
   const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, nullptr), 0);
-  await("the cause", [&] { return shows("no new calls"); });
+  await("the cause", [&] { return shows("journal"); });
   EXPECT_FALSE(shows("unserved")) << words;
 }
 

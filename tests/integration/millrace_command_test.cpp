@@ -233,7 +233,7 @@ TEST_F(TheCommand, ReportsACallThatHasWaitedLongerThanAMinuteByItsExitCode) {
   status.since -= std::chrono::seconds(61);
   ASSERT_TRUE(channels.write(status));
   EXPECT_THAT(run({"status"}).output(),
-              ContainsRegex("WAITING +cnc/9 +1m0.s  all instances of " + std::string(square_root)));
+              ContainsRegex("WAITING +cnc/9 +1m0.s  call waits: all instances are busy"));
   EXPECT_EQ(exit_code, 5);
 }
 
@@ -272,7 +272,7 @@ TEST_F(TheCommand, ReportsMissingGatewaysAndInstancesByItsExitCode) {
   EXPECT_EQ(exit_code, 1);
   run({"status", "--expect-service", square_root});
   EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(run({"status", "--help"}).output(), ContainsRegex("\n  6 +a program reports"));
+  EXPECT_THAT(run({"status", "--help"}).output(), ContainsRegex("\n  6 +a process reports"));
 }
 
 TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {

@@ -72,7 +72,8 @@ TEST_F(TheDoctor, FindsAMachineWithoutALink) {
   gateway.await_error("link up");
   cnc.kill();
   gateway.await_error("link down");
-  EXPECT_THAT(examine(chain.domain()), ContainsRegex("problem +cnc.* has no connection: "));
+  EXPECT_THAT(examine(chain.domain()),
+              ContainsRegex("problem +cnc: no connection to the controller: "));
   EXPECT_EQ(exit_code, 1);
 }
 
@@ -81,10 +82,9 @@ TEST_F(TheDoctor, FindsAnUnservedCall) {
   Process cnc = chain.cnc({"--run", Chain::program(1, "near_miss.nc")});
   Process gateway = chain.gateway();
   gateway.await_error("no service has the UUID");
-  EXPECT_THAT(
-      examine(chain.domain()),
-      ContainsRegex("problem +cnc/1 waits for 560AACBF.*, and no service has this UUID: .*" +
-                    square_root));
+  EXPECT_THAT(examine(chain.domain()),
+              ContainsRegex("problem +cnc/1: no service: no service has the UUID 560AACBF.*" +
+                            square_root));
   EXPECT_EQ(exit_code, 1);
 }
 

@@ -104,7 +104,7 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNoPeerIsFound) {
   sut().service("service-1", "slow-1");
   const std::string well = sut().millrace("gateway", {"doctor", "--wait", "1s"}, 1);
   EXPECT_THAT(well, ContainsRegex("slow-1 .*serves c0ffee00"));
-  EXPECT_THAT(well, HasSubstr("problem  cnc has no connection"));  // it is not started
+  EXPECT_THAT(well, HasSubstr("problem  cnc: no connection to the controller"));  // it is not started
 
   sut().network().stop_multicast("service-2");
   const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
@@ -116,7 +116,7 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNoPeerIsFound) {
   sut().set_profile("service-2", "many_networks.fabric.textproto");
   const std::string found = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
   EXPECT_THAT(found, HasSubstr("peer 10.77.0.1 (10.77.0.1) responds"));
-  EXPECT_THAT(found, HasSubstr("problem  cnc has no connection"));
+  EXPECT_THAT(found, HasSubstr("problem  cnc: no connection to the controller"));
 
   sut().network().cut("recorder");
   const std::string cut = sut().millrace("service-2", {"doctor", "--wait", "3s"}, 1);

@@ -1,0 +1,169 @@
+// Faults made with real processes: the command line, the doctor, the page and the metrics say the
+// same about each.
+
+#include <csignal>
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <set>
+
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
+#include "tests/support/http_client.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+/// "act held cnc/1", … for each concern of a list in JSON.
+std::set<std::string> concerns_in(const boost::json::value& list) {
+  std::set<std::string> all;
+  for (const boost::json::value& each : list.as_array()) {
+    all.insert(std::string(each.at("level").as_string()) + " " +
+               std::string(each.at("kind").as_string()) + " " +
+               std::string(each.at("subject").as_string()));
+  }
+  return all;
+}
+
+class OneJudgement : public testing::Test {
+ protected:
+  void SetUp() override {
+    web.emplace(chain.millrace({"web", "--listen", "127.0.0.1:0"}));
+    port = static_cast<std::uint16_t>(
+        std::stoi(web->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
+  }
+
+  [[nodiscard]] std::set<std::string> on_the_page() const {
+    return concerns_in(boost::json::parse(HttpClient(port).get("/api/concerns").body));
+  }
+  [[nodiscard]] std::set<std::string> in_the_metrics() const {
+    const std::string text = HttpClient(port).get("/metrics").body;
+    const std::regex line(
+        "millrace_concern\\{kind=\"([^\"]*)\",level=\"([^\"]*)\",who=\"[^\"]*\",subject=\"([^\"]*)"
+        "\"");
+    std::set<std::string> all;
+    for (std::sregex_iterator found(text.begin(), text.end(), line), none; found != none; ++found) {
+      all.insert((*found)[2].str() + " " + (*found)[1].str() + " " + (*found)[3].str());
+    }
+    return all;
+  }
+  /// What `millrace status` says, and its exit code.
+  std::set<std::string> in_a_terminal() {
+    Process status = chain.millrace({"status", "--json"});
+    exit_code = status.wait();
+    return concerns_in(boost::json::parse(status.output()).at("concerns"));
+  }
+  /// The codes of what the doctor finds.
+  [[nodiscard]] std::string of_the_doctor() const {
+    Process doctor = chain.millrace({"doctor", "--json"});
+    doctor.wait();
+    return doctor.output();
+  }
+
+  /// Waits until every view has exactly this concern.
+  void expect_everywhere(const std::string& concern, const std::string& what, int code) {
+    const std::set<std::string> expected{concern};
+    await("the page to say " + concern, [&] { return on_the_page() == expected; });
+    await("the metrics to say " + concern, [&] { return in_the_metrics() == expected; });
+    await("status to say " + concern, [&] { return in_a_terminal() == expected; });
+    EXPECT_EQ(exit_code, code);
+    await("the doctor to say " + what,
+          [&] { return of_the_doctor().find('"' + what + '"') != std::string::npos; });
+  }
+  void expect_nothing_anywhere() {
+    await("the page to be well", [&] { return on_the_page().empty(); });
+    await("the metrics to be well", [&] { return in_the_metrics().empty(); });
+    await("status to be well", [&] { return in_a_terminal().empty(); });
+    EXPECT_EQ(exit_code, 0);
+  }
+
+  Chain chain;
+  std::optional<Process> web;
+  std::optional<Process> service;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
+  std::uint16_t port = 0;
+  int exit_code = -1;
+};
+
+TEST_F(OneJudgement, IsSaidOfACallThatIsHeldAndOfItsEnd) {
+  service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"}));
+  gateway.emplace(chain.gateway());
+  await("the call to run", [&] {
+    Process channels = chain.millrace({"channels"});
+    channels.wait();
+    return channels.output().find("running") != std::string::npos;
+  });
+  service->kill();
+  expect_everywhere("act held cnc/1", "what_held", 4);
+  Process answer = chain.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
+  EXPECT_EQ(answer.wait(), 0) << answer.error_output();
+  EXPECT_EQ(cnc->wait(), 0);
+}
+
+TEST_F(OneJudgement, IsSaidOfAServiceThatIsNotThereAndOfItsReturn) {
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway());
+  expect_everywhere("act unserved cnc/1", "what_unserved", 5);
+  service.emplace(chain.square_root());
+  expect_nothing_anywhere();
+}
+
+TEST_F(OneJudgement, IsSaidOfAControllerThatIsGone) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  cnc->kill();
+  expect_everywhere("act link down cnc", "what_link_down", 3);
+}
+
+TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  gateway->kill();
+  const std::set<std::string> expected{"act gateway gone cnc"};
+  await("the page to say so", [&] { return on_the_page() == expected; });
+  await("the metrics to say so", [&] { return in_the_metrics() == expected; });
+  // A command that joins now never saw the gateway: no controller is asked for calls.
+  await("status to say so",
+        [&] { return in_a_terminal() == std::set<std::string>{"act no gateway "}; });
+  EXPECT_EQ(exit_code, 3);
+}
+
+TEST_F(OneJudgement, IsSaidOfAnNcProgramThatWasAborted) {
+  const auto program = chain.folder() / "bad.nc";
+  std::ofstream(program) << "%bad\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n";
+  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
+  gateway.emplace(chain.configured_gateway(
+      "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+      "programs { period_ms: 20 error: \"mc_error_id_r\" } }\n"));
+  expect_everywhere("act program aborted cnc/1", "what_program_aborted", 7);
+}
+
+TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  service.emplace(chain.square_root());
+  Process other = chain.square_root();
+  expect_nothing_anywhere();
+  other.kill();
+  const std::string lost = "look redundancy 560aacbf-6335-44a9-895a-8b27f3ed5e47";
+  await("the page to say so", [&] { return on_the_page() == std::set<std::string>{lost}; });
+  await("the metrics to say so", [&] { return in_the_metrics() == std::set<std::string>{lost}; });
+  in_a_terminal();
+  EXPECT_EQ(exit_code, 0);
+  Process again = chain.square_root();
+  await("the page to be well", [&] { return on_the_page().empty(); });
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration
