@@ -11,7 +11,8 @@ constexpr std::size_t most_arguments = 8;
 constexpr int deepest = 4;
 
 void add_parts(const Message& message, std::vector<MessagePart>& parts) {
-  parts.push_back({message.code, static_cast<std::uint8_t>(message.arguments.size()), message.text});
+  parts.push_back(
+      {message.code, static_cast<std::uint8_t>(message.arguments.size()), message.text});
   for (const Message& argument : message.arguments) {
     add_parts(argument, parts);
   }

@@ -216,7 +216,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
                               const std::string& by);
   /// The error is for the operator.
   tl::expected<channel::Channel*, fabric::Message> find_pending(const fabric::ChannelKey& key,
-                                                            const fabric::CallId& call);
+                                                                const fabric::CallId& call);
 
   // Actions of channels; core_outputs.cpp.
   void read(const fabric::ChannelKey& key, ReadSet set) override;

@@ -60,7 +60,7 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
 }
 
 tl::expected<channel::Channel*, fabric::Message> Core::find_pending(const fabric::ChannelKey& key,
-                                                                const fabric::CallId& call) {
+                                                                    const fabric::CallId& call) {
   channel::Channel* channel = find(key);
   if (channel != nullptr && channel->status().state == fabric::ChannelState::unserved) {
     return tl::unexpected(base::messages::request_not_accepted(channel->status().reason));

@@ -139,7 +139,8 @@ class Plant {
           return one.value.quality == fabric::Quality::good;
         });
     if (!good || reply_->results.size() != names.size()) {
-      throw std::runtime_error(reply_ ? "the gateway refuses: " + reply_->reason.text : "no answer");
+      throw std::runtime_error(reply_ ? "the gateway refuses: " + reply_->reason.text
+                                      : "no answer");
     }
   }
 

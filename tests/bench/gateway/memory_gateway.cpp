@@ -162,7 +162,8 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
     journal->append(entry, ticket);
   }
   void log(Level, const std::string&) override {}
-  void set_alarm(const fabric::AlarmKey&, const fabric::Message&, const fabric::Message&) override {}
+  void set_alarm(const fabric::AlarmKey&, const fabric::Message&, const fabric::Message&) override {
+  }
   void may_end(bool) override {}
   [[nodiscard]] Moment now() const override {
     return {Clock::now(), std::chrono::time_point_cast<std::chrono::nanoseconds>(

@@ -115,7 +115,8 @@ class GatewayProcess final : public Member,
   void on_link_down(const std::string& machine, const gateway::machines::LinkLoss& loss) override;
   void on_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override;
   void on_read_failed(const Key& key, const fabric::Message& reason) override;
-  void on_write(const Key& key, gateway::WriteOutcome outcome, const fabric::Message& reason) override;
+  void on_write(const Key& key, gateway::WriteOutcome outcome,
+                const fabric::Message& reason) override;
   void on_subscribed(const std::string& machine,
                      const std::vector<gateway::machines::SubscribeOutcome>& outcomes) override;
   void on_notification(const Key& key, gateway::Variable variable,

@@ -177,7 +177,9 @@ class RecordedCore {
   [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return core_.serves(key); }
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return ports_.wakes_at; }
   /// As it was published last.
-  [[nodiscard]] const fabric::MachineStatus& machine_status() const { return ports_.machine_status; }
+  [[nodiscard]] const fabric::MachineStatus& machine_status() const {
+    return ports_.machine_status;
+  }
 
  private:
   /// Its machines' events, too.
