@@ -72,13 +72,16 @@ TEST_F(ServiceProcess, AnnouncesTheOptionsOfItsCommandLine) {
   EXPECT_EQ(instance.pid, static_cast<std::uint32_t>(sut.pid()));
 }
 
-TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
+TEST_F(ServiceProcess, IsMissedByItsHeartbeatsWhenItIsKilled) {
   Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   const auto killed = std::chrono::steady_clock::now();
   sut.kill();
   ASSERT_TRUE(caller.await_no_instance(uuid));
-  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(2));
+  // The missing heartbeat shows it, not Cyclone's lease of a participant, 10 s. On a busy host an
+  // observer that was not run itself waits longer than four fifths of the lease: a standstill is no
+  // silence. InstanceRegistryTest has the exact times.
+  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(9));
 }
 
 /// The typical environment of a host with ROS 2.
