@@ -519,7 +519,6 @@ class Assessment {
         // Each gateway reports a service that has lost its last instance.
         if (plant_.instances_of(key.subject).empty()) {
           put({.kind = Kind::unserved,
-               .level = level,
                .uuid = key.subject,
                .since = alarm.since,
                .what = messages::what_unserved(),

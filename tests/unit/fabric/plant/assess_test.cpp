@@ -205,8 +205,9 @@ TEST_F(AnAssessment, HasTheAlarmsOfProcessesByTheirLevel) {
 }
 
 TEST_F(AnAssessment, HasAServiceThatLostItsLastInstanceOnceHoweverManyReportIt) {
-  plant.add(alarm(98, "service", AlarmLevel::problem, square_root));
-  plant.add(alarm(99, "service", AlarmLevel::problem, square_root));
+  plant.add(alarm(98, "service", AlarmLevel::warning, square_root));
+  plant.add(alarm(99, "service", AlarmLevel::warning, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act unserved " + square_root));
   plant.add(channel(1, ChannelState::unserved, square_root));
   EXPECT_THAT(kinds(), ElementsAre("act unserved press/1"));
   plant.add(instance(1, "a"));
