@@ -355,8 +355,8 @@ TEST_F(Endpoints, KeepTheResponsesOfTheLast1024Callers) {
   const double grown = bench::resident_mib(::getpid()) - before;
   EXPECT_TRUE(bench::keeps_what_is_freed || grown < 10.0) << grown << " MiB more";
 
-  const wire::Reader<Reply> late(here, wire::service_partition(here.options().fabric, own.uuid),
-                                 wire::Keep::all);
+  wire::Reader<Reply> late(here, wire::service_partition(here.options().fabric, own.uuid),
+                           wire::Keep::all);
   std::set<std::uint64_t> known;
   const auto take = [&] {
     for (const wire::Taken<Reply>& taken : late.take()) {
