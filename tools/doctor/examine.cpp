@@ -384,6 +384,7 @@ Findings examine(const Examination& examination) {
     }
     visit.listen(examination.listen, receiver ? &*receiver : nullptr);
     visit.finish();
+    found.joining.now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
     if (receiver) {
       found.deaf = receiver->trouble();
       for (const auto& [prefix, heard] : receiver->heard()) {

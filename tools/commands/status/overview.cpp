@@ -41,11 +41,13 @@ std::string kind_of(const Concern& concern) {
   return kind;
 }
 
-/// The first column says what is wrong, but for alarms.
+/// The first column says what is wrong, but for alarms and a fabric without gateways.
 std::string reason_of(const Concern& concern) {
-  return concern.why.empty()                          ? concern.what.text
-         : concern.kind == fabric::plant::Kind::alarm ? concern.what.text + ": " + concern.why.text
-                                                      : concern.why.text;
+  using fabric::plant::Kind;
+  const bool says_what = concern.kind == Kind::alarm || concern.kind == Kind::no_gateway;
+  return concern.why.empty() ? concern.what.text
+         : says_what         ? concern.what.text + ": " + concern.why.text
+                             : concern.why.text;
 }
 
 /// What to do is below each, and so is what does not fit.
