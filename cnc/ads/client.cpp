@@ -58,12 +58,13 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
-  // A second client with our address is recognized by this sequence: the controller closes our
-  // connection and accepts the next one at once. One that ends, or is restarted, refuses it, or
-  // needs some time.
+  // A second client with our address is recognized by this sequence: again and again the controller
+  // closes our connection and accepts the next one at once. One that ends, or is restarted, refuses
+  // it, or needs some time.
   struct Closures {
     std::optional<std::chrono::steady_clock::time_point> last{};
-    bool accepted_at_once = false;
+    /// Connections in a row.
+    unsigned accepted_at_once = 0;
   } closures;
   // A Secure ADS connection before its first frame.
   std::weak_ptr<Stream> handshaking;
@@ -133,12 +134,12 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   self->watch_link();
   self->requester->open(std::move(*transport));
   auto state = co_await first_answer(self);
-  // No controller is restarted in a part of the time that it has for a response.
   const auto& last = self->closures.last;
-  if (!state) {
+  const bool at_once = last && std::chrono::steady_clock::now() - *last < options.timeout / 4;
+  if (!state || !at_once) {
     self->closures = {};
-  } else if (last && std::chrono::steady_clock::now() - *last < options.timeout / 4) {
-    self->closures.accepted_at_once = true;
+  } else {
+    ++self->closures.accepted_at_once;
   }
   co_return state;
 }
@@ -340,7 +341,9 @@ void Client::Impl::watch_link() {
     if (!was_up) {
       return;
     }
-    const bool again = self->closures.accepted_at_once;
+    // A virtual CNC that runs one NC program after the other is restarted as fast, a few times.
+    constexpr unsigned suspicious = 4;
+    const bool again = self->closures.accepted_at_once >= suspicious;
     if (end.cause == LinkEnd::Cause::closed_by_peer) {
       self->closures.last = std::chrono::steady_clock::now();
     } else {

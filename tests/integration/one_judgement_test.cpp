@@ -130,10 +130,10 @@ TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
   expect_nothing_anywhere();
   gateway->kill();
   const std::set<std::string> expected{"act gateway gone cnc"};
-  await("the page to say so", [&] { return on_the_page() == expected; });
-  await("the metrics to say so", [&] { return in_the_metrics() == expected; });
+  await("the page to have it", [&] { return on_the_page() == expected; });
+  await("the metrics to have it", [&] { return in_the_metrics() == expected; });
   // A command that joins now never saw the gateway: no controller is asked for calls.
-  await("status to say so",
+  await("status to have it",
         [&] { return in_a_terminal() == std::set<std::string>{"act no gateway "}; });
   EXPECT_EQ(exit_code, 3);
 }
@@ -157,8 +157,8 @@ TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {
   expect_nothing_anywhere();
   other.kill();
   const std::string lost = "look redundancy 560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  await("the page to say so", [&] { return on_the_page() == std::set<std::string>{lost}; });
-  await("the metrics to say so", [&] { return in_the_metrics() == std::set<std::string>{lost}; });
+  await("the page to have it", [&] { return on_the_page() == std::set<std::string>{lost}; });
+  await("the metrics to have it", [&] { return in_the_metrics() == std::set<std::string>{lost}; });
   in_a_terminal();
   EXPECT_EQ(exit_code, 0);
   Process again = chain.square_root();
