@@ -4,6 +4,7 @@
 #include <chrono>
 #include <iterator>
 #include <list>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -12,7 +13,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/dispensable.hpp"
 #include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
@@ -59,6 +59,19 @@ struct Handshake {
     }
   }
 };
+
+/// The oldest of the address that has the most: an address that shuts others out closes its own.
+template <class HalfOpen>
+std::shared_ptr<HalfOpen> most_dispensable(const std::vector<std::shared_ptr<HalfOpen>>& half_open,
+                                           const auto& address_of) {
+  std::map<asio::ip::address, std::size_t> counts;
+  for (const auto& one : half_open) {
+    ++counts[address_of(*one)];
+  }
+  const auto found = std::ranges::max_element(
+      half_open, {}, [&](const auto& one) { return counts.at(address_of(*one)); });
+  return found == half_open.end() ? nullptr : *found;
+}
 
 }  // namespace
 
@@ -111,7 +124,7 @@ void Server::Impl::admit(tcp::socket socket) {
     admit(plain_transport(std::move(socket)), plain_session());
   } else {
     if (handshakes.size() >= options.max_connections) {
-      const auto given_up = base::loop::most_dispensable(
+      const auto given_up = most_dispensable(
           handshakes, [](const Handshake& handshake) { return handshake.address; });
       std::erase(handshakes, given_up);
       given_up->close();
@@ -211,7 +224,7 @@ bool Server::Impl::make_room() {
   std::ranges::copy_if(connections, std::back_inserter(half_open),
                        [](const auto& one) { return one->half_open(); });
   const auto given_up =
-      base::loop::most_dispensable(half_open, [](const Connection& one) { return one.address(); });
+      most_dispensable(half_open, [](const Connection& one) { return one.address(); });
   if (given_up == nullptr) {
     return false;
   }

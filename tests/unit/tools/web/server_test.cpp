@@ -106,29 +106,6 @@ TEST_F(AServer, DropsAnIdleConnectionForANewOne) {
   EXPECT_EQ(counts().displaced, 1U);
 }
 
-TEST_F(AServer, DropsOfTheAddressWithMostIdleConnectionsTheOneThatHasWaitedLongest) {
-  start({.most_connections = 5});
-  HttpClient other(port, tests::patience, 2);
-  EXPECT_EQ(other.get("/healthz").status, 200);
-  HttpClient active(port);
-  HttpClient half(port);
-  half.send("GET / HTT");
-  HttpClient silent(port);
-  EXPECT_EQ(active.get("/healthz").status, 200);
-  tests::await("all four", [&] { return counts().connections == 4; });
-  HttpClient fifth(port, tests::patience, 3);
-  HttpClient sixth(port, tests::patience, 3);
-  HttpClient seventh(port, tests::patience, 3);
-  for (HttpClient* one : {&fifth, &sixth, &seventh}) {
-    EXPECT_EQ(one->get("/healthz").status, 200);
-  }
-  EXPECT_TRUE(half.is_ended());
-  EXPECT_TRUE(silent.is_ended());
-  EXPECT_EQ(other.get("/healthz").status, 200);
-  EXPECT_EQ(active.get("/healthz").status, 200);
-  EXPECT_EQ(counts().displaced, 2U);
-}
-
 TEST_F(AServer, AnswersOthersWhileSomethingTakesLong) {
   start({});
   HttpClient patient(port);
