@@ -453,25 +453,20 @@ class Assessment {
                                                 : messages::correct_uuid_of_queue();
   }
 
-  /// Instances that have ended or fallen silent without leaving, while no newer one replaces them.
+  /// Instances that have ended or fallen silent without leaving, while no new one replaces them.
   void add_instances() {
     std::map<std::string, std::vector<const GoneInstance*>> lost;
     for (const auto& [id, gone] : plant_.gone()) {
-      if (!gone.last.identity.draining) {
+      if (!gone.last.identity.draining && !gone.replaced) {
         lost[gone.last.identity.uuid].push_back(&gone);
       }
     }
     for (auto& [uuid, instances] : lost) {
       std::ranges::sort(instances, {}, [](const GoneInstance* gone) { return gone->at; });
-      std::size_t here = 0;
-      std::size_t newer = 0;
-      for (const auto& [id, instance] : plant_.instances()) {
-        if (instance.identity.uuid == uuid) {
-          ++here;
-          newer += instance.status && instance.status->started > instances.front()->at ? 1U : 0U;
-        }
-      }
-      if (newer < instances.size() && now_ - instances.front()->at >= view_.patience.lost_service) {
+      const auto here = static_cast<std::size_t>(std::ranges::count_if(
+          plant_.instances(),
+          [&](const auto& instance) { return instance.second.identity.uuid == uuid; }));
+      if (now_ - instances.front()->at >= view_.patience.lost_service) {
         add_lost(uuid, instances, here);
       }
     }

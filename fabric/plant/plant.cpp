@@ -37,8 +37,11 @@ bool Plant::add(const observer::InstanceNews& news, Time at) {
     mark_gone(id, at);
     return was_there;
   }
-  gone_.erase(id);
+  const bool is_back = gone_.erase(id) > 0;
   const auto [instance, fresh] = instances_.try_emplace(id);
+  if (fresh && !is_back) {
+    mark_replaced(news.identity.uuid);
+  }
   instance->second.identity = news.identity;
   if (const auto early = early_.extract(id)) {
     instance->second.status = early.mapped();
@@ -147,6 +150,21 @@ void Plant::mark_gone(const InstanceId& id, Time at) {
   if (gone_.size() > most_gone) {
     gone_.erase(
         std::ranges::min_element(gone_, {}, [](const auto& each) { return each.second.at; }));
+  }
+}
+
+/// A new instance replaces the one that was lost first.
+void Plant::mark_replaced(const std::string& uuid) {
+  GoneInstance* first = nullptr;
+  for (auto& [id, gone] : gone_) {
+    const InstanceIdentity& last = gone.last.identity;
+    if (last.uuid == uuid && !last.draining && !gone.replaced &&
+        (first == nullptr || gone.at < first->at)) {
+      first = &gone;
+    }
+  }
+  if (first != nullptr) {
+    first->replaced = true;
   }
 }
 

@@ -47,6 +47,8 @@ struct Program {
 struct GoneInstance {
   KnownInstance last{};
   Time at{};
+  /// A new instance of the service has come since.
+  bool replaced = false;
 };
 
 class Plant {
@@ -104,6 +106,7 @@ class Plant {
   bool add(const MachineStatus& status);
   bool add(const ProgramEvent& event);
   void mark_gone(const InstanceId& id, Time at);
+  void mark_replaced(const std::string& uuid);
   template <typename Change>
   void for_programs_of(const std::string& machine, const Change& change);
 

@@ -222,7 +222,21 @@ TEST_F(AnAssessment, LooksAtAServiceThatLostOneOfItsInstancesUntilANewOneIsThere
   EXPECT_THAT(kinds(900ms), IsEmpty());
   EXPECT_THAT(kinds(2s), ElementsAre("look redundancy " + square_root));
   plant.add(instance(3, "b"));
-  plant.add(entry(InstanceStatus{.instance = id(3), .started = noon + 1s}));
+  EXPECT_THAT(kinds(2s), IsEmpty());
+  plant.add(instance(3, "b", true));
+  plant.add(instance_gone(3, noon));
+  EXPECT_THAT(kinds(2s), IsEmpty()) << "the new one has left in order";
+}
+
+TEST_F(AnAssessment, CountsAnInstanceThatIsBackFromSilenceAsNoNewOne) {
+  plant.add(instance(1, "a"));
+  plant.add(instance(2, "a"));
+  plant.add(instance(3, "a"));
+  plant.add(instance_gone(1, noon));
+  plant.add(instance_gone(2, noon));
+  plant.add(instance(2, "a"));
+  EXPECT_THAT(kinds(2s), ElementsAre("look redundancy " + square_root));
+  plant.add(instance(1, "a"));
   EXPECT_THAT(kinds(2s), IsEmpty());
 }
 
