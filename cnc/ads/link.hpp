@@ -64,8 +64,8 @@ class Link : public std::enable_shared_from_this<Link> {
 
 // Explains to the operator why a client has no connection: what happened, and what to check.
 
-/// For the end of an established connection. `again`: the peer closed the one before too, and
-/// accepted this one at once.
+/// For the end of an established connection. `again`: the peer has closed several in a row, and
+/// accepted each next one at once.
 LinkError explain_end(const ClientOptions& options, const LinkEnd& end, bool again);
 /// For a TCP connection whose first request did not return a state: `answer` is its error, `end` is
 /// how the connection ended if it did.

@@ -12,7 +12,6 @@
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
-#include "fabric/words.hpp"
 
 namespace millrace::fabric::plant {
 
@@ -20,139 +19,6 @@ namespace {
 
 namespace messages = base::messages;
 using messages::Message;
-
-/// The state of a channel's call, or what keeps all of its calls from running.
-enum class CallState : std::uint8_t {
-  fine,
-  gateway_gone,
-  link_down,
-  journal,
-  unserved,
-  held,
-  overdue,
-  waiting,
-  unknown
-};
-
-CallState call_state(const Plant& plant, const ChannelStatus& status) {
-  const std::string_view machine = machine_of(status.key.machine);
-  const std::string_view link = link_of(plant, machine);
-  if (link == "gone" || status.gone) {
-    return CallState::gateway_gone;
-  }
-  if (link == "down") {
-    return CallState::link_down;
-  }
-  switch (status.state) {
-    case ChannelState::link_down:
-      return CallState::link_down;
-    case ChannelState::idle:
-    case ChannelState::answering:
-      return CallState::fine;
-    case ChannelState::running:
-      return messages::deadline.is(status.reason) ? CallState::overdue : CallState::fine;
-    case ChannelState::unserved:
-      // Without a journal the gateway accepts no calls, and has not looked for a service.
-      return plant.journal_alarm(machine) != nullptr ? CallState::journal : CallState::unserved;
-    case ChannelState::waiting:
-      // The call waits for an instance, and there is none.
-      return plant.instances_for(status.uuid, status.key) == 0 ? CallState::unserved
-                                                               : CallState::waiting;
-    case ChannelState::held:
-      return CallState::held;
-  }
-  return CallState::unknown;
-}
-
-/// Some service of this UUID was there.
-bool was_there(const ChannelStatus& status) {
-  return !status.reason.code.starts_with(messages::unknown_uuid.code);
-}
-
-Level level_of(CallState state, std::chrono::nanoseconds age, const ChannelStatus& status,
-               const Patience& patience) {
-  switch (state) {
-    case CallState::fine:
-      return Level::fine;
-    case CallState::gateway_gone:
-    case CallState::link_down:
-    case CallState::journal:
-    case CallState::held:
-      return Level::act;
-    case CallState::unserved:
-      return age < (was_there(status) ? patience.lost_service : patience.unknown_uuid) ? Level::fine
-                                                                                       : Level::act;
-    case CallState::waiting:
-      return age < patience.waiting_look  ? Level::fine
-             : age < patience.waiting_act ? Level::look
-                                          : Level::act;
-    case CallState::overdue:
-    case CallState::unknown:
-      return Level::look;
-  }
-  return Level::look;
-}
-
-std::string_view word_of(CallState state, const ChannelStatus& status) {
-  switch (state) {
-    case CallState::fine:
-      return name_of(status.state);
-    case CallState::gateway_gone:
-      return name_of(Kind::gateway_gone);
-    case CallState::link_down:
-      return name_of(Kind::link_down);
-    case CallState::journal:
-      return name_of(Kind::journal);
-    case CallState::unserved:
-      return name_of(Kind::unserved);
-    case CallState::held:
-      return name_of(Kind::held);
-    case CallState::overdue:
-      return name_of(Kind::overdue);
-    case CallState::waiting:
-      return name_of(Kind::waiting);
-    case CallState::unknown:
-      break;
-  }
-  return name_of(Kind::unknown);
-}
-
-/// The gateway that reports why the machine has no connection; nullptr if none reports.
-const MachineStatus* gateway_without_link(const Plant& plant, std::string_view machine) {
-  const MachineStatus* found = nullptr;
-  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
-       link != plant.machines().end() && link->first.first == machine; ++link) {
-    const MachineStatus& status = link->second;
-    if (!status.gone && !status.connected && (found == nullptr || status.since > found->since)) {
-      found = &status;
-    }
-  }
-  return found;
-}
-
-/// When the machine lost its gateway or its link; nothing if it has both.
-std::optional<Time> without_link_since(const Plant& plant, const std::vector<LostMachine>& lost,
-                                       std::string_view machine) {
-  if (const MachineStatus* const status = gateway_without_link(plant, machine)) {
-    return status->since;
-  }
-  const auto found = std::ranges::find(
-      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
-  return found == lost.end() ? std::nullopt : std::optional(found->since);
-}
-
-/// The NC program, if its state is what a view shows of the channel: a call that needs a person may
-/// have aborted the program, and a program that waits for its call is not on hold.
-const Program* shown_program(const Plant& plant, const ChannelStatus& status, CallState state,
-                             Level level) {
-  const Program* const program = plant.program_of(status.key);
-  const bool is_call_the_cause = level == Level::act && state != CallState::waiting;
-  if (program == nullptr || program->state == Program::State::running || is_call_the_cause) {
-    return nullptr;
-  }
-  return program->state == Program::State::aborted || status.state == ChannelState::idle ? program
-                                                                                         : nullptr;
-}
 
 Message name_of_program(const ProgramEvent& event) {
   return event.program.empty() ? messages::the_nc_program() : Message(event.program);
@@ -165,6 +31,7 @@ Message heading_of(const Alarm& alarm) {
       {"lost_rows", messages::what_lost_rows()},
       {"foreign_files", messages::what_foreign_files()},
       {"recording", messages::what_recording()},
+      {"missing", messages::what_recording()},
       {"disk", messages::what_disk()},
       {"certificate", messages::what_certificate()},
       {"spool", messages::what_spool()},
@@ -233,10 +100,10 @@ class Assessment {
  private:
   /// The concern of this cause, which is new or known; the oldest beginning and the worst level
   /// count.
-  Concern& put(Concern concern) {
+  void put(Concern concern) {
     const auto [known, fresh] = causes_.try_emplace(concern.cause, concern);
     if (fresh) {
-      return known->second;
+      return;
     }
     Concern& all = known->second;
     const bool is_older =
@@ -254,7 +121,6 @@ class Assessment {
       all.todo = concern.todo.empty() ? all.todo : concern.todo;
     }
     all.level = std::max(all.level, concern.level);
-    return all;
   }
 
   void add_gateways() {
@@ -285,7 +151,7 @@ class Assessment {
       machines.insert(status.machine);
     }
     for (const std::string& machine : machines) {
-      if (link_of(plant_, machine) == "down") {
+      if (link_of(plant_, machine) == Link::down) {
         const MachineStatus& status = *gateway_without_link(plant_, machine);
         put({.kind = Kind::link_down,
              .machines = {machine},
@@ -307,7 +173,7 @@ class Assessment {
                       .process = process_of(alarm),
                       .since = alarm.since,
                       .what = messages::what_journal(),
-                      .why = messages::of_channel(process_of(alarm), alarm.text),
+                      .why = messages::about(process_of(alarm), alarm.text),
                       .todo = {alarm.advice},
                       .cause = "journal " + key.responder.to_string()};
       for (const auto& [machine, status] : plant_.machines()) {
@@ -320,12 +186,12 @@ class Assessment {
   }
 
   void add_channel(const ChannelStatus& status) {
-    const CallState state = call_state(plant_, status);
-    const Level level = level_of(state, now_ - status.since, status, view_.patience);
-    if (const Program* const program = shown_program(plant_, status, state, level)) {
+    const std::optional<Kind> obstacle = obstacle_of(plant_, status);
+    const Level level = level_of(obstacle, status, now_, view_.patience);
+    if (const Program* const program = shown_program(plant_, status, obstacle, level)) {
       add_program(status, *program);
     } else if (level != Level::fine) {
-      add_call(status, state, level);
+      add_call(status, *obstacle, level);
     }
   }
 
@@ -348,39 +214,35 @@ class Assessment {
                               status.key.to_string())});
   }
 
-  void add_call(const ChannelStatus& status, CallState state, Level level) {
+  void add_call(const ChannelStatus& status, Kind obstacle, Level level) {
     const std::string channel = status.key.to_string();
     const std::string uuid = canonical_uuid(status.uuid);
-    Concern concern{.level = level,
+    Concern concern{.kind = obstacle,
+                    .level = level,
                     .machines = {std::string(machine_of(status.key.machine))},
                     .channels = {status.key},
                     .uuid = status.uuid,
                     .since = status.since,
                     .why = status.reason};
-    switch (state) {
-      case CallState::fine:
+    switch (obstacle) {
+      case Kind::gateway_gone:
+      case Kind::link_down:
+        put_at_the_machine(std::move(concern));
         return;
-      case CallState::gateway_gone:
-      case CallState::link_down:
-        put_at_the_machine(std::move(concern), state);
-        return;
-      case CallState::journal:
-        concern.kind = Kind::journal;
+      case Kind::journal:
         concern.what = messages::what_journal();
         // add_journals() has put the rest.
         concern.why = {};
         concern.cause =
             "journal " + plant_.journal_alarm(concern.machines.front())->key.responder.to_string();
         break;
-      case CallState::unserved:
-        concern.kind = Kind::unserved;
-        concern.who = was_there(status) ? Role::engineer : Role::programmer;
+      case Kind::unserved:
+        concern.who = was_served(status) ? Role::engineer : Role::programmer;
         concern.what = messages::what_unserved();
         concern.todo = {to_be_served(status)};
         concern.cause = "unserved " + (uuid.empty() ? channel : uuid);
         break;
-      case CallState::held: {
-        concern.kind = Kind::held;
+      case Kind::held: {
         concern.who = Role::operator_;
         concern.what = messages::what_held();
         if (plant_.instances_for(status.uuid, status.key) == 0) {
@@ -395,22 +257,19 @@ class Assessment {
         concern.cause = fmt::format("held {} {}", channel, status.call.to_string());
         break;
       }
-      case CallState::overdue:
-        concern.kind = Kind::overdue;
+      case Kind::overdue:
         concern.who = Role::programmer;
         concern.what = messages::what_overdue();
         concern.todo = {messages::check_instance()};
         concern.cause = fmt::format("overdue {} {}", channel, status.call.to_string());
         break;
-      case CallState::waiting:
-        concern.kind = Kind::waiting;
+      case Kind::waiting:
         concern.what = messages::what_waiting();
         concern.todo = {messages::start_more_instances(),
                         messages::run_command("millrace services" + view_.flags)};
         concern.cause = "waiting " + uuid;
         break;
-      case CallState::unknown:
-        concern.kind = Kind::unknown;
+      default:
         concern.what = messages::what_unknown();
         concern.cause = "unknown " + channel;
         break;
@@ -419,34 +278,31 @@ class Assessment {
   }
 
   /// A channel of a machine that has no gateway or no link: one cause with the machine.
-  void put_at_the_machine(Concern concern, CallState state) {
+  void put_at_the_machine(Concern concern) {
     const std::string machine = concern.machines.front();
-    const std::string_view link = link_of(plant_, machine);
     concern.uuid.clear();
-    for (const LostMachine& lost : lost_) {
-      if (lost.last.machine == machine) {
-        concern.cause = "gateway gone " + lost.last.gateway.to_string();
-        concern.since = lost.since;
-        concern.why = {};
-      }
-    }
-    if (link == "down") {
+    concern.what = concern.kind == Kind::gateway_gone ? messages::what_gateway_gone()
+                                                      : messages::what_link_down();
+    const auto lost = std::ranges::find(lost_, machine,
+                                        [](const LostMachine& each) { return each.last.machine; });
+    if (lost != lost_.end()) {
+      concern.cause = "gateway gone " + lost->last.gateway.to_string();
+      concern.since = lost->since;
+      concern.why = {};
+    } else if (link_of(plant_, machine) == Link::down) {
       concern.cause = "link down " + machine;
       concern.since = gateway_without_link(plant_, machine)->since;
       concern.why = {};
-    } else if (concern.cause.empty()) {
-      // Its gateway has a connection, and says that this channel has none.
+    } else {
+      // Its gateway has a connection, and reports that this channel has none.
       concern.cause = "link down " + concern.channels.front().to_string();
       concern.todo = {messages::see_log_of_gateway()};
     }
-    const bool is_gone = state == CallState::gateway_gone;
-    concern.kind = is_gone ? Kind::gateway_gone : Kind::link_down;
-    concern.what = is_gone ? messages::what_gateway_gone() : messages::what_link_down();
     put(std::move(concern));
   }
 
   Message to_be_served(const ChannelStatus& status) const {
-    if (was_there(status)) {
+    if (was_served(status)) {
       return messages::start_service();
     }
     return queue_of(status.key.machine).empty() ? messages::correct_uuid()
@@ -561,39 +417,6 @@ Level level_of(const std::vector<Concern>& concerns) {
     worst = std::max(worst, concern.level);
   }
   return worst;
-}
-
-ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,
-                    const Patience& patience) {
-  const CallState state = call_state(plant, status);
-  ChannelView view{.since = status.since};
-  if (state == CallState::gateway_gone || state == CallState::link_down) {
-    view.since = without_link_since(plant, plant.lost(), machine_of(status.key.machine))
-                     .value_or(status.since);
-  }
-  view.call = word_of(state, status);
-  view.call_level = level_of(state, now - status.since, status, patience);
-  view.state = view.call;
-  view.level = view.call_level;
-  if (const Program* const program = shown_program(plant, status, state, view.level)) {
-    const bool is_aborted = program->state == Program::State::aborted;
-    view.state = name_of(is_aborted ? Kind::program_aborted : Kind::program_on_hold);
-    view.level = is_aborted ? Level::act : Level::look;
-    view.since = program->event.at;
-  }
-  return view;
-}
-
-std::string_view link_of(const Plant& plant, std::string_view machine) {
-  bool is_present = false;
-  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
-       link != plant.machines().end() && link->first.first == machine; ++link) {
-    if (link->second.connected) {
-      return "up";
-    }
-    is_present = is_present || !link->second.gone;
-  }
-  return is_present ? "down" : "gone";
 }
 
 }  // namespace millrace::fabric::plant

@@ -65,7 +65,8 @@ struct Concern {
   std::vector<ChannelKey> channels{};
   /// Of its service; as the NC program wrote it, empty if none is concerned.
   std::string uuid{};
-  /// The process that reports it, "archiver on vm, pid 7"; empty for other kinds than alarms.
+  /// The process that reports it, or does not answer: "archiver on vm, pid 7"; empty if there is
+  /// none.
   base::messages::Message process{};
   /// Its beginning; Time{} if that is unknown.
   Time since{};

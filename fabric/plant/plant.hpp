@@ -61,7 +61,7 @@ class Plant {
   void take_back(const AlarmKey& key) { alarms_.erase(key); }
 
   [[nodiscard]] const std::map<InstanceId, KnownInstance>& instances() const { return instances_; }
-  /// Instances that were there in this time, and are gone.
+  /// The last instances that ended or fell silent.
   [[nodiscard]] const std::map<InstanceId, GoneInstance>& gone() const { return gone_; }
   /// Removes those that have been gone since before `time`.
   void forget_gone(Time time);
@@ -80,7 +80,7 @@ class Plant {
   /// gone, of which machines() has only that.
   [[nodiscard]] const std::map<InstanceId, MachineStatus>& gateways() const { return gateways_; }
 
-  /// A service that crashes at each start is a new instance each time: no more than these are kept.
+  /// A service that crashes at each start is a new instance each time: the newest are kept.
   static constexpr std::size_t most_gone = 1'000;
   /// A stranger can publish any number of alarms and program events.
   static constexpr std::size_t most_alarms = 1'000;

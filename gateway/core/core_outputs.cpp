@@ -54,7 +54,7 @@ void Core::log(const fabric::ChannelKey& key, Level level, const std::string& te
 
 void Core::report_write_problem(const fabric::ChannelKey& key, const fabric::Message& problem) {
   host_.set_alarm({.kind = "write", .subject = key.to_string()},
-                  problem.empty() ? problem : base::messages::of_channel(key.to_string(), problem),
+                  problem.empty() ? problem : base::messages::about(key.to_string(), problem),
                   base::messages::check_controller());
 }
 

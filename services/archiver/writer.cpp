@@ -4,10 +4,13 @@
 #include <exception>
 #include <utility>
 
+#include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
+
+#include "base/messages/catalogue.hpp"
 
 namespace millrace::services::archiver {
 
@@ -32,6 +35,13 @@ std::size_t weight_of(const Row& row) {
   constexpr std::size_t values_in_one = 8;
   const auto* const sample = std::get_if<fabric::DataSample>(&row);
   return sample == nullptr ? 1 : 1 + sample->values.size() / values_in_one;
+}
+
+/// Another process keeps the file locked: space on the disk is no remedy.
+bool is_locked(const std::exception& error) {
+  const auto* const sqlite = dynamic_cast<const SQLite::Exception*>(&error);
+  return sqlite != nullptr &&
+         (sqlite->getErrorCode() == SQLITE_BUSY || sqlite->getErrorCode() == SQLITE_LOCKED);
 }
 
 }  // namespace
@@ -145,7 +155,7 @@ void Writer::write(Batch batch) {
   } catch (const std::exception& error) {
     warn_limited(unwritable, fmt::format("the archive {} cannot be written: {}",
                                          archive_.file().string(), error.what()));
-    notice_failure(error.what());
+    notice_failure(error);
     for (const Done& done : batch.done) {
       done(tl::unexpected(std::string(error.what())));
     }
@@ -177,13 +187,10 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   guard.unlock();
   if (lost != 0) {
     warn_limited("lost", fmt::format("{} recorded rows are lost so far", lost));
-    alarms_.raise(
-        {.key = {.kind = "lost_rows"},
-         .level = fabric::AlarmLevel::warning,
-         .text = fmt::format(
-             "{} rows were lost since the start: the archive was not writable for too long", lost),
-         .advice = "the rows in the archive are complete; a recording of that time may have the "
-                   "missing ones"});
+    alarms_.raise({.key = {.kind = "lost_rows"},
+                   .level = fabric::AlarmLevel::warning,
+                   .text = base::messages::archive_rows_lost(lost),
+                   .advice = base::messages::archive_rows_elsewhere()});
   }
 }
 
@@ -193,15 +200,14 @@ void Writer::warn_limited(const std::string& kind, const std::string& text) {
   }
 }
 
-void Writer::notice_failure(const std::string& reason) {
+void Writer::notice_failure(const std::exception& error) {
   failing_ = true;
   alarms_.raise(
       {.key = {.kind = "archive"},
        .level = fabric::AlarmLevel::problem,
-       .text =
-           fmt::format("the archive {} cannot be written: {}", archive_.file().string(), reason),
-       .advice =
-           "free space on the disk, or restore the folder; the archiver then continues by itself"});
+       .text = base::messages::archive_not_written(archive_.file().string(), error.what()),
+       .advice = is_locked(error) ? base::messages::archive_unlock()
+                                  : base::messages::archive_free_space()});
 }
 
 void Writer::notice_success() {
@@ -218,10 +224,10 @@ void Writer::notice_foreign_files() {
     alarms_.raise(
         {.key = {.kind = "foreign_files"},
          .level = fabric::AlarmLevel::warning,
-         .text = fmt::format("damaged, or not files of an archive, and not changed: {}{}",
-                             files.begin()->string(),
-                             files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : ""),
-         .advice = "move them away; queries do not read them"});
+         .text = base::messages::archive_foreign_file(
+             files.size() > 1 ? base::messages::and_more(files.begin()->string(), files.size() - 1)
+                              : fabric::Message(files.begin()->string())),
+         .advice = base::messages::archive_move_files()});
   }
 }
 

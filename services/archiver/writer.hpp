@@ -74,7 +74,7 @@ class Writer {
   void keep(std::vector<Row> rows, std::size_t first_recorded);
   /// Logs an error that may repeat with each batch.
   void warn_limited(const std::string& kind, const std::string& text);
-  void notice_failure(const std::string& reason);
+  void notice_failure(const std::exception& error);
   void notice_success();
   void notice_foreign_files();
 

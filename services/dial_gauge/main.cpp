@@ -9,6 +9,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "services/dial_gauge/serial_line.hpp"
@@ -40,11 +41,10 @@ class Listener : public SerialLineListener {
 
   void on_closed(const std::string& reason) override {
     log_->error("line {} failed and will be opened again: {}", name_, reason);
-    alarms_.raise(
-        {.key = {.kind = "gauge_line", .subject = name_},
-         .level = fabric::AlarmLevel::problem,
-         .text = fmt::format("line {} failed: {}", name_, reason),
-         .advice = "check its plug and its device; the service opens it again by itself"});
+    alarms_.raise({.key = {.kind = "gauge_line", .subject = name_},
+                   .level = fabric::AlarmLevel::problem,
+                   .text = base::messages::gauge_line_failed(name_, reason),
+                   .advice = base::messages::check_gauge_line()});
     const std::lock_guard guard(lock_);
     receiver_->closed(reason);
   }
@@ -129,8 +129,8 @@ class RunningGauges {
     for (const auto& [gauge, why] : answering.failing()) {
       alarms.raise({.key = {.kind = "gauge", .subject = gauge},
                     .level = fabric::AlarmLevel::problem,
-                    .text = "an NC program cannot read it: " + why,
-                    .advice = "check the gauge, its battery and its radio"});
+                    .text = base::messages::gauge_unreadable(why),
+                    .advice = base::messages::check_gauge()});
     }
     for (const auto& [gauge, why] : told) {
       if (!answering.failing().contains(gauge)) {

@@ -275,9 +275,9 @@ export const diagnoses = () => ({
   healthy: false, fabric: 'plant', domain: 151, interface: 'eth0', multicast: true, time: ago(1), clocks: [{ host: 'hall-3', asked: 'sq', ahead_ms: 1.2, error_ms: 0.1 }],
   programs: [{ name: 'sq', host: 'vm', pid: '7', addresses: 'udp/10.0.0.5:7410', fabrics: ['plant'], gateway: false, heard: true, serves: [uuids.root], self: false }],
   diagnoses: [
-    ['problem', said('of_channel', 'mill_2/3', said('of_channel', said('what_held'), said('instance_lost_held', 'sq (pid 7 on vm)'))),
+    ['problem', said('about', 'mill_2/3', said('about', said('what_held'), said('instance_lost_held', 'sq (pid 7 on vm)'))),
       step('start_service_first'), step('check_machine'), command('millrace retry mill_2/3')],
-    ['problem', said('of_channel', said('process_on_host', 'gateway', 'vm', '8'), said('of_channel', said('what_journal'), said('journal_unwritable', 'disk full'))), step('free_space')],
+    ['problem', said('about', said('process_on_host', 'gateway', 'vm', '8'), said('about', said('what_journal'), said('journal_unwritable', 'disk full'))), step('free_space')],
     ['problem', said('writer_does_not_match', 'millrace/v5/event', said('process_on_host', 'sq', 'vm', '7'), said('qos_differs', 'durability', 'volatile', 'transient local')), step('give_it_qos')],
     ['warning', said('gateway_version_differs', 'lathe_1', '0.0.9', '0.1.0'), step('install_one_version')],
     ['warning', said('plain_ads_readable', 'lathe_1'), step('configure_secure', 'lathe_1', 'vm')],

@@ -17,7 +17,7 @@ class Package : public testing::Test {
     folder = std::make_unique<tests::TemporaryFolder>();
     Process build({MILLRACE_SOURCE "/tests/integration/package/build", MILLRACE_SOURCE,
                    MILLRACE_BUILD, folder->path(), MILLRACE_SANITIZE});
-    ASSERT_EQ(build.wait(std::chrono::minutes(3)), 0) << build.output() << build.error_output();
+    ASSERT_EQ(build.wait(std::chrono::minutes(15)), 0) << build.output() << build.error_output();
   }
   static void TearDownTestSuite() { folder.reset(); }
 

@@ -9,7 +9,6 @@
 
 #include "base/messages/catalogue.hpp"
 #include "tools/doctor/checks/checks.hpp"
-#include "tools/print/concerns.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::doctor {

@@ -6,9 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
 #include "fabric/messages.hpp"
+#include "fabric/plant/concern.hpp"
 #include "fabric/shape.hpp"
 
 namespace millrace::tools::print {
@@ -36,6 +38,12 @@ boost::json::object json_of(const fabric::ChannelStatus& status);
 /// As in `millrace services --json`.
 boost::json::object json_of(const fabric::InstanceIdentity& identity,
                             const std::optional<fabric::InstanceStatus>& status);
+/// {kind, level, who, subject, machines, channels, uuid, since, what, why, todo, cause}; what is
+/// empty is left out.
+boost::json::object json_of(const fabric::plant::Concern& concern);
+boost::json::array json_of(const std::vector<fabric::plant::Concern>& concerns);
+/// Steps: each {text}, with text_code and text_arguments.
+boost::json::array json_of(const std::vector<fabric::Message>& steps);
 /// A text of the controller: CP1252 as UTF-8.
 std::string text_json(std::string_view cp1252);
 /// A text of the fabric; bytes that are not UTF-8 are taken as CP1252, so that the output is JSON.

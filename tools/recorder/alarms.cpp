@@ -1,7 +1,6 @@
 #include "tools/recorder/alarms.hpp"
 
-#include <fmt/format.h>
-
+#include "base/messages/catalogue.hpp"
 #include "tools/print/recording_report.hpp"
 #include "tools/print/units.hpp"
 
@@ -9,6 +8,7 @@ namespace millrace::tools::recorder {
 
 namespace {
 
+namespace messages = base::messages;
 using fabric::AlarmLevel;
 
 /// The multiple of the reserved space below which a warning is due.
@@ -18,14 +18,14 @@ fabric::Alarm recording_alarm(const Condition& now) {
   if (now.waits_for_room) {
     return {.key = {.kind = "recording"},
             .level = AlarmLevel::problem,
-            .text = fmt::format("nothing is recorded: the disk of {} has less than {} left",
-                                now.file.string(), print::size_text(now.minimum_free)),
-            .advice = "free space on the disk; the recorder then continues by itself"};
+            .text = messages::recorder_without_room(now.file.string(),
+                                                    print::size_text(now.minimum_free)),
+            .advice = messages::recorder_free_space()};
   }
   return {.key = {.kind = "recording"},
           .level = AlarmLevel::fine,
-          .text = now.writes ? fmt::format("records to {}", now.writes->string())
-                             : fmt::format("writes {} when a call fails", now.file.string())};
+          .text = now.writes ? messages::records_to(now.writes->string())
+                             : messages::records_failures(now.file.string())};
 }
 
 }  // namespace
@@ -33,23 +33,21 @@ fabric::Alarm recording_alarm(const Condition& now) {
 std::vector<fabric::Alarm> alarms_of(const Condition& now) {
   std::vector<fabric::Alarm> alarms{recording_alarm(now)};
   if (now.free && *now.free < early * now.minimum_free && !now.waits_for_room && !now.makes_room) {
-    alarms.push_back(
-        {.key = {.kind = "disk"},
-         .level = AlarmLevel::warning,
-         .text = fmt::format("the disk of {} has less than {} left; at {} recording stops",
-                             now.file.string(), print::size_text(early * now.minimum_free),
-                             print::size_text(now.minimum_free)),
-         .advice =
-             "free space on the disk, or let the recorder remove its oldest files (--keep-size)"});
+    alarms.push_back({.key = {.kind = "disk"},
+                      .level = AlarmLevel::warning,
+                      .text = messages::recorder_disk_fills(
+                          now.file.string(), print::size_text(early * now.minimum_free),
+                          print::size_text(now.minimum_free)),
+                      .advice = messages::recorder_make_room()});
   }
   if (now.lost > 0 || now.missing.incomplete > 0 || now.missing.unseen > 0) {
-    alarms.push_back(
-        {.key = {.kind = "missing"},
-         .level = AlarmLevel::warning,
-         .text =
-             fmt::format("the recording is incomplete: {}{}", print::missing_text(now.missing),
-                         now.lost > 0 ? fmt::format("; the bus lost {} samples", now.lost) : ""),
-         .advice = "give the recorder more processor time; see docs/how-to/record-and-replay.md"});
+    const std::string missing = print::missing_text(now.missing);
+    alarms.push_back({.key = {.kind = "missing"},
+                      .level = AlarmLevel::warning,
+                      .text = now.lost > 0
+                                  ? messages::recording_incomplete_and_lost(missing, now.lost)
+                                  : messages::recording_incomplete(missing),
+                      .advice = messages::recorder_more_time()});
   }
   return alarms;
 }

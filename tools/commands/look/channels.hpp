@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fabric/plant/assess.hpp"
+#include "fabric/plant/channel_view.hpp"
 #include "tools/print/listing.hpp"
 
 namespace millrace::tools::commands::look {

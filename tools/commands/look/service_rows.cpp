@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/plant/assess.hpp"
+#include "fabric/plant/channel_view.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/data.hpp"
 

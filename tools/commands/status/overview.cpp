@@ -12,7 +12,6 @@
 #include "fabric/plant/assess.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/machines.hpp"
-#include "tools/print/concerns.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/listing.hpp"

@@ -40,11 +40,11 @@ Report::Message program_text(const Announcement& who) {
 
 void Report::concern(const fabric::plant::Concern& concern) {
   const Message reason =
-      concern.why.empty() ? concern.what : messages::of_channel(concern.what, concern.why);
+      concern.why.empty() ? concern.what : messages::about(concern.what, concern.why);
   const Message subject = subject_of(concern);
   said_.push_back(
       {concern.level == fabric::plant::Level::act ? Severity::problem : Severity::warning,
-       subject.empty() ? reason : messages::of_channel(subject, reason), concern.todo});
+       subject.empty() ? reason : messages::about(subject, reason), concern.todo});
 }
 
 void at_endpoints(const Findings& found, Report& report) {
@@ -113,7 +113,7 @@ void at_clocks(const Findings& found, Report& report) {
 void at_alarms(const Findings& found, Report& report) {
   for (const auto& [key, alarm] : found.live.alarms()) {
     if (alarm.level == fabric::AlarmLevel::fine) {
-      report.fine(messages::of_channel(print::reported_by(alarm), alarm.text));
+      report.fine(messages::about(print::reported_by(alarm), alarm.text));
     }
   }
   if (found.live.too_many_alarms()) {

@@ -53,7 +53,7 @@ void at_trust(const Findings& found, Report& report);
 void at_endpoints(const Findings& found, Report& report);
 /// How gateways connect to their controllers.
 void at_machines(const Findings& found, Report& report);
-/// What is wrong on the fabric, as every view of a plant says it.
+/// The concerns of the fabric, the same as on the page and in `millrace status`.
 void at_concerns(const Findings& found, Report& report);
 /// Reports of processes that run well, and floods of alarms.
 void at_alarms(const Findings& found, Report& report);

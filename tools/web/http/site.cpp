@@ -9,7 +9,6 @@
 
 #include "base/text/ascii.hpp"
 #include "fabric/messages.hpp"
-#include "tools/print/concerns.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 

@@ -1,6 +1,5 @@
 // The JSON objects of PlantModel.
 #include "fabric/channel_scope.hpp"
-#include "tools/print/concerns.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -52,7 +51,8 @@ bool PlantModel::is_former(const fabric::MachineStatus& status) const {
 bool PlantModel::has_another_gateway(const fabric::MachineStatus& status) const {
   const auto known = live_.machines().lower_bound({status.machine, {}});
   const bool had_one = known != live_.machines().end() && known->first.first == status.machine;
-  return had_one && !status.gone && fabric::plant::link_of(live_, status.machine) != "up" &&
+  return had_one && !status.gone &&
+         fabric::plant::link_of(live_, status.machine) != fabric::plant::Link::up &&
          !live_.machines().contains({status.machine, status.gateway});
 }
 

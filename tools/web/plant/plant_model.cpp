@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "fabric/channel_scope.hpp"
-#include "tools/print/concerns.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::plant {
@@ -116,7 +115,7 @@ void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
 void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_again,
                           fabric::Time received) {
   mark_all_of(status.machine);
-  if (fabric::plant::link_of(live_, status.machine) == "gone") {
+  if (fabric::plant::link_of(live_, status.machine) == fabric::plant::Link::gone) {
     data_.silence(status.machine, received);
     programs_.silence(status.machine);
   } else {

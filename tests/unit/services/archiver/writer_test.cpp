@@ -11,6 +11,7 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/ostream_sink.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/log.hpp"
 #include "services/archiver/row_writer.hpp"
 #include "tests/support/await.hpp"
@@ -116,6 +117,18 @@ class Lines {
   std::ostringstream text_;
   std::shared_ptr<spdlog::sinks::sink> sink_;
 };
+
+TEST_F(WriterTest, AdvisesToEndTheProcessThatLocksTheArchive) {
+  Writer sut(archive(), base::program::no_log(), alarms);
+  SQLite::Database other((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
+  other.exec("BEGIN IMMEDIATE");
+  std::promise<Written> failed;
+  sut.put(put(1), [&](const Written& id) { failed.set_value(id); });
+  EXPECT_FALSE(failed.get_future().get());
+  ASSERT_TRUE(alarms.of("archive"));
+  EXPECT_EQ(alarms.of("archive")->advice, base::messages::archive_unlock());
+  other.exec("COMMIT");
+}
 
 TEST_F(WriterTest, ReportsALastingFaultOnceAndThenItsEnd) {
   const Lines lines;

@@ -66,7 +66,7 @@ export const messages = {
   response_state_beside_request: 'RESPONSE_STATE ist trotz Anfrage nicht 0: Sie ist vielleicht schon beantwortet.',
   not_read_yet: 'Verbunden; der Kanal wurde noch nicht gelesen.',
   write_not_shown: 'Die Steuerung hat {0} bestätigt, beim Lesen erscheint es aber nicht; {1}-mal geschrieben.',
-  of_channel: '{0}: {1}',
+  about: '{0}: {1}',
   read_refused: 'Die Steuerung verweigert das Lesen der Service-Schnittstelle von Kanal {0}: {1}.',
   write_refused: '{0} von Kanal {1} kann nicht geschrieben werden: {2}.',
   check_controller: 'Das NC-Programm wartet. Prüfen Sie, ob die Steuerung läuft und ob eine SPS oder ein anderer ADS-Client V.G.SERVICE dieses Kanals schreibt. Das Gateway wiederholt den Schreibzugriff mindestens einmal pro Minute.',

@@ -1,0 +1,139 @@
+#include "fabric/plant/channel_view.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "base/messages/catalogue.hpp"
+#include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
+
+namespace millrace::fabric::plant {
+
+namespace {
+
+/// When the machine lost its gateway or its link; nothing if it has both.
+std::optional<Time> without_link_since(const Plant& plant, std::string_view machine) {
+  if (const MachineStatus* const status = gateway_without_link(plant, machine)) {
+    return status->since;
+  }
+  const std::vector<LostMachine> lost = plant.lost();
+  const auto found = std::ranges::find(
+      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
+  return found == lost.end() ? std::nullopt : std::optional(found->since);
+}
+
+}  // namespace
+
+Link link_of(const Plant& plant, std::string_view machine) {
+  bool is_present = false;
+  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
+       link != plant.machines().end() && link->first.first == machine; ++link) {
+    if (link->second.connected) {
+      return Link::up;
+    }
+    is_present = is_present || !link->second.gone;
+  }
+  return is_present ? Link::down : Link::gone;
+}
+
+const MachineStatus* gateway_without_link(const Plant& plant, std::string_view machine) {
+  const MachineStatus* found = nullptr;
+  for (auto link = plant.machines().lower_bound({std::string(machine), {}});
+       link != plant.machines().end() && link->first.first == machine; ++link) {
+    const MachineStatus& status = link->second;
+    if (!status.gone && !status.connected && (found == nullptr || status.since > found->since)) {
+      found = &status;
+    }
+  }
+  return found;
+}
+
+std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status) {
+  const std::string_view machine = machine_of(status.key.machine);
+  const Link link = link_of(plant, machine);
+  if (link == Link::gone || status.gone) {
+    return Kind::gateway_gone;
+  }
+  if (link == Link::down) {
+    return Kind::link_down;
+  }
+  switch (status.state) {
+    case ChannelState::link_down:
+      return Kind::link_down;
+    case ChannelState::idle:
+    case ChannelState::answering:
+      return std::nullopt;
+    case ChannelState::running:
+      return base::messages::deadline.is(status.reason) ? std::optional(Kind::overdue)
+                                                        : std::nullopt;
+    case ChannelState::unserved:
+      // Without a journal the gateway accepts no calls, and has not looked for a service.
+      return plant.journal_alarm(machine) != nullptr ? Kind::journal : Kind::unserved;
+    case ChannelState::waiting:
+      // The call waits for an instance, and there is none.
+      return plant.instances_for(status.uuid, status.key) == 0 ? Kind::unserved : Kind::waiting;
+    case ChannelState::held:
+      return Kind::held;
+  }
+  return Kind::unknown;
+}
+
+bool was_served(const ChannelStatus& status) {
+  return !status.reason.code.starts_with(base::messages::unknown_uuid.code);
+}
+
+Level level_of(const std::optional<Kind>& obstacle, const ChannelStatus& status, Time now,
+               const Patience& patience) {
+  if (!obstacle) {
+    return Level::fine;
+  }
+  const auto age = now - status.since;
+  switch (*obstacle) {
+    case Kind::unserved:
+      return age < (was_served(status) ? patience.lost_service : patience.unknown_uuid)
+                 ? Level::fine
+                 : Level::act;
+    case Kind::waiting:
+      return age < patience.waiting_look  ? Level::fine
+             : age < patience.waiting_act ? Level::look
+                                          : Level::act;
+    case Kind::overdue:
+    case Kind::unknown:
+      return Level::look;
+    default:
+      return Level::act;
+  }
+}
+
+const Program* shown_program(const Plant& plant, const ChannelStatus& status,
+                             const std::optional<Kind>& obstacle, Level level) {
+  const Program* const program = plant.program_of(status.key);
+  const bool is_call_the_cause = level == Level::act && obstacle != Kind::waiting;
+  if (program == nullptr || program->state == Program::State::running || is_call_the_cause) {
+    return nullptr;
+  }
+  return program->state == Program::State::aborted || status.state == ChannelState::idle ? program
+                                                                                         : nullptr;
+}
+
+ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,
+                    const Patience& patience) {
+  const std::optional<Kind> obstacle = obstacle_of(plant, status);
+  ChannelView view{.call = obstacle ? name_of(*obstacle) : name_of(status.state),
+                   .call_level = level_of(obstacle, status, now, patience),
+                   .since = status.since};
+  if (obstacle == Kind::gateway_gone || obstacle == Kind::link_down) {
+    view.since = without_link_since(plant, machine_of(status.key.machine)).value_or(status.since);
+  }
+  view.state = view.call;
+  view.level = view.call_level;
+  if (const Program* const program = shown_program(plant, status, obstacle, view.level)) {
+    const bool is_aborted = program->state == Program::State::aborted;
+    view.state = name_of(is_aborted ? Kind::program_aborted : Kind::program_on_hold);
+    view.level = is_aborted ? Level::act : Level::look;
+    view.since = program->event.at;
+  }
+  return view;
+}
+
+}  // namespace millrace::fabric::plant
