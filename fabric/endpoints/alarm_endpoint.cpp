@@ -41,6 +41,7 @@ struct AlarmEndpoint::Impl : std::enable_shared_from_this<Impl> {
   boost::asio::steady_timer timer;
   boost::asio::steady_timer certificate_timer;
   bool scheduled = false;
+  bool left = false;
 };
 
 tl::expected<void, std::string> AlarmEndpoint::Impl::open() {
@@ -130,7 +131,7 @@ AlarmEndpoint::AlarmEndpoint(const dds::Participant& participant,
 AlarmEndpoint::~AlarmEndpoint() {
   impl_->timer.cancel();
   impl_->certificate_timer.cancel();
-  if (impl_->writer) {
+  if (impl_->writer && !impl_->left) {
     for (const auto& [key, alarm] : impl_->table.told()) {
       impl_->writer->withdraw(alarm);
     }
@@ -148,6 +149,10 @@ tl::expected<void, std::string> AlarmEndpoint::clear(const std::string& kind,
   impl_->table.clear(kind, subject);
   // Without an alarm so far there is nothing to retract.
   return impl_->writer ? impl_->tell() : tl::expected<void, std::string>();
+}
+
+void AlarmEndpoint::leave_alarms() {
+  impl_->left = true;
 }
 
 }  // namespace millrace::fabric::endpoints

@@ -35,7 +35,7 @@ class AlarmEndpoint {
   /// `who` has responder, program, host and process. `participant` outlives this object.
   AlarmEndpoint(const dds::Participant& participant, const boost::asio::any_io_executor& executor,
                 Alarm who);
-  /// Retracts its alarms.
+  /// Retracts its alarms, unless they were left.
   ~AlarmEndpoint();
   AlarmEndpoint(const AlarmEndpoint&) = delete;
   AlarmEndpoint& operator=(const AlarmEndpoint&) = delete;
@@ -44,6 +44,8 @@ class AlarmEndpoint {
   /// again.
   tl::expected<void, std::string> raise(const Alarm& alarm);
   tl::expected<void, std::string> clear(const std::string& kind, const std::string& subject = {});
+  /// The process ends because of a fault: readers see that it is gone, with its last alarms.
+  void leave_alarms();
 
  private:
   struct Impl;

@@ -30,7 +30,7 @@ struct MachineClaim {
   /// The gateway's id names this participant as its maker.
   bool made_id = false;
   /// Its writer counts as gone.
-  bool lost = false;
+  std::optional<Absence> lost{};
 };
 struct OwnedChannel {
   Handle participant = DDS_HANDLE_NIL;
@@ -38,6 +38,10 @@ struct OwnedChannel {
 };
 using Claims = KeyOwners<ClaimKey, MachineClaim>;
 using Channels = KeyOwners<ChannelKey, OwnedChannel>;
+
+bool is_in(const std::vector<Handle>& writers, Handle writer) {
+  return std::ranges::find(writers, writer) != writers.end();
+}
 
 bool covers(const MachineStatus& status, const ChannelKey& key) {
   const bool queue = machine_of(key.machine) != key.machine;
@@ -69,7 +73,7 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
   void take(const wire::Taken<MachineStatus>& taken);
   void take(const wire::Taken<ChannelStatus>& taken);
   void take_lost_writers();
-  void lose(const ClaimKey& key, MachineClaim& claim);
+  void lose(const ClaimKey& key, MachineClaim& claim, Absence absence);
   /// Removes the samples of revoked participants.
   void drop_revoked();
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text);
@@ -191,10 +195,14 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   const ClaimKey key(status.machine, status.gateway);
   Claims::Sample* const known = claims.find(key);
   if (taken.instance_state == wire::InstanceState::no_writers) {
+    const std::vector<Handle> there = machines->matched();
+    const Absence absence = is_in(there, known != nullptr ? known->writer : taken.writer)
+                                ? Absence::silent
+                                : Absence::gone;
     if (known != nullptr) {
-      lose(key, known->value);
+      lose(key, known->value, absence);
     } else if (taken.valid) {
-      listener->on_machine_gone(key.first, key.second);
+      listener->on_machine_gone(key.first, key.second, absence);
     }
     return;
   }
@@ -204,7 +212,7 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   claims_differ = true;
   const bool had_claimed = known != nullptr && known->value.status.claimed != Time{};
   if (had_claimed && known->writer == taken.writer && status.claimed == Time{}) {
-    lose(key, known->value);
+    lose(key, known->value, Absence::released);
     claims.forget(key);
   } else if (claims.update(key, taken.writer,
                            {machines->participant_of(taken.writer), status,
@@ -218,10 +226,11 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   }
 }
 
-void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim) {
+void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim, Absence absence) {
   claims_differ = true;
-  if (!std::exchange(claim.lost, true)) {
-    tell([&] { listener->on_machine_gone(key.first, key.second); });
+  if (!claim.lost || (claim.lost == Absence::silent && absence == Absence::gone)) {
+    claim.lost = absence;
+    tell([&] { listener->on_machine_gone(key.first, key.second, absence); });
   }
 }
 
@@ -243,7 +252,9 @@ void GatewayMonitor::Impl::listen_for_losses(dds_listener_t* on_loss) {
   const auto add = [](dds_entity_t, const dds_liveliness_changed_status_t status,
                       void* self) noexcept {
     auto& impl = *static_cast<Impl*>(self);
-    if (status.alive_count_change < 0) {
+    // A writer fell silent, or one that was silent is gone.
+    if (status.alive_count_change < 0 ||
+        (status.alive_count_change == 0 && status.not_alive_count_change < 0)) {
       base::program::contain("processing the end of a gateway", [&] {
         const std::lock_guard guard(impl.lock);
         impl.lost_writers.push_back(status.last_publication_handle);
@@ -266,9 +277,9 @@ void GatewayMonitor::Impl::take_lost_writers() {
   const std::vector<Handle> there = machines->matched();
   const std::vector<Handle> channels_there = channels ? channels->matched() : std::vector<Handle>{};
   const auto is_gone_from = [](const std::vector<Handle>& matched) {
-    return [&matched](Handle writer) { return std::ranges::count(matched, writer) == 0; };
+    return [&matched](Handle writer) { return !is_in(matched, writer); };
   };
-  forget([&](Handle writer) { return std::ranges::count(lost, writer) > 0; }, is_gone_from(there),
+  forget([&](Handle writer) { return is_in(lost, writer); }, is_gone_from(there),
          is_gone_from(channels_there));
 }
 
@@ -286,8 +297,10 @@ template <typename IsLost, typename HasLeft, typename ChannelHasLeft>
 void GatewayMonitor::Impl::forget(const IsLost& is_lost, const HasLeft& has_left,
                                   const ChannelHasLeft& channel_has_left) {
   claims.each_from({}, [&](const ClaimKey& key, Claims::Sample& sample) {
-    if (is_lost(sample.writer)) {
-      lose(key, sample.value);
+    if (has_left(sample.writer)) {
+      lose(key, sample.value, Absence::gone);
+    } else if (is_lost(sample.writer)) {
+      lose(key, sample.value, Absence::silent);
     }
     return listener != nullptr;
   });

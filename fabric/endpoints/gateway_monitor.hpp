@@ -20,13 +20,25 @@
 
 namespace millrace::fabric::endpoints {
 
+/// How a gateway left a machine.
+enum class Absence : std::uint8_t {
+  /// It gave the machine up, or ended in order.
+  released,
+  /// DDS knows its process, which sends nothing: it stands still, or was killed just now, or its
+  /// host cannot be reached. It comes back, or becomes `gone`.
+  silent,
+  gone
+};
+
 /// Called on the executor, one at a time.
 class GatewayMonitorListener {
  public:
   virtual ~GatewayMonitorListener() = default;
   virtual void on_machine(const MachineStatus& status) = 0;
-  /// The gateway has released the machine, or is gone, or is taken for gone.
-  virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway) = 0;
+  /// The gateway is there no longer for this machine; after `silent`, a second time if its process
+  /// is gone.
+  virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway,
+                               Absence absence) = 0;
   virtual void on_channel(const ChannelStatus& status) = 0;
   /// No gateway publishes the channel any more.
   virtual void on_channel_gone(const ChannelKey& key) { static_cast<void>(key); }

@@ -151,8 +151,8 @@ class Alarms {
     return AlarmNews{.alarm = std::move(alarm)};
   }
 
-  std::optional<AlarmNews> over(const AlarmKey& key) {
-    AlarmNews news{.over = true, .alarm = {.key = key}};
+  std::optional<AlarmNews> over(const AlarmKey& key, bool is_lost = false) {
+    AlarmNews news{.over = true, .alarm = {.key = key}, .lost = is_lost};
     if (auto known = last_.extract(key)) {
       news.alarm = std::move(known.mapped());
     }

@@ -41,7 +41,7 @@ struct OriginOf {
 }  // namespace
 
 std::string_view name_of(Change change) {
-  constexpr std::array<std::string_view, 3> names{"ready", "changed", "gone"};
+  constexpr std::array<std::string_view, 4> names{"ready", "changed", "gone", "silent"};
   const auto index = static_cast<std::size_t>(change);
   return index < names.size() ? names.at(index) : "unknown";
 }

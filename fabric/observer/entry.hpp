@@ -27,10 +27,23 @@ struct Withdrawal {
 };
 MILLRACE_FIELDS(Withdrawal, key, call, instance, (requester, .observed = false))
 
-enum class Change : std::uint8_t { ready, changed, gone };
+enum class Change : std::uint8_t {
+  ready,
+  changed,
+  /// DDS knows its process no longer.
+  gone,
+  /// DDS knows its process, which sends no heartbeats: it stands still, or was killed just now, or
+  /// its host cannot be reached.
+  silent
+};
 std::string_view name_of(Change change);
+/// Gone or silent: it gets no calls.
+constexpr bool is_absent(Change change) {
+  return change == Change::gone || change == Change::silent;
+}
 
-/// An instance came, changed its identity, or is gone (then only its id is certain).
+/// An instance came, changed its identity, fell silent, or is gone (in the last two only its id is
+/// certain). One that is silent becomes ready again, or is gone.
 struct InstanceNews {
   Change change = Change::ready;
   InstanceIdentity identity{};
@@ -43,9 +56,11 @@ MILLRACE_FIELDS(InstanceNews, change, identity)
 struct AlarmNews {
   bool over = false;
   Alarm alarm{};
+  /// It is over because its process is gone without having taken it back.
+  bool lost = false;
   bool operator==(const AlarmNews&) const = default;
 };
-MILLRACE_FIELDS(AlarmNews, over, alarm)
+MILLRACE_FIELDS(AlarmNews, over, alarm, lost)
 
 using Sample =
     std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus, Event,

@@ -149,13 +149,14 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     return sample_of(std::move(taken));
   }
   std::optional<Sample> news_of(wire::Taken<Alarm>&& taken) {
+    const bool is_lost = taken.instance_state == InstanceState::no_writers;
     auto kept = alarm_owners.take(taken.value.key, taken.writer, taken.valid,
                                   taken.instance_state == InstanceState::alive);
     if (!kept) {
       return std::nullopt;
     }
     taken.value.key = std::move(kept->key);
-    auto news = kept->is_over ? known_alarms.over(taken.value.key)
+    auto news = kept->is_over ? known_alarms.over(taken.value.key, is_lost)
                               : known_alarms.said(std::move(taken.value));
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
@@ -165,12 +166,16 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
       hand_out(status);
     }
   }
-  void on_machine_gone(const std::string& machine, const InstanceId& gateway) override {
+  void on_machine_gone(const std::string& machine, const InstanceId& gateway,
+                       endpoints::Absence absence) override {
+    using endpoints::Absence;
     // A channel or machine whose gateway left would look alive for ever.
     on_machine({.machine = machine,
                 .gateway = gateway,
                 .since = std::chrono::system_clock::now(),
-                .reason = base::messages::gateway_gone(),
+                .reason = absence == Absence::released ? base::messages::gateway_released()
+                          : absence == Absence::silent ? base::messages::gateway_not_responding()
+                                                       : base::messages::gateway_gone(),
                 .gone = true});
   }
   void on_channel(const ChannelStatus& status) override { hand_out(status); }
@@ -295,6 +300,10 @@ void Observer::Impl::report_changes() {
   const registry::InstanceRegistry::Changes changes = liveness.changes();
   for (const InstanceId& instance : changes.gone) {
     loads.forget(instance);
+    const bool is_silent = std::ranges::find(changes.silent, instance) != changes.silent.end();
+    hand_out(InstanceNews{is_silent ? Change::silent : Change::gone, {.id = instance}});
+  }
+  for (const InstanceId& instance : changes.left) {
     hand_out(InstanceNews{Change::gone, {.id = instance}});
   }
   for (const InstanceIdentity& identity : changes.ready) {
@@ -310,7 +319,7 @@ void Observer::Impl::drop_gone_alarms() {
     return;
   }
   for (const AlarmKey& key : alarm_owners.gone(alarms->matched())) {
-    if (auto news = known_alarms.over(key)) {
+    if (auto news = known_alarms.over(key, true)) {
       hand_out(std::move(*news));
     }
   }

@@ -85,6 +85,7 @@ class Assessment {
       add_channel(status);
     }
     add_instances();
+    add_processes();
     add_alarms();
     std::vector<Concern> all;
     all.reserve(causes_.size());
@@ -129,19 +130,31 @@ class Assessment {
       put({.kind = Kind::no_gateway,
            .what = messages::what_no_gateway(),
            .why = messages::no_gateway_reports(),
-           .todo = {messages::start_a_gateway()},
+           .todo = {messages::start_a_gateway(), messages::look_elsewhere(),
+                    messages::run_command("millrace doctor" + view_.flags)},
            .cause = "no gateway"});
     }
     for (const LostMachine& lost : lost_) {
       const MachineStatus& last = lost.last;
       const bool is_known = !last.host.empty();
-      put({.kind = Kind::gateway_gone,
-           .machines = {last.machine},
-           .since = lost.since,
-           .what = messages::what_gateway_gone(),
-           .why = is_known ? messages::gateway_was(last.host, last.pid) : Message(),
-           .todo = {is_known ? restart_of(last) : messages::start_a_gateway()},
-           .cause = "gateway gone " + last.gateway.to_string()});
+      const bool is_silent = messages::gateway_not_responding.is(lost.reason);
+      Concern concern{
+          .kind = Kind::gateway_gone,
+          .machines = {last.machine},
+          .since = lost.since,
+          .what = is_silent ? messages::what_gateway_silent() : messages::what_gateway_gone(),
+          .cause = "gateway gone " + last.gateway.to_string()};
+      if (is_known) {
+        concern.why = is_silent ? messages::gateway_silent(last.host, last.pid)
+                      : messages::gateway_released.is(lost.reason)
+                          ? messages::gateway_ended(last.host, last.pid)
+                          : messages::gateway_was(last.host, last.pid);
+      }
+      if (is_silent) {
+        concern.todo.push_back(messages::see_whether_it_runs());
+      }
+      concern.todo.push_back(is_known ? restart_of(last) : messages::start_a_gateway());
+      put(std::move(concern));
     }
   }
 
@@ -186,7 +199,7 @@ class Assessment {
   }
 
   void add_channel(const ChannelStatus& status) {
-    const std::optional<Kind> obstacle = obstacle_of(plant_, status);
+    const std::optional<Kind> obstacle = obstacle_of(plant_, status, now_, view_.patience);
     const Level level = level_of(obstacle, status, now_, view_.patience);
     if (const Program* const program = shown_program(plant_, status, obstacle, level)) {
       add_program(status, *program);
@@ -240,6 +253,9 @@ class Assessment {
         concern.who = was_served(status) ? Role::engineer : Role::programmer;
         concern.what = messages::what_unserved();
         concern.todo = {to_be_served(status)};
+        if (!was_served(status) && queue_of(status.key.machine).empty()) {
+          concern.todo.push_back(messages::reset_program());
+        }
         concern.cause = "unserved " + (uuid.empty() ? channel : uuid);
         break;
       case Kind::held: {
@@ -259,12 +275,16 @@ class Assessment {
       }
       case Kind::overdue:
         concern.who = Role::programmer;
-        concern.what = messages::what_overdue();
+        concern.what = messages::deadline.is(status.reason) ? messages::what_overdue()
+                                                            : messages::what_runs_long();
         concern.todo = {messages::check_instance()};
         concern.cause = fmt::format("overdue {} {}", channel, status.call.to_string());
         break;
       case Kind::waiting:
         concern.what = messages::what_waiting();
+        if (const std::string others = running_calls_of(uuid); !others.empty()) {
+          concern.why = messages::occupied_by(concern.why, others);
+        }
         concern.todo = {messages::start_more_instances(),
                         messages::run_command("millrace services" + view_.flags)};
         concern.cause = "waiting " + uuid;
@@ -301,6 +321,17 @@ class Assessment {
     put(std::move(concern));
   }
 
+  /// "press/1, press/2": the channels whose calls the service runs.
+  [[nodiscard]] std::string running_calls_of(const std::string& uuid) const {
+    std::string channels;
+    for (const auto& [key, status] : plant_.channels()) {
+      if (status.state == ChannelState::running && canonical_uuid(status.uuid) == uuid) {
+        channels += (channels.empty() ? "" : ", ") + key.to_string();
+      }
+    }
+    return channels;
+  }
+
   Message to_be_served(const ChannelStatus& status) const {
     if (was_served(status)) {
       return messages::start_service();
@@ -331,24 +362,52 @@ class Assessment {
   void add_lost(const std::string& uuid, const std::vector<const GoneInstance*>& instances,
                 std::size_t here) {
     const InstanceIdentity& last = instances.back()->last.identity;
+    const bool is_silent = instances.back()->silent;
+    std::vector<Message> todo;
+    if (is_silent) {
+      todo.push_back(messages::see_whether_it_runs());
+    }
     if (here == 0) {
+      todo.push_back(messages::start_service_again(last.name));
       put({.kind = Kind::unserved,
            .uuid = uuid,
            .since = instances.front()->at,
            .what = messages::what_unserved(),
-           .why = messages::last_instance_was(last.name, last.pid, last.host),
-           .todo = {messages::start_service_again(last.name)},
+           .why = is_silent ? messages::last_instance_silent(last.name, last.pid, last.host)
+                            : messages::last_instance_was(last.name, last.pid, last.host),
+           .todo = std::move(todo),
            .cause = "unserved " + uuid});
       return;
     }
+    todo.push_back(messages::start_instance_again());
     put({.kind = Kind::redundancy,
          .level = Level::look,
          .uuid = uuid,
          .since = instances.front()->at,
          .what = messages::what_redundancy(),
-         .why = messages::instances_remain(last.name, last.pid, last.host, here),
-         .todo = {messages::start_instance_again()},
+         .why = is_silent ? messages::instances_beside_silent(last.name, last.pid, last.host, here)
+                          : messages::instances_remain(last.name, last.pid, last.host, here),
+         .todo = std::move(todo),
          .cause = "redundancy " + uuid});
+  }
+
+  void add_processes() {
+    for (const auto& [id, lost] : plant_.lost_processes()) {
+      const Alarm& last = lost.last;
+      if (now_ - lost.at < view_.patience.lost_service) {
+        continue;
+      }
+      put({.kind = Kind::process_gone,
+           .level = Level::look,
+           .process = process_of(last),
+           .since = lost.at,
+           .what = messages::what_process_gone(),
+           // It may have said why it ends.
+           .why =
+               last.level == AlarmLevel::fine ? messages::process_left_without_word() : last.text,
+           .todo = {messages::see_its_log(last.host)},
+           .cause = "process gone " + id.to_string()});
+    }
   }
 
   /// A held call says that its service has no instance; nothing else waits for the service.
@@ -360,6 +419,12 @@ class Assessment {
            });
   }
 
+  [[nodiscard]] bool has_lost_instance_of(const std::string& uuid) const {
+    return std::ranges::any_of(plant_.gone(), [&](const auto& gone) {
+      return gone.second.last.identity.uuid == canonical_uuid(uuid);
+    });
+  }
+
   void add_alarms() {
     for (const auto& [key, alarm] : plant_.alarms()) {
       const Level level = level_of(alarm.level);
@@ -367,8 +432,9 @@ class Assessment {
         continue;
       }
       if (key.kind == "service") {
-        // Each gateway reports a service that has lost its last instance.
-        if (plant_.instances_of(key.subject).empty()) {
+        // Each gateway reports a service that has lost its last instance; who saw it there knows
+        // more.
+        if (plant_.instances_of(key.subject).empty() && !has_lost_instance_of(key.subject)) {
           put({.kind = Kind::unserved,
                .uuid = key.subject,
                .since = alarm.since,
@@ -377,6 +443,19 @@ class Assessment {
                .todo = {alarm.advice},
                .cause = "unserved " + canonical_uuid(key.subject)});
         }
+        continue;
+      }
+      if (key.kind == "errors") {
+        // Of each gateway that gets answers of the service.
+        put({.kind = Kind::errors,
+             .level = level,
+             .who = Role::programmer,
+             .uuid = key.subject,
+             .since = alarm.since,
+             .what = messages::what_errors(),
+             .why = alarm.text,
+             .todo = {alarm.advice},
+             .cause = "errors " + canonical_uuid(key.subject)});
         continue;
       }
       put({.kind = Kind::alarm,

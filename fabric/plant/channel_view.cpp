@@ -22,6 +22,18 @@ std::optional<Time> without_link_since(const Plant& plant, std::string_view mach
   return found == lost.end() ? std::nullopt : std::optional(found->since);
 }
 
+/// Its call runs far longer than the calls of its service do.
+bool runs_long(const Plant& plant, const ChannelStatus& status, Time now,
+               const Patience& patience) {
+  std::chrono::nanoseconds mean{};
+  for (const auto& [id, instance] : plant.instances()) {
+    if (instance.status && instance.identity.uuid == canonical_uuid(status.uuid)) {
+      mean = std::max(mean, instance.status->mean);
+    }
+  }
+  return now - status.since >= std::max(patience.running_look, patience.running_means * mean);
+}
+
 }  // namespace
 
 Link link_of(const Plant& plant, std::string_view machine) {
@@ -48,7 +60,8 @@ const MachineStatus* gateway_without_link(const Plant& plant, std::string_view m
   return found;
 }
 
-std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status) {
+std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status, Time now,
+                                const Patience& patience) {
   const std::string_view machine = machine_of(status.key.machine);
   const Link link = link_of(plant, machine);
   if (link == Link::gone || status.gone) {
@@ -64,8 +77,9 @@ std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status)
     case ChannelState::answering:
       return std::nullopt;
     case ChannelState::running:
-      return base::messages::deadline.is(status.reason) ? std::optional(Kind::overdue)
-                                                        : std::nullopt;
+      return base::messages::deadline.is(status.reason) || runs_long(plant, status, now, patience)
+                 ? std::optional(Kind::overdue)
+                 : std::nullopt;
     case ChannelState::unserved:
       // Without a journal the gateway accepts no calls, and has not looked for a service.
       return plant.journal_alarm(machine) != nullptr ? Kind::journal : Kind::unserved;
@@ -118,7 +132,7 @@ const Program* shown_program(const Plant& plant, const ChannelStatus& status,
 
 ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,
                     const Patience& patience) {
-  const std::optional<Kind> obstacle = obstacle_of(plant, status);
+  const std::optional<Kind> obstacle = obstacle_of(plant, status, now, patience);
   ChannelView view{.call = obstacle ? name_of(*obstacle) : name_of(status.state),
                    .call_level = level_of(obstacle, status, now, patience),
                    .since = status.since};

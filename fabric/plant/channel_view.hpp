@@ -20,6 +20,9 @@ struct Patience {
   /// A call that waits for a free instance is one to look at, and then needs a person.
   std::chrono::nanoseconds waiting_look = std::chrono::seconds(5);
   std::chrono::nanoseconds waiting_act = std::chrono::minutes(1);
+  /// A call that runs this long, and this many times as long as its service needs on average.
+  std::chrono::nanoseconds running_look = std::chrono::minutes(1);
+  int running_means = 10;
 };
 
 enum class Link : std::uint8_t {
@@ -35,7 +38,8 @@ Link link_of(const Plant& plant, std::string_view machine);
 const MachineStatus* gateway_without_link(const Plant& plant, std::string_view machine);
 
 /// What keeps the channel's call, or all of its calls, from running; nothing if they run.
-std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status);
+std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status, Time now,
+                                const Patience& patience);
 /// Of that obstacle, after the time that its state has lasted.
 Level level_of(const std::optional<Kind>& obstacle, const ChannelStatus& status, Time now,
                const Patience& patience);

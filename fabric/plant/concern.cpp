@@ -12,10 +12,11 @@ std::string_view name_of(Level level) {
 }
 
 std::string_view name_of(Kind kind) {
-  constexpr std::array<std::string_view, 14> names{
-      "missing", "held",       "no gateway",      "gateway gone", "link down",
-      "journal", "unserved",   "program aborted", "alarm",        "overdue",
-      "waiting", "redundancy", "program on hold", "unknown"};
+  constexpr std::array<std::string_view, 16> names{
+      "missing",    "held",         "no gateway",      "gateway gone",
+      "link down",  "journal",      "unserved",        "program aborted",
+      "alarm",      "overdue",      "waiting",         "errors",
+      "redundancy", "process gone", "program on hold", "unknown"};
   return names.at(static_cast<std::size_t>(kind));
 }
 

@@ -21,21 +21,16 @@ bool Plant::add(const observer::Entry& entry) {
   } else if (const auto* event = std::get_if<ProgramEvent>(&entry.sample)) {
     return add(*event);
   } else if (const auto* alarm = std::get_if<observer::AlarmNews>(&entry.sample)) {
-    if (!alarm->over) {
-      return add(alarm->alarm);
-    }
-    take_back(alarm->alarm.key);
+    return add(*alarm, entry.at);
   }
   return false;
 }
 
 bool Plant::add(const observer::InstanceNews& news, Time at) {
   const InstanceId& id = news.identity.id;
-  if (news.change == observer::Change::gone) {
+  if (observer::is_absent(news.change)) {
     early_.erase(id);
-    const bool was_there = instances_.contains(id);
-    mark_gone(id, at);
-    return was_there;
+    return mark_gone(id, at, news.change == observer::Change::silent);
   }
   const bool is_back = gone_.erase(id) > 0;
   const auto [instance, fresh] = instances_.try_emplace(id);
@@ -61,6 +56,7 @@ void Plant::add(const InstanceStatus& status) {
 bool Plant::add(const MachineStatus& status) {
   const auto same = machines_.find({status.machine, status.gateway});
   const bool was_present = same != machines_.end() && !same->second.gone;
+  const Time gone_since = same == machines_.end() ? Time{} : same->second.since;
   const bool had_gateway = has_gateway(status.machine);
   if (!status.gone) {
     gateways_.insert_or_assign(status.gateway, status);
@@ -73,7 +69,13 @@ bool Plant::add(const MachineStatus& status) {
     });
   }
   const bool fresh = same == machines_.end();
-  machines_.insert_or_assign({status.machine, status.gateway}, status);
+  const bool was_gone = !fresh && same->second.gone;
+  MachineStatus& kept =
+      machines_.insert_or_assign({status.machine, status.gateway}, status).first->second;
+  if (was_gone && status.gone) {
+    // It was silent, and now its process is gone, too.
+    kept.since = gone_since;
+  }
   if (had_gateway && !has_gateway(status.machine)) {
     for_programs_of(status.machine, [](Program& program) {
       program.stale = true;
@@ -141,16 +143,21 @@ bool Plant::has_gateway(std::string_view machine) const {
   return false;
 }
 
-void Plant::mark_gone(const InstanceId& id, Time at) {
+/// True if it was there.
+bool Plant::mark_gone(const InstanceId& id, Time at, bool is_silent) {
   auto instance = instances_.extract(id);
   if (instance.empty()) {
-    return;
+    if (const auto known = gone_.find(id); known != gone_.end()) {
+      known->second.silent = known->second.silent && is_silent;
+    }
+    return false;
   }
-  gone_.insert_or_assign(id, GoneInstance{std::move(instance.mapped()), at});
+  gone_.insert_or_assign(id, GoneInstance{std::move(instance.mapped()), at, is_silent});
   if (gone_.size() > most_gone) {
     gone_.erase(
         std::ranges::min_element(gone_, {}, [](const auto& each) { return each.second.at; }));
   }
+  return true;
 }
 
 /// A new instance replaces the one that was lost first.
@@ -169,7 +176,9 @@ void Plant::mark_replaced(const std::string& uuid) {
 }
 
 void Plant::forget_gone(Time time) {
-  std::erase_if(gone_, [&](const auto& each) { return each.second.at < time; });
+  std::erase_if(gone_,
+                [&](const auto& each) { return !each.second.silent && each.second.at < time; });
+  std::erase_if(lost_processes_, [&](const auto& each) { return each.second.at < time; });
 }
 
 const MachineStatus* Plant::last_sample(const MachineStatus& status) const {
@@ -185,7 +194,7 @@ std::vector<LostMachine> Plant::lost() const {
       present.insert(status.machine);
     } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
       const MachineStatus* last = last_sample(status);
-      lost = {last == nullptr ? status : *last, status.since};
+      lost = {last == nullptr ? status : *last, status.since, status.reason};
     }
   }
   std::vector<LostMachine> all;
@@ -197,7 +206,32 @@ std::vector<LostMachine> Plant::lost() const {
   return all;
 }
 
+bool says_that_it_runs(const AlarmKey& key) {
+  return key.kind == "recording" || key.kind == "page";
+}
+
+bool Plant::add(const observer::AlarmNews& news, Time at) {
+  if (!news.over) {
+    return add(news.alarm);
+  }
+  const AlarmKey& key = news.alarm.key;
+  if (news.lost && says_that_it_runs(key) && alarms_.contains(key) &&
+      lost_processes_.size() < most_alarms) {
+    lost_processes_.insert_or_assign(key.responder, LostProcess{alarms_.at(key), at});
+  }
+  take_back(key);
+  return false;
+}
+
 bool Plant::add(const Alarm& alarm) {
+  if (says_that_it_runs(alarm.key)) {
+    // It responds again, or another one does its work.
+    std::erase_if(lost_processes_, [&](const auto& lost) {
+      const Alarm& last = lost.second.last;
+      return lost.first == alarm.key.responder ||
+             (last.program == alarm.program && last.host == alarm.host);
+    });
+  }
   if (alarms_.size() >= most_alarms && !alarms_.contains(alarm.key)) {
     too_many_alarms_ = true;
     return false;

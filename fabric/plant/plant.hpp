@@ -31,6 +31,8 @@ struct LostMachine {
   /// The last sample of that gateway about it.
   MachineStatus last{};
   Time since{};
+  /// `gateway_released`, `gateway_not_responding`, `gateway_gone`
+  Message reason{};
 };
 
 /// The NC program of a channel, as far as it is of interest: a program that has ended is not.
@@ -43,13 +45,26 @@ struct Program {
   bool stale = false;
 };
 
-/// An instance that is gone, with what it last published.
+/// An instance that is gone or silent, with what it last published.
 struct GoneInstance {
   KnownInstance last{};
   Time at{};
+  /// Its process is there, and does not respond.
+  bool silent = false;
   /// A new instance of the service has come since.
   bool replaced = false;
 };
+
+/// A process that said all the time that it runs (says_that_it_runs), and is gone without having
+/// taken that back.
+struct LostProcess {
+  /// The last one.
+  Alarm last{};
+  Time at{};
+};
+/// A process publishes alarms of this kind as long as it runs: "recording" of a recorder, "page" of
+/// a web server.
+bool says_that_it_runs(const AlarmKey& key);
 
 class Plant {
  public:
@@ -57,13 +72,17 @@ class Plant {
   bool add(const observer::Entry& entry);
   /// Adds an alarm; true as for add().
   bool add(const Alarm& alarm);
-  /// The alarm is over, or its process is gone.
+  /// The alarm is over.
   void take_back(const AlarmKey& key) { alarms_.erase(key); }
 
   [[nodiscard]] const std::map<InstanceId, KnownInstance>& instances() const { return instances_; }
   /// The last instances that ended or fell silent.
   [[nodiscard]] const std::map<InstanceId, GoneInstance>& gone() const { return gone_; }
-  /// Removes those that have been gone since before `time`.
+  /// By the responder of their alarms.
+  [[nodiscard]] const std::map<InstanceId, LostProcess>& lost_processes() const {
+    return lost_processes_;
+  }
+  /// Removes what has been gone since before `time`, but for instances that are only silent.
   void forget_gone(Time time);
   [[nodiscard]] const std::map<ChannelKey, ChannelStatus>& channels() const { return channels_; }
   /// By machine and gateway: two gateways may be configured for one machine.
@@ -105,13 +124,15 @@ class Plant {
   void add(const InstanceStatus& status);
   bool add(const MachineStatus& status);
   bool add(const ProgramEvent& event);
-  void mark_gone(const InstanceId& id, Time at);
+  bool add(const observer::AlarmNews& news, Time at);
+  bool mark_gone(const InstanceId& id, Time at, bool is_silent);
   void mark_replaced(const std::string& uuid);
   template <typename Change>
   void for_programs_of(const std::string& machine, const Change& change);
 
   std::map<InstanceId, KnownInstance> instances_;
   std::map<InstanceId, GoneInstance> gone_;
+  std::map<InstanceId, LostProcess> lost_processes_;
   std::map<ChannelKey, ChannelStatus> channels_;
   Machines machines_;
   /// The last samples of gateways while they were present.

@@ -394,6 +394,11 @@ const InstanceIdentity* InstanceRegistry::ready_now(const InstanceId& id) const 
   return nullptr;
 }
 
+bool InstanceRegistry::is_silent(const InstanceId& id) const {
+  const SeenReader* const home = home_of(id);
+  return home != nullptr && processes_.at(home->participant).silent;
+}
+
 InstanceRegistry::Changes InstanceRegistry::changes() {
   Changes changes;
   for (const InstanceId& id : std::exchange(touched_, {})) {
@@ -404,10 +409,19 @@ InstanceRegistry::Changes InstanceRegistry::changes() {
       changes.gone.push_back(id);
       announced_.erase(known);
       known = announced_.end();
+      if (ready == nullptr && is_silent(id)) {
+        changes.silent.push_back(id);
+        silent_.insert(id);
+      }
     }
     if (ready == nullptr) {
+      if (silent_.contains(id) && !is_silent(id)) {
+        changes.left.push_back(id);
+        silent_.erase(id);
+      }
       continue;
     }
+    silent_.erase(id);
     if (known == announced_.end()) {
       changes.ready.push_back(*ready);
       announced_.emplace(id, *ready);

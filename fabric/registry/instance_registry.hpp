@@ -47,7 +47,12 @@ class InstanceRegistry {
   struct Changes {
     std::vector<InstanceIdentity> ready;
     std::vector<InstanceIdentity> changed;
+    /// They get no calls any more.
     std::vector<InstanceId> gone;
+    /// Those of `gone` whose process is there and sends no heartbeats.
+    std::vector<InstanceId> silent;
+    /// Instances that fell silent before, and whose process has left.
+    std::vector<InstanceId> left;
   };
 
   /// Far more endpoints of a kind than a fabric has, since a stranger can announce any number. A
@@ -173,6 +178,8 @@ class InstanceRegistry {
   }
   void report_unauthenticated(Process& process, SteadyTime now);
   [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
+  /// Its process is there and sends no heartbeats.
+  [[nodiscard]] bool is_silent(const InstanceId& id) const;
   [[nodiscard]] bool can_answer(const Reader& reader) const;
   /// Evaluates which participants have proved the instance.
   void prove(const InstanceId& id);
@@ -212,6 +219,7 @@ class InstanceRegistry {
   base::Recent<EndpointHandle> gone_names_{most_departed};
   std::vector<std::pair<InstanceId, std::string>> unauthenticated_;
   std::map<InstanceId, InstanceIdentity> announced_;
+  std::set<InstanceId> silent_;
   /// Instances that may have changed since the last call of changes().
   std::set<InstanceId> touched_;
   std::optional<SteadyTime> check_at_;

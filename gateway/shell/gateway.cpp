@@ -125,6 +125,9 @@ void Gateway::publish_load() {
       for (const std::string& uuid : lost_services_.on_time(now())) {
         static_cast<void>(alarms_.clear("service", uuid));
       }
+      for (const std::string& uuid : error_series_.on_time(now().steady)) {
+        static_cast<void>(alarms_.clear("errors", uuid));
+      }
       publish_load();
     }
   });

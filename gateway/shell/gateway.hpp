@@ -27,6 +27,7 @@
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/log_limiter.hpp"
 #include "gateway/core/core.hpp"
+#include "gateway/core/error_series.hpp"
 #include "gateway/core/lost_services.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/settings/settings.hpp"
@@ -74,6 +75,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   void publish_certificates();
   void alarm_service(const fabric::InstanceIdentity& there);
   void notice_lost(const core::LostService& lost);
+  /// Raises or clears the alarm about a service whose answers are errors.
+  void note_answer(const fabric::Reply& reply);
   void warn_of_queues();
 
   // Fabric; gateway_ports.cpp.
@@ -104,7 +107,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
 
   // Samples of other gateways.
   void on_machine(const fabric::MachineStatus& status) override;
-  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway,
+                       fabric::endpoints::Absence absence) override;
   void on_channel(const fabric::ChannelStatus& status) override;
 
   // Events of the fabric.
@@ -127,6 +131,7 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   settings::Settings settings_;
   std::unique_ptr<journal::Journal> journal_;
   core::LostServices lost_services_;
+  core::ErrorSeries error_series_;
   WakeTimer timer_;
   std::function<void()> finished_;
   boost::asio::steady_timer heartbeat_timer_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
+#include "base/text/cp1252.hpp"
 #include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
 
@@ -31,7 +32,8 @@ void Gateway::on_machine(const fabric::MachineStatus& status) {
   core_.on_machine(status);
 }
 
-void Gateway::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
+void Gateway::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway,
+                              fabric::endpoints::Absence /*absence*/) {
   core_.on_machine_gone(machine, gateway);
 }
 
@@ -44,6 +46,15 @@ namespace {
 /// "archiver on press-pc, pid 812"
 std::string name_of(const fabric::InstanceIdentity& instance) {
   return fmt::format("{} on {}, pid {}", instance.name, instance.host, instance.pid);
+}
+
+/// Bytes of a response that an alarm quotes.
+constexpr std::size_t most_text_in_alarm = 127;
+
+/// Services of this project begin the text of an error so, and those of other vendors usually do.
+bool is_error(const fabric::Reply& reply) {
+  return reply.code == fabric::ServiceCode::failed || reply.code == fabric::ServiceCode::refused ||
+         reply.text.starts_with("ERROR");
 }
 
 }  // namespace
@@ -101,6 +112,33 @@ void Gateway::on_load(const fabric::InstanceLoad& load) {
 
 void Gateway::on_reply(const fabric::Reply& reply) {
   core_.on_reply(reply);
+  if (reply.kind == fabric::ReplyKind::final) {
+    note_answer(reply);
+  }
+}
+
+void Gateway::note_answer(const fabric::Reply& reply) {
+  const bool is_bad = is_error(reply);
+  if (!is_bad && error_series_.empty()) {
+    return;
+  }
+  const fabric::InstanceIdentity* const by = lost_services_.find(reply.instance);
+  if (by == nullptr || !core_.serves(reply.key)) {
+    return;
+  }
+  if (!is_bad) {
+    if (error_series_.on_success(by->uuid)) {
+      static_cast<void>(alarms_.clear("errors", by->uuid));
+    }
+  } else if (const auto level = error_series_.on_error(by->uuid, now().steady)) {
+    static_cast<void>(
+        alarms_.raise({.key = {.kind = "errors", .subject = by->uuid},
+                       .level = *level,
+                       .text = base::messages::answers_are_errors(
+                           error_series_.length(by->uuid), by->name,
+                           fabric::shortened(base::text::to_utf8(reply.text), most_text_in_alarm)),
+                       .advice = base::messages::check_service()}));
+  }
 }
 
 void Gateway::on_readers(bool of_channels, bool of_events) {

@@ -152,7 +152,7 @@ void RuleWatch::on_instance(const fabric::observer::InstanceNews& news, Moment n
       continue;
     }
     auto& ready = instances_[rule.uuid];
-    if (news.change == fabric::observer::Change::gone || news.identity.draining) {
+    if (fabric::observer::is_absent(news.change) || news.identity.draining) {
       ready.erase(news.identity.id);
     } else {
       ready.insert(news.identity.id);

@@ -23,7 +23,7 @@ const ago = (seconds) => `${new Date(Date.now() - seconds * 1000).toISOString().
 
 const instance = (id, uuid, name, pid, more = {}) => ({
   instance: id, uuid, name, description: '', version: '0.1.0', host: 'vm', pid, channels: [], delivery: 'at-least-once', concurrency: 1,
-  draining: false, running: 0, waiting: 0, answered_calls: 4711, failed: 0, started: ago(900), calls_per_second: 0, errors_per_second: 0, ...more,
+  draining: false, running: 0, waiting: 0, answered_calls: 4711, failed: 0, started: ago(900), calls_per_second: 0, errors_last_minute: 0, ...more,
 });
 const link = (machine, more = {}) => ({
   machine, connected: true, since: ago(4000), address: '127.0.0.1:48898/127.0.0.1.1.1', reason: '', poll_ms: 10, watch: 'pushed',
@@ -173,7 +173,7 @@ export function plantWith({ machines = 2, causes = 0 } = {}) {
   return {
     about: { version: '0.1.0', host: 'vm', fabric: 'plant', domain: 151, recordings: true, actions: true, started: ago(5000), time: ago(0) },
     ...JSON.parse(JSON.stringify(plant)), acknowledged: [], calls: [],
-    totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_per_second: happened.length > 0 ? 1 / 60 : 0, data_groups: 1, program_channels: 3 },
+    totals: { calls: 5000, failed: 1, calls_per_second: 20, errors_last_minute: happened.length > 0 ? 1 : 0, data_groups: 1, program_channels: 3 },
   };
 }
 

@@ -274,7 +274,7 @@ test('each kind of event has a sentence in both languages', () => {
   }
 });
 
-const instance = (more) => ({ instance: '1', uuid: 'u', name: 'a', concurrency: 1, running: 0, waiting: 0, calls_per_second: 0, errors_per_second: 0, ...more });
+const instance = (more) => ({ instance: '1', uuid: 'u', name: 'a', concurrency: 1, running: 0, waiting: 0, calls_per_second: 0, errors_last_minute: 0, ...more });
 
 test('a service is busy by what its calls take, short ones and long ones', () => {
   const group = (...instances) => ({ instances });
@@ -332,7 +332,7 @@ test('one more instance helps where calls wait or all are busy, unless each chan
 
 test('services with problems come first, then the busiest', () => {
   const group = (name, here, more) => ({ name, here, uuid: name, instances: [instance({ name, ...more })] });
-  assert.deepEqual(byTrouble([group('idle', 1, {}), group('busy', 1, { running: 1 }), group('waits', 1, { waiting: 1 }), group('errors', 1, { errors_per_second: 1 }), group('gone', 0, { goneAt: noon })])
+  assert.deepEqual(byTrouble([group('idle', 1, {}), group('busy', 1, { running: 1 }), group('waits', 1, { waiting: 1 }), group('errors', 1, { errors_last_minute: 1 }), group('gone', 0, { goneAt: noon })])
     .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
 });
 

@@ -63,7 +63,10 @@ class Watch final : public fabric::endpoints::GatewayMonitorListener {
       : participant_({.domain = domain}), watch_(participant_, context_.get_executor(), *this) {}
 
   void on_machine(const fabric::MachineStatus&) override { there_ = true; }
-  void on_machine_gone(const std::string&, const fabric::InstanceId&) override { there_ = false; }
+  void on_machine_gone(const std::string&, const fabric::InstanceId&,
+                       fabric::endpoints::Absence) override {
+    there_ = false;
+  }
   void on_channel(const fabric::ChannelStatus&) override {}
 
   bool await(bool there) {

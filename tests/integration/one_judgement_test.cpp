@@ -165,5 +165,69 @@ TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {
   await("the page to be well", [&] { return on_the_page().empty(); });
 }
 
+TEST_F(OneJudgement, IsSaidOfTheOnlyInstanceThatStandsStillAndOfItsReturn) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  service.emplace(chain.square_root());
+  expect_nothing_anywhere();
+  ::kill(service->pid(), SIGSTOP);
+  const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+  await("the page to have it",
+        [&] { return on_the_page() == std::set<std::string>{"act unserved " + uuid}; });
+  const boost::json::value concerns =
+      boost::json::parse(HttpClient(port).get("/api/concerns").body);
+  EXPECT_EQ(concerns.at(0).at("why_code"), "last_instance_silent");
+  ::kill(service->pid(), SIGCONT);
+  expect_nothing_anywhere();
+  await("the event of its return", [&] {
+    return HttpClient(port).get("/api/events").body.find("\"instance responds\"") !=
+           std::string::npos;
+  });
+}
+
+TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  Process recorder = chain.millrace({"record", "-o", (chain.folder() / "a.mcap").string()});
+  await("the recorder to be known", [&] {
+    return HttpClient(port).get("/api/alarms").body.find("\"recording\"") != std::string::npos;
+  });
+  recorder.kill();
+  const auto has_it = [&](const std::set<std::string>& concerns) {
+    return concerns.size() == 1 &&
+           concerns.begin()->starts_with("look process gone millrace record");
+  };
+  await("the page to have it", [&] { return has_it(on_the_page()); });
+  await("the metrics to have it", [&] { return has_it(in_the_metrics()); });
+  in_a_terminal();
+  EXPECT_EQ(exit_code, 0);
+  Process next = chain.millrace({"record", "-o", (chain.folder() / "b.mcap").string()});
+  expect_nothing_anywhere();
+  next.terminate();
+  EXPECT_EQ(next.wait(), 0) << next.error_output();
+  expect_nothing_anywhere();
+}
+
+TEST_F(OneJudgement, IsSaidOfAServiceWhoseAnswersAreErrors) {
+  const auto program = chain.folder() / "errors.nc";
+  std::ofstream(program) << "%errors\n"
+                            "P1 = 1\n"
+                            "$WHILE TRUE\n"
+                            "V.G.SERVICE.UUID = \"560aacbf-6335-44a9-895a-8b27f3ed5e47\"\n"
+                            "V.G.SERVICE.REQUEST = \"no number\"\n"
+                            "V.G.SERVICE.REQUEST_STATE = P1\n"
+                            "#FLUSH CONTINUE\n"
+                            "#WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0\n"
+                            "P1 = P1 + 1\n"
+                            "$ENDWHILE\n"
+                            "M30\n";
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
+  gateway.emplace(chain.gateway());
+  expect_everywhere("act errors 560aacbf-6335-44a9-895a-8b27f3ed5e47", "what_errors", 6);
+}
+
 }  // namespace
 }  // namespace millrace::tests::integration

@@ -95,8 +95,8 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
 
   /// The publisher may become known only now.
   void on_machine(const fabric::MachineStatus& /*status*/) override { hear(); }
-  void on_machine_gone(const std::string& /*machine*/,
-                       const fabric::InstanceId& /*gateway*/) override {}
+  void on_machine_gone(const std::string& /*machine*/, const fabric::InstanceId& /*gateway*/,
+                       fabric::endpoints::Absence /*absence*/) override {}
   void on_channel(const fabric::ChannelStatus& /*status*/) override {}
 
   void hear() {
@@ -202,8 +202,8 @@ struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
       discovery.on_news(Clock::now());
     }
   }
-  void on_machine_gone(const std::string& /*machine*/,
-                       const fabric::InstanceId& /*gateway*/) override {}
+  void on_machine_gone(const std::string& /*machine*/, const fabric::InstanceId& /*gateway*/,
+                       fabric::endpoints::Absence /*absence*/) override {}
   void on_channel(const fabric::ChannelStatus& /*status*/) override {}
 
   /// Gateways serve other machines, and each had the time to publish its own.

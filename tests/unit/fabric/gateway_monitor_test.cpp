@@ -24,7 +24,7 @@ struct HeardMachines final : endpoints::GatewayMonitorListener {
     machines.insert(status.machine);
     last = status;
   }
-  void on_machine_gone(const std::string& machine, const InstanceId&) override {
+  void on_machine_gone(const std::string& machine, const InstanceId&, endpoints::Absence) override {
     machines.erase(machine);
   }
   void on_channel(const ChannelStatus&) override {}
@@ -111,7 +111,8 @@ class AMonitoredGatewayWithChannels : public AMonitoredGateway {
  protected:
   struct Channels final : endpoints::GatewayMonitorListener {
     void on_machine(const MachineStatus& of) override { machines.insert(of.gateway); }
-    void on_machine_gone(const std::string&, const InstanceId& gateway) override {
+    void on_machine_gone(const std::string&, const InstanceId& gateway,
+                         endpoints::Absence) override {
       machines.erase(gateway);
     }
     void on_channel(const ChannelStatus& channel) override { uuid = channel.uuid; }

@@ -108,6 +108,21 @@ TEST_F(InstanceRegistryTest, ReportsThatAnInstanceIsGoneWithEitherEndpoint) {
   }
 }
 
+TEST_F(InstanceRegistryTest, TellsASilentInstanceFromOneThatIsGone) {
+  with_heartbeats();
+  sut.on_time(start + 1h);
+  const auto silent = sut.changes();
+  EXPECT_THAT(silent.gone, ElementsAre(identity.id));
+  EXPECT_THAT(silent.silent, ElementsAre(identity.id));
+  EXPECT_THAT(silent.left, IsEmpty());
+  sut.endpoint_gone(reader);
+  const auto left = sut.changes();
+  EXPECT_THAT(left.gone, IsEmpty());
+  EXPECT_THAT(left.left, ElementsAre(identity.id));
+  sut.endpoint_gone(reply_writer);
+  EXPECT_THAT(sut.changes().left, IsEmpty());
+}
+
 TEST_F(InstanceRegistryTest, ReportsThatAnInstanceIsGoneWhenItsMatchEnds) {
   discover_both();
   match();

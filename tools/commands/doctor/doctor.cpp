@@ -115,7 +115,8 @@ std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnos
   text += '\n';
   for (const Diagnosis& each : diagnoses) {
     text += print::wrapped(
-        fmt::format("{:<8} {}", name_of(each.severity), base::text::safe(each.what.text)), width, 9);
+        fmt::format("{:<8} {}", name_of(each.severity), base::text::safe(each.what.text)), width,
+        9);
     if (const std::string advice = fabric::plant::advice_of(each.todo); !advice.empty()) {
       text += print::wrapped(fmt::format("{:<8} -> {}", "", base::text::safe(advice)), width, 12);
     }

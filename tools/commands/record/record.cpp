@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "base/posix/system.hpp"
 #include "fabric/observer/observer.hpp"
@@ -22,6 +23,7 @@
 #include "tools/mcap/repair.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/recording_report.hpp"
+#include "tools/print/units.hpp"
 #include "tools/recorder/recorder.hpp"
 #include "tools/recorder/recording_file.hpp"
 
@@ -311,11 +313,22 @@ void RecordRun::schedule_tick() {
       report_condition();
       if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
         fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
+        end_with(base::messages::recorder_ended_without_room(
+            condition_.file.string(), print::size_text(condition_.minimum_free)));
         io_.stop();
       }
       schedule_tick();
     }
   });
+}
+
+/// Views show a recorder that is gone, and this reason.
+void RecordRun::end_with(const fabric::Message& reason) {
+  note(alarms_.raise({.key = {.kind = "recording"},
+                      .level = fabric::AlarmLevel::problem,
+                      .text = reason,
+                      .advice = base::messages::recorder_free_space()}));
+  alarms_.leave_alarms();
 }
 
 void RecordRun::warn_if_silent() {
@@ -371,6 +384,7 @@ void RecordRun::note(const tl::expected<void, std::string>& told) {
 void RecordRun::keep(const recorder::Recorder::Result& result) {
   if (!result && result_) {
     result_ = result;
+    end_with(result.error());
     io_.stop();
   }
 }

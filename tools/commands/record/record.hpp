@@ -54,6 +54,7 @@ class RecordRun : public fabric::observer::ObserverListener {
   void take_rest();
 
   void schedule_tick();
+  void end_with(const fabric::Message& reason);
   void warn_if_silent();
   void report_waiting();
 

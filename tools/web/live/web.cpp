@@ -14,11 +14,14 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/json/object.hpp>
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include "base/loop/loop.hpp"
+#include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
+#include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/caller/one_call.hpp"
@@ -128,6 +131,8 @@ struct Web : fabric::observer::ObserverListener {
   void process_samples();
   void publish_changes();
   void send_close();
+  /// Others see when it is gone without a word.
+  void show_that_it_runs();
   [[nodiscard]] std::string metrics_text() const;
   std::optional<fabric::Outcome> issue(const fabric::Command& command);
   boost::json::object call(const actions::ServiceCall& wanted);
@@ -157,6 +162,7 @@ struct Web : fabric::observer::ObserverListener {
   boost::asio::signal_set signals{io, SIGINT, SIGTERM};
   boost::asio::signal_set hangup{io, SIGHUP};
   fabric::observer::Observer observer;
+  fabric::endpoints::AlarmEndpoint alarms;
 };
 
 Web::Web(WebOptions wanted, base::program::Log destination)
@@ -191,7 +197,12 @@ Web::Web(WebOptions wanted, base::program::Log destination)
             .action_handler = user_actions ? &*user_actions : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
-      observer(participant, samples.get_executor(), *this, fabric::observer::Interest::everything) {
+      observer(participant, samples.get_executor(), *this, fabric::observer::Interest::everything),
+      alarms(participant, io.get_executor(),
+             {.key = {.responder = fabric::InstanceId::random()},
+              .program = "millrace web",
+              .host = base::posix::host_name(),
+              .pid = static_cast<std::uint32_t>(::getpid())}) {
   load_acknowledgements();
   server.on_greeting(
       [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
@@ -278,6 +289,16 @@ void Web::run() {
   io.run();
 }
 
+void Web::show_that_it_runs() {
+  const auto published = alarms.raise({.key = {.kind = "page"},
+                                       .level = fabric::AlarmLevel::fine,
+                                       .text = base::messages::serves_page(fmt::format(
+                                           "{}:{}", options.server.address, server.port()))});
+  if (!published) {
+    log->warn("the alarms of this server cannot be published: {}", published.error());
+  }
+}
+
 void Web::await_hangup() {
   hangup.async_wait([this](const boost::system::error_code& error, int) {
     if (error) {
@@ -331,6 +352,7 @@ void Web::send_close() {
 void serve(WebOptions options, base::program::Log log,
            const std::function<void(std::uint16_t port)>& ready) {
   Web web(std::move(options), std::move(log));
+  web.show_that_it_runs();
   ready(web.server.port());
   web.run();
 }

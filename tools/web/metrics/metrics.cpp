@@ -36,7 +36,7 @@ void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) 
     return;
   }
   if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
-    if (news->change != recording::Change::gone &&
+    if (!fabric::observer::is_absent(news->change) &&
         known(services_, news->identity.uuid, most_services) != other) {
       names_.insert_or_assign(news->identity.uuid, news->identity.name);
     }

@@ -6,7 +6,7 @@ import { milliseconds } from './time.js';
 export const shapeOf = {
   idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held', 'link down': 'down',
   'gateway gone': 'down', 'no gateway': 'down', overdue: 'look', alarm: 'look', 'program aborted': 'down', 'program on hold': 'held',
-  journal: 'down', redundancy: 'look', unknown: 'unknown',
+  journal: 'down', redundancy: 'look', errors: 'look', 'process gone': 'look', unknown: 'unknown',
 };
 
 /** The state is of the NC program, not of its call. */

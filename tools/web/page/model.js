@@ -229,7 +229,7 @@ function commonName(names) {
 
 /**
  * The load of all instances of a service: { busy, rate, errors, p50, p99 }. `busy` is the used share of their capacity over
- * the last seconds, rate and errors are per second; p50 and p99 are those of the slowest, undefined without calls.
+ * the last seconds, rate is per second, errors are those of the last minute; p50 and p99 are those of the slowest, undefined without calls.
  */
 export function loadOf(group) {
   const here = group.instances.filter((service) => service.goneAt === undefined);
@@ -242,7 +242,7 @@ export function loadOf(group) {
   return {
     busy: capacity > 0 ? Math.min(1, inUse / capacity) : undefined,
     rate: sum((service) => service.calls_per_second),
-    errors: sum((service) => service.errors_per_second),
+    errors: sum((service) => service.errors_last_minute),
     waiting: sum((service) => service.waiting),
     p50: known(slowest('p50_ms')),
     p99: known(slowest('p99_ms')),

@@ -18,7 +18,7 @@ export function number(value, digits = 0) {
   return Number.isFinite(value) ? value.toLocaleString(language, { maximumFractionDigits: digits }) : words.services.noValue;
 }
 
-/** Calls per second, errors per second: one digit below ten. */
+/** Calls per second: one digit below ten. */
 export function perSecond(value) {
   return number(value, value < 9.95 ? 1 : 0);
 }

@@ -61,22 +61,31 @@ void EventBook::add(const recording::Entry& entry, const fabric::plant::Plant& l
 
 void EventBook::add(const recording::InstanceNews& news, fabric::Time at,
                     const fabric::plant::Plant& live) {
-  const auto known = live.instances().find(news.identity.id);
-  if (news.change != recording::Change::gone || known == live.instances().end()) {
+  using enum recording::Change;
+  const auto there = live.instances().find(news.identity.id);
+  const auto absent = live.gone().find(news.identity.id);
+  const bool was_silent = absent != live.gone().end() && absent->second.silent;
+  const bool was_there = there != live.instances().end();
+  if (fabric::observer::is_absent(news.change) ? !was_there && !(was_silent && news.change == gone)
+                                               : !was_silent) {
     return;
   }
-  // The news about an instance that is gone has nothing but its id.
-  const fabric::InstanceIdentity& was = known->second.identity;
-  const auto of_service = std::ranges::count_if(
-      live.instances(), [&](const auto& one) { return one.second.identity.uuid == was.uuid; });
+  // The news about an instance that is gone or silent has nothing but its id.
+  const fabric::InstanceIdentity& of =
+      was_there ? there->second.identity : absent->second.last.identity;
+  const auto others = std::ranges::count_if(live.instances(), [&](const auto& each) {
+    return each.second.identity.uuid == of.uuid && each.first != of.id;
+  });
   put({.at = at,
-       .kind = "instance ended",
-       .uuid = was.uuid,
-       .name = was.name,
-       .host = was.host,
-       .pid = was.pid,
-       .who = was.id,
-       .last = of_service == 1});
+       .kind = news.change == gone     ? "instance ended"
+               : news.change == silent ? "instance silent"
+                                       : "instance responds",
+       .uuid = of.uuid,
+       .name = of.name,
+       .host = of.host,
+       .pid = of.pid,
+       .who = of.id,
+       .last = fabric::observer::is_absent(news.change) && others == 0});
 }
 
 /// The instance publishes its own start time, so this holds for those that are older than the
@@ -97,17 +106,26 @@ void EventBook::add(const fabric::InstanceStatus& status, fabric::Time /*at*/,
        .who = is.id});
 }
 
-void EventBook::add(const fabric::MachineStatus& status, fabric::Time /*at*/,
+void EventBook::add(const fabric::MachineStatus& status, fabric::Time at,
                     const fabric::plant::Plant& live) {
   const auto known = live.machines().find({status.machine, status.gateway});
-  const bool was_heard = known != live.machines().end() && !known->second.gone;
+  const bool is_known = known != live.machines().end();
+  const bool was_heard = is_known && !known->second.gone;
+  const auto is_silent = [](const fabric::MachineStatus& of) {
+    return of.gone && base::messages::gateway_not_responding.is(of.reason);
+  };
+  const bool was_silent = is_known && is_silent(known->second);
   if (status.gone) {
-    if (was_heard) {
-      put_gateway("gateway gone", known->second, status.since);
+    if (was_heard || (was_silent && !is_silent(status))) {
+      const fabric::MachineStatus* const last = live.last_sample(status);
+      put_gateway(is_silent(status) ? "gateway silent" : "gateway gone",
+                  last == nullptr ? status : *last, at);
     }
     return;
   }
-  if (!was_heard) {
+  if (was_silent) {
+    put_gateway("gateway responds", status, at);
+  } else if (!was_heard) {
     const auto any = live.machines().lower_bound({status.machine, {}});
     if (any != live.machines().end() && any->first.first == status.machine) {
       put_gateway("gateway started", status,
@@ -199,6 +217,17 @@ void EventBook::add(const fabric::ProgramEvent& event, fabric::Time /*at*/,
 void EventBook::add(const recording::AlarmNews& news, fabric::Time at,
                     const fabric::plant::Plant& live) {
   const auto known = live.alarms().find(news.alarm.key);
+  if (news.over && news.lost && known != live.alarms().end() &&
+      fabric::plant::says_that_it_runs(news.alarm.key)) {
+    const fabric::Alarm& last = known->second;
+    put({.at = at,
+         .kind = "process gone",
+         .name = last.program,
+         .host = last.host,
+         .pid = last.pid,
+         .who = last.key.responder});
+    return;
+  }
   const bool was_problem =
       known != live.alarms().end() && known->second.level == fabric::AlarmLevel::problem;
   const bool is_problem = !news.over && news.alarm.level == fabric::AlarmLevel::problem;
@@ -227,7 +256,8 @@ void EventBook::add_acknowledgement(const std::string& name, const std::string& 
 void EventBook::put_gateway(std::string_view kind, const fabric::MachineStatus& of,
                             fabric::Time at) {
   const auto same = std::ranges::find_if(events_, [&](const PlantEvent& each) {
-    return each.kind == kind && each.who == of.gateway && at - each.at < gateway_goes_within;
+    return each.kind == kind && each.who == of.gateway && at - each.at < gateway_goes_within &&
+           std::ranges::find(each.machines, of.machine) == each.machines.end();
   });
   if (same == events_.end()) {
     put({.at = at,
@@ -236,7 +266,7 @@ void EventBook::put_gateway(std::string_view kind, const fabric::MachineStatus& 
          .host = of.host,
          .pid = of.pid,
          .who = of.gateway});
-  } else if (std::ranges::find(same->machines, of.machine) == same->machines.end()) {
+  } else {
     same->machines.push_back(of.machine);
     news_.insert(same->number);
   }

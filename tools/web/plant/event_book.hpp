@@ -37,7 +37,7 @@ struct PlantEvent {
   std::uint32_t pid = 0;
   /// Which instance, gateway or program.
   fabric::InstanceId who{};
-  /// The instance that ended was the last of its service.
+  /// The instance that ended or fell silent was the last of its service.
   bool last = false;
   std::uint32_t error = 0;
   /// The reason or the person: a text of the fabric.

@@ -125,7 +125,7 @@ boost::json::object PlantModel::service_json(const fabric::plant::KnownInstance&
                               ? Figures{}
                               : throughput->second.figures(now.steady, counting_since_);
   out["calls_per_second"] = figures.per_second;
-  out["errors_per_second"] = figures.errors_per_second;
+  out["errors_last_minute"] = figures.errors_last_minute;
   put_duration(out, "p50_ms", figures.p50);
   put_duration(out, "p99_ms", figures.p99);
   const auto others = other_states_of_.find(instance.identity.id);
@@ -152,7 +152,7 @@ boost::json::object PlantModel::totals(const fabric::Moment& now) const {
                           {"failed", failed_},
                           {"other_states", other_states_},
                           {"calls_per_second", figures.per_second},
-                          {"errors_per_second", figures.errors_per_second},
+                          {"errors_last_minute", figures.errors_last_minute},
                           {"delivered", counts_.delivered},
                           {"lost", counts_.lost},
                           {"services", live_.instances().size()},

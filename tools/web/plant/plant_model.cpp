@@ -35,11 +35,8 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
     return nullptr;
   }
   if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
-    if (said->over) {
-      take_back(said->alarm.key);
-    } else {
-      add(said->alarm);
-    }
+    live_.add(entry);
+    mark_all_of_gateway(said->alarm.key.responder);
     return nullptr;
   }
   const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);
@@ -67,20 +64,6 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
     add_news(*news);
   }
   return ended;
-}
-
-void PlantModel::add(const fabric::Alarm& alarm) {
-  const auto known = live_.alarms().find(alarm.key);
-  // An alarm is repeated while it holds.
-  if (known == live_.alarms().end() || known->second != alarm) {
-    live_.add(alarm);
-    mark_all_of_gateway(alarm.key.responder);
-  }
-}
-
-void PlantModel::take_back(const fabric::AlarmKey& key) {
-  live_.take_back(key);
-  mark_all_of_gateway(key.responder);
 }
 
 void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
@@ -129,7 +112,7 @@ void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_again
 void PlantModel::add_news(const recording::InstanceNews& news) {
   const fabric::InstanceId& id = news.identity.id;
   mark_callers_of(news);
-  if (news.change == recording::Change::gone) {
+  if (fabric::observer::is_absent(news.change)) {
     services_changed_.erase(id);
     services_gone_.insert(id);
     instance_pace_.erase(id);
@@ -147,7 +130,7 @@ void PlantModel::add_news(const recording::InstanceNews& news) {
 /// Marks the channels whose calls need this service: the number of its instances has changed.
 void PlantModel::mark_callers_of(const recording::InstanceNews& news) {
   const auto gone = live_.gone().find(news.identity.id);
-  const std::string& uuid = news.change == recording::Change::gone && gone != live_.gone().end()
+  const std::string& uuid = fabric::observer::is_absent(news.change) && gone != live_.gone().end()
                                 ? gone->second.last.identity.uuid
                                 : news.identity.uuid;
   for (const auto& [key, status] : live_.channels()) {
@@ -167,17 +150,19 @@ void PlantModel::add_ended(const EndedCall& ended, const fabric::Moment& now) {
   failed_ += ended.failed ? 1U : 0U;
   other_states_ += ended.other_state ? 1U : 0U;
   const auto duration = call.duration();
-  throughput_.add(now.steady, duration, ended.failed);
-  channel_pace_[call.key].add(now.steady, duration, ended.failed);
+  // A call that the NC program gave up, or an operator answered, is no error of the service.
+  const bool is_error = call.outcome() == recording::Outcome::failed;
+  throughput_.add(now.steady, duration, is_error);
+  channel_pace_[call.key].add(now.steady, duration, is_error);
   moving_channels_.insert(call.key);
   if (live_.instances().contains(instance)) {
-    instance_pace_[instance].add(now.steady, duration, ended.failed);
+    instance_pace_[instance].add(now.steady, duration, is_error);
     moving_instances_.insert(instance);
     if (ended.other_state) {
       ++other_states_of_[instance];
     }
   }
-  history_.add_call(call.uuid, instance, call.key, duration, ended.failed);
+  history_.add_call(call.uuid, instance, call.key, duration, is_error);
   calls_ended_.push_back(call.id);
 }
 

@@ -73,9 +73,6 @@ class PlantModel {
 
   /// The call that ends with this entry; valid until the next one.
   const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
-  /// A new or withdrawn alarm.
-  void add(const fabric::Alarm& alarm);
-  void take_back(const fabric::AlarmKey& key);
   /// Replaces an earlier one of the same cause.
   void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
   /// Counters of the observer.

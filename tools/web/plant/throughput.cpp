@@ -9,6 +9,7 @@ namespace {
 
 /// Shorter bursts do not allow a rate per second.
 constexpr std::chrono::nanoseconds shortest = std::chrono::seconds(1);
+constexpr std::chrono::nanoseconds minute = std::chrono::minutes(1);
 
 }  // namespace
 
@@ -26,6 +27,12 @@ void Throughput::add(fabric::SteadyTime now, std::optional<std::chrono::nanoseco
   while (recent_.front().at < now - window_) {
     recent_.pop_front();
   }
+  if (failed) {
+    errors_.push_back(now);
+  }
+  while (!errors_.empty() && (errors_.front() < now - minute || errors_.size() > most)) {
+    errors_.pop_front();
+  }
   if (recent_.size() > most) {
     recent_.pop_front();
     complete_since_ = recent_.front().at;
@@ -35,7 +42,8 @@ void Throughput::add(fabric::SteadyTime now, std::optional<std::chrono::nanoseco
 Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) const {
   Figures figures;
   std::size_t calls = 0;
-  std::size_t errors = 0;
+  figures.errors_last_minute = static_cast<std::size_t>(
+      std::ranges::count_if(errors_, [&](fabric::SteadyTime at) { return at >= now - minute; }));
   std::chrono::nanoseconds sum{};
   std::vector<std::chrono::nanoseconds> durations;
   for (const One& one : recent_) {
@@ -43,7 +51,6 @@ Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) co
       continue;
     }
     ++calls;
-    errors += one.failed ? 1U : 0U;
     if (one.duration) {
       durations.push_back(*one.duration);
       sum += *one.duration;
@@ -57,7 +64,6 @@ Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) co
                           std::clamp<std::chrono::nanoseconds>(now - since, shortest, window_))
                           .count();
   figures.per_second = static_cast<double>(calls) / span;
-  figures.errors_per_second = static_cast<double>(errors) / span;
   if (!durations.empty()) {
     figures.mean = sum / static_cast<std::int64_t>(durations.size());
     figures.p50 = percentile(durations, 0.5);
@@ -67,7 +73,8 @@ Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) co
 }
 
 bool Throughput::is_moving(fabric::SteadyTime now) const {
-  return !recent_.empty() && recent_.back().at >= now - window_;
+  return (!recent_.empty() && recent_.back().at >= now - window_) ||
+         (!errors_.empty() && errors_.back() >= now - minute);
 }
 
 }  // namespace millrace::tools::web::plant

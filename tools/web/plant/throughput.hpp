@@ -18,7 +18,8 @@ std::chrono::nanoseconds percentile(std::vector<std::chrono::nanoseconds>& value
 
 struct Figures {
   double per_second = 0;
-  double errors_per_second = 0;
+  /// Failed calls of the last minute: a shorter window would make many a minute of a single one.
+  std::size_t errors_last_minute = 0;
   /// Nothing without a call of known duration.
   std::optional<std::chrono::nanoseconds> p50{};
   std::optional<std::chrono::nanoseconds> p99{};
@@ -39,7 +40,7 @@ class Throughput {
   /// Per second of the window, or since `begun` if that is shorter, when the first of all calls was
   /// counted: a new instance does not add to the sum before those that it relieves are slower.
   [[nodiscard]] Figures figures(fabric::SteadyTime now, fabric::SteadyTime begun) const;
-  /// Whether a call is in the window.
+  /// Whether a call is in the window, or a failed one in the last minute.
   [[nodiscard]] bool is_moving(fabric::SteadyTime now) const;
 
  private:
@@ -51,6 +52,8 @@ class Throughput {
 
   std::chrono::nanoseconds window_;
   std::deque<One> recent_;
+  /// When calls of the last minute failed.
+  std::deque<fabric::SteadyTime> errors_;
   /// Earlier calls were forgotten, since there were too many.
   std::optional<fabric::SteadyTime> complete_since_;
 };

@@ -41,7 +41,7 @@ class AnAssessment : public testing::Test {
 TEST_F(AnAssessment, IsEmptyWhereAllIsWell) {
   plant.add(instance(1, "a"));
   plant.add(channel(1, ChannelState::running, square_root));
-  EXPECT_THAT(kinds(), IsEmpty());
+  EXPECT_THAT(kinds(59s), IsEmpty());
   EXPECT_EQ(level_of(found), Level::fine);
 }
 
@@ -106,6 +106,112 @@ TEST_F(AnAssessment, LooksAtACallThatRunsLongerThanItsTime) {
   plant.add(channel(1, ChannelState::running, square_root, noon, messages::deadline("30 s")));
   EXPECT_THAT(kinds(), ElementsAre("look overdue press/1"));
   EXPECT_EQ(state_of(1), "overdue");
+}
+
+TEST_F(AnAssessment, LooksAtACallThatRunsFarLongerThanTheOthersOfItsService) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::running, square_root));
+  EXPECT_THAT(kinds(59s), IsEmpty());
+  EXPECT_THAT(kinds(61s), ElementsAre("look overdue press/1"));
+  EXPECT_EQ(found[0].what, messages::what_runs_long());
+  // A service whose calls take ten seconds each.
+  plant.add(entry(InstanceStatus{.instance = id(1), .answered = 5, .mean = 10s}));
+  EXPECT_THAT(kinds(99s), IsEmpty());
+  EXPECT_THAT(kinds(101s), ElementsAre("look overdue press/1"));
+}
+
+TEST_F(AnAssessment, NamesTheCallsThatOccupyTheInstancesOfAWaitingCall) {
+  plant.add(instance(1, "a"));
+  plant.add(channel(1, ChannelState::waiting, square_root, noon, messages::only_instance_busy()));
+  plant.add(channel(2, ChannelState::running, square_root));
+  plant.add(channel(3, ChannelState::running, "another"));
+  kinds(10s);
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].why, messages::occupied_by(messages::only_instance_busy(), "press/2"));
+}
+
+TEST_F(AnAssessment, SaysThatAnInstanceDoesNotRespondUntilItsProcessIsGone) {
+  plant.add(instance(1, "a"));
+  plant.add(instance_silent(1, noon));
+  EXPECT_THAT(kinds(), ElementsAre("act unserved " + square_root));
+  EXPECT_EQ(found[0].why, messages::last_instance_silent("a", 0, "vm"));
+  EXPECT_EQ(found[0].todo.front(), messages::see_whether_it_runs());
+  plant.add(instance_gone(1, noon + 10s));
+  kinds();
+  EXPECT_EQ(found[0].why, messages::last_instance_was("a", 0, "vm"));
+  EXPECT_EQ(found[0].since, noon) << "since it fell silent";
+  plant.add(instance_silent(1, noon + 11s));
+  kinds();
+  EXPECT_EQ(found[0].why, messages::last_instance_was("a", 0, "vm")) << "it was gone already";
+}
+
+TEST_F(AnAssessment, HasNoConcernAboutAnInstanceThatRespondsAgain) {
+  plant.add(instance(1, "a"));
+  plant.add(instance_silent(1, noon));
+  plant.add(instance(1, "a"));
+  EXPECT_THAT(kinds(), IsEmpty());
+}
+
+TEST_F(AnAssessment, SaysHowAGatewayLeftItsMachine) {
+  auto status = machine_status("press", true);
+  status.host = "hall";
+  status.pid = 4711;
+  for (const auto& [reason, why] : std::vector<std::pair<Message, Message>>{
+           {messages::gateway_not_responding(), messages::gateway_silent("hall", 4711)},
+           {messages::gateway_gone(), messages::gateway_was("hall", 4711)},
+           {messages::gateway_released(), messages::gateway_ended("hall", 4711)}}) {
+    plant = {};
+    plant.add(entry(status));
+    auto gone = machine_status("press", false);
+    gone.gone = true;
+    gone.reason = reason;
+    gone.since = noon;
+    plant.add(entry(gone));
+    EXPECT_THAT(kinds(), ElementsAre("act gateway gone press"));
+    EXPECT_EQ(found[0].why, why);
+    EXPECT_EQ(found[0].since, noon);
+    // Later DDS forgets its process.
+    gone.reason = messages::gateway_gone();
+    gone.since = noon + 100s;
+    plant.add(entry(gone));
+    kinds();
+    EXPECT_EQ(found[0].since, noon);
+  }
+}
+
+TEST_F(AnAssessment, LooksAtAProcessThatSaidThatItRunsAndIsGoneWithoutAWord) {
+  const Alarm runs = alarm(3, "recording", AlarmLevel::fine);
+  const auto over = [&](bool is_lost) {
+    return entry(observer::AlarmNews{.over = true, .alarm = {.key = runs.key}, .lost = is_lost});
+  };
+  plant.add(entry(observer::AlarmNews{.alarm = runs}));
+  EXPECT_THAT(kinds(), IsEmpty());
+  plant.add(over(true));
+  EXPECT_THAT(kinds(), ElementsAre("look process gone archiver on vm, pid 7"));
+  EXPECT_EQ(found[0].why, messages::process_left_without_word());
+  // Another process does its work.
+  Alarm next = runs;
+  next.key.responder = id(4);
+  plant.add(entry(observer::AlarmNews{.alarm = next}));
+  EXPECT_THAT(kinds(), IsEmpty());
+  // This one leaves in order.
+  plant.add(entry(observer::AlarmNews{.over = true, .alarm = {.key = next.key}}));
+  EXPECT_THAT(kinds(), IsEmpty());
+}
+
+TEST_F(AnAssessment, NamesTheReasonThatAProcessGaveBeforeItsEnd) {
+  const Alarm full = alarm(3, "recording", AlarmLevel::problem);
+  plant.add(entry(observer::AlarmNews{.alarm = full}));
+  plant.add(entry(observer::AlarmNews{.over = true, .alarm = {.key = full.key}, .lost = true}));
+  ASSERT_THAT(kinds(), ElementsAre("look process gone archiver on vm, pid 7"));
+  EXPECT_EQ(found[0].why, full.text);
+}
+
+TEST_F(AnAssessment, HasTheErrorsOfAServiceOnceThoughSeveralGatewaysReportThem) {
+  plant.add(alarm(1, "errors", AlarmLevel::warning, square_root));
+  plant.add(alarm(2, "errors", AlarmLevel::problem, square_root));
+  EXPECT_THAT(kinds(), ElementsAre("act errors " + square_root));
+  EXPECT_EQ(found[0].who, Role::programmer);
 }
 
 TEST_F(AnAssessment, HasTheChannelsOfOneServiceTogether) {
@@ -180,13 +286,13 @@ TEST_F(AnAssessment, NeedsAPersonForAnAbortedProgramButShowsTheCallThatMayHaveAb
   plant.add(program(2, ProgramEventKind::on_hold));
   plant.add(program(3, ProgramEventKind::aborted));
   plant.add(program(4, ProgramEventKind::on_hold));
-  EXPECT_THAT(kinds(), ElementsAre("act unserved press/3", "act program aborted press/1",
-                                   "look program on hold press/2"));
+  EXPECT_THAT(kinds(30s), ElementsAre("act unserved press/3", "act program aborted press/1",
+                                      "look program on hold press/2"));
   EXPECT_EQ(found[1].why, messages::program_and_error("good.nc", 455));
   EXPECT_EQ(state_of(1), "program aborted");
   EXPECT_EQ(state_of(2), "program on hold");
   EXPECT_EQ(state_of(3), "unserved");
-  EXPECT_EQ(state_of(4), "running");
+  EXPECT_EQ(state_of(4, 30s), "running");
   const auto view = view_of(plant, plant.channels().at({"press", 1}), noon + 1h);
   EXPECT_EQ(view.call, "idle");
   EXPECT_EQ(view.call_level, Level::fine);

@@ -66,6 +66,11 @@ inline observer::Entry instance_gone(std::uint8_t byte, Time at) {
       observer::InstanceNews{.change = observer::Change::gone, .identity = {.id = id(byte)}}, at);
 }
 
+inline observer::Entry instance_silent(std::uint8_t byte, Time at) {
+  return entry(
+      observer::InstanceNews{.change = observer::Change::silent, .identity = {.id = id(byte)}}, at);
+}
+
 inline observer::Entry program(std::uint16_t number, ProgramEventKind kind,
                                std::uint32_t error = 455) {
   return entry(ProgramEvent{.key = {"press", number},

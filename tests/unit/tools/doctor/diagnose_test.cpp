@@ -263,7 +263,7 @@ TEST_F(TheDoctor, DoesNotCountAGatewayThatIsNotReceived) {
   add_program(9, "gateway").is_gateway = true;
   found.programs.back().host = "host-9";
   EXPECT_THAT(sut(),
-              Contains(is(Severity::problem, "the gateway on host-9, pid 17, does not report",
+              Contains(is(Severity::problem, "the gateway on host-9, pid 17, does not respond",
                           "restart the gateway on host-9")));
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "no gateway is on this fabric"))));
   found.live = {};
@@ -325,7 +325,7 @@ TEST_F(TheDoctor, DistinguishesTwoGatewaysOfOneHost) {
   found.programs.back().pid = "18";
   const auto silent = [](const std::string& pid) {
     return Contains(
-        is(Severity::problem, "the gateway on host-gateway, pid " + pid + ", does not report"));
+        is(Severity::problem, "the gateway on host-gateway, pid " + pid + ", does not respond"));
   };
   EXPECT_THAT(sut(), AllOf(silent("18"), Not(silent("17")))) << "one reports, the other does not";
 
@@ -335,8 +335,7 @@ TEST_F(TheDoctor, DistinguishesTwoGatewaysOfOneHost) {
   add(lathe);
   EXPECT_TRUE(is_healthy(sut()));
   add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway, .gone = true});
-  const auto lost =
-      Contains(is(Severity::problem, "lathe: gateway does not report")).Times(1);
+  const auto lost = Contains(is(Severity::problem, "lathe: gateway does not respond")).Times(1);
   EXPECT_THAT(sut(), AllOf(lost, Not(silent("18")), Not(silent("17")))) << "named once";
 
   add_program(10, "gateway").is_gateway = true;
@@ -394,7 +393,7 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2", "it has no running instance")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/3: no service")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/4: call waits: all instances are busy")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: gateway does not report")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: gateway does not respond")));
 }
 
 TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {

@@ -29,13 +29,10 @@ class AnEventBook : public testing::Test {
     const Entry entry{.at = at(ms), .sample = std::move(sample)};
     sut.add(entry, live_);
     live_.add(entry);
-    if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
-      said->over ? live_.take_back(said->alarm.key) : static_cast<void>(live_.add(said->alarm));
-    }
   }
   void tell_instance(Change change, std::uint8_t byte, double ms = 0) {
     recording::InstanceNews news{.change = change, .identity = {.id = id_of(byte)}};
-    if (change != Change::gone) {
+    if (!fabric::observer::is_absent(change)) {
       news.identity.uuid = square_root;
       news.identity.name = "sq";
       news.identity.host = "hall";
@@ -89,6 +86,48 @@ TEST_F(AnEventBook, NamesAnInstanceThatEndedAndWhetherItWasTheLast) {
   EXPECT_EQ(newest().at("host"), "hall");
   EXPECT_EQ(newest().at("pid"), 9);
   EXPECT_EQ(newest().at("last"), true);
+}
+
+TEST_F(AnEventBook, NamesAnInstanceThatFellSilentAndWhatBecameOfIt) {
+  tell_instance(Change::ready, 1);
+  tell_instance(Change::silent, 1, 100);
+  EXPECT_EQ(newest().at("last"), true);
+  tell_instance(Change::ready, 1, 200);
+  tell_instance(Change::silent, 1, 300);
+  tell_instance(Change::gone, 1, 400);
+  tell_instance(Change::gone, 1, 500);
+  EXPECT_THAT(kinds(), ElementsAre("instance ended", "instance silent", "instance responds",
+                                   "instance silent"));
+  EXPECT_EQ(newest().at("name"), "sq");
+}
+
+TEST_F(AnEventBook, NamesAGatewayThatFellSilentAndWhatBecameOfIt) {
+  const auto tell_gone = [&](const fabric::Message& reason, int ms) {
+    tell(
+        fabric::MachineStatus{
+            .machine = "cnc", .gateway = id_of(9), .since = at(ms), .reason = reason, .gone = true},
+        ms);
+  };
+  tell_machine("cnc", "gw", true, 0);
+  tell_gone(base::messages::gateway_not_responding(), 1000);
+  tell_machine("cnc", "gw", true, 2000);
+  tell_gone(base::messages::gateway_not_responding(), 3000);
+  tell_gone(base::messages::gateway_gone(), 4000);
+  EXPECT_THAT(kinds(),
+              ElementsAre("gateway gone", "gateway silent", "gateway responds", "gateway silent"));
+  EXPECT_EQ(newest().at("host"), "gw");
+}
+
+TEST_F(AnEventBook, NamesAProcessThatIsGoneWithoutAWord) {
+  const fabric::Alarm runs{.key = {id_of(3), "recording"},
+                           .level = fabric::AlarmLevel::fine,
+                           .program = "millrace record",
+                           .host = "vm",
+                           .pid = 7};
+  tell(recording::AlarmNews{.alarm = runs}, 0);
+  tell(recording::AlarmNews{.over = true, .alarm = {.key = runs.key}, .lost = true}, 1000);
+  EXPECT_THAT(kinds(), ElementsAre("process gone"));
+  EXPECT_EQ(newest().at("name"), "millrace record");
 }
 
 TEST_F(AnEventBook, UsesTheStartTimeOfTheInstance) {

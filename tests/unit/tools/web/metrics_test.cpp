@@ -170,16 +170,17 @@ TEST_F(TheMetrics, ShowTheAlarmsOfProcesses) {
                       .text = "it is silent",
                       .program = "dial_gauge",
                       .host = "press"};
-  plant.add(alarm);
+  add(Entry{.sample = recording::AlarmNews{.alarm = alarm}});
   EXPECT_THAT(text(),
               HasSubstr("millrace_alarm{program=\"dial_gauge\",host=\"press\",kind=\"gauge\","
                         "subject=\"G1\",level=\"problem\"} 1\n"));
-  plant.take_back(alarm.key);
+  add(Entry{.sample = recording::AlarmNews{.over = true, .alarm = alarm}});
   EXPECT_THAT(text(), Not(HasSubstr("millrace_alarm{")));
 }
 
 TEST_F(TheMetrics, ShowNoControlCharactersOfOthers) {
-  plant.add(fabric::Alarm{.key = {id(0x44), "gauge", "G1\x1b[2J\x7f\n"}});
+  add(Entry{.sample =
+                recording::AlarmNews{.alarm = {.key = {id(0x44), "gauge", "G1\x1b[2J\x7f\n"}}}});
   EXPECT_THAT(text(), HasSubstr("subject=\"G1\\\\x1b[2J\\\\x7f\\n\""));
 }
 
@@ -188,10 +189,10 @@ TEST_F(TheMetrics, ShowWhatNeedsAttention) {
                 .machine = "cnc", .gateway = id(0x33), .connected = true, .host = "gw"}});
   EXPECT_THAT(text(), Not(HasSubstr("millrace_concern{")));
   const fabric::Alarm full{.key = {id(0x33), "journal", ""}, .text = "disk full"};
-  plant.add(full);
+  add(Entry{.sample = recording::AlarmNews{.alarm = full}});
   EXPECT_THAT(text(), HasSubstr("millrace_concern{kind=\"journal\",level=\"act\",who=\"engineer\","
                                 "subject=\"cnc\",what=\"journal not writable\"} 1\n"));
-  plant.take_back(full.key);
+  add(Entry{.sample = recording::AlarmNews{.over = true, .alarm = full}});
   EXPECT_THAT(text(), Not(HasSubstr("millrace_concern{")));
 }
 

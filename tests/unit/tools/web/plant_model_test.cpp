@@ -348,9 +348,9 @@ TEST_F(APlantModel, ShowsOnItsChannelsThatAGatewayAcceptsNoCalls) {
   add({machine(1, "gw"), channel(fabric::ChannelState::unserved)});
   ASSERT_TRUE(sut.changes(after(0)));
   const fabric::Alarm full{.key = {id(1), "journal", ""}, .text = "disk full"};
-  sut.add(full);
+  add({{.sample = recording::AlarmNews{.alarm = full}}});
   EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("view").at("state"), "journal");
-  sut.take_back(full.key);
+  add({{.sample = recording::AlarmNews{.over = true, .alarm = full}}});
   EXPECT_EQ(first(*sut.changes(after(2000)), "channels").at("view").at("state"), "unserved");
 }
 

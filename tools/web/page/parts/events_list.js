@@ -6,7 +6,7 @@ import { words } from '../words.js';
 import { inReadersLanguage } from './marks.js';
 
 const text = words.events;
-const levels = { 'instance ended': 'look', 'last instance ended': 'act', 'gateway gone': 'act', 'link down': 'act', 'program aborted': 'act', 'call held': 'act', problem: 'act' };
+const levels = { 'instance ended': 'look', 'instance silent': 'look', 'process gone': 'look', 'gateway silent': 'act', 'last instance ended': 'act', 'last instance silent': 'act', 'gateway gone': 'act', 'link down': 'act', 'program aborted': 'act', 'call held': 'act', problem: 'act' };
 
 /** An event as a sentence; `model` has the names of UUIDs. */
 function sentenceOf(event, kind, model) {
@@ -32,7 +32,7 @@ function row(app) {
   return {
     node,
     update(event) {
-      const kind = event.kind === 'instance ended' && event.last ? 'last instance ended' : event.kind;
+      const kind = event.last ? `last ${event.kind}` : event.kind;
       setAttribute(node, 'data-event', event.kind);
       setAttribute(node, 'data-level', levels[kind] ?? 'fine');
       setText(time, moment(milliseconds(event.time) - app.clockOffset(), Date.now()));

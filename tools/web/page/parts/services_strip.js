@@ -3,7 +3,7 @@ import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { byTrouble } from '../model.js';
 import { shape } from '../shapes.js';
 import { duration } from '../time.js';
-import { perSecond, words } from '../words.js';
+import { number, perSecond, words } from '../words.js';
 
 const columns = ['name', 'instances', 'busy', 'rate', 'p50', 'errors'];
 const text = words.plant;
@@ -71,7 +71,7 @@ function row() {
       busy.update(load.busy);
       setText(cells.rate, group.here > 0 ? perSecond(load.rate) : words.services.noValue);
       setText(cells.p50, duration(load.p50));
-      setText(cells.errors, group.here > 0 ? perSecond(load.errors * 60) : words.services.noValue);
+      setText(cells.errors, group.here > 0 ? number(load.errors) : words.services.noValue);
     },
   };
 }

@@ -63,9 +63,9 @@ function factsOf(model, plant) {
   const withLinks = plant.filter((machine) => machine.links.length > 0).length;
   const channels = plant.flatMap((machine) => machine.channels);
   const ok = channels.filter(({ view }) => view.level === 'fine').length;
-  const errors = (model.totals?.errors_per_second ?? 0) * 60;
+  const errors = model.totals?.errors_last_minute ?? 0;
   return [text.links(linked, withLinks), text.channelsOk(ok, channels.length), text.rate(perSecond(model.totals?.calls_per_second ?? 0)),
-    errors > 0 && text.errorsPerMinute(number(errors, errors < 9.95 ? 1 : 0))].filter(Boolean)
+    errors > 0 && text.errorsPerMinute(number(errors))].filter(Boolean)
     // No line break within a fact.
     .map((fact) => fact.replaceAll(' ', '\u00a0')).join(' · ');
 }

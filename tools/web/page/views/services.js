@@ -77,7 +77,7 @@ function instanceRow(app) {
       setText(cells.p50, duration(service.p50_ms));
       setText(cells.p99, duration(service.p99_ms));
       setText(cells.errors, number(service.failed ?? 0));
-      setAttribute(cells.errors, 'data-level', service.errors_per_second > 0 ? 'look' : 'fine');
+      setAttribute(cells.errors, 'data-level', service.errors_last_minute > 0 ? 'look' : 'fine');
       setText(cells.others, number(service.other_states ?? 0));
       setText(cells.calls, number(service.answered_calls ?? 0));
       setText(cells.up, service.goneAt === undefined ? age(app.now() - milliseconds(service.started)) : text.noValue);
@@ -166,7 +166,7 @@ function serviceCard(app, opened) {
       setText(values.rate, known(perSecond(load.rate)));
       setText(values.p50, duration(load.p50));
       setText(values.p99, duration(load.p99));
-      setText(values.errors, known(perSecond(load.errors * 60)));
+      setText(values.errors, known(number(load.errors)));
       setAttribute(values.errors, 'data-level', load.errors > 0 ? 'look' : 'fine');
       setAttribute(toggle, 'aria-expanded', String(isOpen));
       setAttribute(node, 'data-open', isOpen);
