@@ -18,6 +18,8 @@ export class Browser {
   /** "error: …", in the order in which they came. */
   complaints = [];
   #browser;
+  /** Where the page of each tab comes from. */
+  #origins = new WeakMap();
 
   static async start() {
     const browser = new Browser();
@@ -49,8 +51,6 @@ export class Browser {
     const context = beside?.browserContext() ?? await this.#browser.createBrowserContext();
     const page = await context.newPage();
     page.setDefaultTimeout(patience);
-    await page.setViewport({ width, height });
-    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     // The language that the browser reports, as a user's settings would set it.
     await page.evaluateOnNewDocument((tag, missing) => {
       Object.defineProperty(navigator, 'languages', { get: () => [tag] });
@@ -67,13 +67,21 @@ export class Browser {
       dialog.dismiss();
     });
     page.on('request', (request) => {
-      if (new URL(request.url()).origin !== url) {
+      if (new URL(request.url()).origin !== this.#origins.get(page)) {
         this.complaints.push(`request to ${request.url()}`);
       }
     });
+    await this.show(page, url, { view, query, dark, width, height });
+    return page;
+  }
+
+  /** A view in a tab that has shown the page of another server: a new tab takes a renderer's start, which costs more. */
+  async show(page, url, { view = '', query = '', dark = false, width = 1440, height = 900 } = {}) {
+    this.#origins.set(page, url);
+    await page.setViewport({ width, height });
+    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     await page.goto(`${url}/${query}${view}`);
     await page.waitForSelector('html[data-ready]');
-    return page;
   }
 
   /** While a server is away the browser itself complains that it cannot be reached; that is what it should do. */
@@ -102,7 +110,9 @@ export async function awaitText(page, selector, pattern, timeout = patience) {
 
 /** What axe-core finds, one line each. */
 export async function violations(page) {
-  await page.evaluate(axeSource);
+  if (!await page.evaluate(() => 'axe' in globalThis)) {
+    await page.evaluate(axeSource);
+  }
   return page.evaluate(async () => (await globalThis.axe.run(document, { resultTypes: ['violations'] })).violations
     .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 160)} (${node.failureSummary})`)));
 }

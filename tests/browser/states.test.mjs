@@ -6,10 +6,28 @@ import { Browser, picture, violations } from './browser.mjs';
 import { dataOfLathe, diagnoses, endedCalls, heldTimeline, minuteOf, plantWith, recordings, serve, uuids } from './invented.mjs';
 
 let browser;
+/** A tab for each language. */
+const tabs = {};
 
 before(async () => {
   browser = await Browser.start();
 });
+
+/** Runs `look` with a view of the page of this server, which ends then. */
+async function withView(server, { language, ...options }, look) {
+  const tab = tabs[language];
+  if (tab) {
+    await browser.show(tab, server.url, options);
+  } else {
+    tabs[language] = await browser.open(server.url, { ...options, language });
+  }
+  try {
+    await look(tabs[language]);
+  } finally {
+    await tabs[language].goto('about:blank');
+    await server.stop();
+  }
+}
 
 after(() => browser?.stop());
 
@@ -49,8 +67,11 @@ const states = {
   recordings: { view: '#/recordings', ready: '.recordings' },
 };
 
-/** Texts that are cut without an ellipsis or lie over what follows, and tables that scroll. */
-const cut = (page) => page.$$eval('main *', (nodes) => nodes.filter((node) => node.childElementCount === 0 && node.clientWidth > 1 && node.scrollWidth > node.clientWidth + 1
+/**
+ * Texts that are cut without an ellipsis or lie over what follows, and tables that scroll. All in the page: `$$eval` fetches
+ * a handle for each node first, which takes seconds for 2,000.
+ */
+const cut = (page) => page.evaluate(() => [...document.querySelectorAll('main *')].filter((node) => node.childElementCount === 0 && node.clientWidth > 1 && node.scrollWidth > node.clientWidth + 1
   && !node.closest('.for-readers, .plot-area, .lane-bars, .band-run') && getComputedStyle(node).textOverflow !== 'ellipsis'
   || node.matches('.scroll') && node.scrollWidth > node.clientWidth + 1).map((node) => `${node.className || node.tagName}: ${node.textContent}`));
 
@@ -68,33 +89,32 @@ for (const [name, { view = '#/plant', query, ready, change = () => {}, shownAt =
       change(snapshot);
       const server = await serve(snapshot, minuteOf(snapshot), { ...dataOfLathe(), ...recordings(), '/api/calls': endedCalls(), '/api/calls/5f3a9c0112d4-17': heldTimeline() });
       const found = [];
-      const page = await browser.open(server.url, { view, query, language });
-      await page.waitForSelector(ready);
-      // Without pictures one theme is enough in German.
-      for (const theme of language === 'en' || process.env.MILLRACE_SCREENSHOTS ? ['light', 'dark'] : ['dark']) {
-        await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: theme }]);
-        await page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, {}, theme);
-        for (const [width, height] of shownAt) {
-          const shown = `${name}-${language}-${theme}-${width}`;
-          await page.setViewport({ width, height });
-          await page.waitForFunction((wide) => innerWidth === wide, {}, width);
-          await picture(page, shown, true);
-          const parts = await cut(page);
-          if (await page.evaluate(() => document.documentElement.scrollWidth > innerWidth)) {
-            parts.push('the page');
+      await withView(server, { view, query, language }, async (page) => {
+        await page.waitForSelector(ready);
+        // Without pictures one theme is enough in German.
+        for (const theme of language === 'en' || process.env.MILLRACE_SCREENSHOTS ? ['light', 'dark'] : ['dark']) {
+          await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: theme }]);
+          await page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, {}, theme);
+          for (const [width, height] of shownAt) {
+            const shown = `${name}-${language}-${theme}-${width}`;
+            await page.setViewport({ width, height });
+            await page.waitForFunction((wide) => innerWidth === wide, {}, width);
+            await picture(page, shown, true);
+            const parts = await cut(page);
+            if (await page.evaluate(() => document.documentElement.scrollWidth > innerWidth)) {
+              parts.push('the page');
+            }
+            if (await spreadOfHeader(page) > 8) {
+              parts.push('a header of several rows');
+            }
+            // Contrast differs between the themes, structure between the sizes, nothing between the languages.
+            if (language === 'en' && width === (theme === 'dark' ? 390 : 1920)) {
+              parts.push(...await violations(page));
+            }
+            found.push(...parts.map((part) => `${shown}: ${part}`));
           }
-          if (await spreadOfHeader(page) > 8) {
-            parts.push('a header of several rows');
-          }
-          // Contrast differs between the themes, structure between the sizes, nothing between the languages.
-          if (language === 'en' && width === (theme === 'dark' ? 390 : 1920)) {
-            parts.push(...await violations(page));
-          }
-          found.push(...parts.map((part) => `${shown}: ${part}`));
         }
-      }
-      await page.close();
-      await server.stop();
+      });
       assert.deepEqual(found, []);
     });
   }
@@ -122,13 +142,12 @@ test('no view shows a control character of a foreign text', async () => {
     change(snapshot);
     const more = { ...recordings(), '/api/calls': endedCalls(), '/api/calls/5f3a9c0112d4-17': heldTimeline(), '/api/doctor': diagnoses() };
     const server = await serve(withControls(snapshot), minuteOf(snapshot), { ...dataOfLathe(), ...withControls(more) });
-    const page = await browser.open(server.url, { view, query });
-    await page.waitForSelector(ready);
-    const texts = await shownTexts(page);
-    assert.ok(name === 'empty' || texts.some((text) => text.includes('\\x07\\x85\\u061c\\u202e')), name);
-    found.push(...texts.filter((text) => /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u.test(text)).map((text) => `${name}: ${JSON.stringify(text)}`));
-    await page.close();
-    await server.stop();
+    await withView(server, { view, query, language: 'en' }, async (page) => {
+      await page.waitForSelector(ready);
+      const texts = await shownTexts(page);
+      assert.ok(name === 'empty' || texts.some((text) => text.includes('\\x07\\x85\\u061c\\u202e')), name);
+      found.push(...texts.filter((text) => /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/u.test(text)).map((text) => `${name}: ${JSON.stringify(text)}`));
+    });
   }
   assert.deepEqual(found, []);
 });
