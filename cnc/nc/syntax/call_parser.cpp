@@ -87,7 +87,7 @@ Statement parse_call(Cursor& cursor) {
     return call;
   }
   if (cursor.accept_word("SEQUENCE")) {
-    cursor.fail_unknown(call_word, "the virtual CNC cannot call parts of programs (L SEQUENCE)");
+    cursor.fail_unknown_at(call_word, "the virtual CNC cannot call parts of programs (L SEQUENCE)");
     return Skipped{};
   }
   if (cursor.at_block_end()) {

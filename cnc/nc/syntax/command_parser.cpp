@@ -9,10 +9,10 @@
 namespace millrace::cnc::nc::syntax {
 namespace {
 
-// The second word of a command.
+// The second word of a command. Another one may be that of a newer controller.
 void expect_word(Cursor& cursor, std::string_view word) {
   if (!cursor.accept_word(word)) {
-    cursor.fail("'" + std::string(word) + "' expected before " + describe(cursor.peek()));
+    cursor.fail_unknown("'" + std::string(word) + "' expected before " + describe(cursor.peek()));
   }
 }
 
@@ -106,7 +106,7 @@ Statement parse_timer(Cursor& cursor) {
       std::find_if(timer_actions.begin(), timer_actions.end(),
                    [&](const NamedAction& entry) { return cursor.accept_word(entry.name); });
   if (action == timer_actions.end()) {
-    cursor.fail("START, STOP, READ or CLEAR expected before " + describe(cursor.peek()));
+    cursor.fail_unknown("START, STOP, READ or CLEAR expected before " + describe(cursor.peek()));
     return timer;
   }
   timer.action = action->action;
@@ -139,8 +139,8 @@ ErrorParameter parse_error_parameter(Cursor& cursor) {
       return {std::move(name), parse_expression(cursor)};
     }
   }
-  cursor.fail("#ERROR has no parameter " + describe(cursor.peek()) +
-              "; it has ID, RC, MID, PV1 to PV5, PM1 to PM5 and PIV1 to PIV4");
+  cursor.fail_unknown("#ERROR has no parameter " + describe(cursor.peek()) +
+                      "; it has ID, RC, MID, PV1 to PV5, PM1 to PM5 and PIV1 to PIV4");
   return {};
 }
 
@@ -248,7 +248,7 @@ Statement parse_command(Cursor& cursor) {
       return command.parse(cursor);
     }
   }
-  cursor.fail_unknown(name, "unknown command #" + std::string(name.text));
+  cursor.fail_unknown_at(name, "unknown command #" + std::string(name.text));
   return Skipped{};
 }
 

@@ -54,7 +54,7 @@ void ControlParser::parse() {
       return;
     }
   }
-  cursor_.fail("unknown statement $" + std::string(cursor_.peek().text));
+  cursor_.fail_unknown("unknown statement $" + std::string(cursor_.peek().text));
 }
 
 void ControlParser::finish() {

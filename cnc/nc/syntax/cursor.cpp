@@ -99,7 +99,7 @@ Token Cursor::peek_ahead(int count) const {
   return token;
 }
 
-void Cursor::continue_brackets() {
+void Cursor::continue_brackets(bool behind_comma) {
   if (failed_ || token_.kind != TokenKind::end_of_block) {
     return;
   }
@@ -111,7 +111,7 @@ void Cursor::continue_brackets() {
   while (token.kind == TokenKind::end_of_block) {
     token = lexer.next();
   }
-  if (token.kind != TokenKind::end_of_program && (empty_line || token.is("]"))) {
+  if (token.kind != TokenKind::end_of_program && (behind_comma || empty_line || token.is("]"))) {
     lexer_ = lexer;
     token_ = token;
   }
@@ -163,7 +163,11 @@ void Cursor::fail_at(const Token& token, std::string text, int id) {
   }
 }
 
-void Cursor::fail_unknown(const Token& token, std::string text) {
+void Cursor::fail_unknown(std::string text) {
+  fail_unknown_at(token_, std::move(text));
+}
+
+void Cursor::fail_unknown_at(const Token& token, std::string text) {
   const std::size_t before = mistakes_.size();
   fail_at(token, std::move(text));
   if (mistakes_.size() > before) {

@@ -43,7 +43,8 @@ class Cursor {
   bool skip_comment_lines();
   /// Within brackets over several lines, at the end of a line: goes on behind lines without words,
   /// and to a `]` on a line of its own, as the vendor's editor does (isg-stuttgart/vscode-isg-cnc).
-  void continue_brackets();
+  /// Behind a comma it goes on with the next line, whatever that is.
+  void continue_brackets(bool behind_comma = false);
   /// Goes from a `[` behind its `]`.
   void skip_brackets();
   /// Goes to the end of the block.
@@ -53,7 +54,8 @@ class Cursor {
   void fail(std::string text, int id = 0);
   void fail_at(const Token& token, std::string text, int id = 0);
   /// The virtual CNC lacks it; a controller may have it.
-  void fail_unknown(const Token& token, std::string text);
+  void fail_unknown(std::string text);
+  void fail_unknown_at(const Token& token, std::string text);
   /// A mistake elsewhere that does not end the block.
   void report(int line, int column, std::string text, int id = 0);
   void report(Place place, std::string text, int id = 0);

@@ -33,19 +33,22 @@ void parse_type(Cursor& cursor, Declaration& declaration) {
     cursor.take();
     declaration.type = *type;
   } else {
-    cursor.fail("unknown type " + describe(cursor.peek()) +
-                "; types are BOOLEAN SGN08 UNS08 SGN16 UNS16 SGN32 UNS32 REAL64 STRING[n]");
+    cursor.fail_unknown("unknown type " + describe(cursor.peek()) +
+                        "; types are BOOLEAN SGN08 UNS08 SGN16 UNS16 SGN32 UNS32 REAL64 STRING[n]");
   }
 }
 
-// [1, 2], or nested by rows: [[1, 2], [3, 4]]
+// [1, 2], or nested by rows: [[1, 2], [3, 4]]. A line that ends with a comma goes on, as in the
+// vendor's editor.
 void parse_list(Cursor& cursor, std::vector<Expression>& list) {
   cursor.expect("[");
   if (!cursor.enter()) {
     return;
   }
+  bool behind_comma = false;
   do {
-    cursor.continue_brackets();
+    cursor.continue_brackets(behind_comma);
+    behind_comma = true;
     if (cursor.peek().is("[")) {
       parse_list(cursor, list);
     } else if (list.size() < most_initial_values) {
@@ -65,6 +68,24 @@ bool is_array(const Reference& reference) {
   return variable != nullptr && !variable->parts.back().elements.empty();
 }
 
+// [3, 4] and not [3 + 4] * 2.
+bool at_list(const Cursor& cursor) {
+  if (!cursor.peek().is("[")) {
+    return false;
+  }
+  constexpr int farthest = 100;
+  int depth = 1;
+  for (int count = 1; depth > 0 && count < farthest; ++count) {
+    const Token token = cursor.peek_ahead(count);
+    if (token.ends_block() || (depth == 1 && token.is(","))) {
+      return !token.ends_block();
+    }
+    depth += token.is("[") ? 1 : 0;
+    depth -= token.is("]") ? 1 : 0;
+  }
+  return false;
+}
+
 Declaration parse_declaration(Cursor& cursor) {
   Declaration declaration;
   declaration.variable = parse_reference(cursor);
@@ -72,6 +93,13 @@ Declaration parse_declaration(Cursor& cursor) {
     parse_type(cursor, declaration);
   }
   if (!cursor.accept("=")) {
+    return declaration;
+  }
+  if (!is_array(declaration.variable) && at_list(cursor)) {
+    const Token list = cursor.peek();
+    parse_list(cursor, declaration.initial);
+    // The vendor's editor reads it; what it means is not documented.
+    cursor.fail_unknown_at(list, "an array is declared with its sizes, NAME[3]");
     return declaration;
   }
   if (!is_array(declaration.variable)) {

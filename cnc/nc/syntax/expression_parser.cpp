@@ -136,7 +136,7 @@ Expression parse_name(Cursor& cursor) {
   if (const values::Function* function = values::find_function(token.text)) {
     return parse_call(cursor, *function);
   }
-  cursor.fail_unknown(token, "unknown name " + describe(token) + " in an expression");
+  cursor.fail_unknown_at(token, "unknown name " + describe(token) + " in an expression");
   return {};
 }
 

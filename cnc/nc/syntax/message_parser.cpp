@@ -50,10 +50,11 @@ FormattedText parse_formatted_text(Cursor& cursor) {
   return text;
 }
 
-// SYN, SYN_ACK or ACK
+// SYN, SYN_ACK (or SYN ACK, as the vendor's editor) or ACK
 void parse_mode(Cursor& cursor, Message& message) {
   if (cursor.accept_word("SYN")) {
     message.synchronous = true;
+    message.acknowledge = cursor.accept_word("ACK");
   } else if (cursor.accept_word("SYN_ACK")) {
     message.synchronous = true;
     message.acknowledge = true;
@@ -93,9 +94,10 @@ Statement parse_message(Cursor& cursor) {
   parse_mode(cursor, message);
   parse_receiver(cursor, message);
   if (cursor.peek().kind == TokenKind::name) {
-    cursor.fail("unknown mode or receiver " + describe(cursor.peek()) +
-                "; modes are SYN, SYN_ACK and ACK, receivers ISG_DIAG_BED, DIAG, HMI, PLC and "
-                "EVENT_LOGGER");
+    cursor.fail_unknown(
+        "unknown mode or receiver " + describe(cursor.peek()) +
+        "; modes are SYN, SYN_ACK and ACK, receivers ISG_DIAG_BED, DIAG, HMI, PLC and "
+        "EVENT_LOGGER");
   }
   message.text = parse_formatted_text(cursor);
   return message;

@@ -90,6 +90,7 @@ class ProgramParser {
     begin_block(std::move(head));
     if (is_command) {
       writer_.add(parse_command(cursor_));
+      leave_rest_to_a_controller();
     } else if (cursor_.at_block_end()) {
       if (numbered) {
         writer_.add(Words{});  // an operation to show the block number for
@@ -121,7 +122,7 @@ class ProgramParser {
     const Token name = cursor_.take_raw_word();
     end_routine();
     if (in_main_) {
-      cursor_.fail_at(name, "local subprograms stand before the main program");
+      cursor_.fail_unknown_at(name, "local subprograms stand before the main program");
     }
     const auto [entry, added] = program_.subprograms.try_emplace(std::string(name.text));
     if (!added) {
@@ -205,18 +206,27 @@ class ProgramParser {
     }
     if (at_call(cursor_)) {
       writer_.add(parse_call(cursor_));
+      leave_rest_to_a_controller();
     } else if (cursor_.peek().is("$")) {
       parse_control();
     }
   }
 
-  void parse_control() {
-    if (writer_.head().skip_level > 0) {
-      cursor_.fail("a block with a $ statement cannot be skipped; remove the /");
-      return;
+  /// Words behind a command or a call may be those of a newer controller.
+  void leave_rest_to_a_controller() {
+    if (cursor_.peek().kind == TokenKind::name || cursor_.peek().is("[")) {
+      cursor_.fail_unknown(describe(cursor_.peek()) + " is not expected here");
     }
-    cursor_.take();
+  }
+
+  void parse_control() {
+    const bool skipped = writer_.head().skip_level > 0;
+    const Token statement = cursor_.take();
     control_.parse();
+    if (skipped) {
+      cursor_.fail_unknown_at(statement,
+                              "a block with a $ statement cannot be skipped; remove the /");
+    }
   }
 
   // Checks calls of local subprograms with literal names.

@@ -145,13 +145,13 @@ Word parse_word(Cursor& cursor) {
       word.address += upper(rest.text);
       word.value = parse_expression(cursor);
     } else {
-      cursor.fail_unknown(whole, "unknown word " + describe(whole));
+      cursor.fail_unknown_at(whole, "unknown word " + describe(whole));
     }
     return word;
   }
   if (addresses.find(word.address) == std::string_view::npos ||
       (cursor.peek().adjacent && !is_word_value(cursor))) {
-    cursor.fail_unknown(whole, "unknown word " + describe(whole));
+    cursor.fail_unknown_at(whole, "unknown word " + describe(whole));
     return word;
   }
   if (word.address == "G" || word.address == "M" || word.address == "H") {
@@ -208,7 +208,7 @@ Words parse_words(Cursor& cursor) {
         words.items.emplace_back(std::move(word));
         word = {"", parse_word_value(cursor)};
       } else if (function != nullptr && cursor.peek().is("[")) {
-        cursor.fail_unknown(token, "unknown word " + describe(token) + " with brackets");
+        cursor.fail_unknown_at(token, "unknown word " + describe(token) + " with brackets");
       }
       words.items.emplace_back(std::move(word));
     } else if (cursor.peek().is("/") && is_program_end(words)) {
