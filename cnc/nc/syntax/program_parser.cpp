@@ -103,10 +103,15 @@ class ProgramParser {
     }
   }
 
-  // %NAME and % NAME begin the main program, %L NAME a local subprogram.
+  // %NAME and % NAME begin the main program, %L NAME a local subprogram. The vendor's editor reads
+  // a main program without a name.
   void parse_program_name() {
     if (cursor_.at_block_end()) {
-      cursor_.fail("a program name expected behind %");
+      if (in_main_) {
+        cursor_.fail_unknown("a % without a name stands behind the main program");
+      } else {
+        begin_main({});
+      }
       return;
     }
     const bool may_be_local = cursor_.at_word("L");
