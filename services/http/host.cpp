@@ -371,7 +371,7 @@ void Host::lose(Number number, fabric::CallId id, const std::string& reason) {
   at.calls.at(id).lost = true;
   log_->warn(
       "call {}: {} may have run it, and the connection was lost: {}; it must not run twice, so it "
-      "is blocked for an operator when this instance has left",
+      "is held for an operator when this instance has left",
       id.to_string(), at.endpoint->url, reason);
   if (served != nullptr) {
     drain(*served);

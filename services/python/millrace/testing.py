@@ -227,7 +227,7 @@ class Pending:
         #: Number of the instance that has it, or had it last.
         self.instance = -1
         #: Its instance was lost, and it may run at most once: an operator must decide.
-        self.blocked = False
+        self.held = False
         self.withdrawn = False
         self.response: _call.Response | None = None
         #: Number of its responses, repeated ones included.
@@ -242,7 +242,7 @@ class Pending:
         self._loopback._repeat(self)
 
     def wait(self, timeout: float = PATIENCE) -> _call.Response:
-        """The final response. Raises NoResponse after `timeout` seconds, and once the call is blocked or withdrawn."""
+        """The final response. Raises NoResponse after `timeout` seconds, and once the call is held or withdrawn."""
         return self._loopback._wait(self, timeout)
 
 
@@ -259,7 +259,7 @@ class Loopback:
     """A gateway and instances of services in this process. A context manager.
 
     Each call goes to one live instance with room, the least busy first; after the death of its instance it is
-    dispatched again with a higher attempt, or blocked if it may run at most once.
+    dispatched again with a higher attempt, or held if it may run at most once.
     """
 
     def __init__(self, *services: _service.Service, instances: int = 1) -> None:
@@ -356,7 +356,7 @@ class Loopback:
 
     def _lose(self, pending: Pending) -> None:
         if pending.service.delivery == "at-most-once":
-            pending.blocked = True
+            pending.held = True
             pending.fake = None
             self._changed.notify_all()
         else:
@@ -383,12 +383,12 @@ class Loopback:
     def _wait(self, pending: Pending, timeout: float) -> _call.Response:
         with self._changed:
             self._changed.wait_for(
-                lambda: pending.response is not None or pending.blocked or pending.withdrawn, timeout
+                lambda: pending.response is not None or pending.held or pending.withdrawn, timeout
             )
             if pending.withdrawn:
                 raise _errors.NoResponse("the request was withdrawn")
-            if pending.blocked:
-                raise _errors.NoResponse("the call is blocked: its instance was lost, and it may run at most once")
+            if pending.held:
+                raise _errors.NoResponse("the call is held: its instance was lost, and it may run at most once")
             if pending.response is None:
                 raise _errors.NoResponse(f"no response within {timeout:g} s")
             return pending.response
