@@ -29,7 +29,7 @@ async function callOf(plant, flags) {
 // What happens, the kind of its card, a part of the card that makes it the right one, what the page shows before, and the
 // preparation, which resolves with what causes the fault.
 const faults = [
-  ['a gateway is killed', 'gateway gone', /[Tt]he gateway was on \S+, pid \d+/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
+  ['a gateway is killed', 'gateway gone', /The gateway on \S+, pid \d+, does not respond/, '[data-channel="cnc/1"][data-state="idle"]', async (plant) => {
     await plant.cnc();
     const gateway = await plant.gateway();
     return () => gateway.stop('SIGKILL');

@@ -107,9 +107,9 @@ test('a gateway that is gone is shown as such, and so is its return', async () =
   await gateway.stop('SIGKILL');
   await awaitText(page, '.concern[data-kind="gateway gone"] .concern-name', /^cnc$/);
   await awaitText(page, '.concern .who', /Plant engineer/);
-  await awaitText(page, '.concern .concern-why', /The gateway was on \S+, pid \d+/);
+  await awaitText(page, '.concern .concern-why', /The gateway on \S+, pid \d+, does not respond/);
   const diagnoses = await (await fetch(`${web.url}/api/doctor`)).json();
-  const gone = diagnoses.diagnoses.filter((each) => /^cnc: gateway does not report/.test(each.what));
+  const gone = diagnoses.diagnoses.filter((each) => /^cnc: gateway does not respond/.test(each.what));
   assert.equal(gone.length, 1, JSON.stringify(diagnoses.diagnoses));
   assert.deepEqual(await violations(page), []);
   await picture(page, 'gateway-gone');

@@ -211,12 +211,12 @@ class ALoopback(unittest.TestCase):
             self.assertEqual(pending.wait().text, "3")
             self.assertEqual(pending.attempt, 2)
 
-    def test_blocks_the_call_of_a_lost_instance_that_may_run_at_most_once(self):
+    def test_holds_the_call_of_a_lost_instance_that_may_run_at_most_once(self):
         slow = self.slow(delivery="at-most-once")
         with testing.Loopback(slow, instances=2) as sut:
             pending = sut.send(slow, "3")
             sut.kill(pending.instance)
-            with self.assertRaisesRegex(millrace.NoResponse, "blocked"):
+            with self.assertRaisesRegex(millrace.NoResponse, "held"):
                 pending.wait()
             self.go.set()
         self.assertEqual(self.ran, [1])

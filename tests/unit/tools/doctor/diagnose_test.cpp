@@ -335,7 +335,7 @@ TEST_F(TheDoctor, DistinguishesTwoGatewaysOfOneHost) {
   add(lathe);
   EXPECT_TRUE(is_healthy(sut()));
   add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway, .gone = true});
-  const auto lost = Contains(is(Severity::problem, "lathe: gateway does not respond")).Times(1);
+  const auto lost = Contains(is(Severity::problem, "lathe: gateway does not report")).Times(1);
   EXPECT_THAT(sut(), AllOf(lost, Not(silent("18")), Not(silent("17")))) << "named once";
 
   add_program(10, "gateway").is_gateway = true;
@@ -393,7 +393,7 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2", "it has no running instance")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/3: no service")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/4: call waits: all instances are busy")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: gateway does not respond")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: gateway does not report")));
 }
 
 TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
