@@ -4,7 +4,6 @@
 #include <chrono>
 #include <iterator>
 #include <list>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +12,8 @@
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
 
+#include "base/loop/dispensable.hpp"
+#include "base/loop/host_of.hpp"
 #include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
@@ -59,19 +60,6 @@ struct Handshake {
     }
   }
 };
-
-/// The oldest of the address that has the most: an address that shuts others out closes its own.
-template <class HalfOpen>
-std::shared_ptr<HalfOpen> most_dispensable(const std::vector<std::shared_ptr<HalfOpen>>& half_open,
-                                           const auto& address_of) {
-  std::map<asio::ip::address, std::size_t> counts;
-  for (const auto& one : half_open) {
-    ++counts[address_of(*one)];
-  }
-  const auto found = std::ranges::max_element(
-      half_open, {}, [&](const auto& one) { return counts.at(address_of(*one)); });
-  return found == half_open.end() ? nullptr : *found;
-}
 
 }  // namespace
 
@@ -124,8 +112,9 @@ void Server::Impl::admit(tcp::socket socket) {
     admit(plain_transport(std::move(socket)), plain_session());
   } else {
     if (handshakes.size() >= options.max_connections) {
-      const auto given_up = most_dispensable(
-          handshakes, [](const Handshake& handshake) { return handshake.address; });
+      const auto given_up = base::loop::most_dispensable(
+          handshakes,
+          [](const Handshake& handshake) { return base::loop::host_of(handshake.address); });
       std::erase(handshakes, given_up);
       given_up->close();
     }
@@ -223,8 +212,8 @@ bool Server::Impl::make_room() {
   std::vector<std::shared_ptr<Connection>> half_open;
   std::ranges::copy_if(connections, std::back_inserter(half_open),
                        [](const auto& one) { return one->half_open(); });
-  const auto given_up =
-      most_dispensable(half_open, [](const Connection& one) { return one.address(); });
+  const auto given_up = base::loop::most_dispensable(
+      half_open, [](const Connection& one) { return base::loop::host_of(one.address()); });
   if (given_up == nullptr) {
     return false;
   }

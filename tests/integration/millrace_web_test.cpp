@@ -307,6 +307,17 @@ TEST_F(ForeignInput, OfAThousandIdleConnectionsBlocksNoOthers) {
   EXPECT_TRUE(idle.front()->is_ended());
 }
 
+TEST_F(ForeignInput, Of600HalfHeadersShutsNoOthersOut) {
+  std::vector<std::unique_ptr<HttpClient>> half;
+  for (int i = 0; i < 600; ++i) {
+    half.push_back(std::make_unique<HttpClient>(port));
+    half.back()->send("GET / HTTP/1.1\r\nHost: local");
+  }
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(HttpClient(port).get("/api/about").status, 200);
+  }
+}
+
 TEST_F(ForeignInput, OfAMegabyteOfHeaderIsRefused) {
   HttpClient browser(port);
   browser.send("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(64U << 10U, 'x'));
@@ -393,6 +404,25 @@ TEST(TheWebWithTls, LoadsANewCertificateOnSighup) {
   sut.signal(SIGHUP);
   sut.await_error("the one before stays");
   EXPECT_THAT(certificate_at(port), HasSubstr("second"));
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+}
+
+TEST(TheWebWithTls, IsReachedBeside600HalfHandshakes) {
+  Chain chain;
+  make_certificate(chain.folder(), "reached");
+  Process sut = chain.millrace({"web", "--listen", "127.0.0.1:0", "--tls-cert",
+                                (chain.folder() / "web.crt").string(), "--tls-key",
+                                (chain.folder() / "web.key").string()});
+  const auto port = static_cast<std::uint16_t>(
+      std::stoi(sut.await("^ready: .* at https://127\\.0\\.0\\.1:(\\d+)/").at(1)));
+  using namespace std::string_view_literals;
+  std::vector<std::unique_ptr<HttpClient>> half;
+  for (int i = 0; i < 600; ++i) {
+    half.push_back(std::make_unique<HttpClient>(port));
+    half.back()->send("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"sv);
+  }
+  EXPECT_THAT(certificate_at(port), HasSubstr("reached"));
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
 }

@@ -36,10 +36,16 @@ std::string HttpAnswer::field(const std::string& name) const {
   return header.substr(value, header.find("\r\n", value) - value);
 }
 
-HttpClient::HttpClient(std::uint16_t port, std::chrono::milliseconds timeout)
+HttpClient::HttpClient(std::uint16_t port, std::chrono::milliseconds timeout, std::uint8_t from)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK - 1 + from);
+  if (from != 1 &&
+      ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    ::close(socket_);
+    fail("cannot bind to 127.0.0." + std::to_string(from));
+  }
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const timeval limit = timeval_of(timeout);

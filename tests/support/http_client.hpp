@@ -31,7 +31,9 @@ struct HttpAnswer {
 /// Throws std::runtime_error for any failure, a timeout included.
 class HttpClient {
  public:
-  explicit HttpClient(std::uint16_t port, std::chrono::milliseconds timeout = patience);
+  /// `from` is the last byte of its address, 127.0.0.x.
+  explicit HttpClient(std::uint16_t port, std::chrono::milliseconds timeout = patience,
+                      std::uint8_t from = 1);
   ~HttpClient();
   HttpClient(const HttpClient&) = delete;
   HttpClient& operator=(const HttpClient&) = delete;

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include <boost/asio/ip/address.hpp>
-
+#include "base/loop/host_of.hpp"
 #include "base/text/ascii.hpp"
 
 namespace millrace::tools::web::actions {
@@ -39,17 +38,9 @@ void Sessions::close(std::string_view id) {
 
 namespace {
 
-/// All users at the address of `who`. An IPv6 address stands for its /64: a host may have all of
-/// it.
+/// All users at the address of `who`.
 Throttle::Who all_of_address_of(const Throttle::Who& who) {
-  boost::system::error_code none;
-  const auto address = boost::asio::ip::make_address(who.peer, none);
-  if (none || !address.is_v6() || address.to_v6().is_v4_mapped()) {
-    return {.user = {}, .peer = who.peer};
-  }
-  auto bytes = address.to_v6().to_bytes();
-  std::fill(bytes.begin() + bytes.size() / 2, bytes.end(), static_cast<unsigned char>(0));
-  return {.user = {}, .peer = boost::asio::ip::address_v6(bytes).to_string()};
+  return {.user = {}, .peer = base::loop::host_of(who.peer)};
 }
 
 }  // namespace

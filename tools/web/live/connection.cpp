@@ -87,7 +87,10 @@ class BrowserConnection : public Connection,
     news_.cancel();
   }
 
-  [[nodiscard]] bool is_idle() const override { return idle_; }
+  [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const override {
+    return idle_since_;
+  }
+  [[nodiscard]] const std::string& peer() const override { return peer_; }
 
  private:
   static constexpr bool is_tls = !std::is_same_v<Stream, beast::tcp_stream>;
@@ -99,10 +102,10 @@ class BrowserConnection : public Connection,
     Parser parser;
     parser.header_limit(most_header);
     parser.body_limit(most_body);
-    idle_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
     tcp().expires_after(shared_.options.time_to_ask);
     const auto [error, size] = co_await beast::http::async_read(stream_, buffer_, parser, quietly);
-    idle_ = false;
+    idle_since_.reset();
     if (error) {
       if (const auto words = answer_to(error)) {
         const AnswerHead last{.keep_alive = false};
@@ -276,7 +279,9 @@ class BrowserConnection : public Connection,
   beast::flat_buffer buffer_;
   /// Expires early when there is an event or a response.
   asio::steady_timer news_;
-  bool idle_ = true;
+  /// A handshake counts.
+  std::optional<std::chrono::steady_clock::time_point> idle_since_ =
+      std::chrono::steady_clock::now();
   bool closed_ = false;
 };
 

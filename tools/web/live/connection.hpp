@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
@@ -37,8 +38,10 @@ class Connection {
   virtual boost::asio::awaitable<void> run() = 0;
   /// Called on the loop: ends all pending operations.
   virtual void close() = 0;
-  /// Whether no request is being handled.
-  [[nodiscard]] virtual bool is_idle() const = 0;
+  /// Since when it has waited for a whole request; nothing while one is handled.
+  [[nodiscard]] virtual std::optional<std::chrono::steady_clock::time_point> idle_since() const = 0;
+  /// Of the other side, in text.
+  [[nodiscard]] virtual const std::string& peer() const = 0;
 };
 
 /// `tls` may be null: plain HTTP. `shared` and `tls` outlive it.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <list>
 #include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -12,6 +14,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/loop/dispensable.hpp"
+#include "base/loop/host_of.hpp"
 #include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "tools/web/live/connection.hpp"
@@ -118,14 +122,18 @@ void Server::Impl::admit(tcp::socket socket) {
 }
 
 bool Server::Impl::make_room() {
-  const auto idle = std::ranges::find_if(
-      connections, [](const auto& connection) { return connection->is_idle(); });
-  if (idle == connections.end()) {
+  std::vector<std::shared_ptr<Connection>> idle;
+  std::ranges::copy_if(connections, std::back_inserter(idle),
+                       [](const auto& one) { return one->idle_since().has_value(); });
+  std::ranges::stable_sort(idle, {}, [](const auto& one) { return one->idle_since(); });
+  const auto given_up = base::loop::most_dispensable(
+      idle, [](const Connection& one) { return base::loop::host_of(one.peer()); });
+  if (given_up == nullptr) {
     return false;
   }
   ++counts.displaced;
-  (*idle)->close();
-  connections.erase(idle);
+  given_up->close();
+  connections.remove(given_up);
   return true;
 }
 

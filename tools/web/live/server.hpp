@@ -4,8 +4,9 @@
 //   server.publish("changes", json);                               // to every open stream
 //
 // Each operation of a connection has a time limit, and the number of connections is limited. If
-// there are too many, the one that was idle for longest is closed. A browser that does not read is
-// dropped. Other clients do not notice.
+// there are too many, one that waits for its request is closed: of the address that has the most of
+// them, the one that has waited for longest. A browser that does not read is dropped. Other clients
+// do not notice.
 #pragma once
 
 #include <chrono>

@@ -106,6 +106,30 @@ TEST_F(AServer, DropsAnIdleConnectionForANewOne) {
   EXPECT_EQ(counts().displaced, 1U);
 }
 
+TEST_F(AServer, DropsOfTheAddressWithMostIdleConnectionsTheOneThatHasWaitedLongest) {
+  start({.most_connections = 5});
+  HttpClient other(port, tests::patience, 2);
+  EXPECT_EQ(other.get("/healthz").status, 200);
+  HttpClient active(port);
+  HttpClient half(port);
+  half.send("GET / HTT");
+  HttpClient silent(port);
+  // A loaded server may accept a connection after it has answered a younger one.
+  tests::await("all four", [&] { return counts().connections == 4; });
+  EXPECT_EQ(active.get("/healthz").status, 200);
+  HttpClient fifth(port, tests::patience, 3);
+  EXPECT_EQ(fifth.get("/healthz").status, 200);
+  HttpClient sixth(port, tests::patience, 3);
+  EXPECT_EQ(sixth.get("/healthz").status, 200);
+  HttpClient seventh(port, tests::patience, 3);
+  EXPECT_EQ(seventh.get("/healthz").status, 200);
+  EXPECT_TRUE(half.is_ended());
+  EXPECT_TRUE(silent.is_ended());
+  EXPECT_EQ(other.get("/healthz").status, 200);
+  EXPECT_EQ(active.get("/healthz").status, 200);
+  EXPECT_EQ(counts().displaced, 2U);
+}
+
 TEST_F(AServer, AnswersOthersWhileSomethingTakesLong) {
   start({});
   HttpClient patient(port);
