@@ -57,6 +57,7 @@ void at_concerns(const Findings& found, Report& report) {
       plant.add({.sample = fabric::MachineStatus{.machine = lost.last.machine,
                                                  .gateway = lost.last.gateway,
                                                  .since = lost.since,
+                                                 .reason = lost.reason,
                                                  .gone = true}});
     }
   }
