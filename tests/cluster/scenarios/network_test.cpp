@@ -104,7 +104,8 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNoPeerIsFound) {
   sut().service("service-1", "slow-1");
   const std::string well = sut().millrace("gateway", {"doctor", "--wait", "1s"}, 1);
   EXPECT_THAT(well, ContainsRegex("slow-1 .*serves c0ffee00"));
-  EXPECT_THAT(well, HasSubstr("problem  cnc: no connection to the controller"));  // it is not started
+  EXPECT_THAT(well,
+              HasSubstr("problem  cnc: no connection to the controller"));  // it is not started
 
   sut().network().stop_multicast("service-2");
   const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);

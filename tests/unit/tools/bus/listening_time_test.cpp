@@ -1,6 +1,6 @@
-#include "tools/bus/snapshot.hpp"
-
 #include <gtest/gtest.h>
+
+#include "tools/bus/snapshot.hpp"
 
 namespace millrace::tools::bus {
 namespace {
