@@ -135,6 +135,9 @@ class Assessment {
            .cause = "no gateway"});
     }
     for (const LostMachine& lost : lost_) {
+      if (is_silent_for_a_moment(lost, now_, view_.patience)) {
+        continue;
+      }
       const MachineStatus& last = lost.last;
       const bool is_known = !last.host.empty();
       const bool is_silent = messages::gateway_not_responding.is(lost.reason);

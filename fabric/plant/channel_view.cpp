@@ -11,15 +11,21 @@ namespace millrace::fabric::plant {
 
 namespace {
 
+/// The machine, if it lost its gateway.
+std::optional<LostMachine> lost_machine(const Plant& plant, std::string_view machine) {
+  const std::vector<LostMachine> lost = plant.lost();
+  const auto found = std::ranges::find(
+      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
+  return found == lost.end() ? std::nullopt : std::optional(*found);
+}
+
 /// When the machine lost its gateway or its link; nothing if it has both.
 std::optional<Time> without_link_since(const Plant& plant, std::string_view machine) {
   if (const MachineStatus* const status = gateway_without_link(plant, machine)) {
     return status->since;
   }
-  const std::vector<LostMachine> lost = plant.lost();
-  const auto found = std::ranges::find(
-      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
-  return found == lost.end() ? std::nullopt : std::optional(found->since);
+  const std::optional<LostMachine> lost = lost_machine(plant, machine);
+  return lost ? std::optional(lost->since) : std::nullopt;
 }
 
 /// Its call runs far longer than the calls of its service do.
@@ -60,12 +66,19 @@ const MachineStatus* gateway_without_link(const Plant& plant, std::string_view m
   return found;
 }
 
+bool is_silent_for_a_moment(const LostMachine& lost, Time now, const Patience& patience) {
+  return base::messages::gateway_not_responding.is(lost.reason) &&
+         now - lost.since < patience.silent_gateway;
+}
+
 std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status, Time now,
                                 const Patience& patience) {
   const std::string_view machine = machine_of(status.key.machine);
   const Link link = link_of(plant, machine);
   if (link == Link::gone || status.gone) {
-    return Kind::gateway_gone;
+    const std::optional<LostMachine> lost = lost_machine(plant, machine);
+    return lost && is_silent_for_a_moment(*lost, now, patience) ? std::nullopt
+                                                                : std::optional(Kind::gateway_gone);
   }
   if (link == Link::down) {
     return Kind::link_down;

@@ -15,6 +15,8 @@ namespace millrace::fabric::plant {
 struct Patience {
   /// A new NC program and its service may start together.
   std::chrono::nanoseconds unknown_uuid = std::chrono::seconds(2);
+  /// A gateway on a busy host may be late with its heartbeats.
+  std::chrono::nanoseconds silent_gateway = std::chrono::seconds(1);
   /// A service that was there may restart.
   std::chrono::nanoseconds lost_service = std::chrono::seconds(1);
   /// A call that waits for a free instance is one to look at, and then needs a person.
@@ -36,6 +38,9 @@ Link link_of(const Plant& plant, std::string_view machine);
 
 /// The gateway that reports why the machine has no connection; nullptr if none reports.
 const MachineStatus* gateway_without_link(const Plant& plant, std::string_view machine);
+
+/// The gateway of a machine does not respond, for so short a time that it is no concern.
+bool is_silent_for_a_moment(const LostMachine& lost, Time now, const Patience& patience);
 
 /// What keeps the channel's call, or all of its calls, from running; nothing if they run.
 std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status, Time now,

@@ -179,6 +179,19 @@ TEST_F(AnAssessment, SaysHowAGatewayLeftItsMachine) {
   }
 }
 
+TEST_F(AnAssessment, WaitsAMomentForAGatewayThatIsOnlyLate) {
+  auto late = machine_status("press", false);
+  late.gone = true;
+  late.reason = messages::gateway_not_responding();
+  late.since = noon;
+  plant.add(channel(1, ChannelState::idle));
+  plant.add(entry(late));
+  EXPECT_THAT(kinds(900ms), IsEmpty());
+  EXPECT_EQ(state_of(1, 900ms), "idle");
+  EXPECT_THAT(kinds(1100ms), ElementsAre("act gateway gone press"));
+  EXPECT_EQ(state_of(1, 1100ms), "gateway gone");
+}
+
 TEST_F(AnAssessment, LooksAtAProcessThatSaidThatItRunsAndIsGoneWithoutAWord) {
   const Alarm runs = alarm(3, "recording", AlarmLevel::fine);
   const auto over = [&](bool is_lost) {
