@@ -57,6 +57,19 @@ TEST(APlant, HasInstancesThatAreGoneUntilTheyAreForgotten) {
   EXPECT_THAT(sut.gone(), IsEmpty());
 }
 
+TEST(APlant, HasASilentInstanceUntilItsProcessIsGone) {
+  Plant sut;
+  sut.add(news(Change::ready, 1, "a"));
+  Entry silent = news(Change::silent, 1, "");
+  silent.at = Time(std::chrono::seconds(100));
+  sut.add(silent);
+  sut.forget_gone(silent.at + std::chrono::hours(1));
+  EXPECT_THAT(sut.gone(), SizeIs(1));
+  sut.add(news(Change::gone, 1, ""));
+  sut.forget_gone(silent.at + std::chrono::hours(1));
+  EXPECT_THAT(sut.gone(), IsEmpty());
+}
+
 TEST(APlant, HasTheProcessOfTheGatewayOfALostMachine) {
   Plant sut;
   const auto machine = [&](std::uint8_t gateway, const std::string& host) {
