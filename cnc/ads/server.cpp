@@ -12,8 +12,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/dispensable.hpp"
-#include "base/loop/host_of.hpp"
+#include "base/loop/hosts.hpp"
 #include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
@@ -113,8 +112,7 @@ void Server::Impl::admit(tcp::socket socket) {
   } else {
     if (handshakes.size() >= options.max_connections) {
       const auto given_up = base::loop::most_dispensable(
-          handshakes,
-          [](const Handshake& handshake) { return base::loop::host_of(handshake.address); });
+          handshakes, [](const Handshake& handshake) { return handshake.address; });
       std::erase(handshakes, given_up);
       given_up->close();
     }
@@ -212,8 +210,8 @@ bool Server::Impl::make_room() {
   std::vector<std::shared_ptr<Connection>> half_open;
   std::ranges::copy_if(connections, std::back_inserter(half_open),
                        [](const auto& one) { return one->half_open(); });
-  const auto given_up = base::loop::most_dispensable(
-      half_open, [](const Connection& one) { return base::loop::host_of(one.address()); });
+  const auto given_up =
+      base::loop::most_dispensable(half_open, [](const Connection& one) { return one.address(); });
   if (given_up == nullptr) {
     return false;
   }

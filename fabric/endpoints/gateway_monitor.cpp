@@ -194,6 +194,13 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   const MachineStatus& status = taken.value;
   const ClaimKey key(status.machine, status.gateway);
   Claims::Sample* const known = claims.find(key);
+  // With the last sample DDS may report already that the key has no writer any more.
+  if (taken.valid && known != nullptr && known->writer == taken.writer &&
+      known->value.status.claimed != Time{} && status.claimed == Time{}) {
+    lose(key, known->value, Absence::ended);
+    claims.forget(key);
+    return;
+  }
   if (taken.instance_state == wire::InstanceState::no_writers) {
     const std::vector<Handle> there = machines->matched();
     const Absence absence = is_in(there, known != nullptr ? known->writer : taken.writer)
@@ -210,14 +217,10 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
     return;
   }
   claims_differ = true;
-  const bool had_claimed = known != nullptr && known->value.status.claimed != Time{};
-  if (had_claimed && known->writer == taken.writer && status.claimed == Time{}) {
-    lose(key, known->value, Absence::released);
-    claims.forget(key);
-  } else if (claims.update(key, taken.writer,
-                           {machines->participant_of(taken.writer), status,
-                            machines->made_id(taken.writer, status.gateway)},
-                           by_maker)) {
+  if (claims.update(key, taken.writer,
+                    {machines->participant_of(taken.writer), status,
+                     machines->made_id(taken.writer, status.gateway)},
+                    by_maker)) {
     listener->on_machine(status);
   } else {
     ignore(taken.writer, machines->program_of(taken.writer),
@@ -228,7 +231,11 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
 
 void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim, Absence absence) {
   claims_differ = true;
-  if (!claim.lost || (claim.lost == Absence::silent && absence == Absence::gone)) {
+  // DDS takes a process for gone much later than its writers for silent.
+  if (!claim.lost && absence == Absence::gone) {
+    absence = Absence::ended;
+  }
+  if (!claim.lost || (claim.lost == Absence::silent && absence != Absence::silent)) {
     claim.lost = absence;
     tell([&] { listener->on_machine_gone(key.first, key.second, absence); });
   }

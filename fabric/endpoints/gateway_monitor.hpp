@@ -22,11 +22,12 @@ namespace millrace::fabric::endpoints {
 
 /// How a gateway left a machine.
 enum class Absence : std::uint8_t {
-  /// It gave the machine up, or ended in order.
-  released,
+  /// It gave the machine up, or its process has left DDS in order.
+  ended,
   /// DDS knows its process, which sends nothing: it stands still, or was killed just now, or its
   /// host cannot be reached. It comes back, or becomes `gone`.
   silent,
+  /// It was silent, and DDS has removed its process.
   gone
 };
 
@@ -35,8 +36,8 @@ class GatewayMonitorListener {
  public:
   virtual ~GatewayMonitorListener() = default;
   virtual void on_machine(const MachineStatus& status) = 0;
-  /// The gateway is there no longer for this machine; after `silent`, a second time if its process
-  /// is gone.
+  /// The gateway is there no longer for this machine; after `silent`, a second time with what became
+  /// of it.
   virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway,
                                Absence absence) = 0;
   virtual void on_channel(const ChannelStatus& status) = 0;

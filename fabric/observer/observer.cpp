@@ -173,7 +173,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     on_machine({.machine = machine,
                 .gateway = gateway,
                 .since = std::chrono::system_clock::now(),
-                .reason = absence == Absence::released ? base::messages::gateway_released()
+                .reason = absence == Absence::ended    ? base::messages::gateway_released()
                           : absence == Absence::silent ? base::messages::gateway_not_responding()
                                                        : base::messages::gateway_gone(),
                 .gone = true});

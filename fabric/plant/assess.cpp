@@ -428,6 +428,20 @@ class Assessment {
     });
   }
 
+  /// Several gateways report one service: one cause.
+  void put_at_the_service(Kind kind, Level level, const Alarm& alarm) {
+    const bool is_unserved = kind == Kind::unserved;
+    put({.kind = kind,
+         .level = level,
+         .who = is_unserved ? Role::engineer : Role::programmer,
+         .uuid = alarm.key.subject,
+         .since = alarm.since,
+         .what = is_unserved ? messages::what_unserved() : messages::what_errors(),
+         .why = alarm.text,
+         .todo = {alarm.advice},
+         .cause = fmt::format("{} {}", name_of(kind), canonical_uuid(alarm.key.subject))});
+  }
+
   void add_alarms() {
     for (const auto& [key, alarm] : plant_.alarms()) {
       const Level level = level_of(alarm.level);
@@ -435,30 +449,15 @@ class Assessment {
         continue;
       }
       if (key.kind == "service") {
-        // Each gateway reports a service that has lost its last instance; who saw it there knows
-        // more.
+        // Each gateway reports a service that has lost its last instance. Who saw that instance
+        // knows more.
         if (plant_.instances_of(key.subject).empty() && !has_lost_instance_of(key.subject)) {
-          put({.kind = Kind::unserved,
-               .uuid = key.subject,
-               .since = alarm.since,
-               .what = messages::what_unserved(),
-               .why = alarm.text,
-               .todo = {alarm.advice},
-               .cause = "unserved " + canonical_uuid(key.subject)});
+          put_at_the_service(Kind::unserved, Level::act, alarm);
         }
         continue;
       }
       if (key.kind == "errors") {
-        // Of each gateway that gets answers of the service.
-        put({.kind = Kind::errors,
-             .level = level,
-             .who = Role::programmer,
-             .uuid = key.subject,
-             .since = alarm.since,
-             .what = messages::what_errors(),
-             .why = alarm.text,
-             .todo = {alarm.advice},
-             .cause = "errors " + canonical_uuid(key.subject)});
+        put_at_the_service(Kind::errors, level, alarm);
         continue;
       }
       put({.kind = Kind::alarm,

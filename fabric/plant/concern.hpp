@@ -35,7 +35,7 @@ enum class Kind : std::uint8_t {
   alarm,
   overdue,
   waiting,
-  /// The answers of a service are errors.
+  /// The responses of a service are errors.
   errors,
   redundancy,
   /// A process that is neither gateway nor instance: a recorder, a web server.

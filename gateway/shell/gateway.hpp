@@ -27,8 +27,7 @@
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/log_limiter.hpp"
 #include "gateway/core/core.hpp"
-#include "gateway/core/error_series.hpp"
-#include "gateway/core/lost_services.hpp"
+#include "gateway/core/service_faults.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/settings/settings.hpp"
 #include "gateway/shell/command_history.hpp"
@@ -75,8 +74,8 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   void publish_certificates();
   void alarm_service(const fabric::InstanceIdentity& there);
   void notice_lost(const core::LostService& lost);
-  /// Raises or clears the alarm about a service whose answers are errors.
-  void note_answer(const fabric::Reply& reply);
+  /// Raises or clears the alarm about a service whose responses are errors.
+  void note_response(const fabric::Reply& reply);
   void warn_of_queues();
 
   // Fabric; gateway_ports.cpp.

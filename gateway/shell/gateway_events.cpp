@@ -5,6 +5,7 @@
 
 #include "base/messages/catalogue.hpp"
 #include "base/text/cp1252.hpp"
+#include "fabric/observer/entry.hpp"
 #include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
 
@@ -51,10 +52,10 @@ std::string name_of(const fabric::InstanceIdentity& instance) {
 /// Bytes of a response that an alarm quotes.
 constexpr std::size_t most_text_in_alarm = 127;
 
-/// Services of this project begin the text of an error so, and those of other vendors usually do.
+/// The services of this project begin the text of an error so (services/text/answer.hpp). Our
+/// choice for all others: which of their states are errors is not known here.
 bool is_error(const fabric::Reply& reply) {
-  return reply.code == fabric::ServiceCode::failed || reply.code == fabric::ServiceCode::refused ||
-         reply.text.starts_with("ERROR");
+  return fabric::observer::is_failure(reply) || reply.text.starts_with("ERROR");
 }
 
 }  // namespace
@@ -113,11 +114,11 @@ void Gateway::on_load(const fabric::InstanceLoad& load) {
 void Gateway::on_reply(const fabric::Reply& reply) {
   core_.on_reply(reply);
   if (reply.kind == fabric::ReplyKind::final) {
-    note_answer(reply);
+    note_response(reply);
   }
 }
 
-void Gateway::note_answer(const fabric::Reply& reply) {
+void Gateway::note_response(const fabric::Reply& reply) {
   const bool is_bad = is_error(reply);
   if (!is_bad && error_series_.empty()) {
     return;
@@ -134,7 +135,7 @@ void Gateway::note_answer(const fabric::Reply& reply) {
     static_cast<void>(
         alarms_.raise({.key = {.kind = "errors", .subject = by->uuid},
                        .level = *level,
-                       .text = base::messages::answers_are_errors(
+                       .text = base::messages::responses_are_errors(
                            error_series_.length(by->uuid), by->name,
                            fabric::shortened(base::text::to_utf8(reply.text), most_text_in_alarm)),
                        .advice = base::messages::check_service()}));

@@ -138,6 +138,20 @@ TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
   EXPECT_EQ(exit_code, 3);
 }
 
+TEST_F(OneJudgement, SaysThatAGatewayWhichEndedInOrderHasEnded) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  gateway->terminate();
+  EXPECT_EQ(gateway->wait(), 0) << gateway->error_output();
+  await("the page to have it",
+        [&] { return on_the_page() == std::set<std::string>{"act gateway gone cnc"}; });
+  const boost::json::value concerns =
+      boost::json::parse(HttpClient(port).get("/api/concerns").body);
+  EXPECT_EQ(concerns.at(0).at("why_code"), "gateway_ended");
+}
+
 TEST_F(OneJudgement, IsSaidOfAnNcProgramThatWasAborted) {
   const auto program = chain.folder() / "bad.nc";
   std::ofstream(program) << "%bad\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n";
@@ -210,7 +224,7 @@ TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {
   expect_nothing_anywhere();
 }
 
-TEST_F(OneJudgement, IsSaidOfAServiceWhoseAnswersAreErrors) {
+TEST_F(OneJudgement, IsSaidOfAServiceWhoseResponsesAreErrors) {
   const auto program = chain.folder() / "errors.nc";
   std::ofstream(program) << "%errors\n"
                             "P1 = 1\n"

@@ -240,6 +240,23 @@ TEST_F(AnAlarmEndpoint, RetractsAllWhenItsProcessEnds) {
   EXPECT_TRUE(until([&] { return known().empty(); }));
 }
 
+TEST_F(AnAlarmEndpoint, TakesNothingBackThatItLeaves) {
+  ASSERT_TRUE(sut->raise(disk_full()));
+  ASSERT_TRUE(until([&] { return !known().empty(); }));
+  sut->leave_alarms();
+  sut.reset();
+  std::optional<wire::InstanceState> end;
+  ASSERT_TRUE(until([&] {
+    for (const wire::Taken<Alarm>& taken : reader.take()) {
+      if (taken.instance_state != wire::InstanceState::alive) {
+        end = taken.instance_state;
+      }
+    }
+    return end.has_value();
+  }));
+  EXPECT_EQ(end, wire::InstanceState::no_writers) << "a disposed alarm is over";
+}
+
 TEST_F(AnAlarmEndpoint, RepeatsActiveAlarms) {
   ASSERT_TRUE(sut->raise(disk_full()));
   EXPECT_TRUE(until([&] {

@@ -24,14 +24,17 @@ struct HeardMachines final : endpoints::GatewayMonitorListener {
     machines.insert(status.machine);
     last = status;
   }
-  void on_machine_gone(const std::string& machine, const InstanceId&, endpoints::Absence) override {
+  void on_machine_gone(const std::string& machine, const InstanceId&,
+                       endpoints::Absence how) override {
     machines.erase(machine);
+    absences.push_back(how);
   }
   void on_channel(const ChannelStatus&) override {}
   void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
 
   std::set<std::string> machines;
   MachineStatus last;
+  std::vector<endpoints::Absence> absences;
   std::vector<std::string> ignored;
 };
 
@@ -97,6 +100,40 @@ TEST_F(AMonitoredGateway, IsGoneWithoutItsLivelinessAlthoughItsProcessRuns) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+}
+
+TEST_F(AMonitoredGateway, IsSilentWhileDdsKnowsItsProcessAndThenGone) {
+  std::optional<dds::Participant> process(std::in_place, with_lease(processes.there(), lease));
+  std::optional<endpoints::CallEndpoint> gateway(std::in_place, *process, context.get_executor(),
+                                                 unused);
+  ASSERT_TRUE(gateway->publish(status));
+  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
+  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::silent));
+  gateway.reset();
+  process.reset();
+  ASSERT_TRUE(until([&] { return heard.absences.size() > 1; }));
+  EXPECT_THAT(heard.absences,
+              testing::ElementsAre(endpoints::Absence::silent, endpoints::Absence::gone));
+}
+
+TEST_F(AMonitoredGateway, HasEndedWhenItsProcessLeavesInOrder) {
+  std::optional<dds::Participant> process(std::in_place, with_lease(processes.there(), long_lease));
+  std::optional<endpoints::CallEndpoint> gateway(std::in_place, *process, context.get_executor(),
+                                                 unused);
+  ASSERT_TRUE(gateway->publish(status));
+  ASSERT_TRUE(until_known());
+  gateway.reset();
+  process.reset();
+  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
+  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::ended));
+}
+
+TEST_F(AMonitoredGateway, IsNeitherSilentNorGoneWhenItReleasesItsMachine) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  sut.unregister(status);
+  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
+  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::ended));
 }
 
 TEST_F(AMonitoredGateway, IsPresentAgainWhenItRepublishesItsMachines) {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/channel/answered_requests.hpp"
-#include "gateway/core/lost_services.hpp"
+#include "gateway/core/service_faults.hpp"
 #include "gateway/dispatch/near_miss.hpp"
 
 namespace millrace::gateway {

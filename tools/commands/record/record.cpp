@@ -322,12 +322,12 @@ void RecordRun::schedule_tick() {
   });
 }
 
-/// Views show a recorder that is gone, and this reason.
+/// Views show that the recorder is gone, and this reason.
 void RecordRun::end_with(const fabric::Message& reason) {
   note(alarms_.raise({.key = {.kind = "recording"},
                       .level = fabric::AlarmLevel::problem,
                       .text = reason,
-                      .advice = base::messages::recorder_free_space()}));
+                      .advice = base::messages::see_its_log(base::posix::host_name())}));
   alarms_.leave_alarms();
 }
 

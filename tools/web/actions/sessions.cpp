@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/loop/host_of.hpp"
+#include "base/loop/hosts.hpp"
 #include "base/text/ascii.hpp"
 
 namespace millrace::tools::web::actions {

@@ -14,8 +14,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "base/loop/dispensable.hpp"
-#include "base/loop/host_of.hpp"
+#include "base/loop/hosts.hpp"
 #include "base/loop/loop.hpp"
 #include "base/program/barrier.hpp"
 #include "tools/web/live/connection.hpp"
@@ -126,8 +125,8 @@ bool Server::Impl::make_room() {
   std::ranges::copy_if(connections, std::back_inserter(idle),
                        [](const auto& one) { return one->idle_since().has_value(); });
   std::ranges::stable_sort(idle, {}, [](const auto& one) { return one->idle_since(); });
-  const auto given_up = base::loop::most_dispensable(
-      idle, [](const Connection& one) { return base::loop::host_of(one.peer()); });
+  const auto given_up =
+      base::loop::most_dispensable(idle, [](const Connection& one) { return one.peer(); });
   if (given_up == nullptr) {
     return false;
   }

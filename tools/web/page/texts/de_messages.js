@@ -101,7 +101,7 @@ export const messages = {
   start_queue_service: 'Starten Sie den Dienst, oder prüfen Sie, warum er nicht antwortet.',
   service_without_instance: '{0} ({1}) hat keine Instanz: Die letzte, Prozess {2} auf {3}, ist verschwunden, ohne sich abzumelden.',
   restart_service: 'Starten Sie {0} auf {1} neu.',
-  answers_are_errors: 'Die letzten {0} Antworten von {1} waren Fehler, zuletzt: {2}',
+  responses_are_errors: 'Die letzten {0} Antworten von {1} waren Fehler, zuletzt: {2}',
   check_service: 'Prüfen Sie sein Log und was die NC-Programme anfragen.',
   serves_page: 'Zeigt die Seite unter {0}.',
   recorder_ended_without_room: 'Der Recorder ist beendet: Der Datenträger von {0} hat weniger als {1} frei.',

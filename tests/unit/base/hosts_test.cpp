@@ -1,4 +1,4 @@
-#include "base/loop/dispensable.hpp"
+#include "base/loop/hosts.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -6,8 +6,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include "base/loop/host_of.hpp"
 
 namespace millrace::base::loop {
 namespace {
@@ -23,7 +21,7 @@ Waiting waiting(const std::vector<std::string>& addresses) {
 }
 
 std::ptrdiff_t place_of_most_dispensable(const Waiting& all) {
-  const auto found = most_dispensable(all, [](const std::string& one) { return host_of(one); });
+  const auto found = most_dispensable(all, [](const std::string& address) { return address; });
   return std::ranges::find(all, found) - all.begin();
 }
 
@@ -43,7 +41,8 @@ TEST(MostDispensable, OfAnIpv6HostCountsItsWholeNetwork) {
 }
 
 TEST(MostDispensable, IsNothingOfNothing) {
-  EXPECT_EQ(most_dispensable(Waiting(), [](const std::string& one) { return one; }), nullptr);
+  EXPECT_EQ(most_dispensable(Waiting(), [](const std::string& address) { return address; }),
+            nullptr);
 }
 
 TEST(AHost, HasOneIpv4AddressOrAnIpv6Network) {

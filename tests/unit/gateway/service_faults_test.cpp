@@ -1,4 +1,4 @@
-#include "gateway/core/error_series.hpp"
+#include "gateway/core/service_faults.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ TEST(AnErrorSeries, IsAWarningAtThreeErrorsAndAProblemAtTen) {
   EXPECT_EQ(sut.length("b"), 0);
 }
 
-TEST(AnErrorSeries, EndsWithAnotherAnswer) {
+TEST(AnErrorSeries, EndsWithAnotherResponse) {
   ErrorSeries sut;
   sut.on_error("a", now);
   EXPECT_FALSE(sut.on_success("a")) << "it had no alarm";
