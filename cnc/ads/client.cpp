@@ -4,6 +4,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/link.hpp"
 #include "cnc/ads/request.hpp"
@@ -18,6 +19,7 @@
 namespace millrace::cnc::ads {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 
 struct Client::Impl : std::enable_shared_from_this<Impl> {
   Impl(asio::any_io_executor executor, ClientOptions wanted)
@@ -28,7 +30,7 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   using Connected = tl::expected<DeviceState, LinkError>;
 
   static asio::awaitable<Connected> connect(Self self);
-  static asio::awaitable<tl::expected<Transport, std::string>> make_transport(
+  static asio::awaitable<tl::expected<Transport, base::messages::Message>> make_transport(
       Self self, asio::ip::tcp::socket socket);
   static asio::awaitable<Connected> first_answer(Self self);
   // Sends a request and decodes its response to a T.
@@ -117,16 +119,16 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   if (!socket) {
     self->closures = {};
     co_return tl::make_unexpected(explain_no_connection(
-        options, socket.error() + (options.security ? "; Secure ADS needs TwinCAT 3.1 of build "
-                                                      "4024 or later, and an open TCP port 8016"
-                                                    : "")));
+        options, options.security ? messages::secure_ads_needs(socket.error()) : socket.error()));
   }
   if (self->closed != closed) {
-    co_return tl::make_unexpected(explain_no_connection(options, "closed while connecting"));
+    co_return tl::make_unexpected(
+        explain_no_connection(options, messages::closed_while_connecting()));
   }
   auto transport = co_await make_transport(self, std::move(*socket));
   if (self->closed != closed) {
-    co_return tl::make_unexpected(explain_no_connection(options, "closed while connecting"));
+    co_return tl::make_unexpected(
+        explain_no_connection(options, messages::closed_while_connecting()));
   }
   if (!transport) {
     co_return tl::make_unexpected(explain_no_connection(options, transport.error()));
@@ -144,7 +146,7 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   co_return state;
 }
 
-asio::awaitable<tl::expected<Transport, std::string>> Client::Impl::make_transport(
+asio::awaitable<tl::expected<Transport, base::messages::Message>> Client::Impl::make_transport(
     Self self, asio::ip::tcp::socket socket) {
   const auto& options = self->options;
   if (!options.security) {

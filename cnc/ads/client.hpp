@@ -21,6 +21,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
+#include "base/messages/message.hpp"
 #include "cnc/ads/exchange.hpp"
 #include "cnc/ads/notification_inbox.hpp"
 #include "cnc/ads/request.hpp"
@@ -56,10 +57,10 @@ struct ClientOptions {
   std::uint16_t probe_port = 552;
 };
 
-/// Why connect() failed or a connection ended, as text for the operator.
+/// Why connect() failed or a connection ended, for the operator.
 struct LinkError {
   ErrorCode code = ErrorCode::link_down;
-  std::string message{};
+  base::messages::Message message{};
   /// How long the controller has answered nothing, if the connection ended because of that.
   std::chrono::nanoseconds silent_for{};
 };

@@ -5,9 +5,14 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"
 
 namespace millrace::cnc::ads {
@@ -15,7 +20,9 @@ namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 using asio::ip::tcp;
+using messages::Message;
 
 // Limit of the output for a controller that sends requests but does not read; beyond it we do not
 // read from it either.
@@ -25,6 +32,19 @@ constexpr std::size_t max_output = std::size_t{1} << 20U;
 // hangs blocks the others for no longer than this.
 constexpr std::chrono::milliseconds farewell{50};
 
+// Whether closing the socket sends what its peer has not received yet, as late as the network
+// allows, or drops it.
+void set_close_drops(tcp::socket& socket, bool drops) {
+  boost::system::error_code ignored;
+  socket.set_option(asio::socket_base::linger(drops, 0), ignored);
+}
+
+// The peer's system has acknowledged all that was sent.
+bool all_received(tcp::socket& socket) {
+  int bytes = 0;
+  return ::ioctl(socket.native_handle(), SIOCOUTQ, &bytes) == 0 && bytes == 0;
+}
+
 std::string address_of(const tcp::socket& socket) {
   boost::system::error_code error;
   const auto endpoint = socket.local_endpoint(error);
@@ -33,12 +53,21 @@ std::string address_of(const tcp::socket& socket) {
 
 }  // namespace
 
-Link::Link(Transport transport, std::size_t max_frame, LinkHandlers handlers)
+Link::Link(Transport transport, std::size_t max_frame, std::chrono::milliseconds undelivered_for,
+           LinkHandlers handlers)
     : transport_(std::move(transport)),
       reader_(max_frame, transport_.framing),
       outbox_(transport_, max_output),
       handlers_(std::move(handlers)),
-      local_address_(address_of(transport_.stream->socket())) {}
+      local_address_(address_of(transport_.stream->socket())) {
+  tcp::socket& connection = transport_.stream->socket();
+  // Also for a process that is killed.
+  set_close_drops(connection, true);
+  const auto limit = static_cast<unsigned>(undelivered_for.count());
+  // Ignored if it fails: the socket is closed already, and the first read reports that.
+  static_cast<void>(::setsockopt(connection.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &limit,
+                                 sizeof limit));
+}
 
 void Link::start() {
   const auto executor = transport_.stream->socket().get_executor();
@@ -120,8 +149,12 @@ void Link::send_last(BytesView frames) {
 
 void Link::end(const LinkEnd& end) {
   outbox_.stop();
+  tcp::socket& connection = transport_.stream->socket();
+  if (all_received(connection)) {
+    set_close_drops(connection, false);
+  }
   boost::system::error_code ignored;
-  transport_.stream->socket().close(ignored);
+  connection.close(ignored);
   const auto ended = std::exchange(handlers_.ended, nullptr);
   if (ended && end.cause != LinkEnd::Cause::closed_by_us) {
     ended(end);
@@ -134,24 +167,19 @@ std::string peer(const ClientOptions& options) {
   return fmt::format("{}:{}", options.host, options.tcp_port);
 }
 
-std::string no_ads(const ClientOptions& options, const std::string& detail) {
-  return fmt::format("{} breaks the ADS protocol: {}: is this the port of an ADS router?",
-                     peer(options), detail);
+std::string seconds(std::chrono::duration<double> time) {
+  return fmt::format("{:.1f}", time.count());
 }
 
 // What a router says of a controller that it cannot reach.
-std::string undelivered(const ClientOptions& options, ErrorCode error) {
+Message undelivered(const ClientOptions& options, ErrorCode error) {
   switch (error) {
     case ErrorCode::target_port_not_found:
-      return fmt::format("{} answers, but nothing serves its AMS port {}: does the CNC run?",
-                         peer(options), options.probe_port);
+      return messages::port_not_served(peer(options), options.probe_port);
     case ErrorCode::target_machine_not_found:
-      return fmt::format(
-          "{} answers, but does not know NetId {}: is the NetId of the controller right?",
-          peer(options), options.target.to_string());
+      return messages::net_id_unknown(peer(options), options.target.to_string());
     default:
-      return fmt::format("{} answers, but its router does not reach AMS port {}: {}", peer(options),
-                         options.probe_port, describe(error));
+      return messages::port_not_reached(peer(options), options.probe_port, describe(error));
   }
 }
 
@@ -159,24 +187,20 @@ std::string undelivered(const ClientOptions& options, ErrorCode error) {
 
 LinkError explain_end(const ClientOptions& options, const LinkEnd& end, bool again) {
   if (end.cause == LinkEnd::Cause::broken_protocol) {
-    return {ErrorCode::protocol_error, no_ads(options, end.detail)};
+    return {ErrorCode::protocol_error, messages::no_ads(peer(options), end.detail)};
   }
   if (end.cause == LinkEnd::Cause::silent) {
-    return {ErrorCode::timeout, fmt::format("{} {}", peer(options), end.detail), end.silent_for};
+    const std::string time = seconds(end.silent_for);
+    return {ErrorCode::timeout,
+            end.late ? messages::controller_answers_late(peer(options), end.late->count(), time)
+                     : messages::controller_does_not_answer(peer(options), time),
+            end.silent_for};
   }
   if (end.cause == LinkEnd::Cause::undelivered) {
     return {end.error, undelivered(options, end.error), end.silent_for};
   }
-  if (again) {
-    return {
-        ErrorCode::link_lost,
-        fmt::format("{} closed the connection ({}) again, and accepts new ones: is there another "
-                    "ADS client on this host? A controller keeps one connection to each "
-                    "address, the newest",
-                    peer(options), end.detail)};
-  }
-  return {ErrorCode::link_lost,
-          fmt::format("{} closed the connection ({})", peer(options), end.detail)};
+  return {ErrorCode::link_lost, again ? messages::closed_connection_again(peer(options), end.detail)
+                                      : messages::closed_connection(peer(options), end.detail)};
 }
 
 LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const LinkEnd& end,
@@ -184,35 +208,27 @@ LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const
   const auto source = options.source.net_id.to_string();
   const auto target = options.target.to_string();
   if (end.cause == LinkEnd::Cause::broken_protocol) {
-    return {ErrorCode::protocol_error, no_ads(options, end.detail)};
+    return {ErrorCode::protocol_error, messages::no_ads(peer(options), end.detail)};
   }
   switch (answer) {
     case ErrorCode::link_lost:
       if (end.cause == LinkEnd::Cause::closed_by_us) {
-        return explain_no_connection(options, "closed while connecting");
+        return explain_no_connection(options, messages::closed_while_connecting());
       }
-      return {
-          answer,
-          fmt::format("route missing: {} closed the connection before the first answer; it needs "
-                      "a route from NetId {} to {}",
-                      peer(options), source, local_address)};
+      return {answer, messages::route_missing(peer(options), source, local_address)};
     case ErrorCode::timeout:
-      return {
-          answer,
-          fmt::format("{} accepted the connection but does not answer: is {} its NetId, and does "
-                      "its route from NetId {} lead to {}?",
-                      peer(options), target, source, local_address)};
+      return {answer,
+              messages::accepts_and_is_silent(peer(options), target, source, local_address)};
     default:
       if (is_undelivered(answer)) {
         return {answer, undelivered(options, answer)};
       }
-      return {answer,
-              fmt::format("{} does not report its state: {}", peer(options), describe(answer))};
+      return {answer, messages::state_not_reported(peer(options), describe(answer))};
   }
 }
 
-LinkError explain_no_connection(const ClientOptions& options, const std::string& reason) {
-  return {ErrorCode::link_down, fmt::format("{}: {}", peer(options), reason)};
+LinkError explain_no_connection(const ClientOptions& options, const Message& reason) {
+  return {ErrorCode::link_down, messages::about(peer(options), reason)};
 }
 
 }  // namespace millrace::cnc::ads

@@ -2,8 +2,10 @@
 // reason of the end once; Exchange interprets the frames.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
@@ -18,10 +20,12 @@ namespace millrace::cnc::ads {
 struct LinkEnd {
   enum class Cause { closed_by_peer, broken_protocol, silent, undelivered, closed_by_us };
   Cause cause = Cause::closed_by_us;
-  /// The error text of the system or of the codec, or what the peer has not answered.
+  /// The error text of the system or of the codec.
   std::string detail{};
   /// The time since its last response, if it is silent or its router delivers nothing.
   std::chrono::nanoseconds silent_for{};
+  /// Its responses come, but none within this time.
+  std::optional<std::chrono::milliseconds> late{};
   /// The router's error, if it delivers nothing.
   ErrorCode error = ErrorCode::none;
 };
@@ -34,9 +38,17 @@ struct LinkHandlers {
 };
 
 /// Not thread-safe. Keeps itself alive while its coroutines run.
+///
+/// What the controller has not received when the connection ends, or when the process is killed, is
+/// dropped. Linux would else send it for minutes, beside the next connection: when the network is
+/// back, an old REQUEST_STATE = 0 would wipe the next request of the NC program, which would wait
+/// for ever.
 class Link : public std::enable_shared_from_this<Link> {
  public:
-  Link(Transport transport, std::size_t max_frame, LinkHandlers handlers);
+  /// What the controller has not received after `undelivered_for` ends the connection also while
+  /// this process stands still.
+  Link(Transport transport, std::size_t max_frame, std::chrono::milliseconds undelivered_for,
+       LinkHandlers handlers);
 
   void start();
   void send(BytesView frames) { outbox_.push(frames); }
@@ -72,6 +84,7 @@ LinkError explain_end(const ClientOptions& options, const LinkEnd& end, bool aga
 LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const LinkEnd& end,
                            const std::string& local_address);
 /// For a failed TCP connection, with the reason that dial() returned.
-LinkError explain_no_connection(const ClientOptions& options, const std::string& reason);
+LinkError explain_no_connection(const ClientOptions& options,
+                                const base::messages::Message& reason);
 
 }  // namespace millrace::cnc::ads

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <boost/asio/steady_timer.hpp>
-#include <fmt/format.h>
 
 #include "base/loop/loop.hpp"
 
@@ -89,7 +88,8 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
 
 void Requester::open(Transport transport) {
   assert(!link_);
-  link_ = std::make_shared<Link>(std::move(transport), max_frame_, handlers());
+  // Later than our own examination, which knows the reason.
+  link_ = std::make_shared<Link>(std::move(transport), max_frame_, 2 * timeout_, handlers());
   signs_.begin(std::chrono::steady_clock::now());
   link_->start();
 }
@@ -205,16 +205,10 @@ void Requester::end_if_silent() {
   const auto now = std::chrono::steady_clock::now();
   const auto silent_for = signs_.silent_for(now);
   const auto late_for = signs_.late_for(now);
-  const auto seconds = [](std::chrono::duration<double> time) { return time.count(); };
   if (exchange_.answers() == answers_before_) {
-    end({.cause = LinkEnd::Cause::silent,
-         .detail = fmt::format("does not answer: no response for {:.1f} s", seconds(silent_for)),
-         .silent_for = silent_for});
+    end({.cause = LinkEnd::Cause::silent, .silent_for = silent_for});
   } else if (late_for >= 3 * timeout_) {
-    end({.cause = LinkEnd::Cause::silent,
-         .detail = fmt::format("answers too late: no response within {} ms for {:.1f} s",
-                               timeout_.count(), seconds(late_for)),
-         .silent_for = late_for});
+    end({.cause = LinkEnd::Cause::silent, .silent_for = late_for, .late = timeout_});
   }
 }
 

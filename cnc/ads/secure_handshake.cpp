@@ -11,13 +11,16 @@
 #include <openssl/ssl.h>
 
 #include "base/loop/loop.hpp"
+#include "base/messages/catalogue.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 using base::loop::quietly;
 using boost::system::error_code;
+using messages::Message;
 
 /// Closes a stream at the end of its time, unless it is destroyed before.
 class Deadline {
@@ -96,93 +99,78 @@ int alert_of(error_code error) {
   return reason > SSL_AD_REASON_OFFSET ? reason - SSL_AD_REASON_OFFSET : 0;
 }
 
-std::string words_of_alert(int alert) {
+Message message_of_alert(int alert) {
   switch (alert) {
     case SSL_AD_BAD_CERTIFICATE:
     case SSL_AD_UNSUPPORTED_CERTIFICATE:
     case SSL_AD_CERTIFICATE_UNKNOWN:
     case SSL_AD_UNKNOWN_CA:
-      return "it does not accept our certificate: does it have a route with its fingerprint, or is "
-             "it "
-             "signed by its CA?";
+      return messages::refuses_our_certificate();
     case SSL_AD_CERTIFICATE_EXPIRED:
-      return "it says that our certificate has expired: are the clocks right?";
+      return messages::our_certificate_has_expired();
     case SSL_AD_HANDSHAKE_FAILURE:
     case SSL_AD_INSUFFICIENT_SECURITY:
-      return "it has no cipher suite for certificates: does it know pre-shared keys alone?";
+      return messages::no_suite_for_certificates();
     default:
       return {};
   }
 }
 
-std::string words_of_alert(int alert, const Psk& psk) {
+Message message_of_alert(int alert, const Psk& psk) {
   switch (alert) {
     case SSL_AD_UNKNOWN_PSK_IDENTITY:
-      return fmt::format(
-          "it does not know the identity \"{}\": is there a <Psk> with it under "
-          "<Server><Tls> in its route file, and was its router restarted since?",
-          psk.identity);
+      return messages::psk_identity_unknown(psk.identity);
     case SSL_AD_DECRYPT_ERROR:
     case SSL_AD_BAD_RECORD_MAC:
-      return fmt::format(
-          "the pre-shared key of identity \"{}\" is not the controller's: compare "
-          "the password with that in its route file",
-          psk.identity);
+      return messages::psk_differs(psk.identity);
     case SSL_AD_HANDSHAKE_FAILURE:
     case SSL_AD_INSUFFICIENT_SECURITY:
-      return "it has no cipher suite for a pre-shared key: is there a <Psk> under <Server><Tls> in "
-             "its route file?";
+      return messages::no_suite_for_psk();
     default:
       return {};
   }
 }
 
-std::string why_no_tls(error_code error, const TlsStream& stream, const Security& security) {
+Message why_no_tls(error_code error, const TlsStream& stream, const Security& security) {
   if (!stream.peer().refusal.empty()) {
     return stream.peer().refusal;
   }
   if (closed(error)) {
-    return "it closed the connection during the TLS handshake: is this the port of Secure ADS, and "
-           "were there many connections in a short time?";
+    return messages::closed_during_handshake();
   }
   const int alert = alert_of(error);
   const auto* const psk = std::get_if<Psk>(&security);
-  const auto words = psk != nullptr ? words_of_alert(alert, *psk) : words_of_alert(alert);
-  if (!words.empty()) {
-    return fmt::format("{} (TLS alert {})", words, alert);
-  }
-  return fmt::format("no TLS: {}: is this the port of Secure ADS?", error.message());
+  const Message reason = psk != nullptr ? message_of_alert(alert, *psk) : message_of_alert(alert);
+  return reason.empty() ? messages::no_tls(error.message()) : messages::tls_alert(reason, alert);
 }
 
-std::string words_of(ConnectError error) {
+Message message_of(ConnectError error) {
   switch (error) {
     case ConnectError::version:
-      return "it speaks another version of Secure ADS";
+      return messages::other_secure_ads_version();
     case ConnectError::common_name:
-      return "the common name of our certificate is not the name or address of this host as it "
-             "knows it";
+      return messages::our_common_name_differs();
     case ConnectError::unknown_certificate:
-      return "it does not know our certificate: it needs a route with its fingerprint";
+      return messages::our_certificate_unknown();
     case ConnectError::unknown_user:
-      return "it does not know this host: user or password is wrong, or it has no route to this "
-             "host";
+      return messages::host_unknown();
     default:
-      return "it refuses this host";
+      return messages::host_refused();
   }
 }
 
 /// Why the controller refused our TlsConnectInfo; empty if frames may follow.
-std::string why_refused(BytesView bytes) {
+Message why_refused(BytesView bytes) {
   const auto answer = decode_connect_info(bytes);
-  const bool right = answer && (answer->flags & connect_flags::response) != 0;
-  if (!right) {
-    return fmt::format("it does not answer with a TlsConnectInfo{}: is this a TwinCAT?",
-                       answer ? "" : fmt::format(" ({})", answer.error().message));
+  if (!answer) {
+    return messages::broken_connect_info(answer.error().message);
   }
-  if (answer->error != ConnectError::none) {
-    return fmt::format("{} (TlsConnectInfo {})", words_of(answer->error), describe(answer->error));
+  if ((answer->flags & connect_flags::response) == 0) {
+    return messages::no_connect_info();
   }
-  return {};
+  return answer->error == ConnectError::none
+             ? Message()
+             : messages::tls_connect_info_error(message_of(answer->error), describe(answer->error));
 }
 
 ConnectInfo request_of(const SecureHello& hello) {
@@ -200,13 +188,12 @@ ConnectInfo request_of(const SecureHello& hello) {
   return request;
 }
 
-/// The steps of a client after the TCP connection; returns an empty text on success.
-asio::awaitable<std::string> send_hello(TlsStream& stream, const SecureHello& hello) {
+/// The steps of a client after the TCP connection; returns an empty message on success.
+asio::awaitable<Message> send_hello(TlsStream& stream, const SecureHello& hello) {
   const Deadline deadline(stream, hello.timeout);
   auto error = co_await stream.handshake();
   if (deadline.passed()) {
-    co_return fmt::format("no TLS handshake in {} ms: is this the port of Secure ADS?",
-                          hello.timeout.count());
+    co_return messages::no_handshake_in(hello.timeout.count());
   }
   if (error) {
     co_return why_no_tls(error, stream, hello.security);
@@ -219,16 +206,13 @@ asio::awaitable<std::string> send_hello(TlsStream& stream, const SecureHello& he
     error = co_await read_all(stream, buffer);
   }
   if (deadline.passed()) {
-    co_return fmt::format("no answer to TlsConnectInfo in {} ms", hello.timeout.count());
+    co_return messages::no_connect_info_in(hello.timeout.count());
   }
   if (error && !closed(error)) {
     co_return error.message();
   }
   if (error) {
-    co_return fmt::format(
-        "route missing: it closed the connection instead of answering TlsConnectInfo; it needs a "
-        "route to NetId {}",
-        hello.source.to_string());
+    co_return messages::secure_route_missing(hello.source.to_string());
   }
   co_return why_refused(answer);
 }
@@ -288,7 +272,7 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
   }
   auto error = co_await stream.handshake();
   if (error) {
-    const std::string& refusal = stream.peer().refusal;
+    const std::string refusal = stream.peer().refusal;
     co_return Refused(deadline.passed() ? late
                       : refusal.empty() ? fmt::format("no TLS: {}", error.message())
                                         : refusal);
@@ -321,11 +305,11 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
 
 }  // namespace
 
-asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
+asio::awaitable<tl::expected<Transport, Message>> connect_securely(
     Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened) {
   const auto context = TlsContext::client(hello.security);
   if (!context) {
-    co_return tl::make_unexpected(context.error());
+    co_return tl::make_unexpected(Message(context.error()));
   }
   const std::shared_ptr<TlsStream> stream = context->stream(std::move(socket));
   opened(stream);
@@ -336,13 +320,13 @@ asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
   co_return Transport{stream, Framing::headerless};
 }
 
-asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
+asio::awaitable<tl::expected<std::string, Message>> ask_fingerprint(
     Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout) {
   shown.fingerprint.clear();  // matches no certificate, so the handshake fails
   const Security security = std::move(shown);
   const auto context = TlsContext::client(security);
   if (!context) {
-    co_return tl::make_unexpected(context.error());
+    co_return tl::make_unexpected(Message(context.error()));
   }
   const auto stream = context->stream(std::move(socket));
   const Deadline deadline(*stream, timeout);

@@ -13,6 +13,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <tl/expected.hpp>
 
+#include "base/messages/message.hpp"
 #include "cnc/ads/faults.hpp"
 #include "cnc/ads/security.hpp"
 #include "cnc/ads/stream.hpp"
@@ -36,14 +37,14 @@ struct SecureHello {
   std::optional<RouteOwner> add_route{};
 };
 
-/// The transport of frames, or the reason of the failure, as text that follows the name of the
-/// host. `opened` is called first, with the connection, which may be closed during the handshake.
-boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
+/// The transport of frames, or the reason of the failure, which follows the name of the host.
+/// `opened` is called first, with the connection, which may be closed during the handshake.
+boost::asio::awaitable<tl::expected<Transport, base::messages::Message>> connect_securely(
     Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened);
 
 /// Reads the fingerprint of a controller's certificate without trusting it: the connection ends
 /// before any data is sent. On failure, the error is the reason.
-boost::asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
+boost::asio::awaitable<tl::expected<std::string, base::messages::Message>> ask_fingerprint(
     Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout);
 
 struct SecureWelcome {

@@ -3,16 +3,17 @@
 #include <boost/asio/connect.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <fmt/format.h>
 #include <sys/socket.h>
 
 #include "base/loop/loop.hpp"
+#include "base/messages/catalogue.hpp"
 
 namespace millrace::cnc::ads {
 
 namespace {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 using base::loop::quietly;
 
 class PlainStream final : public Stream {
@@ -98,24 +99,20 @@ asio::awaitable<Dialled> dial(std::string host, std::uint16_t tcp_port,
   resolve(dial, host, tcp_port);
   co_await dial->progress.async_wait(quietly);
   if (!dial->done) {
-    co_return tl::make_unexpected(
-        fmt::format("its name was not resolved in {} ms", timeout.count()));
+    co_return tl::make_unexpected(messages::name_not_resolved_in(timeout.count()));
   }
   if (dial->error) {
-    co_return tl::make_unexpected(
-        fmt::format("its name cannot be resolved: {}", dial->error.message()));
+    co_return tl::make_unexpected(messages::name_not_resolved(dial->error.message()));
   }
   connect(dial);
   co_await dial->progress.async_wait(quietly);
   if (!dial->done) {
     error_code ignored;
     dial->socket.close(ignored);
-    co_return tl::make_unexpected(fmt::format(
-        "no connection in {} ms: is the host on, is a firewall between?", timeout.count()));
+    co_return tl::make_unexpected(messages::no_connection_in(timeout.count()));
   }
   if (dial->error) {
-    co_return tl::make_unexpected(fmt::format(
-        "{}: does the ADS router run there, is the TCP port right?", dial->error.message()));
+    co_return tl::make_unexpected(messages::no_router(dial->error.message()));
   }
   co_return std::move(dial->socket);
 }

@@ -15,6 +15,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <tl/expected.hpp>
 
+#include "base/messages/message.hpp"
 #include "cnc/ads/bytes.hpp"
 #include "cnc/ads/frame.hpp"
 
@@ -56,8 +57,8 @@ Transport plain_transport(Stream::Socket socket);
 //   auto socket = co_await dial("10.0.0.5", 48898, 3s);
 //   if (!socket) …                          // socket.error() is the reason
 
-/// A connected socket, or the reason of the failure, as text that follows the name of the host.
-using Dialled = tl::expected<boost::asio::ip::tcp::socket, std::string>;
+/// A connected socket, or the reason of the failure, which follows the name of the host.
+using Dialled = tl::expected<boost::asio::ip::tcp::socket, base::messages::Message>;
 
 /// Resolves and connects; `timeout` limits both together.
 boost::asio::awaitable<Dialled> dial(std::string host, std::uint16_t tcp_port,

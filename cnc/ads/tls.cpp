@@ -16,6 +16,7 @@
 #include <openssl/ssl.h>
 
 #include "base/loop/loop.hpp"
+#include "base/messages/catalogue.hpp"
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/key.hpp"
 
@@ -23,8 +24,10 @@ namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 using base::loop::quietly;
 using boost::system::error_code;
+using messages::Message;
 
 /// The suites that a TwinCAT is known to accept (inferred from kevinherron/beckhoff-secure-ads).
 /// The first is the fastest: OpenSSL computes its cipher and its MAC together, which it cannot with
@@ -123,7 +126,7 @@ struct TlsContext::Impl {
     peer.common_name = base::openssl::common_name_of(certificate);
     const auto& self = *static_cast<const Impl*>(impl);
     if (self.has_ca && X509_verify_cert(chain) != 1) {
-      peer.refusal = words_of(X509_STORE_CTX_get_error(chain), certificate);
+      peer.refusal = message_of(X509_STORE_CTX_get_error(chain), certificate);
       return 0;
     }
     peer.refusal = self.why_refused(peer);
@@ -133,32 +136,20 @@ struct TlsContext::Impl {
     return peer.refusal.empty() ? 1 : 0;
   }
 
-  static std::string words_of(int error, const X509* certificate) {
+  static Message message_of(int error, const X509* certificate) {
     const auto until = base::openssl::time_of(X509_get0_notAfter(certificate));
     const std::time_t time = std::chrono::system_clock::to_time_t(until);
-    if (error == X509_V_ERR_CERT_HAS_EXPIRED) {
-      return fmt::format(
-          "its certificate, or a CA certificate in its chain, has expired; its own is valid until "
-          "{:%Y-%m-%d}: issue a new one, or set the clock",
-          fmt::gmtime(time));
-    }
-    return fmt::format("its certificate does not lead to our CA: {}",
-                       X509_verify_cert_error_string(error));
+    return error == X509_V_ERR_CERT_HAS_EXPIRED
+               ? messages::certificate_has_expired(fmt::format("{:%Y-%m-%d}", fmt::gmtime(time)))
+               : messages::certificate_of_other_ca(X509_verify_cert_error_string(error));
   }
 
-  [[nodiscard]] std::string why_refused(const TlsPeer& peer) const {
+  [[nodiscard]] Message why_refused(const TlsPeer& peer) const {
     if (fingerprint && peer.fingerprint != *fingerprint) {
-      return fmt::format(
-          "its certificate has the fingerprint {}; expected {}: if the controller was installed "
-          "again, "
-          "compare with what it shows (About TwinCAT, TcSelfSigned.xml) and add the route again",
-          peer.fingerprint, *fingerprint);
+      return messages::fingerprint_differs(peer.fingerprint, *fingerprint);
     }
     if (common_name && in_capitals(peer.common_name) != in_capitals(*common_name)) {
-      return fmt::format(
-          "its certificate is that of \"{}\"; expected \"{}\": is this the right controller, and "
-          "common_name the name in its certificate?",
-          peer.common_name, *common_name);
+      return messages::common_name_differs(peer.common_name, *common_name);
     }
     return {};
   }

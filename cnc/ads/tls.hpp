@@ -22,7 +22,7 @@ struct TlsPeer {
   std::string fingerprint;
   std::string common_name;
   /// Why we refused the peer; empty if we did not.
-  std::string refusal;
+  base::messages::Message refusal;
 };
 
 class TlsStream : public Stream {

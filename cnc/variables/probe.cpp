@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "cnc/variables/objects.hpp"
 #include "cnc/variables/service_variable.hpp"
 #include "cnc/variables/state_subscriptions.hpp"
@@ -130,7 +131,7 @@ asio::awaitable<Probe> probe(ads::Client& client, std::string symbol) {
   }
   found.channels = channels ? channels->channels : 0;
   found.answers.push_back({"Service Interface",
-                           channels ? channels->finding : ads::describe(channels.error()),
+                           channels ? channels->finding.text : ads::describe(channels.error()),
                            found.channels > 0 ? Verdict::there : Verdict::missing});
   if (found.channels == 0) {
     co_return found;
@@ -152,18 +153,13 @@ constexpr auto probed = ServiceVariable::request_state;
 
 // The error code for an unknown name is not documented; an unknown channel is an unknown index
 // group (inferred).
-std::string words_for_none(const Location& location, ErrorCode refusal) {
+base::messages::Message message_for_none(const Location& location, ErrorCode refusal) {
   const auto question = fmt::format("{} of channel 1 (AMS port {}, index group {:#x})",
                                     name_of(probed), location.port, location.group + 1);
-  if (refusal == ErrorCode::invalid_group) {
-    return fmt::format(
-        "no channel found: {} is refused: {}. Older controllers have index groups without {:#x}",
-        question, ads::describe(refusal), new_group_bit);
-  }
-  return fmt::format(
-      "the controller has no Service Interface: {} is refused: {}. TwinCAT 2 has it from "
-      "V2.11.2030.01, TwinCAT 3 from V3.1.3057.03",
-      question, ads::describe(refusal));
+  return refusal == ErrorCode::invalid_group
+             ? base::messages::no_channel_found(question, ads::describe(refusal),
+                                                fmt::format("{:#x}", new_group_bit))
+             : base::messages::no_service_interface(question, ads::describe(refusal));
 }
 
 }  // namespace
@@ -200,9 +196,10 @@ asio::awaitable<Result<Survey>> survey(ads::Client& client, Location location,
       co_return tl::make_unexpected(answer.error());
     }
     const auto channels = number - 1;
-    auto finding = channels == 0
-                       ? words_for_none(location, answer.error())
-                       : fmt::format("channels 1 to {} have a Service Interface", channels);
+    base::messages::Message finding =
+        channels == 0 ? message_for_none(location, answer.error())
+                      : base::messages::Message(
+                            fmt::format("channels 1 to {} have a Service Interface", channels));
     co_return Survey{channels, std::move(finding)};
   }
   co_return Survey{limit, fmt::format("channels 1 to {} have a Service Interface", limit)};

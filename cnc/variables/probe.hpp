@@ -53,8 +53,8 @@ inline constexpr std::uint32_t max_channels = 32;
 struct Survey {
   /// Channels 1 to this one have a Service Interface.
   std::uint32_t channels = 0;
-  /// The result, as text for the operator.
-  std::string finding;
+  /// The result, for the operator.
+  base::messages::Message finding;
 };
 
 /// The address of this channel's variables: `first`, or the index groups of the other generation of

@@ -1,7 +1,7 @@
 #include "fabric/endpoints/discovery.hpp"
 
-#include <fmt/format.h>
-
+#include "base/messages/catalogue.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/dds/made_id.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
@@ -13,16 +13,14 @@ namespace {
 using Endpoint = dds_builtintopic_endpoint_t;
 using Seen = registry::InstanceRegistry::Seen;
 
-/// A foreign name shortened for a message; it may have 60 KiB.
+/// A foreign name for a message; it may have 60 KiB and control characters.
 std::string fit(const std::string& uuid) {
-  return uuid.size() <= max_text ? uuid : uuid.substr(0, max_text) + "...";
+  return base::text::safe(uuid.size() <= max_text ? uuid : uuid.substr(0, max_text) + "...");
 }
 
-Discovery::Ignored full(std::string_view what) {
-  return {"full", std::string(what),
-          fmt::format("more than {} {} are announced on this fabric; further ones are ignored "
-                      "until they announce themselves again",
-                      registry::InstanceRegistry::most_endpoints, what)};
+Discovery::Ignored full(const Message& what) {
+  return {"full", what,
+          base::messages::too_many_announced(registry::InstanceRegistry::most_endpoints, what)};
 }
 
 std::string user_data(const Endpoint& endpoint) {
@@ -52,19 +50,21 @@ std::string partition(const Endpoint& endpoint) {
 }
 
 /// The user_data of a request reader; its partition decides the instance and the UUID.
-tl::expected<InstanceIdentity, std::string> identity_of(
+tl::expected<InstanceIdentity, Message> identity_of(
     const std::string& text, const wire::RequestPartition& request_partition) {
   auto identity = registry::parse_identity(text);
   if (identity && identity->uuid != request_partition.uuid) {
-    return tl::unexpected(fmt::format("its user_data has UUID {}, but it reads the partition of {}",
-                                      identity->uuid, fit(request_partition.uuid)));
+    return tl::unexpected(
+        base::messages::announces_other_uuid(fit(identity->uuid), fit(request_partition.uuid)));
   }
   if (identity && identity->id != request_partition.instance) {
-    return tl::unexpected(
-        fmt::format("its user_data has instance {}, but it reads the partition of {}",
-                    identity->id.to_string(), request_partition.instance.to_string()));
+    return tl::unexpected(base::messages::announces_other_instance(
+        identity->id.to_string(), request_partition.instance.to_string()));
   }
-  return identity;
+  if (!identity) {
+    return tl::unexpected(Message(identity.error()));
+  }
+  return std::move(*identity);
 }
 
 /// Neither reliable nor transient local, and with room for one sample: only its matches matter.
@@ -145,9 +145,9 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
     }
     auto identity = identity_of(text, *request_partition);
     if (!identity) {
-      news.ignored.push_back({"identity", request_partition->instance.to_string(),
-                              fmt::format("an instance that serves {} is ignored: {}",
-                                          fit(request_partition->uuid), identity.error())});
+      news.ignored.push_back(
+          {"identity", request_partition->instance.to_string(),
+           base::messages::instance_ignored(fit(request_partition->uuid), identity.error())});
       return;
     }
     const bool made_id = dds::is_made_by(identity->id, endpoint.participant_key);
@@ -159,12 +159,11 @@ void Discovery::drain_readers(registry::InstanceRegistry& registry, SteadyTime n
       case Seen::second:
         news.ignored.push_back(
             {"second", request_partition->instance.to_string(),
-             fmt::format("two processes announce instance {} of {}; the second one is ignored "
-                         "while the first one runs",
-                         request_partition->instance.to_string(), fit(request_partition->uuid))});
+             base::messages::announced_twice(request_partition->instance.to_string(),
+                                             fit(request_partition->uuid))});
         break;
       case Seen::full:
-        news.ignored.push_back(full("request readers"));
+        news.ignored.push_back(full(base::messages::request_readers()));
         break;
     }
   };
@@ -181,7 +180,7 @@ void Discovery::drain_writers(registry::InstanceRegistry& registry, News& news) 
           registry.writer_seen(info.instance_handle,
                                {*instance, endpoint.participant_instance_handle,
                                 where.substr(fabric_.size() + 1)}) == Seen::full) {
-        news.ignored.push_back(full("reply writers"));
+        news.ignored.push_back(full(base::messages::reply_writers()));
       }
     }
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::heartbeat_topic.name)) {

@@ -32,7 +32,7 @@ class Discovery {
     /// The kind of mistake, and its endpoint: both limit the warnings.
     std::string kind;
     std::string about;
-    std::string reason;
+    Message reason;
   };
   struct News {
     /// Endpoints that look like an instance's but are rejected, and why.

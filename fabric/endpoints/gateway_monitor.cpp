@@ -10,6 +10,7 @@
 
 #include "base/program/barrier.hpp"
 #include "base/text/quoted.hpp"
+#include "base/messages/catalogue.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/key_owners.hpp"
@@ -197,7 +198,8 @@ void GatewayMonitor::Impl::take(const wire::Taken<MachineStatus>& taken) {
   // With the last sample DDS may report already that the key has no writer any more.
   if (taken.valid && known != nullptr && known->writer == taken.writer &&
       known->value.status.claimed != Time{} && status.claimed == Time{}) {
-    lose(key, known->value, Absence::ended);
+    lose(key, known->value,
+         base::messages::machine_removed.is(status.reason) ? Absence::removed : Absence::ended);
     claims.forget(key);
     return;
   }

@@ -22,6 +22,8 @@ namespace millrace::fabric::endpoints {
 
 /// How a gateway left a machine.
 enum class Absence : std::uint8_t {
+  /// The machine is no longer in its configuration.
+  removed,
   /// It gave the machine up, or its process has left DDS in order.
   ended,
   /// DDS knows its process, which sends nothing: it stands still, or was killed just now, or its

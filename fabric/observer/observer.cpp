@@ -48,6 +48,21 @@ std::optional<Sample> sample_of(wire::Taken<Request>&& taken) {
   return taken.valid ? std::optional<Sample>(std::move(taken.value)) : std::nullopt;
 }
 
+Message message_of(endpoints::Absence absence) {
+  using enum endpoints::Absence;
+  switch (absence) {
+    case removed:
+      return base::messages::machine_removed();
+    case ended:
+      return base::messages::gateway_released();
+    case silent:
+      return base::messages::gateway_not_responding();
+    case gone:
+      break;
+  }
+  return base::messages::gateway_gone();
+}
+
 /// Its gateway disposes nothing.
 std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
   if (taken.instance_state == InstanceState::no_writers) {
@@ -168,14 +183,11 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
   }
   void on_machine_gone(const std::string& machine, const InstanceId& gateway,
                        endpoints::Absence absence) override {
-    using endpoints::Absence;
     // A channel or machine whose gateway left would look alive for ever.
     on_machine({.machine = machine,
                 .gateway = gateway,
                 .since = std::chrono::system_clock::now(),
-                .reason = absence == Absence::ended    ? base::messages::gateway_released()
-                          : absence == Absence::silent ? base::messages::gateway_not_responding()
-                                                       : base::messages::gateway_gone(),
+                .reason = message_of(absence),
                 .gone = true});
   }
   void on_channel(const ChannelStatus& status) override { hand_out(status); }
@@ -222,30 +234,35 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   }
   const std::string& fabric = participant.options().fabric;
   const std::string services = wire::all_services(fabric);
-  if (interest == Interest::data || interest == Interest::everything) {
+  const bool all = interest == Interest::everything;
+  const bool states = all || interest == Interest::states;
+  const bool calls = all || interest == Interest::calls;
+  if (all || interest == Interest::data) {
     open(data, fabric);
   }
-  if (interest != Interest::calls) {
+  if (states || interest == Interest::data) {
     open(programs, fabric);
   }
-  if (interest == Interest::data) {
+  if (states || interest == Interest::alarms) {
+    open(alarms, fabric);
+  }
+  if (!states && !calls) {
     return;
   }
   gateways.emplace(participant, executor, *this, endpoints::GatewayMonitor::Of::all);
   gateways->subscribe_channels();
-  if (interest != Interest::calls) {
+  if (states) {
     liveness.open(participant, endpoints::Discovery::Of::tools, weak_from_this(), *post, *post,
                   batches_per_turn);
   }
-  if (interest != Interest::states) {
+  if (calls) {
     open(events, fabric);
   }
-  if (interest == Interest::everything) {
+  if (all) {
     open(requests, services);
     open(replies, services);
     open(commands, fabric);
     open(outcomes, fabric);
-    open(alarms, fabric);
   }
 }
 

@@ -28,14 +28,15 @@ class ObserverListener {
 };
 
 enum class Interest : std::uint8_t {
-  /// Instances, channels, machines, NC programs: what changes a few times a second, and who is
-  /// there.
+  /// Instances, channels, machines, NC programs, alarms: what changes a few times a second, and who
+  /// is there.
   states,
   /// Events of calls and states of channels: what becomes of calls.
   calls,
   /// Values of machines and what becomes of programs.
   data,
-  /// What the others see, and requests, replies, commands, outcomes and alarms.
+  alarms,
+  /// What the others see, and requests, replies, commands and outcomes.
   everything
 };
 

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <set>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/channel_scope.hpp"
 
 namespace millrace::fabric::plant {
@@ -53,7 +54,24 @@ void Plant::add(const InstanceStatus& status) {
   }
 }
 
+/// Of a machine that another gateway serves, only this gateway is forgotten.
+void Plant::forget(const MachineStatus& removed) {
+  machines_.erase({removed.machine, removed.gateway});
+  last_samples_.erase({removed.machine, removed.gateway});
+  if (!has_gateway(removed.machine)) {
+    std::erase_if(channels_, [&](const auto& channel) {
+      return machine_of(channel.first.machine) == removed.machine;
+    });
+    std::erase_if(programs_,
+                  [&](const auto& each) { return each.first.machine == removed.machine; });
+  }
+}
+
 bool Plant::add(const MachineStatus& status) {
+  if (status.gone && base::messages::machine_removed.is(status.reason)) {
+    forget(status);
+    return false;
+  }
   const auto same = machines_.find({status.machine, status.gateway});
   const bool was_present = same != machines_.end() && !same->second.gone;
   const Time gone_since = same == machines_.end() ? Time{} : same->second.since;
@@ -219,7 +237,7 @@ bool Plant::add(const observer::AlarmNews& news, Time at) {
       lost_processes_.size() < most_alarms) {
     lost_processes_.insert_or_assign(key.responder, LostProcess{alarms_.at(key), at});
   }
-  take_back(key);
+  alarms_.erase(key);
   return false;
 }
 

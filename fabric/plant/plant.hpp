@@ -70,10 +70,6 @@ class Plant {
  public:
   /// True if a process or an NC program appeared or disappeared; false for news of known ones.
   bool add(const observer::Entry& entry);
-  /// Adds an alarm; true as for add().
-  bool add(const Alarm& alarm);
-  /// The alarm is over.
-  void take_back(const AlarmKey& key) { alarms_.erase(key); }
 
   [[nodiscard]] const std::map<InstanceId, KnownInstance>& instances() const { return instances_; }
   /// The last instances that ended or fell silent.
@@ -123,8 +119,11 @@ class Plant {
   bool add(const observer::InstanceNews& news, Time at);
   void add(const InstanceStatus& status);
   bool add(const MachineStatus& status);
+  /// The machine is no longer in the configuration of this gateway.
+  void forget(const MachineStatus& removed);
   bool add(const ProgramEvent& event);
   bool add(const observer::AlarmNews& news, Time at);
+  bool add(const Alarm& alarm);
   bool mark_gone(const InstanceId& id, Time at, bool is_silent);
   void mark_replaced(const std::string& uuid);
   template <typename Change>

@@ -106,7 +106,8 @@ void Machines::review(const std::string& machine, Moment now) {
   }
   Machine& one = found->second;
   if (one.removed && listener_.channels_of(machine).empty()) {
-    const fabric::MachineStatus last = one.status_writer.status();
+    fabric::MachineStatus last = one.status_writer.status();
+    last.reason = base::messages::machine_removed();
     machines_.erase(found);
     fabric_.dispose(last);
     return;

@@ -114,16 +114,15 @@ std::optional<Step> MessageQueue::next(Moment now) {
   return settled_ ? reader_.next(queue_log_, writable(), now) : std::nullopt;
 }
 
-void MessageQueue::on_control(const tl::expected<Control, std::string>& answer, Moment now) {
+void MessageQueue::on_control(const Answer<Control>& answer, Moment now) {
   take(reader_.on_control(answer, queue_log_, room(), now), now);
 }
 
-void MessageQueue::on_array(tl::expected<std::vector<std::string>, std::string> answer,
-                            Moment now) {
+void MessageQueue::on_array(Answer<std::vector<std::string>> answer, Moment now) {
   take(reader_.on_array(std::move(answer), queue_log_, now), now);
 }
 
-void MessageQueue::on_written(const tl::expected<void, std::string>& answer, Moment now) {
+void MessageQueue::on_written(const Answer<void>& answer, Moment now) {
   take(reader_.on_written(answer, now), now);
 }
 
@@ -131,11 +130,11 @@ void MessageQueue::take(QueueReader::ReadResult result, Moment now) {
   if (!result.wrong.empty() && result.wrong != trouble_) {
     trouble_ = result.wrong;
     output_.lines.push_back({Level::warn, fmt::format("{} {}", settings_.array, trouble_)});
-    output_.trouble = fmt::format("{}: {} {}", key_.to_string(), settings_.array, trouble_);
+    output_.trouble = base::messages::at_queue(key_.to_string(), settings_.array, trouble_);
   } else if (result.fine && !trouble_.empty()) {
     trouble_.clear();
     output_.lines.push_back({Level::info, fmt::format("{} is read again", settings_.array)});
-    output_.trouble = std::string();
+    output_.trouble = fabric::Message();
   }
   if (!result.resynchronised.empty()) {
     output_.lines.push_back(
@@ -213,10 +212,10 @@ void MessageQueue::check_filling(Moment now) {
   }
   if (!filling_logged_ && (backlog || now.steady - *filling_since_ >= patience)) {
     filling_logged_ = true;
-    const std::string words =
+    const fabric::Message text =
         filling_message(settings_, control, queue_log_.waiting(), key_.to_string());
-    output_.lines.push_back({Level::warn, words});
-    output_.filling = fmt::format("{}: {}", key_.to_string(), words);
+    output_.lines.push_back({Level::warn, text});
+    output_.filling = base::messages::about(key_.to_string(), text);
   }
 }
 

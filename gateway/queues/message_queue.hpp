@@ -84,9 +84,9 @@ class MessageQueue {
   [[nodiscard]] std::optional<SteadyTime> next_time() const {
     return settled_ ? reader_.next_time() : std::nullopt;
   }
-  void on_control(const tl::expected<Control, std::string>& answer, Moment now);
-  void on_array(tl::expected<std::vector<std::string>, std::string> answer, Moment now);
-  void on_written(const tl::expected<void, std::string>& answer, Moment now);
+  void on_control(const Answer<Control>& answer, Moment now);
+  void on_array(Answer<std::vector<std::string>> answer, Moment now);
+  void on_written(const Answer<void>& answer, Moment now);
 
   /// The journal has stored the entries of take_output().
   void on_journalled(Moment now);

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::gateway::queues {
 
 void QueueReader::on_up(Moment now) {
@@ -90,14 +92,14 @@ std::optional<Step> QueueReader::next(const QueueLog& queue_log, std::uint64_t w
   return std::nullopt;
 }
 
-QueueReader::ReadResult QueueReader::fail(std::string why, Moment now) {
+QueueReader::ReadResult QueueReader::fail(fabric::Message why, Moment now) {
   wait(retry, now);
   ReadResult result;
   result.wrong = std::move(why);
   return result;
 }
 
-QueueReader::ReadResult QueueReader::on_control(const tl::expected<Control, std::string>& answer,
+QueueReader::ReadResult QueueReader::on_control(const Answer<Control>& answer,
                                                 const QueueLog& queue_log, std::size_t room,
                                                 Moment now) {
   if (phase_ != Phase::reading_control && phase_ != Phase::checking) {
@@ -147,7 +149,7 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   const std::uint32_t tried = tried_.value_or(0);
   tried_.reset();
   if (in_vain) {
-    return fail(fmt::format("has LastGet {}, although the gateway wrote {}", get, tried), now);
+    return fail(base::messages::last_get_differs(get, tried), now);
   }
   if (result.covers) {
     // The same read again, with what is known now.
@@ -169,9 +171,8 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   return result;
 }
 
-QueueReader::ReadResult QueueReader::on_array(
-    tl::expected<std::vector<std::string>, std::string> answer, const QueueLog& /*queue_log*/,
-    Moment now) {
+QueueReader::ReadResult QueueReader::on_array(Answer<std::vector<std::string>> answer,
+                                              const QueueLog& /*queue_log*/, Moment now) {
   if (phase_ != Phase::reading) {
     return {};
   }
@@ -180,9 +181,7 @@ QueueReader::ReadResult QueueReader::on_array(
     return fail(std::move(answer.error()), now);
   }
   if (answer->size() != before_.elements) {
-    return fail(
-        fmt::format("has {} elements, and was read with {}", before_.elements, answer->size()),
-        now);
+    return fail(base::messages::queue_elements_changed(before_.elements, answer->size()), now);
   }
   texts_ = std::move(*answer);
   phase_ = Phase::wants_check;
@@ -236,8 +235,7 @@ QueueReader::ReadResult QueueReader::check(const Control& control, const QueueLo
   return result;
 }
 
-QueueReader::ReadResult QueueReader::on_written(const tl::expected<void, std::string>& answer,
-                                                Moment now) {
+QueueReader::ReadResult QueueReader::on_written(const Answer<void>& answer, Moment now) {
   if (phase_ != Phase::writing) {
     return {};
   }

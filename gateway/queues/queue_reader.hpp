@@ -46,6 +46,15 @@ struct WriteLastGet {
 };
 using Step = std::variant<ReadControl, ReadQueue, WriteLastGet>;
 
+// The responses of a controller to the requests of a message queue.
+
+template <typename T>
+using Answer = tl::expected<T, fabric::Message>;
+
+/// The result of a Step, in the order of their types; errors are phrases that follow the name of
+/// the queue.
+using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
+
 class QueueReader {
  public:
   /// After an error of the controller, or impossible values.
@@ -73,7 +82,7 @@ class QueueReader {
     /// LastGet differs from the gateway's last value; the reason in words.
     std::string resynchronised{};
     /// An impossible value, or the controller's error: nothing is written.
-    std::string wrong{};
+    fabric::Message wrong{};
     /// The queue responds, with possible values.
     bool fine = false;
   };
@@ -95,12 +104,12 @@ class QueueReader {
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
   /// `room`: the number of messages that may be taken.
-  ReadResult on_control(const tl::expected<Control, std::string>& answer, const QueueLog& queue_log,
-                        std::size_t room, Moment now);
-  ReadResult on_array(tl::expected<std::vector<std::string>, std::string> answer,
-                      const QueueLog& queue_log, Moment now);
+  ReadResult on_control(const Answer<Control>& answer, const QueueLog& queue_log, std::size_t room,
+                        Moment now);
+  ReadResult on_array(Answer<std::vector<std::string>> answer, const QueueLog& queue_log,
+                      Moment now);
   /// Written, refused or unknown: the next read decides. Returns the text of a refusal.
-  ReadResult on_written(const tl::expected<void, std::string>& answer, Moment now);
+  ReadResult on_written(const Answer<void>& answer, Moment now);
 
   /// Of the last read that was right, and LastGet as it was written since.
   [[nodiscard]] const std::optional<Control>& control() const { return control_; }
@@ -128,7 +137,7 @@ class QueueReader {
   ReadResult check(const Control& control, const QueueLog& queue_log, std::size_t room, Moment now);
   [[nodiscard]] std::string compare(const QueueLog& queue_log) const;
   void wait(std::chrono::nanoseconds time, Moment now);
-  ReadResult fail(std::string why, Moment now);
+  ReadResult fail(fabric::Message why, Moment now);
 
   std::chrono::milliseconds period_;
   Phase phase_ = Phase::down;
@@ -148,14 +157,5 @@ class QueueReader {
   /// The last written value, until a read shows it.
   std::optional<std::uint32_t> tried_;
 };
-
-// The responses of a controller to the requests of a message queue.
-
-template <typename T>
-using Answer = tl::expected<T, std::string>;
-
-/// The result of a Step, in the order of their types; errors are phrases that follow the name of
-/// the queue.
-using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
 
 }  // namespace millrace::gateway::queues

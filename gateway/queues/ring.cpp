@@ -1,20 +1,17 @@
 #include "gateway/queues/ring.hpp"
 
-#include <fmt/format.h>
+#include "base/messages/catalogue.hpp"
 
 namespace millrace::gateway::queues {
 
-std::string wrong_with(const Control& control) {
+base::messages::Message wrong_with(const Control& control) {
   if (control.elements < fewest_elements || control.elements > most_elements) {
-    return fmt::format("has {} elements; a queue has {} to {}", control.elements, fewest_elements,
-                       most_elements);
+    return base::messages::queue_of_elements(control.elements, fewest_elements, most_elements);
   }
   const auto wrong = [&](std::int64_t index) { return index < 1 || index > control.elements; };
   if (wrong(control.last_filled) || wrong(control.last_get)) {
-    return fmt::format(
-        "has LastFilled {} and LastGet {}, its elements are 1 to {}: the gateway reads and writes "
-        "nothing until an NC program has initialised the queue (SSDQInit)",
-        control.last_filled, control.last_get, control.elements);
+    return base::messages::queue_indices_wrong(control.last_filled, control.last_get,
+                                               control.elements);
   }
   return {};
 }

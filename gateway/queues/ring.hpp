@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "base/messages/message.hpp"
+
 namespace millrace::gateway::queues {
 
 /// The control structure, as it was read in one question, and the size of the array.
@@ -26,7 +28,7 @@ inline constexpr std::uint32_t most_elements = 10'000;
 
 /// An impossible value: an index outside of the elements, a queue that is too small. Empty if there
 /// is none; a phrase that follows the name of the queue.
-[[nodiscard]] std::string wrong_with(const Control& control);
+[[nodiscard]] base::messages::Message wrong_with(const Control& control);
 
 /// Steps from one element to another, forwards over the end: 0 to elements - 1.
 [[nodiscard]] std::uint32_t steps(std::uint32_t from, std::uint32_t to, std::uint32_t elements);

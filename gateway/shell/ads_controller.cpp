@@ -15,6 +15,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/probe.hpp"
@@ -94,8 +95,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     const auto found = co_await cnc::variables::survey(client, location);
     if (!found || found->channels == 0) {
       warn_limited(found ? found->finding
-                         : fmt::format("its channels cannot be counted: {}",
-                                       cnc::ads::describe(found.error())));
+                         : base::messages::channels_not_counted(cnc::ads::describe(found.error())));
       co_return std::nullopt;
     }
     Channels channels;
@@ -110,8 +110,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     const std::uint16_t channel = settings.channels.empty() ? 1 : settings.channels.front();
     const auto found = co_await cnc::variables::locate(client, channel, cnc::variables::Location{});
     if (!found) {
-      warn_limited(
-          fmt::format("its index groups cannot be found: {}", cnc::ads::describe(found.error())));
+      warn_limited(base::messages::groups_not_found(cnc::ads::describe(found.error())));
       co_return std::nullopt;
     }
     co_return *found;

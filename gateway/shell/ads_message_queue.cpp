@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "cnc/ads/bytes.hpp"
 #include "cnc/ads/symbols.hpp"
 #include "cnc/variables/addresses.hpp"
@@ -20,6 +21,7 @@ namespace millrace::gateway::shell {
 namespace {
 
 namespace asio = boost::asio;
+namespace messages = base::messages;
 using cnc::ads::Bytes;
 using cnc::ads::BytesView;
 using cnc::variables::ElementType;
@@ -62,6 +64,11 @@ std::int64_t number_in(BytesView bytes, ElementType type) {
   return number == nullptr ? 0 : *number;
 }
 
+fabric::Message why_not(const cnc::ads::Result<Bytes>& answer) {
+  return answer ? messages::answer_too_short()
+                : fabric::Message(cnc::ads::describe(answer.error()));
+}
+
 }  // namespace
 
 AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string name,
@@ -71,9 +78,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string
   Bytes question = cnc::variables::encode_name(name);
   const auto answer = co_await client_.read_write(port, where, longest_entry, std::move(question));
   if (!answer) {
-    std::string reason =
-        fmt::format("cannot be read: {}: {}", name, cnc::ads::describe(answer.error()));
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::symbol_not_read(name, cnc::ads::describe(answer.error())));
   }
   cnc::ads::ByteReader in(*answer);
   static_cast<void>(in.u32());
@@ -83,27 +88,20 @@ AdsMessageQueue::Found<AdsMessageQueue::Place> AdsMessageQueue::find(std::string
   place.size = in.u32();
   const std::uint32_t number = in.u32();
   if (!in.ok()) {
-    std::string reason =
-        fmt::format("cannot be read: the controller's description of {} is too short", name);
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::symbol_too_short(name));
   }
   const auto* const type = std::ranges::find(numbered_types, number, &NumberedType::number);
   if (type != numbered_types.end()) {
     place.type = {type->type, place.size};
   } else if (single) {
-    std::string reason = fmt::format(
-        "cannot be read: {} is of a type that is not a message (ADS type {}); a queue has texts or "
-        "numbers",
-        name, number);
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::symbol_is_no_message(name, number));
   }
   // Only a text's size is its own.
   if (single && place.type.type != Type::string &&
       place.size != cnc::variables::size_of(place.type.type)) {
-    std::string reason = fmt::format(
-        "cannot be read: the controller gives {} a size of {} bytes; a {} has {}", name, place.size,
-        cnc::variables::name_of(place.type.type), cnc::variables::size_of(place.type.type));
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::symbol_of_other_size(name, place.size,
+                                                        cnc::variables::name_of(place.type.type),
+                                                        cnc::variables::size_of(place.type.type)));
   }
   co_return place;
 }
@@ -129,9 +127,7 @@ AdsMessageQueue::Found<AdsMessageQueue::Layout> AdsMessageQueue::find_all() {
   }
   layout.array.type = element->type;
   if (element->size == 0 || element->size > longest_element) {
-    std::string reason = fmt::format("has elements of {} bytes; a message has at most {}",
-                                     element->size, longest_element);
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::elements_too_long(element->size, longest_element));
   }
   layout.elements = layout.array.size / element->size;
   const auto inside = [&](const Place& member) {
@@ -146,10 +142,8 @@ AdsMessageQueue::Found<AdsMessageQueue::Layout> AdsMessageQueue::find_all() {
   };
   for (const Place& member : {layout.last_filled, layout.last_get}) {
     if (!inside(member) || !whole(member)) {
-      std::string reason =
-          fmt::format("cannot be read: {} and {} are not whole numbers within {}",
-                      settings_.last_filled, settings_.last_get, settings_.control);
-      co_return unexpected(std::move(reason));
+      co_return unexpected(messages::indices_not_whole(settings_.last_filled, settings_.last_get,
+                                                       settings_.control));
     }
   }
   co_return layout;
@@ -168,10 +162,7 @@ AdsMessageQueue::Found<queues::Control> AdsMessageQueue::read_control() {
   if (!answer || answer->size() != layout.control.size) {
     // Its layout may have changed.
     layout_.reset();
-    std::string reason =
-        fmt::format("cannot be read: {}: {}", settings_.control,
-                    answer ? "the answer is too short" : cnc::ads::describe(answer.error()));
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::symbol_not_read(settings_.control, why_not(answer)));
   }
   const auto member = [&](const Place& place) {
     const auto at = place.index.offset - layout.control.index.offset;
@@ -183,17 +174,13 @@ AdsMessageQueue::Found<queues::Control> AdsMessageQueue::read_control() {
 
 AdsMessageQueue::Found<std::vector<std::string>> AdsMessageQueue::read_queue() {
   if (!layout_) {
-    std::string reason = "was not found yet";
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::queue_not_found_yet());
   }
   const Layout layout = *layout_;
   const auto answer = co_await client_.read(port, layout.array.index, layout.array.size);
   if (!answer || answer->size() != layout.array.size) {
     layout_.reset();
-    std::string reason =
-        fmt::format("cannot be read: {}",
-                    answer ? "the answer is too short" : cnc::ads::describe(answer.error()));
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::queue_not_read(why_not(answer)));
   }
   std::vector<std::string> texts;
   const std::uint32_t size = layout.array.type.size;
@@ -207,22 +194,18 @@ AdsMessageQueue::Found<std::vector<std::string>> AdsMessageQueue::read_queue() {
 
 AdsMessageQueue::Found<void> AdsMessageQueue::write_last_get(std::uint32_t element) {
   if (!layout_) {
-    std::string reason = "was not found yet";
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::queue_not_found_yet());
   }
   const Place place = layout_->last_get;
   auto bytes = cnc::variables::encode_elements(place.type, {std::to_string(element)});
   if (!bytes) {
-    std::string reason = fmt::format("LastGet cannot be {}: {}", element, bytes.error());
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::last_get_cannot_be(element, bytes.error()));
   }
   const auto written = co_await client_.write(port, place.index, std::move(*bytes));
   if (!written) {
-    std::string reason =
-        fmt::format("LastGet cannot be written: {}", cnc::ads::describe(written.error()));
-    co_return unexpected(std::move(reason));
+    co_return unexpected(messages::last_get_not_written(cnc::ads::describe(written.error())));
   }
-  co_return tl::expected<void, std::string>();
+  co_return queues::Answer<void>();
 }
 
 asio::awaitable<queues::StepAnswer> AdsMessageQueue::ask(queues::Step step) {

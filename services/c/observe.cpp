@@ -5,11 +5,9 @@
 #include <sstream>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/observer/alarms.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/words.hpp"
 #include "services/c/participant.hpp"
-#include "tools/bus/alarm_reader.hpp"
 #include "tools/bus/snapshot.hpp"
 
 namespace millrace::services::c {
@@ -58,18 +56,17 @@ Event event_of(const fabric::observer::AlarmNews& news) {
 }
 
 /// Adds events to a queue on the loop of the process; another thread takes them.
-class Observing final : public fabric::observer::ObserverListener,
-                        public tools::bus::AlarmListener {
+class Observing final : public fabric::observer::ObserverListener {
  public:
   Observing(Participant& participant, std::uint32_t what, std::size_t capacity)
       : capacity_(capacity) {
+    using fabric::observer::Interest;
     sdk::SharedParticipant& shared = *participant.shared();
     if ((what & MILLRACE_OBSERVE_CALLS) != 0) {
-      observer_.emplace(shared.participant(), shared.loop().get_executor(), *this,
-                        fabric::observer::Interest::calls);
+      calls_.emplace(shared.participant(), shared.loop().get_executor(), *this, Interest::calls);
     }
     if ((what & MILLRACE_OBSERVE_ALARMS) != 0) {
-      alarms_.emplace(shared.participant(), shared.loop().get_executor(), *this);
+      alarms_.emplace(shared.participant(), shared.loop().get_executor(), *this, Interest::alarms);
     }
   }
 
@@ -90,15 +87,7 @@ class Observing final : public fabric::observer::ObserverListener,
   void on_entry(fabric::observer::Entry entry) override {
     if (const auto* call = std::get_if<fabric::Event>(&entry.sample)) {
       add(event_of(*call));
-    }
-  }
-  void on_alarm(const fabric::Alarm& alarm) override {
-    if (const auto news = known_.said(alarm)) {
-      add(event_of(*news));
-    }
-  }
-  void on_alarm_gone(const fabric::AlarmKey& key) override {
-    if (const auto news = known_.over(key)) {
+    } else if (const auto* news = std::get_if<fabric::observer::AlarmNews>(&entry.sample)) {
       add(event_of(*news));
     }
   }
@@ -115,14 +104,13 @@ class Observing final : public fabric::observer::ObserverListener,
   }
 
   const std::size_t capacity_;
-  fabric::observer::Alarms known_;
   std::mutex lock_;
   std::condition_variable news_;
   std::deque<Event> waiting_;
   std::uint64_t lost_ = 0;
   // Last: they call the functions above until they are destroyed.
-  std::optional<fabric::observer::Observer> observer_;
-  std::optional<tools::bus::AlarmReader> alarms_;
+  std::optional<fabric::observer::Observer> calls_;
+  std::optional<fabric::observer::Observer> alarms_;
 };
 
 }  // namespace

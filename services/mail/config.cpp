@@ -1,5 +1,7 @@
 #include "services/mail/config.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <vector>
 
@@ -35,34 +37,30 @@ ProgramEventKind kind_of_event(int event) {
   }
 }
 
-const char* default_subject(Rule::Kind kind) {
-  switch (kind) {
-    case Rule::Kind::program:
-      return "{machine}/{channel}: program {program} {event}";
-    case Rule::Kind::waits:
-      return "{machine}/{channel} waits";
-    case Rule::Kind::link_down:
-      return "{machine}: no link";
-    case Rule::Kind::no_instance:
-      return "no instance of {uuid}";
+/// The kinds have the same names, in capitals.
+fabric::plant::Kind kind_of_concern(config::Mail::Rule::Kind kind) {
+  std::string name = config::Mail::Rule::Kind_Name(kind);
+  std::ranges::transform(name, name.begin(), [](char c) {
+    return c == '_' ? ' ' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  auto found = fabric::plant::Kind::missing;
+  while (name_of(found) != name) {
+    found = static_cast<fabric::plant::Kind>(static_cast<int>(found) + 1);
   }
-  return "";
+  return found;
+}
+
+const char* default_subject(Rule::Kind kind) {
+  return kind == Rule::Kind::program ? "{machine}/{channel}: program {program} {event}"
+                                     : "{subject}: {what}";
 }
 
 const char* default_text(Rule::Kind kind) {
-  switch (kind) {
-    case Rule::Kind::program:
-      return "Program {program} of {machine}, channel {channel}: {event} at {time} after "
-             "{duration} "
-             "s. Error: {error}. Parts: {parts}.\n{reason}\n";
-    case Rule::Kind::waits:
-      return "{machine}, channel {channel} is {state} since {since}: {reason}\nService: {uuid}\n";
-    case Rule::Kind::link_down:
-      return "There is no link to {machine} since {since}: {reason}\n";
-    case Rule::Kind::no_instance:
-      return "No instance of {uuid} is ready since {since}.\n";
-  }
-  return "";
+  return kind == Rule::Kind::program
+             ? "Program {program} of {machine}, channel {channel}: {event} at {time} after "
+               "{duration} "
+               "s. Error: {error}. Parts: {parts}.\n{reason}\n"
+             : "{subject}: {what} since {since}.\n{reason}\nTo do, by the {who}: {todo}\n";
 }
 
 namespace fs = std::filesystem;
@@ -166,14 +164,14 @@ class Reader {
   }
 
   Rule rule(const config::Mail::Rule& from, const ConfigPath& path) {
-    const int given = (from.program_size() > 0 ? 1 : 0) + (from.has_waits_s() ? 1 : 0) +
-                      (from.has_link_down_s() ? 1 : 0) + (from.has_no_instance_of() ? 1 : 0);
-    mistakes_.expect(given == 1, path,
-                     "a rule has one of program, waits_s, link_down_s and no_instance_of");
-    const Rule::Kind kind = from.has_waits_s()          ? Rule::Kind::waits
-                            : from.has_link_down_s()    ? Rule::Kind::link_down
+    const int given = (from.program_size() > 0 ? 1 : 0) + (from.has_concern() ? 1 : 0) +
+                      (from.has_no_instance_of() ? 1 : 0);
+    mistakes_.expect(given == 1, path, "a rule has one of program, concern and no_instance_of");
+    const Rule::Kind kind = from.has_concern()          ? Rule::Kind::concern
                             : from.has_no_instance_of() ? Rule::Kind::no_instance
                                                         : Rule::Kind::program;
+    mistakes_.expect(from.has_concern() || from.kind_size() == 0, path / "kind",
+                     "needs concern: it selects what needs attention");
     mistakes_.expect(kind != Rule::Kind::no_instance || from.machine_size() == 0, path / "machine",
                      "a service has no machine");
     check_recipients(from.to(), path);
@@ -186,9 +184,12 @@ class Reader {
     for (const int event : from.program()) {
       rule.events.insert(kind_of_event(event));
     }
-    rule.after = std::chrono::seconds(from.has_waits_s()       ? from.waits_s()
-                                      : from.has_link_down_s() ? from.link_down_s()
-                                                               : from.no_instance_s());
+    rule.least = from.concern() == config::Mail::Rule::LOOK ? fabric::plant::Level::look
+                                                            : fabric::plant::Level::act;
+    for (const int each : from.kind()) {
+      rule.kinds.insert(kind_of_concern(static_cast<config::Mail::Rule::Kind>(each)));
+    }
+    rule.after = std::chrono::seconds(from.after_s());
     rule.uuid = fabric::canonical_uuid(from.no_instance_of());
     rule.machines = {from.machine().begin(), from.machine().end()};
     rule.to = {from.to().begin(), from.to().end()};

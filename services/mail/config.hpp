@@ -12,6 +12,7 @@
 #include <tl/expected.hpp>
 
 #include "fabric/data.hpp"
+#include "fabric/plant/concern.hpp"
 #include "services/mail/message.hpp"
 #include "services/mail/template.hpp"
 
@@ -52,16 +53,19 @@ struct MailTemplate {
   Template text;
 };
 
-/// A mail without a call: an NC program ended, a channel waits, a connection is down, a service has
-/// no instance (idl/mail.proto, Rule).
+/// A mail without a call: an event of an NC program, or what needs attention (idl/mail.proto,
+/// Rule).
 struct Rule {
-  enum class Kind : std::uint8_t { program, waits, link_down, no_instance };
+  enum class Kind : std::uint8_t { program, concern, no_instance };
 
   std::string name{};
   Kind kind = Kind::program;
   /// For kind program: the events.
   std::set<fabric::ProgramEventKind> events{};
-  /// For the other kinds: how long the condition must last.
+  /// For kind concern: the least level, and the kinds; empty = all.
+  fabric::plant::Level least = fabric::plant::Level::act;
+  std::set<fabric::plant::Kind> kinds{};
+  /// For the other kinds: how long the cause must last.
   std::chrono::nanoseconds after{};
   /// Canonical; the service without an instance.
   std::string uuid{};
@@ -71,7 +75,7 @@ struct Rule {
   std::vector<std::string> to{};
   Template subject;
   Template text;
-  /// The shortest time between two mails about the same channel, machine or service.
+  /// The shortest time between two mails about the same channel or cause.
   std::chrono::nanoseconds quiet{};
 };
 

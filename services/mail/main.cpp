@@ -31,16 +31,15 @@ fabric::Moment moment_now() {
 class RuleThread final : public fabric::observer::ObserverListener {
  public:
   /// Throws std::runtime_error if joining the fabric fails.
-  RuleThread(const fabric::dds::ParticipantOptions& join, mail::Config configured,
-             mail::MailSender& sender, program::Log the_log)
+  RuleThread(const fabric::dds::ParticipantOptions& join, std::string flags,
+             mail::Config configured, mail::MailSender& sender, program::Log the_log)
       : config(std::move(configured)),
         mail_sender(sender),
         log(std::move(the_log)),
-        watch(config.rules, moment_now()),
+        watch(config.rules, std::move(flags), moment_now()),
         participant(join) {
-    using fabric::observer::Interest;
-    states.emplace(participant, context.get_executor(), *this, Interest::states);
-    programs.emplace(participant, context.get_executor(), *this, Interest::data);
+    observer.emplace(participant, context.get_executor(), *this,
+                     fabric::observer::Interest::states);
     arm();
     thread = std::thread([this] { context.run(); });
   }
@@ -103,8 +102,7 @@ class RuleThread final : public fabric::observer::ObserverListener {
       context.get_executor()};
   boost::asio::steady_timer timer{context};
   std::optional<fabric::SteadyTime> armed;
-  std::optional<fabric::observer::Observer> states;
-  std::optional<fabric::observer::Observer> programs;
+  std::optional<fabric::observer::Observer> observer;
   std::thread thread;
 };
 
@@ -160,7 +158,8 @@ int serve(int argc, char** argv) {
     smtp.emplace(config.server);
     mail_sender.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.alarms());
     if (!config.rules.empty()) {
-      rules.emplace(service.join_as("mail observer"), config, *mail_sender, service.log());
+      rules.emplace(service.join_as("mail observer"), service.given_flags(), config, *mail_sender,
+                    service.log());
     }
     return [&](const sdk::Call& call) { return mail_sender->answer(call.request()); };
   };

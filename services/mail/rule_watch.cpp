@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
+#include "fabric/plant/assess.hpp"
+#include "fabric/plant/expectations.hpp"
 #include "fabric/words.hpp"
 #include "services/mail/compose.hpp"
 
@@ -12,9 +14,12 @@ namespace millrace::services::mail {
 
 namespace {
 
-using fabric::ChannelState;
 using fabric::Moment;
 using fabric::Time;
+using fabric::plant::Concern;
+
+/// Ended instances and processes that are gone are of interest for so long.
+constexpr std::chrono::minutes kept_gone{15};
 
 std::string seconds_text(std::chrono::nanoseconds time) {
   return fmt::format("{:.1f}", std::chrono::duration<double>(time).count());
@@ -34,47 +39,61 @@ std::string shown_text(const std::string& text) {
   return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
 }
 
-Values channel_values(const fabric::ChannelKey& key) {
-  return {{"machine", shown_text(key.machine)}, {"channel", std::to_string(key.channel)}};
+bool is_for(const Rule& rule, const std::string& machine) {
+  return rule.machines.empty() || rule.machines.contains(machine);
 }
 
-bool waits(ChannelState state) {
-  return state == ChannelState::waiting || state == ChannelState::unserved ||
-         state == ChannelState::held;
+bool selects(const Rule& rule, const Concern& concern) {
+  return concern.level >= rule.least && (rule.kinds.empty() || rule.kinds.contains(concern.kind)) &&
+         (rule.machines.empty() ||
+          std::ranges::any_of(concern.machines, [&](const std::string& machine) {
+            return rule.machines.contains(machine);
+          }));
+}
+
+std::string subject_text(const Concern& concern) {
+  const std::string subject = fabric::plant::subject_of(concern).text;
+  return subject.empty() ? "plant" : shown_text(subject);
+}
+
+Values values_of(const Concern& concern) {
+  return {{"subject", subject_text(concern)},
+          {"kind", std::string(name_of(concern.kind))},
+          {"level", std::string(name_of(concern.level))},
+          {"who", std::string(name_of(concern.who))},
+          {"what", shown_text(concern.what.text)},
+          {"reason", shown_text(concern.why.text)},
+          {"todo", shown_text(fabric::plant::advice_of(concern.todo))},
+          {"machine", shown_text(fmt::format("{}", fmt::join(concern.machines, ", ")))},
+          {"channel",
+           concern.channels.size() == 1 ? std::to_string(concern.channels.front().channel) : ""},
+          {"uuid", shown_text(concern.uuid)}};
 }
 
 }  // namespace
 
 const std::set<std::string>& rule_keys() {
-  static const std::set<std::string> keys{"rule",   "machine", "channel",  "program", "event",
-                                          "error",  "parts",   "duration", "state",   "uuid",
-                                          "reason", "since",   "seconds",  "time",    "unsaid"};
+  static const std::set<std::string> keys{"rule",    "subject", "kind",  "level",    "who",
+                                          "what",    "reason",  "todo",  "machine",  "uuid",
+                                          "channel", "event",   "error", "duration", "parts",
+                                          "program", "time",    "since", "seconds",  "unsaid"};
   return keys;
 }
 
-RuleWatch::RuleWatch(std::vector<Rule> rules, Moment now) : rules_(std::move(rules)) {
-  for (std::size_t i = 0; i < rules_.size(); ++i) {
-    if (rules_[i].kind == Rule::Kind::no_instance) {
-      begin({i, rules_[i].uuid}, now.wall, {{"uuid", rules_[i].uuid}}, now);
-    }
+RuleWatch::RuleWatch(std::vector<Rule> rules, std::string flags, Moment now)
+    : rules_(std::move(rules)), flags_(std::move(flags)) {
+  if (!std::ranges::all_of(rules_,
+                           [](const Rule& rule) { return rule.kind == Rule::Kind::program; })) {
+    judge_at_ = now.steady + settle;
   }
 }
 
 void RuleWatch::on_entry(const fabric::observer::Entry& entry, Moment now) {
   if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
     on_event(*event, now);
-  } else if (const auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
-    on_channel(*status, now);
-  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    on_machine(*machine, now);
-  } else if (const auto* news = std::get_if<fabric::observer::InstanceNews>(&entry.sample)) {
-    on_instance(*news, now);
   }
+  plant_.add(entry);
   on_time(now);
-}
-
-bool RuleWatch::is_for(const Rule& rule, const std::string& machine) const {
-  return rule.machines.empty() || rule.machines.contains(machine);
 }
 
 void RuleWatch::on_event(const fabric::ProgramEvent& event, Moment now) {
@@ -87,83 +106,71 @@ void RuleWatch::on_event(const fabric::ProgramEvent& event, Moment now) {
         !is_for(rule, event.key.machine)) {
       continue;
     }
-    Values values = channel_values(event.key);
+    const std::string channel = event.key.to_string();
+    Values values{{"subject", shown_text(channel)},
+                  {"machine", shown_text(event.key.machine)},
+                  {"channel", std::to_string(event.key.channel)}};
     values["program"] = base::text::to_utf8(event.program);
     values["event"] = fabric::name_of(event.kind);
     values["error"] = event.error == 0 ? "" : std::to_string(event.error);
     values["parts"] = event.parts ? std::to_string(*event.parts) : "";
     values["duration"] = event.started == Time{} ? "" : seconds_text(event.at - event.started);
     values["reason"] = shown_text(event.detail);
-    tell({i, event.key.to_string()}, event.at, std::move(values), now);
+    tell({i, channel}, channel, event.at, std::move(values), now);
   }
 }
 
-void RuleWatch::on_channel(const fabric::ChannelStatus& status, Moment now) {
+void RuleWatch::on_time(Moment now) {
+  if (judge_at_ && now.steady >= *judge_at_) {
+    judge(now);
+    judge_at_ = now.steady + judge_period;
+  }
+}
+
+void RuleWatch::judge(Moment now) {
+  plant_.forget_gone(now.wall - kept_gone);
+  for (auto& [place, lasting] : lasting_) {
+    lasting.found = false;
+  }
+  const auto concerns = fabric::plant::assess(plant_, now.wall, {.flags = flags_});
   for (std::size_t i = 0; i < rules_.size(); ++i) {
     const Rule& rule = rules_[i];
-    if (rule.kind != Rule::Kind::waits || !is_for(rule, status.key.machine)) {
-      continue;
+    if (rule.kind == Rule::Kind::no_instance) {
+      for (const Concern& concern : fabric::plant::missing_instances(plant_, {{rule.uuid, 1}})) {
+        find(i, concern, now);
+      }
+    } else if (rule.kind == Rule::Kind::concern) {
+      for (const Concern& concern : concerns) {
+        if (selects(rule, concern)) {
+          find(i, concern, now);
+        }
+      }
     }
-    const Place place{i, status.key.to_string()};
-    if (!waits(status.state)) {
-      end(place);
-      continue;
-    }
-    Values values = channel_values(status.key);
-    values["state"] = fabric::name_of(status.state);
-    values["uuid"] = shown_text(status.uuid);
-    values["reason"] = shown_text(status.reason);
-    begin(place, status.since, std::move(values), now);
   }
+  std::erase_if(lasting_, [](const auto& each) { return !each.second.found; });
 }
 
-/// A machine counts as disconnected if none of its gateways is connected: a second gateway stands
-/// by.
-void RuleWatch::on_machine(const fabric::MachineStatus& status, Moment now) {
-  if (!links_.contains(status.machine) && !has_room(links_.size())) {
+void RuleWatch::find(std::size_t rule, const Concern& concern, Moment now) {
+  const Place place{rule, concern.cause};
+  auto known = lasting_.find(place);
+  if (known == lasting_.end()) {
+    if (!has_room(lasting_.size())) {
+      return;
+    }
+    const bool began = concern.since != Time{} && concern.since < now.wall;
+    known = lasting_.emplace(place, Lasting{.since = began ? concern.since : now.wall}).first;
+  }
+  Lasting& lasting = known->second;
+  lasting.found = true;
+  const auto lasted = now.wall - lasting.since;
+  if (lasting.told || lasted < rules_[rule].after || is_quiet(place, now)) {
     return;
   }
-  auto& gateways = links_[status.machine];
-  gateways[status.gateway] = status.connected;
-  if (status.connected) {
-    // Disconnected gateways no longer matter, and one that has ended never reconnects.
-    std::erase_if(gateways, [](const auto& one) { return !one.second; });
-  }
-  const bool up = std::ranges::any_of(gateways, [](const auto& one) { return one.second; });
-  for (std::size_t i = 0; i < rules_.size(); ++i) {
-    const Rule& rule = rules_[i];
-    if (rule.kind != Rule::Kind::link_down || !is_for(rule, status.machine)) {
-      continue;
-    }
-    const Place place{i, status.machine};
-    if (up) {
-      end(place);
-    } else if (!lasting_.contains(place)) {
-      begin(place, status.since,
-            {{"machine", shown_text(status.machine)}, {"reason", shown_text(status.reason)}}, now);
-    }
-  }
-}
-
-void RuleWatch::on_instance(const fabric::observer::InstanceNews& news, Moment now) {
-  for (std::size_t i = 0; i < rules_.size(); ++i) {
-    const Rule& rule = rules_[i];
-    if (rule.kind != Rule::Kind::no_instance || rule.uuid != news.identity.uuid) {
-      continue;
-    }
-    auto& ready = instances_[rule.uuid];
-    if (fabric::observer::is_absent(news.change) || news.identity.draining) {
-      ready.erase(news.identity.id);
-    } else {
-      ready.insert(news.identity.id);
-    }
-    const Place place{i, rule.uuid};
-    if (!ready.empty()) {
-      end(place);
-    } else if (!lasting_.contains(place)) {
-      begin(place, now.wall, {{"uuid", rule.uuid}}, now);
-    }
-  }
+  lasting.told = true;
+  Values values = values_of(concern);
+  values["since"] = utc(lasting.since);
+  values["seconds"] = seconds_text(lasted);
+  tell(place, subject_text(concern), lasting.since, std::move(values), now);
 }
 
 bool RuleWatch::has_room(std::size_t remembered) {
@@ -171,63 +178,24 @@ bool RuleWatch::has_room(std::size_t remembered) {
     return true;
   }
   if (!std::exchange(reported_full_, true)) {
-    lines_.push_back(fmt::format(
-        "more than {} channels and machines are on the fabric: the rules ignore further ones",
-        most_remembered));
+    lines_.push_back(
+        fmt::format("more than {} channels and causes are on the fabric: the rules ignore further "
+                    "ones",
+                    most_remembered));
   }
   return false;
 }
 
-void RuleWatch::begin(const Place& place, Time since, Values values, Moment now) {
-  const auto found = lasting_.find(place);
-  if (found != lasting_.end() && found->second.since == since) {
-    found->second.values = std::move(values);
-    return;
-  }
-  if (found == lasting_.end() && !has_room(lasting_.size())) {
-    return;
-  }
-  // Another host's clock may be ahead.
-  const auto lasted = std::max(now.wall - since, std::chrono::nanoseconds::zero());
-  lasting_[place] = {
-      since,
-      now.steady + std::max(rules_[place.first].after - lasted, std::chrono::nanoseconds::zero()),
-      std::move(values)};
+bool RuleWatch::is_quiet(const Place& place, Moment now) const {
+  const auto quiet = quiet_.find(place);
+  return quiet != quiet_.end() && quiet->second.until > now.steady;
 }
 
-void RuleWatch::on_time(Moment now) {
-  for (auto& [place, lasting] : lasting_) {
-    if (lasting.told || lasting.due > now.steady) {
-      continue;
-    }
-    const auto quiet = quiet_.find(place);
-    if (quiet != quiet_.end() && quiet->second.until > now.steady) {
-      // If the condition lasts until then, it is reported then.
-      lasting.due = quiet->second.until;
-      continue;
-    }
-    lasting.told = true;
-    Values values = lasting.values;
-    values["since"] = utc(lasting.since);
-    values["seconds"] = seconds_text(now.wall - lasting.since);
-    tell(place, lasting.since, std::move(values), now);
-  }
-}
-
-std::optional<fabric::SteadyTime> RuleWatch::next_time() const {
-  std::optional<fabric::SteadyTime> next;
-  for (const auto& [place, lasting] : lasting_) {
-    if (!lasting.told) {
-      next = next ? std::min(*next, lasting.due) : lasting.due;
-    }
-  }
-  return next;
-}
-
-void RuleWatch::tell(const Place& place, Time at, Values values, Moment now) {
+void RuleWatch::tell(const Place& place, const std::string& about, Time at, Values values,
+                     Moment now) {
   const Rule& rule = rules_[place.first];
   if (!quiet_.contains(place) && quiet_.size() >= most_remembered) {
-    std::erase_if(quiet_, [&](const auto& one) { return one.second.until <= now.steady; });
+    std::erase_if(quiet_, [&](const auto& each) { return each.second.until <= now.steady; });
   }
   if (!quiet_.contains(place) && !has_room(quiet_.size())) {
     return;
@@ -236,7 +204,7 @@ void RuleWatch::tell(const Place& place, Time at, Values values, Moment now) {
   if (quiet.until > now.steady) {
     ++quiet.unsaid;
     lines_.push_back(fmt::format("rule {}: no mail about {}: the last one was less than {} s ago",
-                                 rule.name, place.second,
+                                 rule.name, about,
                                  std::chrono::round<std::chrono::seconds>(rule.quiet).count()));
     return;
   }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/profile/given_flags.hpp"
 #include "fabric/words.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/main.hpp"
@@ -87,6 +88,10 @@ fabric::dds::ParticipantOptions ServiceProgram::join_as(std::string name) const 
   fabric::dds::ParticipantOptions join = join_options(options_);
   join.name = std::move(name);
   return join;
+}
+
+std::string ServiceProgram::given_flags() const {
+  return fabric::profile::given_flags(fabric_);
 }
 
 int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& make) {

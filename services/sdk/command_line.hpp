@@ -36,6 +36,8 @@ class ServiceProgram {
   [[nodiscard]] const ServiceOptions& options() const { return options_; }
   /// For a further participant of the process, with this name; likewise.
   [[nodiscard]] fabric::dds::ParticipantOptions join_as(std::string name) const;
+  /// The flags of the fabric, as fabric::profile::given_flags(); likewise.
+  [[nodiscard]] std::string given_flags() const;
   /// To standard error under the service's name; for `make` and the handler.
   [[nodiscard]] const Service::Log& log() const { return log_; }
   /// The alarms of the service; for `make` and the handler. On the fabric while it serves.

@@ -153,7 +153,7 @@ asio::awaitable<void> measure(const Servers& servers, int rounds, int count, Ser
   ads::Client client(executor, options);
   const auto connected = co_await client.connect();
   if (!connected) {
-    throw std::runtime_error(connected.error().message);
+    throw std::runtime_error(connected.error().message.text);
   }
   Series warm_up;
   co_await ping(socket, count, warm_up);

@@ -67,7 +67,7 @@ class Client {
     options.source.net_id = {{127, 0, 0, 1, 3, 1}};
     client_.emplace(io_.get_executor(), options);
     if (const auto up = tests::wait_for(io_, client_->connect()); !up) {
-      throw std::runtime_error(up.error().message);
+      throw std::runtime_error(up.error().message.text);
     }
   }
 

@@ -71,7 +71,7 @@ class Plant {
     options.target = {{127, 0, 0, 1, 1, 1}};
     client_.emplace(io_.get_executor(), options);
     if (const auto up = tests::wait_for(io_, client_->connect()); !up) {
-      throw std::runtime_error(up.error().message);
+      throw std::runtime_error(up.error().message.text);
     }
     readings_.emplace(*client_);
     participant_.emplace(fabric::dds::ParticipantOptions{.domain = domain_.number()});

@@ -137,6 +137,46 @@ TEST_F(TheCommand, ShowsTheStateOfEachChannel) {
   EXPECT_THAT(run({"channels"}).output(), HasSubstr("idle"));
 }
 
+TEST_F(TheCommand, ShowsTheStateOfEachChannelAgainUntilItIsAskedToEnd) {
+  Process cnc = chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  Process gateway = chain.gateway();
+  gateway.await_error("no service has the UUID");
+  Process sut = chain.millrace({"channels", "cnc/1", "--watch", "--columns", "channel,state"});
+  sut.await("cnc/1 +unserved");
+  Process service = chain.square_root();
+  sut.await("cnc/1 +idle");
+  sut.signal(SIGINT);
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  EXPECT_THAT(sut.output(), Not(HasSubstr("cnc/2")));
+  run({"channels", "--watch", "--json"});
+  EXPECT_EQ(exit_code, 2);
+}
+
+TEST_F(TheCommand, ShowsTheStatusAgainUntilItIsAskedToEnd) {
+  Process service = chain.square_root();
+  Process sut = chain.millrace({"status", "--watch"});
+  sut.await("NO GATEWAY");
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  sut.await(": no problem; 2 channels");
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+}
+
+TEST_F(TheCommand, NamesTheFormOfItsOutputInTheWordsOfOtherTools) {
+  Process service = chain.square_root({"--name", "first"});
+  const Flags listing{"services", "--columns", "uuid,instances"};
+  const auto with = [&](Flags more) {
+    more.insert(more.begin(), listing.begin(), listing.end());
+    return run(more).output();
+  };
+  EXPECT_EQ(with({"-o", "csv"}), with({"--csv"}));
+  EXPECT_EQ(with({"-o", "json"}), with({"--json"}));
+  EXPECT_EQ(exit_code, 0);
+  with({"-o", "xml"});
+  EXPECT_EQ(exit_code, 2);
+}
+
 TEST_F(TheCommand, ShowsTheConnectionToEachController) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();
@@ -210,6 +250,10 @@ TEST_F(TheCommand, ReportsAnUnservedCallByItsExitCode) {
   });
   run({"status", "--host"});
   EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(run({"answer", "cnc/1", "1.5", "--state", "7"}).error_output(),
+              AllOf(HasSubstr("the request of cnc/1 has no service: "), HasSubstr(square_root),
+                    HasSubstr("start the service")));
+  EXPECT_EQ(exit_code, 1);
   Process service = chain.square_root();
   await("a plant without problems", [&] {
     run({"status"});

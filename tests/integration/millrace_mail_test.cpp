@@ -4,9 +4,11 @@
 #include <fstream>
 #include <sstream>
 
+#include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/endpoints/data_endpoint.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
@@ -140,7 +142,7 @@ TEST_F(Mail, AnswersOnceTheServerHasTheMail) {
 
 constexpr const char* rules =
     "rule { name: 'aborted' program: ABORTED to: 'shift' quiet_s: 0 }\n"
-    "rule { name: 'served' no_instance_of: '326DE49A-633B-4cea-a9b8-1924d7f926a7' no_instance_s: 1 "
+    "rule { name: 'served' no_instance_of: '326DE49A-633B-4cea-a9b8-1924d7f926a7' after_s: 1 "
     "to: 'shift' quiet_s: 0 }\n";
 
 TEST_F(Mail, SendsMailsOfItsRulesWithoutACall) {
@@ -149,7 +151,7 @@ TEST_F(Mail, SendsMailsOfItsRulesWithoutACall) {
   write(config, content(config) + rules);
   start_service();
   EXPECT_THAT(await_mail(1), AllOf(StartsWith("from press1@example.com\nto eva@example.com\n"),
-                                   HasSubstr("\r\nSubject: no instance of 326de49a-633b")));
+                                   HasSubstr("\r\nSubject: 326de49a-633b")));
 
   fabric::dds::Participant there({.domain = domain.number()});
   fabric::endpoints::DataEndpoint machine(there);
@@ -173,6 +175,26 @@ TEST_F(Mail, SendsMailsOfItsRulesWithoutACall) {
   ended.kind = fabric::ProgramEventKind::ended;
   ASSERT_TRUE(machine.publish(ended));
   EXPECT_THAT(await_mail(4), HasSubstr("\r\nSubject: press/1: program demo.nc ended\r\n"));
+}
+
+TEST_F(Mail, SendsOneMailAboutAFaultWithWhatToDo) {
+  open_server();
+  configure();
+  write(config, content(config) + "rule { name: 'act' concern: ACT after_s: 0 to: 'shift' }\n");
+  start_service();
+  EXPECT_THAT(await_mail(1), AllOf(HasSubstr("\r\nSubject: plant: no gateway"),
+                                   HasSubstr("To do, by the engineer: start millrace-gateway")));
+  // The next fault has the next mail: the first one lasts, and has no other.
+  const fabric::dds::Participant there({.domain = domain.number()});
+  boost::asio::io_context io;
+  fabric::endpoints::AlarmEndpoint faults(there, io.get_executor(),
+                                          {.program = "archiver", .host = "vm", .pid = 7});
+  ASSERT_TRUE(faults.raise({.key = {.kind = "archive"},
+                            .level = fabric::AlarmLevel::problem,
+                            .text = "the disk is full",
+                            .advice = "free space on the disk"}));
+  EXPECT_THAT(await_mail(2), AllOf(HasSubstr("the disk is full"),
+                                   HasSubstr("To do, by the engineer: free space on the disk")));
 }
 
 TEST_F(Mail, DoesNotWaitForTheServersGoodbye) {

@@ -95,6 +95,30 @@ TEST_F(Trust, AllowsAnObserverNoCommands) {
               HasSubstr("square_root"));
 }
 
+TEST_F(Trust, WarnsThatAPageWithoutTheRoleOperatorCannotAct) {
+  Process hash({"/bin/sh", "-c", "printf x | " + binary("millrace") + " web --hash-password"});
+  ASSERT_EQ(hash.wait(), 0) << hash.error_output();
+  std::string password = hash.output();
+  password.erase(password.find('\n'));
+  const fs::path users = sut.folder() / "users.textproto";
+  std::ofstream(users) << "user { name: 'anna' password_hash: '" << password << "' }\n";
+  fs::permissions(users, fs::perms::owner_read | fs::perms::owner_write);
+  const auto web = [&](const std::string& holder) {
+    Flags flags{"web", "--listen", "127.0.0.1:0", "--allow-actions", users.string()};
+    const Flags as = sut.as(holder);
+    flags.insert(flags.end(), as.begin(), as.end());
+    return sut.millrace(flags);
+  };
+  Process page = web("screen");
+  page.await("ready");
+  EXPECT_THAT(page.error_output(), HasSubstr("the certificate screen of its server has not the "
+                                             "role operator"));
+  EXPECT_THAT(sut.ask({"status"}, sut.as("office"), 3), HasSubstr("--role operator"));
+  Process allowed = web("office");
+  allowed.await("ready");
+  EXPECT_THAT(allowed.error_output(), Not(HasSubstr("role operator")));
+}
+
 TEST_F(Trust, AllowsVariableRequestsToOperatorsOnly) {
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));

@@ -1,15 +1,17 @@
 #include "tools/bus/snapshot.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <optional>
 #include <set>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
 
 #include "fabric/dds/entity.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
-#include "tools/bus/alarm_reader.hpp"
 
 namespace millrace::tools::bus {
 
@@ -17,7 +19,7 @@ namespace {
 
 using Clock = ListeningTime::Clock;
 
-struct Listener : fabric::observer::ObserverListener, AlarmListener {
+struct Listener : fabric::observer::ObserverListener {
   explicit Listener(Patience patience) : time(patience, Clock::now()) {}
 
   void on_entry(fabric::observer::Entry entry) override {
@@ -26,12 +28,6 @@ struct Listener : fabric::observer::ObserverListener, AlarmListener {
       time.on_news(Clock::now());
     }
   }
-  void on_alarm(const fabric::Alarm& alarm) override {
-    if (live.add(alarm)) {
-      time.on_news(Clock::now());
-    }
-  }
-  void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
 
   fabric::plant::Plant live;
   ListeningTime time;
@@ -90,33 +86,79 @@ class Unauthenticated {
   std::set<dds_instance_handle_t> proved_;
 };
 
+/// On a fabric, and what it has seen there.
+class Visit {
+ public:
+  Visit(const fabric::dds::ParticipantOptions& options, Patience patience)
+      : participant_(options),
+        listener_(patience),
+        observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states) {
+    if (options.trust) {
+      unauthenticated_.emplace(participant_);
+    }
+  }
+
+  /// Until no new process comes, or `enough`.
+  void listen(const std::function<bool(const fabric::plant::Plant&)>& enough) {
+    for (;;) {
+      if (unauthenticated_ && unauthenticated_->drain()) {
+        listener_.time.on_news(Clock::now());
+      }
+      const auto end = listener_.time.end(unauthenticated_ && unauthenticated_->any());
+      const auto begun = Clock::now();
+      if (begun >= end || is_asked_to_end_ || enough(listener_.live)) {
+        return;
+      }
+      const auto due = std::min(end, begun + ListeningTime::look_again);
+      io_.run_one_until(due);
+      listener_.time.on_timer(due, Clock::now());
+    }
+  }
+  /// False once the process is asked to end.
+  bool listen_until(Clock::time_point end) {
+    while (!is_asked_to_end_ && io_.run_one_until(end) != 0) {
+    }
+    return !is_asked_to_end_;
+  }
+  void end_on_signals() {
+    signals_.emplace(io_, SIGINT, SIGTERM);
+    signals_->async_wait([this](const boost::system::error_code& cancelled, int /*signal*/) {
+      is_asked_to_end_ = is_asked_to_end_ || !cancelled;
+    });
+  }
+
+  fabric::plant::Plant& live() { return listener_.live; }
+
+ private:
+  fabric::dds::Participant participant_;
+  boost::asio::io_context io_{1};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      io_.get_executor()};
+  std::optional<boost::asio::signal_set> signals_;
+  bool is_asked_to_end_ = false;
+  Listener listener_;
+  fabric::observer::Observer observer_;
+  std::optional<Unauthenticated> unauthenticated_;
+};
+
 }  // namespace
 
-fabric::plant::Plant take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
-                          const std::function<bool(const fabric::plant::Plant&)>& enough) {
-  fabric::dds::Participant participant(options);
-  boost::asio::io_context io;
-  const auto work = boost::asio::make_work_guard(io);
-  Listener listener(patience);
-  fabric::observer::Observer observer(participant, io.get_executor(), listener,
-                                      fabric::observer::Interest::states);
-  const AlarmReader alarms(participant, io.get_executor(), listener);
-  std::optional<Unauthenticated> unauthenticated;
-  if (options.trust) {
-    unauthenticated.emplace(participant);
-  }
-  for (;;) {
-    if (unauthenticated && unauthenticated->drain()) {
-      listener.time.on_news(Clock::now());
-    }
-    const auto end = listener.time.end(unauthenticated && unauthenticated->any());
-    const auto begun = Clock::now();
-    if (begun >= end || enough(listener.live)) {
-      return std::move(listener.live);
-    }
-    const auto due = std::min(end, begun + ListeningTime::look_again);
-    io.run_one_until(due);
-    listener.time.on_timer(due, Clock::now());
+fabric::plant::Plant take_snapshot(const fabric::dds::ParticipantOptions& options,
+                                   Patience patience,
+                                   const std::function<bool(const fabric::plant::Plant&)>& enough) {
+  Visit visit(options, patience);
+  visit.listen(enough);
+  return std::move(visit.live());
+}
+
+void watch(const fabric::dds::ParticipantOptions& options, Patience patience,
+           std::chrono::milliseconds period,
+           const std::function<bool(const fabric::plant::Plant&)>& draw) {
+  Visit visit(options, patience);
+  visit.end_on_signals();
+  visit.listen([](const fabric::plant::Plant&) { return false; });
+  for (auto next = Clock::now(); visit.listen_until(next) && draw(visit.live());) {
+    next = std::max(next + period, Clock::now());
   }
 }
 

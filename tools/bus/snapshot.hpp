@@ -1,4 +1,4 @@
-// Joins a fabric, listens until no new process comes (ListeningTime), and leaves.
+// Joins a fabric, listens until no new process comes (ListeningTime), and leaves; or stays.
 #pragma once
 
 #include <algorithm>
@@ -68,5 +68,11 @@ fabric::plant::Plant take_snapshot(
     const std::function<bool(const fabric::plant::Plant&)>& enough = [](const fabric::plant::Plant&) {
       return false;
     });
+
+/// Calls `draw` once no new process comes, and then every `period`, until it returns false, or
+/// SIGINT or SIGTERM. Throws as take_snapshot().
+void watch(const fabric::dds::ParticipantOptions& options, Patience patience,
+           std::chrono::milliseconds period,
+           const std::function<bool(const fabric::plant::Plant&)>& draw);
 
 }  // namespace millrace::tools::bus

@@ -7,6 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "tools/caller/calls.hpp"
 
@@ -120,7 +121,7 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
   /// Withdraws pending calls without events to the listener.
   void close() {
     listener = nullptr;
-    calls.leave("the caller leaves", now());
+    calls.leave(base::messages::caller_leaves(), now());
     for (const Action& action : calls.take_actions()) {
       if (const auto* withdraw = std::get_if<Withdraw>(&action)) {
         perform(*withdraw);
@@ -156,7 +157,7 @@ tl::expected<fabric::CallId, std::string> Caller::call(const Order& order) {
   return id;
 }
 
-void Caller::give_up(const fabric::CallId& call, const std::string& reason) {
+void Caller::give_up(const fabric::CallId& call, const fabric::Message& reason) {
   impl_->calls.give_up(call, reason, now());
   impl_->carry_out_later();
 }

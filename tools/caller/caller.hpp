@@ -49,7 +49,7 @@ class Caller {
   /// is lost. Ends with on_ended, never from within this function. Errors: Calls::add.
   tl::expected<fabric::CallId, std::string> call(const Order& order);
   /// Withdraws a call; it ends with this reason.
-  void give_up(const fabric::CallId& call, const std::string& reason);
+  void give_up(const fabric::CallId& call, const fabric::Message& reason);
 
   /// Why no discovered instance serves this UUID for this channel; nullopt if one does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/call_record.hpp"
 
@@ -46,7 +47,7 @@ tl::expected<fabric::CallId, std::string> Calls::add(const Order& order, Moment 
   return id;
 }
 
-void Calls::give_up(const fabric::CallId& call, const std::string& reason, Moment now) {
+void Calls::give_up(const fabric::CallId& call, const fabric::Message& reason, Moment now) {
   end(call, std::nullopt, reason, now);
 }
 
@@ -75,7 +76,7 @@ void Calls::on_reply(const fabric::Reply& reply, Moment now) {
     return;
   }
   if (!fabric::is_known(reply)) {
-    end(reply.call, std::nullopt, "the response is of an unknown kind", now);
+    end(reply.call, std::nullopt, base::messages::response_unknown(), now);
     return;
   }
   const bool last = reply.kind == fabric::ReplyKind::final;
@@ -88,7 +89,7 @@ void Calls::on_reply(const fabric::Reply& reply, Moment now) {
   }
 }
 
-void Calls::on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now) {
+void Calls::on_unpublished(const fabric::CallId& call, const fabric::Message& reason, Moment now) {
   end(call, std::nullopt, reason, now);
 }
 
@@ -105,12 +106,13 @@ void Calls::on_time(Moment now) {
   }
   for (const fabric::CallId& id : over) {
     const Open& open = open_.at(id);
-    const std::string why =
-        open.published ? "the instance that has the call has not responded"
-                       : why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
-                             .value_or(open.reason);
-    end(id, std::nullopt,
-        fmt::format("no response within {}: {}", seconds_of(open.order.patience), why), now);
+    const fabric::Message why =
+        open.published
+            ? base::messages::instance_has_not_responded()
+            : dispatcher_.why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
+                  .value_or(open.reason);
+    end(id, std::nullopt, base::messages::no_response_within(seconds_of(open.order.patience), why),
+        now);
   }
 }
 
@@ -132,7 +134,7 @@ bool Calls::is_given_out(const fabric::CallId& call) const {
   return open != open_.end() && open->second.published;
 }
 
-void Calls::leave(const std::string& reason, Moment now) {
+void Calls::leave(const fabric::Message& reason, Moment now) {
   while (!open_.empty()) {
     end(open_.begin()->first, std::nullopt, reason, now);
   }
@@ -153,7 +155,7 @@ void Calls::carry_out(const gateway::dispatch::Decisions& decisions, Moment now)
       take_back(*back, now);
     } else if (const auto* explain = std::get_if<gateway::dispatch::Explain>(&decision)) {
       if (const auto open = open_.find(explain->call); open != open_.end()) {
-        open->second.reason = explain->reason.text;
+        open->second.reason = explain->reason;
       }
     }
   }
@@ -191,13 +193,13 @@ void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
 
 void Calls::take_back(const gateway::dispatch::Unassign& back, Moment now) {
   Open& open = open_.at(back.call);
-  tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason.text);
+  tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason);
   if (back.held) {
-    end(back.call, std::nullopt, "its instance is lost, and the call must not run twice", now);
+    end(back.call, std::nullopt, base::messages::instance_lost_for_good(), now);
     return;
   }
   open.published = false;
-  open.reason = back.reason.text;
+  open.reason = back.reason;
   withdraw(open, open.asked.back());
 }
 
@@ -218,8 +220,8 @@ void Calls::decline(const fabric::Reply& reply, Moment now) {
   carry_out(dispatcher_.decline(reply.call, now.steady), now);
 }
 
-void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply, const std::string& reason,
-                Moment now) {
+void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply,
+                const fabric::Message& reason, Moment now) {
   const auto found = open_.find(call);
   if (found == open_.end()) {
     return;
@@ -239,14 +241,13 @@ void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply, const s
   out_.emplace_back(Ended{.call = call,
                           .key = open.order.key,
                           .reply = std::move(reply),
-                          .reason = reason,
+                          .reason = reason.text,
                           .took = now.steady - open.given.value_or(now.steady)});
   carry_out(dispatcher_.remove(call), now);
 }
 
 void Calls::tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
-                 const fabric::Reply* reply, const std::string& detail) {
-  constexpr std::size_t longest_detail = 255;
+                 const fabric::Reply* reply, const fabric::Message& detail) {
   const bool request = kind == fabric::EventKind::seen;
   out_.emplace_back(
       Notice{{.key = open.order.key,
@@ -260,7 +261,7 @@ void Calls::tell(const fabric::CallId& call, const Open& open, fabric::EventKind
               .uuid = open.order.uuid,
               .text = reply != nullptr ? reply->text : (request ? open.order.text : std::string()),
               .state = reply != nullptr ? reply->state : (request ? open.order.state : 0),
-              .detail = detail.substr(0, longest_detail),
+              .detail = detail,
               .replayed = open.order.replayed}});
 }
 

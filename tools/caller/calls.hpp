@@ -58,13 +58,13 @@ class Calls {
   /// too long, and while its channel has another pending call.
   tl::expected<fabric::CallId, std::string> add(const Order& order, Moment now);
   /// Withdraws a call and ends it; without effect if it has ended.
-  void give_up(const fabric::CallId& call, const std::string& reason, Moment now);
+  void give_up(const fabric::CallId& call, const fabric::Message& reason, Moment now);
 
   void on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
   void on_instance_gone(const fabric::InstanceId& instance, Moment now);
   void on_load(const fabric::InstanceLoad& load, Moment now);
   void on_reply(const fabric::Reply& reply, Moment now);
-  void on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now);
+  void on_unpublished(const fabric::CallId& call, const fabric::Message& reason, Moment now);
   /// Ends calls that have waited too long, and moves calls from instances that stay away.
   void on_time(Moment now);
   /// When on_time has something to do.
@@ -81,7 +81,7 @@ class Calls {
   /// Calls that have not ended.
   [[nodiscard]] std::size_t pending() const { return open_.size(); }
   /// Ends all calls, and withdraws what stands.
-  void leave(const std::string& reason, Moment now);
+  void leave(const fabric::Message& reason, Moment now);
 
   /// The actions since the last call of this function, in order.
   Actions take_actions();
@@ -100,7 +100,7 @@ class Calls {
     /// When it was first dispatched.
     std::optional<SteadyTime> given{};
     /// Why it waits.
-    std::string reason{};
+    fabric::Message reason{};
   };
 
   void carry_out(const gateway::dispatch::Decisions& decisions, Moment now);
@@ -109,10 +109,10 @@ class Calls {
   void withdraw(Open& open, const fabric::InstanceId& instance);
   void decline(const fabric::Reply& reply, Moment now);
   /// By value: the id of a caller may be the one in open_.
-  void end(fabric::CallId call, std::optional<fabric::Reply> reply, const std::string& reason,
+  void end(fabric::CallId call, std::optional<fabric::Reply> reply, const fabric::Message& reason,
            Moment now);
   void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
-            const fabric::Reply* reply = nullptr, const std::string& detail = {});
+            const fabric::Reply* reply = nullptr, const fabric::Message& detail = {});
 
   std::uint64_t epoch_;
   std::uint64_t last_number_ = 0;

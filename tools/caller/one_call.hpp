@@ -28,7 +28,7 @@ class OneCall : public CallerListener {
  protected:
   [[nodiscard]] boost::asio::io_context& loop() { return io_; }
   /// On the loop.
-  void give_up(const std::string& reason) { caller_.give_up(call_, reason); }
+  void give_up(const fabric::Message& reason) { caller_.give_up(call_, reason); }
 
  private:
   void wait_for_a_service();

@@ -4,7 +4,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/ascii.hpp"
-#include "tools/commands/calls/board.hpp"
+#include "tools/commands/screen.hpp"
 
 namespace millrace::tools::commands {
 
@@ -13,14 +13,19 @@ std::size_t width_of_output() {
   if (const auto width = base::text::parse_number<std::size_t>(columns == nullptr ? "" : columns)) {
     return *width;
   }
-  return calls::output_is_terminal() ? calls::Screen::size().columns : 0;
+  return output_is_terminal() ? Screen::size().columns : 0;
 }
 
 ListingFlags::ListingFlags(CLI::App& command) {
   CLI::Option* const as_json = command.add_flag("--json", json, "Print JSON");
+  CLI::Option* const as_csv =
+      command.add_flag("--csv", csv, "Print comma-separated values")->excludes(as_json);
+  CLI::Option* const form = command.add_option_function<std::string>(
+      "-o,--output", [this](const std::string& name) { (name == "json" ? json : csv) = true; });
+  // The same in the words of other tools; not in the help.
+  form->check(CLI::IsMember({"json", "csv"}))->group("")->excludes(as_json)->excludes(as_csv);
   of_table_ = {
-      command.add_flag("--csv", csv, "Print comma-separated values")->excludes(as_json),
-      command.add_flag("--wide", wide, "All columns, also where the terminal is narrower"),
+      as_csv, command.add_flag("--wide", wide, "All columns, also where the terminal is narrower"),
       command.add_option("--columns", columns, "These columns in this order, as in name,busy")
           ->delimiter(',')
           ->allow_extra_args(false)};

@@ -33,7 +33,7 @@ Names names_of(const fabric::plant::KnownInstance& instance) {
 }
 
 std::vector<const fabric::plant::KnownInstance*> instances_named(const fabric::plant::Plant& live,
-                                                       const std::string& what) {
+                                                                 const std::string& what) {
   return chosen(live.instances_of(""), what,
                 [](const fabric::plant::KnownInstance* instance) { return names_of(*instance); });
 }

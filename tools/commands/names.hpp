@@ -36,7 +36,7 @@ std::vector<Row> chosen(std::vector<Row> rows, const std::string& what, NamesOf 
 Names names_of(const fabric::plant::KnownInstance& instance);
 /// The instances with this UUID, id or name, or the beginning of one.
 std::vector<const fabric::plant::KnownInstance*> instances_named(const fabric::plant::Plant& live,
-                                                       const std::string& what);
+                                                                 const std::string& what);
 
 /// Prints that `what` does not exist, and the names that do. `kind`: "machine", "service". Returns
 /// the exit code.

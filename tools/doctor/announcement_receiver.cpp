@@ -5,11 +5,11 @@
 #include <cstring>
 
 #include <arpa/inet.h>
-#include <fmt/format.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/profile/profile.hpp"
 #include "tools/doctor/network.hpp"
 
@@ -62,8 +62,7 @@ AnnouncementReceiver::AnnouncementReceiver(const std::string& interface) {
     std::string why;
     sockets_.push_back(listen(discovery_port(domain), index, why));
     if (!why.empty() && trouble_.empty()) {
-      trouble_ =
-          fmt::format("cannot listen to group {} on {}: {}", discovery_group, interface, why);
+      trouble_ = base::messages::cannot_listen_to_group(discovery_group, interface, why);
     }
   }
 }

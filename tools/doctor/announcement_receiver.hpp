@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/messages/message.hpp"
 #include "base/posix/system.hpp"
 #include "tools/doctor/announcement.hpp"
 
@@ -32,13 +33,13 @@ class AnnouncementReceiver {
 
   /// Each participant once.
   [[nodiscard]] const std::map<GuidPrefix, ReceivedAnnouncement>& heard() const { return heard_; }
-  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] const base::messages::Message& trouble() const { return trouble_; }
 
  private:
   /// The n-th receives domain n.
   std::vector<base::posix::Fd> sockets_;
   std::map<GuidPrefix, ReceivedAnnouncement> heard_;
-  std::string trouble_;
+  base::messages::Message trouble_;
 };
 
 }  // namespace millrace::tools::doctor

@@ -19,7 +19,6 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/topics.hpp"
-#include "tools/bus/alarm_reader.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/doctor/checks/checks.hpp"
 #include "tools/doctor/clock.hpp"
@@ -37,11 +36,9 @@ constexpr auto turn = std::chrono::milliseconds(50);
 constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
-struct Listener : fabric::observer::ObserverListener, bus::AlarmListener {
+struct Listener : fabric::observer::ObserverListener {
   void on_entry(fabric::observer::Entry entry) override { live.add(entry); }
   void on_ignored(const std::string& reason) override { doubts.push_back(reason); }
-  void on_alarm(const fabric::Alarm& alarm) override { live.add(alarm); }
-  void on_alarm_gone(const fabric::AlarmKey& key) override { live.take_back(key); }
   fabric::plant::Plant live;
   std::vector<std::string> doubts;
 };
@@ -315,7 +312,6 @@ class Visit {
         discovery_(participant_, fabric::endpoints::Discovery::Of::tools, nullptr),
         readers_(participant_),
         observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
-        alarms_(participant_, io_.get_executor(), listener_),
         found_(found) {}
 
   void listen(std::chrono::milliseconds time, AnnouncementReceiver* receiver) {
@@ -363,7 +359,6 @@ class Visit {
   fabric::endpoints::Discovery discovery_;
   TopicReaders readers_;
   fabric::observer::Observer observer_;
-  bus::AlarmReader alarms_;
   Findings& found_;
 };
 

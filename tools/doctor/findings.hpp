@@ -84,11 +84,11 @@ struct Findings {
   std::set<std::uint32_t> domains_here{};
   std::set<std::string> listening_interfaces{};
   std::vector<ReceivedAnnouncement> heard{};
-  std::string deaf{};
+  base::messages::Message deaf{};
   std::vector<Program> programs{};
   std::vector<Misfit> misfits{};
   /// Discovered instances with invalid user_data.
-  std::vector<std::string> ignored{};
+  std::vector<base::messages::Message> ignored{};
   /// The proved identities of the others; only with trust.
   std::vector<fabric::ParticipantIdentity> identities{};
   /// The rejected samples and their writers.

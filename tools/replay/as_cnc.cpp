@@ -113,7 +113,7 @@ void AsCnc::issue(std::size_t call) {
   assign(variable(channel, ServiceVariable::request_state), static_cast<double>(planned.state));
 }
 
-void AsCnc::withdraw(std::size_t call, const std::string& reason) {
+void AsCnc::withdraw(std::size_t call, const fabric::Message& reason) {
   const std::uint32_t channel = channels_.at(plan_.calls[call].channel);
   open_.erase(channel);
   assign(variable(channel, ServiceVariable::request_state), 0.0);

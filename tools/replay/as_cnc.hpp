@@ -51,7 +51,7 @@ class AsCnc : public Stage {
   [[nodiscard]] Player& player() { return *player_; }
 
   void issue(std::size_t call) override;
-  void withdraw(std::size_t call, const std::string& reason) override;
+  void withdraw(std::size_t call, const fabric::Message& reason) override;
   void on_outcome(const Outcome& outcome) override { listener_.on_outcome(outcome); }
   /// Called after the gateway has the response to its last write.
   void on_done() override;

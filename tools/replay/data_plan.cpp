@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::tools::replay {
 
 namespace {
@@ -11,8 +13,6 @@ using fabric::ProgramEventKind;
 /// A program may have begun long before the recording. A time that is farther away is not a time of
 /// this recording.
 constexpr std::chrono::hours far{24 * 366};
-
-constexpr const char* replay_ended = "the replay has ended";
 
 }  // namespace
 
@@ -101,7 +101,7 @@ std::vector<fabric::ProgramEvent> PublishedValues::resets(fabric::Time now) cons
       fabric::ProgramEvent reset = last;
       reset.kind = ProgramEventKind::reset;
       reset.at = std::max(now, last.at);
-      reset.detail = replay_ended;
+      reset.detail = base::messages::replay_has_ended();
       resets.push_back(std::move(reset));
     }
   }

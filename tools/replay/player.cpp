@@ -6,6 +6,8 @@
 #include <boost/asio/post.hpp>
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
+
 namespace millrace::tools::replay {
 
 namespace asio = boost::asio;
@@ -122,10 +124,11 @@ void Player::withdraw_overdue(Clock::time_point now) {
   }
   for (const std::size_t call : overdue) {
     const auto& withdrawn = plan_.calls[call].withdrawn_after;
-    stage_.withdraw(
-        call, withdrawn ? std::string("withdrawn, as in the recording")
-                        : fmt::format("no response within {:g} s",
-                                      std::chrono::duration<double>(options_.patience).count()));
+    stage_.withdraw(call, withdrawn
+                              ? base::messages::withdrawn_as_recorded()
+                              : fabric::Message(fmt::format(
+                                    "no response within {:g} s",
+                                    std::chrono::duration<double>(options_.patience).count())));
   }
 }
 

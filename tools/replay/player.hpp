@@ -25,7 +25,7 @@ class Stage {
   /// Makes this call; the stage reports its end with Player::ended.
   virtual void issue(std::size_t call) = 0;
   /// Withdraws the call if it is still pending; its end is reported as well.
-  virtual void withdraw(std::size_t call, const std::string& reason) = 0;
+  virtual void withdraw(std::size_t call, const fabric::Message& reason) = 0;
   virtual void on_outcome(const Outcome& outcome) = 0;
   /// All calls of all rounds are over; after stop(), all calls that were issued.
   virtual void on_done() = 0;

@@ -51,7 +51,7 @@ void ToServices::issue(std::size_t call) {
   ids_.insert_or_assign(call, *id);
 }
 
-void ToServices::withdraw(std::size_t call, const std::string& reason) {
+void ToServices::withdraw(std::size_t call, const fabric::Message& reason) {
   if (const auto id = ids_.find(call); id != ids_.end()) {
     caller_.give_up(id->second, reason);
   }

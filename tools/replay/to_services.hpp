@@ -48,7 +48,7 @@ class ToServices : public Stage, public caller::CallerListener {
   [[nodiscard]] Player& player() { return *player_; }
 
   void issue(std::size_t call) override;
-  void withdraw(std::size_t call, const std::string& reason) override;
+  void withdraw(std::size_t call, const fabric::Message& reason) override;
   void on_outcome(const Outcome& outcome) override { listener_.on_outcome(outcome); }
   void on_done() override { listener_.on_done(); }
   void on_ended(const caller::Ended& ended) override;

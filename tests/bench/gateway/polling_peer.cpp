@@ -54,7 +54,7 @@ asio::awaitable<void> poll(const PeerOptions& options, std::uint32_t number,
                            cnc::ads::Client& client) {
   auto connected = co_await client.connect();
   if (!connected) {
-    throw std::runtime_error(connected.error().message);
+    throw std::runtime_error(connected.error().message.text);
   }
   std::vector<ServiceInterface> channels;
   for (std::uint32_t channel = 1; channel <= options.channels; ++channel) {

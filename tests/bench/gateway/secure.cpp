@@ -107,7 +107,7 @@ class Controller {
 void connect(asio::io_context& io, ads::Client& client) {
   const auto up = tests::wait_for(io, client.connect());
   if (!up) {
-    throw std::runtime_error(up.error().message);
+    throw std::runtime_error(up.error().message.text);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "fabric/endpoints/call_endpoint.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/support/wait_for.hpp"
@@ -134,6 +135,16 @@ TEST_F(AMonitoredGateway, IsNeitherSilentNorGoneWhenItReleasesItsMachine) {
   sut.unregister(status);
   ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
   EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::ended));
+}
+
+TEST_F(AMonitoredGateway, SaysThatItsMachineWasRemoved) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  MachineStatus last = status;
+  last.reason = base::messages::machine_removed();
+  sut.unregister(last);
+  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
+  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::removed));
 }
 
 TEST_F(AMonitoredGateway, IsPresentAgainWhenItRepublishesItsMachines) {

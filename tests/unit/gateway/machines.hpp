@@ -35,7 +35,9 @@ class NoLink final : public SilentLink {
 /// With links that are up at once.
 class MachinePorts final : public core::RecordedPorts {
  public:
+  using RecordedPorts::dispose;
   using RecordedPorts::publish;
+  void dispose(const fabric::MachineStatus& status) override { given_up.push_back(status); }
   void publish(const fabric::MachineStatus& status) override {
     told = status;
     ++times_told;
@@ -48,6 +50,7 @@ class MachinePorts final : public core::RecordedPorts {
   bool linked = false;
   fabric::MachineStatus told;
   int times_told = 0;
+  std::vector<fabric::MachineStatus> given_up;
   std::vector<Channels> watched;
   std::vector<Channels> unwatched;
 };

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "gateway/machines/claims.hpp"
 #include "gateway/machines/machine_status_writer.hpp"
 
@@ -196,6 +197,19 @@ TEST_F(MachinesTest, InheritsACallReportedBeforeItsConfigurationNamedTheMachine)
   sut.set({machine}, time);
   serve();
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, "")));
+}
+
+TEST_F(MachinesTest, SaysThatAMachineWasRemovedOnceItsCallsAreOver) {
+  serve();
+  sut.set({}, time);
+  time_passes();
+  EXPECT_THAT(ports.given_up, IsEmpty()) << "a call is under way";
+  served.clear();
+  sut.on_over({"cnc", 1});
+  sut.finish(time);
+  ASSERT_THAT(ports.given_up, SizeIs(1));
+  EXPECT_EQ(ports.given_up[0].machine, "cnc");
+  EXPECT_EQ(ports.given_up[0].reason, base::messages::machine_removed());
 }
 
 // Found by the simulation.

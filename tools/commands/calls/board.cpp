@@ -1,12 +1,9 @@
 #include "tools/commands/calls/board.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <set>
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
@@ -99,57 +96,6 @@ std::string Board::text(const fabric::plant::Plant& live, const recording::CallF
     put(text, rows, lines_[i], columns);
   }
   return text;
-}
-
-namespace {
-
-// Control sequences of every terminal in use (ECMA-48, and xterm's private modes).
-constexpr const char* other_screen = "\x1b[?1049h\x1b[?25l";
-constexpr const char* first_screen = "\x1b[?25h\x1b[?1049l";
-constexpr const char* home = "\x1b[H";
-constexpr const char* clear_rest_of_line = "\x1b[K";
-constexpr const char* clear_rest_of_screen = "\x1b[J";
-
-void print_now(const std::string& text) {
-  fmt::print("{}", text);
-  std::fflush(stdout);
-}
-
-}  // namespace
-
-bool output_is_terminal() {
-  return ::isatty(STDOUT_FILENO) == 1;
-}
-
-Screen::Screen() {
-  print_now(other_screen);
-}
-
-Screen::~Screen() {
-  print_now(first_screen);
-}
-
-Screen::Size Screen::size() {
-  winsize size{};
-  // The size of a terminal that does not report one.
-  constexpr Size usual{24, 80};
-  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0 && size.ws_col > 0
-             ? Size{size.ws_row, size.ws_col}
-             : usual;
-}
-
-void Screen::draw(const std::string& text) {
-  // Line by line over what is there, so that nothing flickers.
-  std::string out = home;
-  for (const char c : text) {
-    if (c == '\n') {
-      out += clear_rest_of_line;
-      out += "\r\n";
-    } else {
-      out += c;
-    }
-  }
-  print_now(out + clear_rest_of_screen);
 }
 
 }  // namespace millrace::tools::commands::calls

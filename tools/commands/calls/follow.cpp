@@ -10,6 +10,7 @@
 #include "fabric/observer/observer.hpp"
 #include "tools/commands/calls/board.hpp"
 #include "tools/commands/calls/calls.hpp"
+#include "tools/commands/screen.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 

@@ -131,7 +131,7 @@ asio::awaitable<void> add_securely(Job job) {
       std::move(socket), std::move(hello), [](const std::weak_ptr<cnc::ads::Stream>&) {});
   if (!transport) {
     throw std::runtime_error(
-        fmt::format("{}: no route was added: {}", options.host, transport.error()));
+        fmt::format("{}: no route was added: {}", options.host, transport.error().text));
   }
   config::Machine machine;
   machine.set_name("…");

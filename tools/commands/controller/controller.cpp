@@ -101,7 +101,7 @@ asio::awaitable<cnc::ads::Stream::Socket> secure_connection(std::string host, st
     throw std::runtime_error(
         fmt::format("{}:{}: {}; Secure ADS needs TwinCAT 3.1 of build 4024 or later, and an open "
                     "TCP port 8016",
-                    host, port, socket.error()));
+                    host, port, socket.error().text));
   }
   co_return std::move(*socket);
 }

@@ -8,7 +8,7 @@
 
 #include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
-#include "tools/commands/look/look.hpp"
+#include "tools/commands/look/watch.hpp"
 
 namespace millrace::tools::commands::look {
 
@@ -45,7 +45,27 @@ std::string name_of_service(const fabric::plant::Plant& live, const std::string&
   return gone == live.gone().end() ? "" : gone->second.last.identity.name;
 }
 
-int list_channels(const LookOptions& options) {
+struct ChannelsOptions : LookOptions {
+  explicit ChannelsOptions(CLI::App& command)
+      : LookOptions(command, "M[/N]", "Only this machine or channel; all by default"),
+        watch(command, {"--json", "--csv"}) {}
+
+  WatchFlag watch;
+};
+
+std::vector<ChannelRow> wanted_rows(const ChannelsOptions& options,
+                                    const std::vector<ChannelRow>& rows) {
+  return chosen(rows, options.what, &names_of_channel);
+}
+
+int list_channels(const ChannelsOptions& options) {
+  if (options.watch.on) {
+    return watch(options, [&](const fabric::plant::Plant& live) {
+      const auto now = std::chrono::system_clock::now();
+      return channels_listing().text(wanted_rows(options, channel_rows(live, now)),
+                                     options.output.format(channels_listing().headings()), now);
+    });
+  }
   const std::vector<ChannelRow> rows =
       channel_rows(options.look(), std::chrono::system_clock::now());
   Names known;
@@ -53,7 +73,7 @@ int list_channels(const LookOptions& options) {
     known.push_back(row.status.key.to_string());
   }
   return options.show(
-      channels_listing(), chosen(rows, options.what, &names_of_channel), "channel", known,
+      channels_listing(), wanted_rows(options, rows), "channel", known,
       "no gateway is on fabric '{}', domain {}, or none has a connection to its machine yet");
 }
 
@@ -95,9 +115,8 @@ const print::Listing<ChannelRow>& channels_listing() {
 void add_channels(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "channels", "State of each channel, its current call, and why it waits",
-                     "millrace channels\n  millrace channels press/2");
-  auto options = std::make_shared<LookOptions>(command, "M[/N]",
-                                               "Only this machine or channel; all by default");
+                     "millrace channels\n  millrace channels press --watch");
+  auto options = std::make_shared<ChannelsOptions>(command);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return list_channels(*options); }; });
 }

@@ -1,6 +1,5 @@
 #include "tools/commands/look/look.hpp"
 
-#include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 
 namespace millrace::tools::commands::look {
@@ -12,11 +11,15 @@ SnapshotOptions::SnapshotOptions(CLI::App& command)
                "participants are authenticated");
 }
 
-fabric::plant::Plant SnapshotOptions::look() const {
+bus::Patience SnapshotOptions::patience() const {
   bus::Patience patience;
   patience.at_least = std::chrono::ceil<std::chrono::milliseconds>(wait);
   patience.at_most += patience.at_least;
-  return bus::take_snapshot(fabric.options(), patience);
+  return patience;
+}
+
+fabric::plant::Plant SnapshotOptions::look() const {
+  return bus::take_snapshot(fabric.options(), patience());
 }
 
 LookOptions::LookOptions(CLI::App& command, const std::string& what_name,

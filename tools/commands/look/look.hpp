@@ -7,6 +7,7 @@
 
 #include "fabric/plant/plant.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/names.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -24,6 +25,7 @@ struct SnapshotOptions {
 
   /// Joins, listens and leaves.
   [[nodiscard]] fabric::plant::Plant look() const;
+  [[nodiscard]] bus::Patience patience() const;
 
   fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait;

@@ -28,11 +28,12 @@ std::map<std::string, std::string> services_that_end(const fabric::plant::Plant&
   std::map<std::string, std::string> ending;
   for (const fabric::InstanceIdentity& instance : leaving) {
     const auto others = live.instances_of(instance.uuid);
-    const bool is_last = std::ranges::all_of(others, [&](const fabric::plant::KnownInstance* other) {
-      return other->identity.draining ||
-             std::ranges::find(leaving, other->identity.id, &fabric::InstanceIdentity::id) !=
-                 leaving.end();
-    });
+    const bool is_last =
+        std::ranges::all_of(others, [&](const fabric::plant::KnownInstance* other) {
+          return other->identity.draining ||
+                 std::ranges::find(leaving, other->identity.id, &fabric::InstanceIdentity::id) !=
+                     leaving.end();
+        });
     if (is_last && !instance.draining) {
       ending.emplace(instance.uuid, instance.name);
     }

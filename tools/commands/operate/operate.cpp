@@ -127,8 +127,19 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   }
   const auto channel = live.channels().find(key);
   if (!is_pending(live)) {
-    fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels{}' shows them\n",
-               key.to_string(), fabric::profile::given_flags(options.fabric));
+    const std::string flags = fabric::profile::given_flags(options.fabric);
+    if (channel != live.channels().end() &&
+        channel->second.state == fabric::ChannelState::unserved) {
+      // The gateway writes nothing to a channel that it does not serve (docs/explanation).
+      fmt::print(stderr,
+                 "millrace: the request of {} has no service: {}. Only a call that the gateway has "
+                 "accepted can be answered or retried: start the service, or correct the NC "
+                 "program and reset it; 'millrace services{}' shows the services\n",
+                 key.to_string(), base::text::safe(channel->second.reason.text), flags);
+    } else {
+      fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels{}' shows them\n",
+                 key.to_string(), flags);
+    }
     return program::exit_failed;
   }
   command.key = key;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include <boost/json/array.hpp>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -49,7 +50,18 @@ std::string reason_of(const Concern& concern) {
                              : concern.why.text;
 }
 
-/// What to do is below each, and so is what does not fit.
+/// ", since 14:03:07Z", of another day ", since 2026-03-01T14:03:07Z"; empty if it is not known.
+std::string since_text(fabric::Time since, fabric::Time now) {
+  if (since == fabric::Time{}) {
+    return "";
+  }
+  const bool is_today =
+      std::chrono::floor<std::chrono::days>(since) == std::chrono::floor<std::chrono::days>(now);
+  return fmt::format(fmt::runtime(is_today ? ", since {:%H:%M:%SZ}" : ", since {:%FT%H:%M:%SZ}"),
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(since)));
+}
+
+/// Who acts and what to do is below each, and so is what does not fit.
 std::string concerns_text(const Concerns& concerns, std::size_t width, fabric::Time now) {
   std::size_t kind = 0;
   std::size_t subject = 0;
@@ -69,7 +81,8 @@ std::string concerns_text(const Concerns& concerns, std::size_t width, fabric::T
                                        base::text::safe(reason_of(concern))),
                            width, kind + 2);
     if (!concern.todo.empty()) {
-      text += print::wrapped(fmt::format("{:<{}}  -> {}", "", kind,
+      text += print::wrapped(fmt::format("{:<{}}  -> {}{}: {}", "", kind, name_of(concern.who),
+                                         since_text(concern.since, now),
                                          base::text::safe(fabric::plant::advice_of(concern.todo))),
                              width, kind + 5);
     }

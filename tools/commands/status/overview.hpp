@@ -9,7 +9,7 @@
 #include <boost/json/object.hpp>
 
 #include "fabric/plant/plant.hpp"
-#include "tools/commands/status/expectations.hpp"
+#include "tools/commands/status/exit_codes.hpp"
 
 namespace millrace::tools::commands::status {
 

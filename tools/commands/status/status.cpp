@@ -10,9 +10,10 @@
 #include "base/posix/system.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/plant/assess.hpp"
+#include "fabric/plant/expectations.hpp"
 #include "fabric/profile/given_flags.hpp"
 #include "tools/commands/arguments.hpp"
-#include "tools/commands/look/look.hpp"
+#include "tools/commands/look/watch.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/status/overview.hpp"
 #include "tools/print/json.hpp"
@@ -43,13 +44,14 @@ struct StatusOptions : look::SnapshotOptions {
   /// Only the processes of this host.
   Host host;
   std::vector<std::string> gateways{};
-  Expected services{};
+  fabric::plant::Expected services{};
   std::chrono::nanoseconds timeout = std::chrono::seconds(2);
   bool json = false;
+  std::optional<look::WatchFlag> watch;
 };
 
 /// "UUID=COUNT"
-Expected::value_type expected_service(const std::string& text) {
+fabric::plant::Expected::value_type expected_service(const std::string& text) {
   const std::size_t equals = text.rfind('=');
   const auto count = equals == std::string::npos || equals == 0
                          ? std::nullopt
@@ -91,6 +93,7 @@ StatusOptions::StatusOptions(CLI::App& command) : SnapshotOptions(command) {
                "With --host: wait this long for an answer; 2s "
                "unless given");
   add_json(command, json);
+  watch.emplace(command, std::vector<std::string>{"--json", "--host"});
 }
 
 /// Processes whose loop may hang: the gateways of a host, in the words of an instance, and its
@@ -166,23 +169,41 @@ Concerns concerns_of_host(const StatusOptions& options, const fabric::plant::Pla
   return concerns;
 }
 
-int check(const StatusOptions& options) {
-  const fabric::plant::Plant live = options.look();
-  std::optional<Processes> asked;
-  if (options.host) {
-    asked = ask_processes(options, live);
-  }
-  Concerns concerns =
-      asked ? concerns_of_host(options, live, *asked)
-            : fabric::plant::assess(live, std::chrono::system_clock::now(),
-                                    {.flags = fabric::profile::given_flags(options.fabric)});
+Concerns concerns_of_fabric(const StatusOptions& options, const fabric::plant::Plant& live) {
+  return fabric::plant::assess(live, std::chrono::system_clock::now(),
+                               {.flags = fabric::profile::given_flags(options.fabric)});
+}
+
+/// With what is expected and missing.
+Overview overview_of(const StatusOptions& options, const fabric::plant::Plant& live,
+                     Concerns concerns) {
   for (const Concerns& more :
        {missing_gateways(live, options.gateways), missing_instances(live, options.services)}) {
     concerns.insert(concerns.end(), more.begin(), more.end());
   }
   fabric::plant::sort(concerns);
-  Overview overview{live, options.fabric.options().fabric, options.fabric.options().domain,
-                    options.host, std::move(concerns)};
+  return {live, options.fabric.options().fabric, options.fabric.options().domain, options.host,
+          std::move(concerns)};
+}
+
+std::string text_now(const Overview& overview) {
+  return text_of(overview, width_of_output(), std::chrono::system_clock::now());
+}
+
+int check(const StatusOptions& options) {
+  if (options.watch->on) {
+    return look::watch(options, [&](const fabric::plant::Plant& live) {
+      return text_now(overview_of(options, live, concerns_of_fabric(options, live)));
+    });
+  }
+  const fabric::plant::Plant live = options.look();
+  std::optional<Processes> asked;
+  if (options.host) {
+    asked = ask_processes(options, live);
+  }
+  Overview overview = overview_of(
+      options, live,
+      asked ? concerns_of_host(options, live, *asked) : concerns_of_fabric(options, live));
   if (options.json) {
     boost::json::object out = json_of(overview);
     if (asked) {
@@ -195,7 +216,7 @@ int check(const StatusOptions& options) {
       overview.answers = operate::answers_text(asked->gateways, asked->of_gateways) +
                          operate::answers_text(asked->instances, asked->of_instances);
     }
-    fmt::print("{}", text_of(overview, width_of_output(), std::chrono::system_clock::now()));
+    fmt::print("{}", text_now(overview));
   }
   return exit_code_of(overview.concerns);
 }

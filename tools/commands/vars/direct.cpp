@@ -223,7 +223,7 @@ tl::expected<std::unique_ptr<Source>, Failure> controller(const VarsOptions& opt
   auto source = std::make_unique<Controller>(machine, static_cast<std::uint16_t>(options.channel));
   if (const auto up = source->connect(); !up) {
     return tl::unexpected(
-        Failure{fmt::format("cannot reach {}: {}", machine.to_string(), up.error().message)});
+        Failure{fmt::format("cannot reach {}: {}", machine.to_string(), up.error().message.text)});
   }
   return source;
 }

@@ -56,8 +56,8 @@ void at_endpoints(const Findings& found, Report& report) {
                      messages::give_it_qos());
     }
   }
-  for (const std::string& each : found.ignored) {
-    report.problem(safe(each), messages::start_this_version());
+  for (const messages::Message& each : found.ignored) {
+    report.problem(each, messages::start_this_version());
   }
 }
 

@@ -21,8 +21,10 @@
 #include "base/loop/loop.hpp"
 #include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/observer/observer.hpp"
+#include "fabric/participant_identity.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/caller/one_call.hpp"
 #include "tools/doctor/diagnose.hpp"
@@ -132,6 +134,8 @@ struct Web : fabric::observer::ObserverListener {
   void publish_changes();
   void send_close();
   /// Others see when it is gone without a word.
+  [[nodiscard]] bool may_act() const;
+  void raise(const fabric::Alarm& alarm);
   void show_that_it_runs();
   [[nodiscard]] std::string metrics_text() const;
   std::optional<fabric::Outcome> issue(const fabric::Command& command);
@@ -289,14 +293,36 @@ void Web::run() {
   io.run();
 }
 
-void Web::show_that_it_runs() {
-  const auto published = alarms.raise({.key = {.kind = "page"},
-                                       .level = fabric::AlarmLevel::fine,
-                                       .text = base::messages::serves_page(fmt::format(
-                                           "{}:{}", options.server.address, server.port()))});
-  if (!published) {
+/// With trust, gateways and instances carry out the commands of operators only.
+bool Web::may_act() const {
+  if (!options.join.trust) {
+    return true;
+  }
+  const auto identity = fabric::parse_participant_identity(options.join.fabric,
+                                                           options.join.trust->identity_partitions);
+  return identity && identity->roles.contains("operator");
+}
+
+void Web::raise(const fabric::Alarm& alarm) {
+  if (const auto published = alarms.raise(alarm); !published) {
     log->warn("the alarms of this server cannot be published: {}", published.error());
   }
+}
+
+void Web::show_that_it_runs() {
+  if (user_actions && !may_act()) {
+    const fabric::Message text = base::messages::page_cannot_act(options.join.trust->name);
+    const fabric::Message advice = base::messages::issue_operator();
+    log->warn("{}: {}", text.text, advice.text);
+    raise({.key = {.kind = "actions"},
+           .level = fabric::AlarmLevel::warning,
+           .text = text,
+           .advice = advice});
+  }
+  raise({.key = {.kind = "page"},
+         .level = fabric::AlarmLevel::fine,
+         .text = base::messages::serves_page(
+             fmt::format("{}:{}", options.server.address, server.port()))});
 }
 
 void Web::await_hangup() {

@@ -118,7 +118,9 @@ void EventBook::add(const fabric::MachineStatus& status, fabric::Time at,
   if (status.gone) {
     if (was_heard || (was_silent && !is_silent(status))) {
       const fabric::MachineStatus* const last = live.last_sample(status);
-      put_gateway(is_silent(status) ? "gateway silent" : "gateway gone",
+      put_gateway(base::messages::machine_removed.is(status.reason) ? "machine removed"
+                  : is_silent(status)                               ? "gateway silent"
+                                                                    : "gateway gone",
                   last == nullptr ? status : *last, at);
     }
     return;

@@ -98,6 +98,8 @@ void PlantModel::mark_all_of_gateway(const fabric::InstanceId& gateway) {
 void PlantModel::add_link(const fabric::MachineStatus& status, bool begins_again,
                           fabric::Time received) {
   mark_all_of(status.machine);
+  // Also a machine that was removed.
+  machines_changed_.insert({status.machine, status.gateway});
   if (fabric::plant::link_of(live_, status.machine) == fabric::plant::Link::gone) {
     data_.silence(status.machine, received);
     programs_.silence(status.machine);
@@ -244,13 +246,12 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   boost::json::array machines;
   boost::json::array machines_gone;
   for (const MachineKey& key : machines_changed_) {
-    const fabric::MachineStatus& status = live_.machines().at(key);
-    boost::json::object machine;
-    if (is_former(status)) {
-      machine = {{"machine", print::utf8(status.machine)}, {"gateway", status.gateway.to_string()}};
-      machines_gone.push_back(std::move(machine));
+    const auto status = live_.machines().find(key);
+    if (status == live_.machines().end() || is_former(status->second)) {
+      machines_gone.push_back(boost::json::object{{"machine", print::utf8(key.first)},
+                                                  {"gateway", key.second.to_string()}});
     } else {
-      machines.push_back(machine_json(status));
+      machines.push_back(machine_json(status->second));
     }
   }
   machines_changed_.clear();

@@ -300,6 +300,35 @@ TEST_F(ClientConnect, RepeatsNothingOnTheNextLink) {
   EXPECT_EQ(*finish(read), Bytes{1});
 }
 
+/// Reads all that comes, until the connection ends.
+boost::system::error_code end_of(RawPeer& peer) {
+  boost::system::error_code error;
+  Bytes chunk(65536);
+  while (!error) {
+    peer.socket().read_some(boost::asio::buffer(chunk), error);
+  }
+  return error;
+}
+
+TEST_F(ClientConnect, DropsWhatAControllerHasNotReceivedWhenItGivesUpTheConnection) {
+  options.timeout = 300ms;
+  auto peer = establish();
+  watch_downs();
+  std::vector<Later<Result<void>>> writes;
+  for (int i = 0; i < 40; ++i) {  // more than the buffers of both ends hold
+    writes.push_back(start(sut->write(552, {1, 1}, Bytes(std::size_t{1} << 20U))));
+  }
+  ASSERT_TRUE(tests::run_until(io, [&] { return !downs.empty(); }));
+  EXPECT_EQ(end_of(peer), boost::asio::error::connection_reset)
+      << "the rest would arrive beside the requests of the next connection";
+}
+
+TEST_F(ClientConnect, ClosesAConnectionInOrderWhoseRequestsHaveArrived) {
+  auto peer = establish();
+  sut->close();
+  EXPECT_EQ(end_of(peer), boost::asio::error::eof);
+}
+
 TEST_F(ClientConnect, RefusesRequestsWhileItIsNotUp) {
   make_client();
   EXPECT_EQ(finish(start_read()).error(), ErrorCode::link_down);

@@ -39,7 +39,7 @@ class ServerFaults : public testing::Test {
   Client& connect() {
     client.emplace(io.get_executor(), client_options);
     const auto connected = wait_for(io, client->connect());
-    EXPECT_TRUE(connected) << connected.error().message;
+    EXPECT_TRUE(connected) << connected.error().message.text;
     return *client;
   }
   LinkError failure(Client& one) {

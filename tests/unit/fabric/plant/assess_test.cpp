@@ -193,7 +193,7 @@ TEST_F(AnAssessment, WaitsAMomentForAGatewayThatIsOnlyLate) {
 }
 
 TEST_F(AnAssessment, LooksAtAProcessThatSaidThatItRunsAndIsGoneWithoutAWord) {
-  const Alarm runs = alarm(3, "recording", AlarmLevel::fine);
+  const Alarm runs = alarm_of(3, "recording", AlarmLevel::fine);
   const auto over = [&](bool is_lost) {
     return entry(observer::AlarmNews{.over = true, .alarm = {.key = runs.key}, .lost = is_lost});
   };
@@ -213,7 +213,7 @@ TEST_F(AnAssessment, LooksAtAProcessThatSaidThatItRunsAndIsGoneWithoutAWord) {
 }
 
 TEST_F(AnAssessment, NamesTheReasonThatAProcessGaveBeforeItsEnd) {
-  const Alarm full = alarm(3, "recording", AlarmLevel::problem);
+  const Alarm full = alarm_of(3, "recording", AlarmLevel::problem);
   plant.add(entry(observer::AlarmNews{.alarm = full}));
   plant.add(entry(observer::AlarmNews{.over = true, .alarm = {.key = full.key}, .lost = true}));
   ASSERT_THAT(kinds(), ElementsAre("look process gone archiver on vm, pid 7"));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/fabric/plant/samples.hpp"
 
 namespace millrace::fabric::plant {
@@ -169,35 +170,60 @@ TEST(APlant, KeepsApartTwoGatewaysOfOneMachine) {
   EXPECT_FALSE(sut.machines().at({"cnc", second}).connected);
 }
 
-TEST(APlant, HasAnAlarmUntilItIsRetracted) {
+observer::Entry removed(const std::string& name, std::uint8_t gateway = 99) {
+  return entry(MachineStatus{.machine = name,
+                             .gateway = id(gateway),
+                             .reason = base::messages::machine_removed(),
+                             .gone = true});
+}
+
+TEST(APlant, ForgetsAMachineThatWasRemovedFromTheConfiguration) {
+  Plant sut;
+  sut.add(machine("press", true));
+  sut.add(machine("mill", true));
+  sut.add(channel(1, ChannelState::running, square_root));
+  sut.add(program(1, ProgramEventKind::started));
+  sut.add(removed("press"));
+  EXPECT_THAT(sut.lost(), IsEmpty());
+  EXPECT_THAT(sut.channels(), IsEmpty());
+  EXPECT_EQ(sut.program_of({"press", 1}), nullptr);
+  EXPECT_EQ(sut.machines().size(), 1U);
+}
+
+TEST(APlant, KeepsAMachineThatAnotherGatewayServes) {
+  Plant sut;
+  sut.add(machine("press", true));
+  sut.add(entry(MachineStatus{.machine = "press", .gateway = id(5), .connected = true}));
+  sut.add(channel(1, ChannelState::running, square_root));
+  sut.add(removed("press"));
+  EXPECT_TRUE(sut.has_gateway("press"));
+  EXPECT_EQ(sut.channels().size(), 1U);
+}
+
+observer::Entry news_of(const Alarm& alarm, bool over = false) {
+  return entry(observer::AlarmNews{.over = over, .alarm = alarm});
+}
+
+TEST(APlant, HasAnAlarmUntilItIsOver) {
   Plant sut;
   Alarm alarm{.key = {id(1), "archive", ""}, .text = "disk full"};
-  EXPECT_TRUE(sut.add(alarm));
+  EXPECT_TRUE(sut.add(news_of(alarm)));
   alarm.text = "disk gone";
-  EXPECT_FALSE(sut.add(alarm));
-  EXPECT_EQ(sut.alarms().at(alarm.key).text, "disk gone");
-  sut.take_back(alarm.key);
+  EXPECT_FALSE(sut.add(news_of(alarm)));
+  EXPECT_EQ(sut.alarms().at(alarm.key), alarm);
+  sut.add(news_of(alarm, true));
   EXPECT_THAT(sut.alarms(), IsEmpty());
 }
 
 TEST(APlant, KeepsALimitedNumberOfAlarms) {
   Plant sut;
   for (std::size_t i = 0; i < Plant::most_alarms; ++i) {
-    sut.add(Alarm{.key = {id(1), "flood", std::to_string(i)}});
+    sut.add(news_of({.key = {id(1), "flood", std::to_string(i)}}));
   }
   EXPECT_FALSE(sut.too_many_alarms());
-  EXPECT_FALSE(sut.add(Alarm{.key = {id(1), "flood", "one more"}}));
+  EXPECT_FALSE(sut.add(news_of({.key = {id(1), "flood", "one more"}})));
   EXPECT_TRUE(sut.too_many_alarms());
   EXPECT_THAT(sut.alarms(), SizeIs(Plant::most_alarms));
-}
-
-TEST(APlant, HasAnAlarmOfARecordingUntilItIsOver) {
-  Plant sut;
-  const Alarm alarm{.key = {id(1), "archive", ""}, .text = "disk full"};
-  EXPECT_TRUE(sut.add(Entry{.sample = observer::AlarmNews{.alarm = alarm}}));
-  EXPECT_EQ(sut.alarms().at(alarm.key), alarm);
-  sut.add(Entry{.sample = observer::AlarmNews{.over = true, .alarm = alarm}});
-  EXPECT_THAT(sut.alarms(), IsEmpty());
 }
 
 const ChannelKey press_1{"press", 1};

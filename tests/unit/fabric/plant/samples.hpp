@@ -81,8 +81,8 @@ inline observer::Entry program(std::uint16_t number, ProgramEventKind kind,
                             .error = kind == ProgramEventKind::aborted ? error : 0});
 }
 
-inline Alarm alarm(std::uint8_t responder, const std::string& kind, AlarmLevel level,
-                   const std::string& subject = "") {
+inline Alarm alarm_of(std::uint8_t responder, const std::string& kind, AlarmLevel level,
+                      const std::string& subject = "") {
   return {.key = {id(responder), kind, subject},
           .level = level,
           .text = "disk full",
@@ -91,6 +91,10 @@ inline Alarm alarm(std::uint8_t responder, const std::string& kind, AlarmLevel l
           .program = "archiver",
           .host = "vm",
           .pid = 7};
+}
+inline observer::Entry alarm(std::uint8_t responder, const std::string& kind, AlarmLevel level,
+                             const std::string& subject = "") {
+  return entry(observer::AlarmNews{.alarm = alarm_of(responder, kind, level, subject)});
 }
 
 }  // namespace millrace::fabric::plant::samples

@@ -1,3 +1,4 @@
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 
@@ -228,11 +229,40 @@ TEST(MailConfig, HasRules) {
   EXPECT_TRUE(sut->rules[0].events.contains(fabric::ProgramEventKind::aborted));
   EXPECT_TRUE(sut->rules[0].machines.contains("press"));
   EXPECT_EQ(sut->rules[0].quiet.count(), 0);
-  EXPECT_EQ(sut->rules[1].after, std::chrono::seconds(60));
+  EXPECT_EQ(sut->rules[1].kind, Rule::Kind::concern);
+  EXPECT_EQ(sut->rules[1].least, fabric::plant::Level::act);
+  EXPECT_TRUE(sut->rules[1].kinds.empty());
+  EXPECT_EQ(sut->rules[1].after.count(), 0);
   EXPECT_EQ(sut->rules[1].quiet, std::chrono::minutes(15));
-  EXPECT_EQ(sut->rules[2].kind, Rule::Kind::link_down);
+  EXPECT_EQ(sut->rules[2].least, fabric::plant::Level::look);
+  EXPECT_THAT(sut->rules[2].kinds,
+              ElementsAre(fabric::plant::Kind::gateway_gone, fabric::plant::Kind::link_down));
+  EXPECT_EQ(sut->rules[2].after, std::chrono::seconds(30));
   EXPECT_EQ(sut->rules[3].uuid, "560aacbf-6335-44a9-895a-8b27f3ed5e47");
   EXPECT_EQ(sut->rules[3].after, std::chrono::seconds(60));
+}
+
+/// A configuration with one rule, for this kind.
+std::string with_kind(const std::string& kind) {
+  return "server { host: 'h' } from: 'a@b.example' recipient { name: 'r' address: 'a@b.example' }\n"
+         "rule { name: 'n' concern: LOOK kind: " +
+         kind + " to: 'r' }\n";
+}
+
+TEST(MailConfig, HasEachKindOfConcernOfAPlant) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder.path() / "mail.textproto";
+  for (auto kind = fabric::plant::Kind::held; kind <= fabric::plant::Kind::unknown;
+       kind = static_cast<fabric::plant::Kind>(static_cast<int>(kind) + 1)) {
+    std::string name(name_of(kind));
+    for (char& c : name) {
+      c = c == ' ' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    }
+    std::ofstream(file) << with_kind(name);
+    const auto sut = load(file);
+    ASSERT_TRUE(sut) << sut.error();
+    EXPECT_THAT(sut->rules[0].kinds, ElementsAre(kind));
+  }
 }
 
 }  // namespace

@@ -12,6 +12,8 @@ using fabric::Moment;
 using fabric::ProgramEventKind;
 using fabric::SteadyTime;
 using fabric::Time;
+using fabric::plant::Kind;
+using fabric::plant::Level;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -28,13 +30,20 @@ Rule program_rule() {
   return rule;
 }
 
-Rule lasting_rule(Rule::Kind kind) {
+Rule concern_rule(Level least = Level::act) {
   Rule rule;
-  rule.name = "lasting";
-  rule.kind = kind;
+  rule.name = "concerns";
+  rule.kind = Rule::Kind::concern;
+  rule.least = least;
   rule.after = 30s;
   rule.quiet = 600s;
-  rule.uuid = kind == Rule::Kind::no_instance ? uuid : "";
+  return rule;
+}
+
+Rule instance_rule() {
+  Rule rule = concern_rule();
+  rule.kind = Rule::Kind::no_instance;
+  rule.uuid = uuid;
   return rule;
 }
 
@@ -46,12 +55,14 @@ fabric::InstanceId id_of(std::uint8_t byte) {
 
 class ARule : public testing::Test {
  protected:
-  void begin(const Rule& rule) { sut.emplace(std::vector<Rule>{rule}, now); }
+  void begin(const Rule& rule) { sut.emplace(std::vector<Rule>{rule}, " --domain 7", now); }
 
   void pass(std::chrono::seconds time) {
-    now.steady += time;
-    now.wall += time;
-    sut->on_time(now);
+    for (; time > 0s; time -= 1s) {
+      now.steady += 1s;
+      now.wall += 1s;
+      sut->on_time(now);
+    }
   }
   std::vector<RuleEvent> see(fabric::observer::Sample sample) {
     sut->on_entry({.at = now.wall, .sample = std::move(sample)}, now);
@@ -66,19 +77,21 @@ class ARule : public testing::Test {
                                     .error = kind == ProgramEventKind::aborted ? 21462U : 0U,
                                     .parts = 12});
   }
-  std::vector<RuleEvent> channel(ChannelState state, std::chrono::seconds ago = 0s) {
-    return see(fabric::ChannelStatus{.key = {"press", 1},
-                                     .state = state,
-                                     .since = now.wall - ago,
-                                     .uuid = uuid,
-                                     .reason = "all instances are busy"});
+  void channel(ChannelState state, std::uint16_t number = 1, std::chrono::seconds ago = 0s) {
+    see(fabric::ChannelStatus{.key = {"press", number},
+                              .state = state,
+                              .since = now.wall - ago,
+                              .call = {1, number},
+                              .uuid = uuid,
+                              .reason = "all instances are busy"});
   }
-  std::vector<RuleEvent> link(std::uint8_t gateway, bool connected) {
-    return see(fabric::MachineStatus{.machine = "press",
-                                     .gateway = id_of(gateway),
-                                     .connected = connected,
-                                     .since = now.wall,
-                                     .reason = connected ? "" : "no route"});
+  void link(const std::string& machine, bool connected, std::uint8_t gateway = 1) {
+    see(fabric::MachineStatus{.machine = machine,
+                              .gateway = id_of(gateway),
+                              .connected = connected,
+                              .since = now.wall,
+                              .reason = connected ? "" : "no route",
+                              .host = "vm"});
   }
   std::vector<RuleEvent> instance(std::uint8_t id, fabric::observer::Change change) {
     return see(fabric::observer::InstanceNews{change, {.id = id_of(id), .uuid = uuid}});
@@ -146,66 +159,136 @@ TEST_F(ARule, IgnoresOldAndReplayedSamples) {
       IsEmpty());
 }
 
-TEST_F(ARule, OfWaitingChannelsHasOneOccasionForEachWait) {
-  begin(lasting_rule(Rule::Kind::waits));
-  EXPECT_THAT(channel(ChannelState::waiting), IsEmpty());
+TEST_F(ARule, OfConcernsHasOneOccasionForACauseThatLasts) {
+  begin(concern_rule());
+  link("press", true);
+  channel(ChannelState::held);
   pass(29s);
   EXPECT_THAT(sut->take(), IsEmpty());
   pass(1s);
   const auto occasions = sut->take();
   ASSERT_THAT(occasions, SizeIs(1));
-  EXPECT_EQ(occasions[0].values.at("state"), "waiting");
-  EXPECT_EQ(occasions[0].values.at("reason"), "all instances are busy");
-  EXPECT_EQ(occasions[0].values.at("seconds"), "30.0");
+  const Values& values = occasions[0].values;
+  EXPECT_EQ(values.at("subject"), "press/1");
+  EXPECT_EQ(values.at("kind"), "held");
+  EXPECT_EQ(values.at("level"), "act");
+  EXPECT_EQ(values.at("who"), "operator");
+  EXPECT_EQ(values.at("machine"), "press");
+  EXPECT_EQ(values.at("channel"), "1");
+  EXPECT_EQ(values.at("reason"), "all instances are busy");
+  EXPECT_THAT(values.at("todo"), HasSubstr("`millrace retry press/1 --domain 7`"));
+  EXPECT_EQ(values.at("since"), "2026-03-01 07:00:00 UTC");
+  EXPECT_EQ(values.at("seconds"), "30.0");
   pass(3600s);
   EXPECT_THAT(sut->take(), IsEmpty());
 }
 
-TEST_F(ARule, OfWaitingChannelsForgetsAWaitThatIsOver) {
-  begin(lasting_rule(Rule::Kind::waits));
-  channel(ChannelState::waiting);
+TEST_F(ARule, OfConcernsForgetsACauseThatIsOver) {
+  begin(concern_rule());
+  link("press", true);
+  channel(ChannelState::held);
   pass(29s);
   channel(ChannelState::running);
+  pass(20s);
+  channel(ChannelState::held);
+  pass(29s);
+  EXPECT_THAT(sut->take(), IsEmpty());
+}
+
+TEST_F(ARule, CountsTheTimeFromTheBeginningOfTheCause) {
+  begin(concern_rule());
+  link("press", true);
+  channel(ChannelState::held, 1, 40s);
+  pass(5s);
+  EXPECT_THAT(sut->take(), SizeIs(1));
+}
+
+TEST_F(ARule, JudgesNothingBeforeItHasSeenTheFabric) {
+  Rule rule = concern_rule();
+  rule.after = 0s;
+  begin(rule);
+  pass(4s);
+  link("press", true);
+  EXPECT_THAT(sut->take(), IsEmpty()) << "there seemed to be no gateway";
   pass(60s);
   EXPECT_THAT(sut->take(), IsEmpty());
-  EXPECT_FALSE(sut->next_time());
 }
 
-TEST_F(ARule, CountsTheWaitFromItsBeginning) {
-  begin(lasting_rule(Rule::Kind::waits));
-  EXPECT_THAT(channel(ChannelState::held, 40s), SizeIs(1));
-}
-
-TEST_F(ARule, OfLinksWaitsForTheLastGatewayToLoseIt) {
-  begin(lasting_rule(Rule::Kind::link_down));
-  link(1, true);
-  link(2, false);
-  pass(100s);
-  EXPECT_THAT(sut->take(), IsEmpty());
-  link(1, false);
+TEST_F(ARule, OfALostGatewayHasOneOccasionForAllOfItsMachines) {
+  begin(concern_rule());
+  link("press", true);
+  link("mill", true);
+  for (const char* machine : {"press", "mill"}) {
+    see(fabric::MachineStatus{
+        .machine = machine, .gateway = id_of(1), .since = now.wall, .gone = true});
+  }
   pass(30s);
   const auto occasions = sut->take();
   ASSERT_THAT(occasions, SizeIs(1));
-  EXPECT_EQ(occasions[0].values.at("machine"), "press");
-  EXPECT_EQ(occasions[0].values.at("reason"), "no route");
+  EXPECT_EQ(occasions[0].values.at("kind"), "gateway gone");
+  EXPECT_EQ(occasions[0].values.at("machine"), "mill, press");
+  EXPECT_EQ(occasions[0].values.at("channel"), "");
 }
 
-TEST_F(ARule, OfLinksReportsAfterTheQuietTimeWhatLastsThen) {
-  begin(lasting_rule(Rule::Kind::link_down));
-  link(1, false);
+TEST_F(ARule, OfALinkWaitsForTheLastGatewayToLoseIt) {
+  begin(concern_rule());
+  link("press", true);
+  link("press", false, 2);
+  pass(100s);
+  EXPECT_THAT(sut->take(), IsEmpty());
+  link("press", false);
+  pass(30s);
+  const auto occasions = sut->take();
+  ASSERT_THAT(occasions, SizeIs(1));
+  EXPECT_EQ(occasions[0].values.at("kind"), "link down");
+}
+
+TEST_F(ARule, ReportsAfterTheQuietTimeWhatLastsThen) {
+  begin(concern_rule());
+  link("press", false);
   pass(30s);
   EXPECT_THAT(sut->take(), SizeIs(1));
-  link(1, true);
+  link("press", true);
   pass(10s);
-  link(1, false);
+  link("press", false);
   pass(300s);
   EXPECT_THAT(sut->take(), IsEmpty());
   pass(300s);
   EXPECT_THAT(sut->take(), SizeIs(1));
 }
 
-TEST_F(ARule, OfServicesHasAnOccasionWhenNoInstanceIsReady) {
-  begin(lasting_rule(Rule::Kind::no_instance));
+TEST_F(ARule, SelectsTheLevel) {
+  const auto run = [&](Level least) {
+    begin(concern_rule(least));
+    link("press", true);
+    see(fabric::observer::AlarmNews{.alarm = {.key = {id_of(7), "archive", ""},
+                                              .level = fabric::AlarmLevel::warning,
+                                              .text = "the disk is nearly full",
+                                              .since = now.wall}});
+    pass(60s);
+    return sut->take().size();
+  };
+  EXPECT_EQ(run(Level::act), 0U);
+  EXPECT_EQ(run(Level::look), 1U);
+}
+
+TEST_F(ARule, SelectsKindsAndMachines) {
+  Rule rule = concern_rule();
+  rule.kinds = {Kind::link_down};
+  rule.machines = {"mill"};
+  begin(rule);
+  link("press", true);
+  channel(ChannelState::held);
+  link("mill", false);
+  link("lathe", false);
+  pass(60s);
+  const auto occasions = sut->take();
+  ASSERT_THAT(occasions, SizeIs(1));
+  EXPECT_EQ(occasions[0].values.at("subject"), "mill");
+}
+
+TEST_F(ARule, OfAServiceHasAnOccasionWhenNoInstanceTakesCalls) {
+  begin(instance_rule());
   instance(1, fabric::observer::Change::ready);
   instance(2, fabric::observer::Change::ready);
   pass(60s);
@@ -213,26 +296,36 @@ TEST_F(ARule, OfServicesHasAnOccasionWhenNoInstanceIsReady) {
   pass(60s);
   EXPECT_THAT(sut->take(), IsEmpty());
   instance(2, fabric::observer::Change::gone);
-  pass(30s);
+  pass(31s);
   const auto occasions = sut->take();
   ASSERT_THAT(occasions, SizeIs(1));
   EXPECT_EQ(occasions[0].values.at("uuid"), uuid);
 }
 
-TEST_F(ARule, OfServicesHasAnOccasionWhenNoneEverComes) {
-  begin(lasting_rule(Rule::Kind::no_instance));
-  pass(30s);
+TEST_F(ARule, OfAServiceHasAnOccasionWhenNoInstanceEverComes) {
+  begin(instance_rule());
+  pass(36s);
   EXPECT_THAT(sut->take(), SizeIs(1));
 }
 
+TEST_F(ARule, OfProgramsNeedsNoTime) {
+  begin(program_rule());
+  EXPECT_FALSE(sut->next_time());
+  begin(concern_rule());
+  EXPECT_EQ(sut->next_time(), now.steady + RuleWatch::settle);
+}
+
 TEST_F(ARule, IsBoundedAndReportsThatOnce) {
-  begin(lasting_rule(Rule::Kind::waits));
-  for (std::uint16_t i = 0; i < 10'100; ++i) {
-    see(fabric::ChannelStatus{.key = {"m", i}, .state = ChannelState::waiting, .since = now.wall});
+  begin(concern_rule());
+  link("press", true);
+  for (std::uint16_t i = 1; i <= 10'100; ++i) {
+    channel(ChannelState::held, i, 60s);
   }
-  EXPECT_THAT(sut->take_lines(), ElementsAre(HasSubstr("more than 10000 channels")));
-  pass(30s);
+  pass(5s);
   EXPECT_THAT(sut->take(), SizeIs(10'000));
+  EXPECT_THAT(sut->take_lines(), ElementsAre(HasSubstr("more than 10000 channels")));
+  pass(10s);
+  EXPECT_THAT(sut->take_lines(), IsEmpty());
 }
 
 }  // namespace

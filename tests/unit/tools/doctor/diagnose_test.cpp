@@ -70,6 +70,7 @@ class TheDoctor : public testing::Test {
     add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = fabric::ChannelState::idle});
   }
   void add(fabric::observer::Sample sample) { found.live.add({.sample = std::move(sample)}); }
+  void add_alarm(const fabric::Alarm& alarm) { add(fabric::observer::AlarmNews{.alarm = alarm}); }
 
   void hear(std::uint8_t byte, std::uint32_t domain) {
     found.heard.push_back(
@@ -402,8 +403,7 @@ TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
                             .state = fabric::ChannelState::unserved,
                             .uuid = "x",
                             .reason = "the journal cannot be written"});
-  found.live.add(
-      fabric::Alarm{.key = {.kind = "journal"}, .text = "the journal cannot be written"});
+  add_alarm({.key = {.kind = "journal"}, .text = "the journal cannot be written"});
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "no service"))));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "the journal cannot be written")).Times(1));
 }
@@ -464,7 +464,7 @@ TEST_F(TheDoctor, ReportsTheAlarmsOfProcesses) {
                       .program = "millrace record",
                       .host = "vm",
                       .pid = 17};
-  found.live.add(alarm);
+  add_alarm(alarm);
   EXPECT_THAT(sut(),
               Contains(is(Severity::fine, "millrace record on vm, pid 17: records to run.mcap")));
   EXPECT_TRUE(is_healthy(sut()));
@@ -472,20 +472,20 @@ TEST_F(TheDoctor, ReportsTheAlarmsOfProcesses) {
   alarm.level = fabric::AlarmLevel::warning;
   alarm.text = "the disk is nearly full";
   alarm.advice = "make room";
-  found.live.add(alarm);
+  add_alarm(alarm);
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "the disk is nearly full", "make room")));
   EXPECT_TRUE(is_healthy(sut()));
   alarm.key.kind = "archive";
   alarm.level = fabric::AlarmLevel::problem;
   alarm.text = "cannot be written: disk full";
-  found.live.add(alarm);
+  add_alarm(alarm);
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cannot be written: disk full")));
   EXPECT_FALSE(is_healthy(sut()));
 }
 
 TEST_F(TheDoctor, CountsAnUnknownLevelAsAProblem) {
   add_healthy_plant();
-  found.live.add(fabric::Alarm{.level = static_cast<fabric::AlarmLevel>(9), .text = "of tomorrow"});
+  add_alarm({.level = static_cast<fabric::AlarmLevel>(9), .text = "of tomorrow"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "of tomorrow")));
 }
 

@@ -30,7 +30,7 @@ struct Answering : Stage {
       player->ended(call, Answer{"1.414214", 1, std::nullopt}, "");
     }
   }
-  void withdraw(std::size_t call, const std::string& reason) override {
+  void withdraw(std::size_t call, const fabric::Message& reason) override {
     player->ended(call, std::nullopt, reason);
   }
   void on_outcome(const Outcome& outcome) override { outcomes.push_back(outcome); }

@@ -101,6 +101,18 @@ TEST_F(AnEventBook, NamesAnInstanceThatFellSilentAndWhatBecameOfIt) {
   EXPECT_EQ(newest().at("name"), "sq");
 }
 
+TEST_F(AnEventBook, NamesAMachineThatWasRemoved) {
+  tell_machine("cnc", "gw", true, 0);
+  tell(fabric::MachineStatus{.machine = "cnc",
+                             .gateway = id_of(9),
+                             .since = at(1000),
+                             .reason = base::messages::machine_removed(),
+                             .gone = true},
+       1000);
+  EXPECT_THAT(kinds(), ElementsAre("machine removed"));
+  EXPECT_EQ(newest().at("host"), "gw");
+}
+
 TEST_F(AnEventBook, NamesAGatewayThatFellSilentAndWhatBecameOfIt) {
   const auto tell_gone = [&](const fabric::Message& reason, int ms) {
     tell(

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::tools::web::plant {
@@ -235,6 +236,21 @@ TEST_F(APlantModel, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
   EXPECT_EQ(changes->at("gone").at("machines").at(0).at("gateway").as_string(), id(1).to_string());
   EXPECT_EQ(first(*changes, "machines").at("gateway_host"), "gw2");
   EXPECT_THAT(sut.machines(), SizeIs(1));
+}
+
+TEST_F(APlantModel, ReportsThatAMachineWasRemovedWithItsChannels) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  Entry removed = machine(1, "", false);
+  auto& status = std::get<fabric::MachineStatus>(removed.sample);
+  status.gone = true;
+  status.reason = base::messages::machine_removed();
+  add({removed});
+  const auto changes = sut.changes(after(500));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("gone").at("machines").at(0).at("machine").as_string(), "cnc");
+  EXPECT_EQ(changes->at("gone").at("channels").at(0).at("channel"), 1);
+  EXPECT_THAT(sut.machines(), IsEmpty());
 }
 
 TEST_F(APlantModel, ReportsThatAnInstanceIsGone) {

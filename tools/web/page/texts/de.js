@@ -1,6 +1,5 @@
 // Alle Texte der Seite auf Deutsch; dieselben Schlüssel wie texts/en.js.
 import { messages } from './de_messages.js';
-import { inGerman } from './de_reasons.js';
 import { sayer } from './sentences.js';
 
 const calls = (n) => (n === 1 ? '1 Aufruf' : `${n} Aufrufe`);
@@ -111,6 +110,7 @@ export default {
     'last instance silent': ({ name, where }) => `${name}: letzte Instanz antwortet nicht (${where})`,
     'instance responds': ({ name, where }) => `${name}: Instanz antwortet wieder (${where})`,
     'process gone': ({ name, where }) => `${name} ist weg (${where})`,
+    'machine removed': ({ machines, where }) => `${machines}: nicht mehr konfiguriert (${where})`,
     'gateway silent': ({ machines, where }) => `${machines}: Gateway antwortet nicht (${where})`,
     'gateway responds': ({ machines, where }) => `${machines}: Gateway antwortet wieder (${where})`,
     'gateway gone': ({ machines, where }) => `${machines}: Gateway meldet sich nicht mehr (${where})`,
@@ -127,7 +127,7 @@ export default {
   },
 
   roles: { operator: 'Maschinenbediener', engineer: 'Anlagenverantwortliche', programmer: 'Programmierer' },
-  reason: sayer(messages, inGerman),
+  reason: sayer(messages, (name, pid, host) => `${name} (Prozess ${pid} auf ${host})`),
   command: 'Im Terminal',
 
   services: {

@@ -2,7 +2,6 @@
 // A text with values is a function of them.
 
 import { messages } from './en_messages.js';
-import { rewording } from './reasons.js';
 import { sayer } from './sentences.js';
 
 const calls = (n) => (n === 1 ? '1 call' : `${n} calls`);
@@ -113,6 +112,7 @@ export default {
     'last instance silent': ({ name, where }) => `${name}: last instance does not respond (${where})`,
     'instance responds': ({ name, where }) => `${name}: instance responds again (${where})`,
     'process gone': ({ name, where }) => `${name} is gone (${where})`,
+    'machine removed': ({ machines, where }) => `${machines}: no longer configured (${where})`,
     'gateway silent': ({ machines, where }) => `${machines}: gateway does not respond (${where})`,
     'gateway responds': ({ machines, where }) => `${machines}: gateway responds again (${where})`,
     'gateway gone': ({ machines, where }) => `${machines}: gateway no longer reports (${where})`,
@@ -130,8 +130,7 @@ export default {
 
   roles: { operator: 'Operator', engineer: 'Plant engineer', programmer: 'Programmer' },
   /** Rewords a sentence of a gateway; empty if it is shown unchanged. */
-  // What places name in a sentence: the host first.
-  reason: sayer(messages, rewording([['{} (pid {} on {})', '{0} ({2}, pid {1})']])),
+  reason: sayer(messages, (name, pid, host) => `${name} (${host}, pid ${pid})`),
   command: 'In a terminal',
 
   services: {

@@ -1,13 +1,9 @@
-// What the caller of `millrace status` expects of a fabric, and the exit code of its concerns.
-// Pure.
+// The exit code of `millrace status`. Pure.
 #pragma once
 
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "fabric/plant/concern.hpp"
-#include "fabric/plant/plant.hpp"
 
 namespace millrace::tools::commands::status {
 
@@ -24,11 +20,5 @@ inline constexpr int exit_program_aborted = 7;
 int exit_code_of(const fabric::plant::Concern& concern);
 /// The lowest code that applies; exit_done if none.
 int exit_code_of(const Concerns& concerns);
-
-/// Concerns for expected machines, or hosts of gateways, without a gateway.
-Concerns missing_gateways(const fabric::plant::Plant& plant, const std::vector<std::string>& names);
-/// Service by UUID or name, and the number of instances that it must have, without draining ones.
-using Expected = std::vector<std::pair<std::string, std::size_t>>;
-Concerns missing_instances(const fabric::plant::Plant& plant, const Expected& services);
 
 }  // namespace millrace::tools::commands::status
