@@ -372,14 +372,20 @@ class Assessment {
     }
     if (here == 0) {
       todo.push_back(messages::start_service_again(last.name));
-      put({.kind = Kind::unserved,
-           .uuid = uuid,
-           .since = instances.front()->at,
-           .what = messages::what_unserved(),
-           .why = is_silent ? messages::last_instance_silent(last.name, last.pid, last.host)
-                            : messages::last_instance_was(last.name, last.pid, last.host),
-           .todo = std::move(todo),
-           .cause = "unserved " + uuid});
+      const Concern lost{.kind = Kind::unserved,
+                         .uuid = uuid,
+                         .since = instances.front()->at,
+                         .what = messages::what_unserved(),
+                         .why = is_silent
+                                    ? messages::last_instance_silent(last.name, last.pid, last.host)
+                                    : messages::last_instance_was(last.name, last.pid, last.host),
+                         .todo = std::move(todo),
+                         .cause = "unserved " + uuid};
+      put(lost);
+      // The gateways of the channels know less: no instance is ready.
+      Concern& known = causes_.at(lost.cause);
+      known.why = lost.why;
+      known.todo = lost.todo;
       return;
     }
     todo.push_back(messages::start_instance_again());

@@ -6,11 +6,16 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <stop_token>
+#include <thread>
 
+#include <boost/asio/io_context.hpp>
 #include <boost/json/parse.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/participant.hpp"
+#include "fabric/endpoints/alarm_endpoint.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/http_client.hpp"
@@ -29,6 +34,24 @@ std::set<std::string> concerns_in(const boost::json::value& list) {
   return all;
 }
 
+/// "operator", … of each of them.
+std::set<std::string> roles_in(const boost::json::value& list) {
+  std::set<std::string> all;
+  for (const boost::json::value& each : list.as_array()) {
+    all.emplace(each.at("who").as_string());
+  }
+  return all;
+}
+
+/// "2026-03-01T07:02:48.000000Z", … of each of them.
+std::set<std::string> times_in(const boost::json::value& list) {
+  std::set<std::string> all;
+  for (const boost::json::value& each : list.as_array()) {
+    all.emplace(each.at("since").as_string());
+  }
+  return all;
+}
+
 class OneJudgement : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,17 +60,21 @@ class OneJudgement : public testing::Test {
         std::stoi(web->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
   }
 
-  [[nodiscard]] std::set<std::string> on_the_page() const {
-    return concerns_in(boost::json::parse(HttpClient(port).get("/api/concerns").body));
+  [[nodiscard]] boost::json::value page() const {
+    return boost::json::parse(HttpClient(port).get("/api/concerns").body);
   }
-  [[nodiscard]] std::set<std::string> in_the_metrics() const {
+  [[nodiscard]] std::set<std::string> on_the_page() const { return concerns_in(page()); }
+  std::set<std::string> in_the_metrics() {
     const std::string text = HttpClient(port).get("/metrics").body;
     const std::regex line(
-        "millrace_concern\\{kind=\"([^\"]*)\",level=\"([^\"]*)\",who=\"[^\"]*\",subject=\"([^\"]*)"
+        "millrace_concern\\{kind=\"([^\"]*)\",level=\"([^\"]*)\",who=\"([^\"]*)\",subject=\"([^\"]*"
+        ")"
         "\"");
     std::set<std::string> all;
+    roles_in_the_metrics.clear();
     for (std::sregex_iterator found(text.begin(), text.end(), line), none; found != none; ++found) {
-      all.insert((*found)[2].str() + " " + (*found)[1].str() + " " + (*found)[3].str());
+      all.insert((*found)[2].str() + " " + (*found)[1].str() + " " + (*found)[4].str());
+      roles_in_the_metrics.insert((*found)[3].str());
     }
     return all;
   }
@@ -55,7 +82,8 @@ class OneJudgement : public testing::Test {
   std::set<std::string> in_a_terminal() {
     Process status = chain.millrace({"status", "--json"});
     exit_code = status.wait();
-    return concerns_in(boost::json::parse(status.output()).at("concerns"));
+    in_status = boost::json::parse(status.output()).at("concerns");
+    return concerns_in(in_status);
   }
   /// The codes of what the doctor finds.
   [[nodiscard]] std::string of_the_doctor() const {
@@ -71,6 +99,9 @@ class OneJudgement : public testing::Test {
     await("the metrics to say " + concern, [&] { return in_the_metrics() == expected; });
     await("status to say " + concern, [&] { return in_a_terminal() == expected; });
     EXPECT_EQ(exit_code, code);
+    EXPECT_EQ(roles_in(in_status), roles_in(page()));
+    EXPECT_EQ(roles_in_the_metrics, roles_in(page()));
+    EXPECT_EQ(times_in(in_status), times_in(page()));
     await("the doctor to say " + what,
           [&] { return of_the_doctor().find('"' + what + '"') != std::string::npos; });
   }
@@ -88,6 +119,8 @@ class OneJudgement : public testing::Test {
   std::optional<Process> gateway;
   std::uint16_t port = 0;
   int exit_code = -1;
+  boost::json::value in_status;
+  std::set<std::string> roles_in_the_metrics;
 };
 
 TEST_F(OneJudgement, IsSaidOfACallThatIsHeldAndOfItsEnd) {
@@ -160,6 +193,54 @@ TEST_F(OneJudgement, IsSaidOfAnNcProgramThatWasAborted) {
       "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
       "programs { period_ms: 20 error: \"mc_error_id_r\" } }\n"));
   expect_everywhere("act program aborted cnc/1", "what_program_aborted", 7);
+}
+
+TEST_F(OneJudgement, IsSaidOfAnNcProgramOnHoldAndFailsNothing) {
+  const auto program = chain.folder() / "hold.nc";
+  std::ofstream(program) << "%hold\nM00\nM30\n";
+  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
+  gateway.emplace(chain.configured_gateway(
+      "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+      "programs { period_ms: 20 } }\n"));
+  expect_everywhere("look program on hold cnc/1", "what_program_on_hold", 0);
+}
+
+TEST_F(OneJudgement, IsSaidOfACallThatWaitsForTheOnlyInstanceAndFailsNothing) {
+  service.emplace(chain.slow_service({"--work", "100000"}));
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--run",
+                         Chain::program(2, "one_slow_call.nc")}));
+  gateway.emplace(chain.gateway());
+  await("a call to wait", [&] {
+    const std::set<std::string> all = on_the_page();
+    return all.size() == 1 && all.begin()->starts_with("look waiting cnc/");
+  });
+  expect_everywhere(*on_the_page().begin(), "what_waiting", 0);
+}
+
+TEST_F(OneJudgement, IsSaidOfAProcessThatReportsAProblemAndOfItsEnd) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  const fabric::dds::Participant there({.domain = chain.domain()});
+  boost::asio::io_context io;
+  fabric::endpoints::AlarmEndpoint faults(there, io.get_executor(),
+                                          {.program = "archiver", .host = "vm", .pid = 7});
+  ASSERT_TRUE(faults.raise({.key = {.kind = "archive"},
+                            .level = fabric::AlarmLevel::problem,
+                            .text = "the disk is full",
+                            .since = std::chrono::system_clock::now()}));
+  std::jthread repeats([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      io.run_for(std::chrono::milliseconds(100));
+      io.restart();
+    }
+  });
+  expect_everywhere("act alarm archiver on vm, pid 7", "what_archive", 6);
+  repeats.request_stop();
+  repeats.join();
+  ASSERT_TRUE(faults.clear("archive"));
+  expect_nothing_anywhere();
 }
 
 TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {

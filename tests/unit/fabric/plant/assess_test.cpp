@@ -130,6 +130,17 @@ TEST_F(AnAssessment, NamesTheCallsThatOccupyTheInstancesOfAWaitingCall) {
   EXPECT_EQ(found[0].why, messages::occupied_by(messages::only_instance_busy(), "press/2"));
 }
 
+TEST_F(AnAssessment, NamesTheLostInstanceWhicheverIsSeenFirstTheWaitOrTheLoss) {
+  plant.add(instance(1, "a"));
+  plant.add(instance_gone(1, noon + 1s));
+  for (const auto since : {noon, noon + 2s}) {
+    plant.add(channel(1, ChannelState::waiting, square_root, since,
+                      messages::no_instance_ready(square_root, "press/1")));
+    EXPECT_THAT(kinds(), ElementsAre("act unserved press/1"));
+    EXPECT_EQ(found[0].why, messages::last_instance_was("a", 0, "vm"));
+  }
+}
+
 TEST_F(AnAssessment, SaysThatAnInstanceDoesNotRespondUntilItsProcessIsGone) {
   plant.add(instance(1, "a"));
   plant.add(instance_silent(1, noon));
