@@ -21,6 +21,7 @@
 
 #include "base/program/command_tree.hpp"
 #include "base/program/supervisor.hpp"
+#include "base/program/version.hpp"
 #include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 
@@ -203,7 +204,7 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
   set_formatter(app, std::make_shared<ExamplesFirst>());
   refuse_negative(app);
   if (app.get_version_ptr() == nullptr) {
-    app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
+    app.set_version_flag("--version", fmt::format("{} {}", name, version_and_commit()));
   }
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);

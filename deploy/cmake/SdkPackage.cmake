@@ -13,7 +13,7 @@ set(sdk_config ${CMAKE_INSTALL_LIBDIR}/cmake/millrace)
 # All of what services see, as objects; of what is below, only what is used.
 add_library(millrace_sdk_shared SHARED
   $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_messages>
-  $<TARGET_OBJECTS:millrace_program>
+  $<TARGET_OBJECTS:millrace_program> $<TARGET_OBJECTS:millrace_commit>
   $<TARGET_OBJECTS:millrace_service_text>)
 set_target_properties(millrace_sdk_shared PROPERTIES LINKER_LANGUAGE CXX)
 target_link_libraries(millrace_sdk_shared PRIVATE millrace_sdk)

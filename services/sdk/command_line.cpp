@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/program/version.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/profile/given_flags.hpp"
 #include "fabric/words.hpp"
@@ -78,9 +79,10 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
   add_completion_signal(app_, options_.completion_signal);
   program::add_log_level(app_, level_);
   if (options_.version != MILLRACE_VERSION) {
-    app_.set_version_flag("--version", fmt::format("{}{}{} (millrace {})", options_.name,
-                                                   options_.version.empty() ? "" : " ",
-                                                   options_.version, MILLRACE_VERSION));
+    app_.set_version_flag(
+        "--version",
+        fmt::format("{}{}{} (millrace {})", options_.name, options_.version.empty() ? "" : " ",
+                    options_.version, program::version_and_commit()));
   }
 }
 
