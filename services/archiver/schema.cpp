@@ -113,13 +113,18 @@ CREATE INDEX program_at ON program (at);
 
 }  // namespace
 
-void migrate(SQLite::Database& database) {
+void refuse_newer(SQLite::Database& database) {
   const int version = database.execAndGet("PRAGMA user_version").getInt();
   if (version > schema_version) {
     throw std::runtime_error(
         fmt::format("{}: written by a newer millrace (schema {}, this one knows up to {})",
                     database.getFilename(), version, schema_version));
   }
+}
+
+void migrate(SQLite::Database& database) {
+  refuse_newer(database);
+  const int version = database.execAndGet("PRAGMA user_version").getInt();
   if (version == schema_version) {
     return;
   }

@@ -89,6 +89,7 @@ SQLite::Database open(const std::filesystem::path& file, const Beginning& beginn
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                             busy_timeout_ms);
   refuse_foreign(database);
+  refuse_newer(database);
   refuse_damaged(database);
   database.exec("PRAGMA journal_mode = WAL");
   // Each commit is on the disk when it returns: an acknowledged row survives a power cut.

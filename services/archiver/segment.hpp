@@ -120,6 +120,9 @@ class ClosedSegment {
 /// The version that this process writes (PRAGMA user_version).
 inline constexpr int schema_version = 3;
 
+/// Throws std::runtime_error for a file of a newer version, and changes nothing.
+void refuse_newer(SQLite::Database& database);
+
 /// Migrates a new or older file to schema_version, in one transaction. Throws std::runtime_error
 /// for a file of a newer version, SQLite::Exception for one that is not a database.
 void migrate(SQLite::Database& database);
