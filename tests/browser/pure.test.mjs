@@ -463,6 +463,8 @@ test('numbers are drawn, texts and arrays are not', () => {
   assert.ok(!isNumber({ type: 'UNKNOWN', value: null }));
   assert.deepEqual(variablesOf([{ channel: 2, group: 'axes', values: [{ name: 'X' }] }]).map(({ id }) => id), ['2/axes/X']);
   assert.deepEqual([qualityOf(true, 'good'), qualityOf(true, 'refused'), qualityOf(false, 'good')], ['stale', 'refused', 'good']);
+  // Of a later version.
+  assert.equal(qualityOf(false, 'unknown (200)'), 'unknown');
 });
 
 test('a run has its place in the time that is shown', () => {

@@ -98,8 +98,8 @@ export function variablesOf(samples) {
   })));
 }
 
-/** Good, stale or refused; a value of a removed group is stale. */
-export const qualityOf = (gone, quality) => (gone && quality === 'good' ? 'stale' : quality);
+/** Good, stale or refused, unknown for that of a later version; a value of a removed group is stale. */
+export const qualityOf = (gone, quality) => (!['good', 'stale', 'refused'].includes(quality) ? 'unknown' : gone && quality === 'good' ? 'stale' : quality);
 
 /** The part of a time span that a run covers: { left, width }; null if none. */
 export function placeOf(started, ended, from, to) {

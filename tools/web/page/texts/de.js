@@ -283,7 +283,7 @@ export default {
     noRuns: 'Seit dem Start des Servers ist kein NC-Programm gelaufen.',
     leftOut: (n) => `${n === 1 ? '1 Gruppe von Werten wird' : `${n} Gruppen von Werten werden`} nicht gezeigt: Der Speicher des Servers für Werte ist voll.`,
     tooMany: (n) => `Höchstens ${n} Variablen können gezeichnet werden: zuerst eine abwählen.`,
-    quality: { good: 'gut', stale: 'veraltet', refused: 'verweigert' },
+    quality: { good: 'gut', stale: 'veraltet', refused: 'verweigert', unknown: 'unbekannt' },
     gone: 'wird nicht mehr gemeldet',
     noName: 'NC-Programm',
     ago: (age) => `vor ${age}`,

@@ -286,7 +286,7 @@ export default {
     noRuns: 'No NC program has run since the server started.',
     leftOut: (n) => `${n === 1 ? '1 group of values is' : `${n} groups of values are`} not shown: the server’s memory for values is full.`,
     tooMany: (n) => `At most ${n} variables are drawn: deselect one first.`,
-    quality: { good: 'good', stale: 'stale', refused: 'refused' },
+    quality: { good: 'good', stale: 'stale', refused: 'refused', unknown: 'unknown' },
     gone: 'no longer reported',
     noName: 'NC program',
     ago: (age) => `${age} ago`,

@@ -20,7 +20,7 @@ const mostRuns = 100;
 /** Lines that are shown without a choice. */
 const first = 3;
 const spans = [60, 120, 300, 600];
-const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'act'] };
+const marks = { good: ['well', 'fine'], stale: ['unknown', 'look'], refused: ['down', 'act'], unknown: ['unknown', 'look'] };
 const outcomes = {
   running: ['running', 'fine'], 'on hold': ['held', 'look'], ended: ['well', 'fine'], aborted: ['down', 'act'], reset: ['look', 'look'],
   unknown: ['unknown', 'look'],
