@@ -2,12 +2,14 @@
 
 #include <array>
 
+#include "fabric/unknown_word.hpp"
+
 namespace millrace::fabric {
 
 std::string_view name_of(AlarmLevel level) {
   constexpr std::array<std::string_view, 3> names{"fine", "warning", "problem"};
   const auto index = static_cast<std::size_t>(level);
-  return index < names.size() ? names.at(index) : "unknown";
+  return index < names.size() ? names.at(index) : unknown_word(static_cast<std::uint8_t>(index));
 }
 
 std::string shortened(std::string_view text, std::size_t most) {

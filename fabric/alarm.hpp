@@ -24,7 +24,7 @@ enum class AlarmLevel : std::uint8_t {
   problem
 };
 
-/// "fine", "warning", "problem"; "unknown" for a value from a fabric newer than this program.
+/// "fine", "warning", "problem"; "unknown (200)" for a code of a later version.
 std::string_view name_of(AlarmLevel level);
 
 /// The subject of an alarm of one process.

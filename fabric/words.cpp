@@ -1,8 +1,12 @@
 #include "fabric/words.hpp"
 
 #include <array>
+#include <string>
+
+#include <fmt/format.h>
 
 #include "fabric/data.hpp"
+#include "fabric/unknown_word.hpp"
 
 namespace millrace::fabric {
 
@@ -11,10 +15,21 @@ namespace {
 template <typename Enum, std::size_t size>
 std::string_view pick(const std::array<std::string_view, size>& names, Enum value) {
   const auto index = static_cast<std::size_t>(value);
-  return index < size ? names.at(index) : "unknown";
+  return index < size ? names.at(index) : unknown_word(static_cast<std::uint8_t>(index));
 }
 
 }  // namespace
+
+std::string_view unknown_word(std::uint8_t number) {
+  static const auto words = [] {
+    std::array<std::string, 256> all;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all.at(i) = fmt::format("unknown ({})", i);
+    }
+    return all;
+  }();
+  return words.at(number);
+}
 
 std::string_view name_of(ReplyKind kind) {
   return pick<ReplyKind, 3>({"interim", "final", "declined"}, kind);

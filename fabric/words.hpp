@@ -10,7 +10,7 @@
 
 namespace millrace::fabric {
 
-/// "interim", "final"; like the others "unknown" for a value from a fabric newer than this program.
+/// "interim", "final"; like the others "unknown (200)" for a code of a later version.
 std::string_view name_of(ReplyKind kind);
 /// "ok", "failed", "repeated", "refused".
 std::string_view name_of(ServiceCode code);

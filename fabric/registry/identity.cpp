@@ -126,7 +126,7 @@ Parsed read_channels(std::string_view value, std::vector<ChannelScope>& channels
 /// Sets the enumerator, or truth value, that `value` is the word of.
 Parsed read_word(const Leaf& leaf, std::string_view value, void* member) {
   std::string words;
-  for (std::uint8_t i = 0; word_of(leaf, i) != "unknown"; ++i) {
+  for (std::uint8_t i = 0; !word_of(leaf, i).starts_with("unknown"); ++i) {
     if (word_of(leaf, i) == value) {
       set_number(leaf.kind, member, i);
       return {};

@@ -224,15 +224,14 @@ class Getter {
     }
   }
   static void rest(const millrace_Value& from, Value& to) {
-    switch (to.type) {
-      case ValueType::real64:
-        get(from.reals, to.elements.emplace<std::vector<double>>());
-        break;
-      case ValueType::string:
-        get(from.texts, to.elements.emplace<std::vector<std::string>>());
-        break;
-      default:
-        get(from.integers, to.elements.emplace<std::vector<std::int64_t>>());
+    // Of a type that this version does not know, whatever has elements.
+    const bool is_known = to.type <= ValueType::string;
+    if (is_known ? to.type == ValueType::real64 : from.reals._length > 0) {
+      get(from.reals, to.elements.emplace<std::vector<double>>());
+    } else if (is_known ? to.type == ValueType::string : from.texts._length > 0) {
+      get(from.texts, to.elements.emplace<std::vector<std::string>>());
+    } else {
+      get(from.integers, to.elements.emplace<std::vector<std::int64_t>>());
     }
   }
 

@@ -6,6 +6,7 @@
 #include "base/messages/catalogue.hpp"
 #include "base/text/cp1252.hpp"
 #include "fabric/observer/entry.hpp"
+#include "fabric/words.hpp"
 #include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
 
@@ -188,9 +189,10 @@ core::CommandResult Gateway::execute(const fabric::Command& command) {
                              {command.text, command.state, command.issuer});
     case fabric::CommandKind::ping:
     case fabric::CommandKind::drain:
-      break;
+      return {true, core_.serves(command.key) ? "serves it" : "is there"};
   }
-  return {true, core_.serves(command.key) ? "serves it" : "is there"};
+  return {false,
+          fmt::format("the gateway does not know this command: {}", fabric::name_of(command.kind))};
 }
 
 }  // namespace millrace::gateway::shell

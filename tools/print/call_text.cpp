@@ -107,8 +107,10 @@ std::string text_of(const recording::Timeline& timeline) {
                                  safe(timeline.key.to_string()), safe(timeline.uuid),
                                  timeline.replayed ? ", replayed" : "");
   Table table({{"TIME"}, {"AFTER", Align::right}, {"ATTEMPT", Align::right}, {"HOP"}, {"WHAT"}});
-  const fabric::Time start = timeline.steps.front().at;
-  if (timeline.steps.front().stage == Stage::seen) {
+  // None, if only a later version knows what happened.
+  const Step first = timeline.steps.empty() ? Step{.stage = Stage::late} : timeline.steps.front();
+  const fabric::Time start = first.at;
+  if (first.stage == Stage::seen) {
     table.add({"", "", "", "written by the program", "up to one poll earlier; not timestamped"});
   }
   for (const Step& step : timeline.steps) {

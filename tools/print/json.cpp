@@ -108,12 +108,6 @@ bool is_empty(const Leaf& leaf, const void* member) {
   }
 }
 
-/// "unknown (7)" for a code of a later version; 0 may be the code for unknown itself.
-std::string word_of(const Leaf& leaf, std::uint8_t number) {
-  const std::string_view word = leaf.word(number);
-  return word == "unknown" && number != 0 ? fmt::format("unknown ({})", number) : std::string(word);
-}
-
 /// Its text, or for a sentence with a code all of it.
 boost::json::value json_of_argument(const fabric::Message& message) {
   if (message.code.empty()) {
@@ -142,7 +136,7 @@ boost::json::value json_of_leaf(const Leaf& leaf, Kind kind, const void* member)
     case Kind::boolean:
       return as<bool>(member);
     case Kind::word:
-      return boost::json::string(word_of(leaf, as<std::uint8_t>(member)));
+      return boost::json::string(leaf.word(as<std::uint8_t>(member)));
     case Kind::time: {
       const auto time = as<fabric::Time>(member);
       return time == fabric::Time{} ? boost::json::value(nullptr)

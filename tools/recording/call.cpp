@@ -139,6 +139,9 @@ void Call::add(const fabric::Reply& reply, const Entry& entry) {
   if (reply.started != fabric::Time{}) {
     add(of_instance(Stage::started, reply.started));
   }
+  if (!fabric::is_known(reply)) {
+    return;  // It answers nothing.
+  }
   const bool declined = reply.kind == fabric::ReplyKind::declined;
   Step step = of_instance(declined                                   ? Stage::declined
                           : reply.kind == fabric::ReplyKind::interim ? Stage::interim_reply
@@ -159,6 +162,9 @@ void Call::add(const fabric::Reply& reply, const Entry& entry) {
 void Call::add(const fabric::Event& event, const Entry& entry) {
   replayed = replayed || event.replayed;
   uuid = fabric::canonical_uuid(event.uuid);
+  if (event.kind > fabric::EventKind::held) {
+    return;  // A step that only a later version knows.
+  }
   const Stage stage = stage_of(event.kind);
   const bool of_the_call = stage == Stage::seen;
   add({.stage = stage,

@@ -91,9 +91,13 @@ Pointer value_of(Its& sample) {
   return std::visit([](auto& value) -> Pointer { return &value; }, sample);
 }
 
-/// The type decides which of the three lists a value has, also if that is empty.
+/// The type decides which of the three lists a value has, also if that is empty. Of a type that
+/// only a later version knows, it is the one with elements.
 void settle(fabric::DataSample& sample) {
   for (fabric::Value& value : sample.values) {
+    if (value.type > fabric::ValueType::string) {
+      continue;
+    }
     const std::size_t wanted = value.type == fabric::ValueType::real64   ? 1
                                : value.type == fabric::ValueType::string ? 2
                                                                          : 0;

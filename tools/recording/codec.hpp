@@ -15,8 +15,8 @@ namespace millrace::tools::recording {
 std::string encode(const Entry& entry);
 
 /// The inverse. `schema` is the full name of the message ("millrace.recording.Request"), `at` the
-/// time of recording. The error is an unknown schema or a damaged message. An unknown enumerator
-/// becomes 255, "unknown".
+/// time of recording. The error is an unknown schema or a damaged message. A code of a later
+/// version keeps its number.
 tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view message,
                                         fabric::Time at);
 

@@ -46,7 +46,7 @@ class Filler {
     word = static_cast<Enum>(number + 1);
     // The default may be the last value.
     if constexpr (requires { name_of(word); }) {
-      if (name_of(word) == "unknown") {
+      if (name_of(word).starts_with("unknown")) {
         word = static_cast<Enum>(number - 1);
       }
     }

@@ -64,7 +64,18 @@ TEST(Codec, KeepsACodeThatThisVersionDoesNotKnow) {
   sut.kind = static_cast<EventKind>(77);
   const Event sent = wire::Codec<Event>::decode(*wire::Codec<Event>::encode(sut));
   EXPECT_EQ(sent.kind, sut.kind);
-  EXPECT_EQ(name_of(sent.kind), "unknown");
+  EXPECT_EQ(name_of(sent.kind), "unknown (77)");
+}
+
+TEST(Codec, KeepsTheElementsOfATypeThatThisVersionDoesNotKnow) {
+  DataSample sut{.key = {"press", 1}, .group = "axes"};
+  for (const Elements& elements :
+       {Elements(std::vector<std::int64_t>{7}), Elements(std::vector<double>{1.5}),
+        Elements(std::vector<std::string>{"T7"})}) {
+    sut.values.push_back({.name = "V.A.LATER", .type = static_cast<ValueType>(200)});
+    sut.values.back().elements = elements;
+  }
+  EXPECT_EQ(wire::Codec<DataSample>::decode(*wire::Codec<DataSample>::encode(sut)), sut);
 }
 
 TEST(Codec, KeepsTheExtrasOfALaterVersionWithinLimits) {
@@ -143,8 +154,8 @@ TEST(Words, NameEveryEnumerator) {
 }
 
 TEST(Words, NameAnUnknownValueAsUnknown) {
-  EXPECT_EQ(name_of(static_cast<EventKind>(11)), "unknown");
-  EXPECT_EQ(name_of(static_cast<Delivery>(2)), "unknown");
+  EXPECT_EQ(name_of(static_cast<EventKind>(11)), "unknown (11)");
+  EXPECT_EQ(name_of(static_cast<Delivery>(2)), "unknown (2)");
 }
 
 TEST(Words, OfDeliveryAreReadAsTheyAreWritten) {

@@ -275,6 +275,21 @@ TEST(ACall, ShowsADeclinedAttemptAndTheAnswerOfTheNext) {
   EXPECT_EQ(sut.outcome(), Outcome::answered);
 }
 
+TEST(ACall, HasNoStepForAnEventOfALaterVersion) {
+  std::vector<Entry> entries = one_call(17, 0);
+  event_of(entries[4]).kind = static_cast<fabric::EventKind>(200);
+  EXPECT_TRUE(call_of_all({entries[4]}).steps.empty());
+}
+
+TEST(ACall, IsNotAnsweredByAReplyOfALaterVersion) {
+  std::vector<Entry> kind = one_call(17, 0);
+  std::get<fabric::Reply>(kind[3].sample).kind = static_cast<fabric::ReplyKind>(200);
+  EXPECT_EQ(call_of_all(kind).first(Stage::answered), nullptr);
+  std::vector<Entry> code = one_call(17, 0);
+  std::get<fabric::Reply>(code[3].sample).code = static_cast<fabric::ServiceCode>(200);
+  EXPECT_EQ(call_of_all(code).first(Stage::answered), nullptr);
+}
+
 TEST(ACall, EndsOnceAlsoIfAGatewayThatResumesRepeatsIt) {
   std::vector<Entry> entries = one_call(17, 0);
   Entry again = entries[5];

@@ -79,15 +79,24 @@ TEST(RecordingCodec, ReadsEightArgumentsOfASentenceAndNoMore) {
   EXPECT_EQ(std::get<fabric::Event>(got.sample).detail.arguments.size(), 8U);
 }
 
+TEST(RecordingCodec, KeepsTheElementsOfATypeOfALaterVersion) {
+  fabric::DataSample sample{.key = {"press", 1}, .group = "axes"};
+  sample.values.push_back({.name = "V.A.LATER", .type = static_cast<fabric::ValueType>(200)});
+  sample.values.back().elements = std::vector<double>{1.5};
+  const auto got = encoded_and_decoded({.at = at(1), .sample = sample});
+  EXPECT_EQ(std::get<fabric::DataSample>(got.sample).values, sample.values);
+}
+
 TEST(RecordingCodec, ReadsNewValuesOfALaterVersionAsUnknown) {
   Entry sent = one_call(1, 0)[2];
   std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
   const auto got = encoded_and_decoded(sent);
   EXPECT_EQ(std::get<fabric::Event>(got.sample).kind, static_cast<fabric::EventKind>(77));
-  EXPECT_EQ(name_of(std::get<fabric::Event>(got.sample).kind), "unknown");
+  EXPECT_EQ(name_of(std::get<fabric::Event>(got.sample).kind), "unknown (77)");
   Entry reply = one_call(1, 0)[3];
   std::get<fabric::Reply>(reply.sample).code = static_cast<fabric::ServiceCode>(77);
-  EXPECT_EQ(name_of(std::get<fabric::Reply>(encoded_and_decoded(reply).sample).code), "unknown");
+  EXPECT_EQ(name_of(std::get<fabric::Reply>(encoded_and_decoded(reply).sample).code),
+            "unknown (77)");
 }
 
 TEST(RecordingCodec, DoesNotWidenAChannelScopeThatItCannotRead) {
