@@ -121,9 +121,10 @@ class AGatewayOfALaterVersion : public ALaterVersion {
     port = static_cast<std::uint16_t>(
         std::stoi(web->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
     record();
+    // The page and the recorder.
     await("readers of everything", [&] {
-      return machines.is_matched() && channels.is_matched() && events.is_matched() &&
-             data.is_matched() && programs.is_matched() && alarms.is_matched();
+      return machines.is_matched(2) && channels.is_matched(2) && events.is_matched(2) &&
+             data.is_matched(2) && programs.is_matched(2) && alarms.is_matched(2);
     });
   }
 
