@@ -6,7 +6,7 @@ if(CMAKE_SCRIPT_MODE_FILE)
     # Without locks, which a commit at the same time would meet.
     execute_process(
       COMMAND ${CMAKE_COMMAND} -E env GIT_OPTIONAL_LOCKS=0
-        git -C ${SOURCES} describe --always --dirty=+ --abbrev=12 --exclude=*
+        git -c safe.directory=* -C ${SOURCES} describe --always --dirty=+ --abbrev=12 --exclude=*
       OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
   endif()
   file(CONFIGURE OUTPUT ${OUTPUT} @ONLY CONTENT [[

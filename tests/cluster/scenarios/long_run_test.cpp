@@ -13,6 +13,7 @@
 
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/scenarios/scenario.hpp"
+#include "tests/support/await.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -75,11 +76,17 @@ TEST_P(ALongRun, UsesNoMoreMemoryThreadsAndDescriptorsThanAtItsBeginning) {
   sut().await_finished(nearly_all - std::min(nearly_all, sut().finished()),
                        std::chrono::minutes(2));
   for (const auto& [name, then] : before) {
-    const Resources now = resources_of(sut().task(name).pid());
+    const pid_t process = sut().task(name).pid();
+    Resources now = resources_of(process);
     fmt::print("measured: {} {:.1f} MB after {} calls, {:.1f} MB after {}\n", name,
                static_cast<double>(then.bytes) / 1e6, settled, static_cast<double>(now.bytes) / 1e6,
                channels * calls - 100);
-    EXPECT_TRUE(bench::keeps_what_is_freed || now.bytes <= then.bytes + slack) << "I8: " << name;
+    // On a busy host a recorder is late: what the gateway keeps for it, and the allocator after it,
+    // goes in the seconds after the last call.
+    await("I8: the memory of " + name, [&] {
+      now = resources_of(process);
+      return bench::keeps_what_is_freed || now.bytes <= then.bytes + slack;
+    });
     EXPECT_EQ(now.threads, then.threads) << "I8: " << name;
     EXPECT_LE(now.descriptors, then.descriptors + 1) << "I8: " << name;
   }
