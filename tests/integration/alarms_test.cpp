@@ -251,7 +251,7 @@ TEST_F(ProcessAlarms, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
   valid_for(50);
   gateway->signal(SIGHUP);
   await("the new certificate", [&] {
-    words = output_of({"doctor"});
+    words = output_of({"doctor", "--all"});
     return words.find("in 50 days") != std::string::npos;
   });
   EXPECT_THAT(words, AllOf(HasSubstr("fine     gateway on "), Not(HasSubstr("in 10 days"))));

@@ -123,7 +123,7 @@ TEST_F(IdentityTest, AMachineIsNotTakenOverByAnUnauthorizedGateway) {
   const std::string seen = sut.ask({"machines"}, sut.as("screen"));
   EXPECT_THAT(seen, HasSubstr("press_9"));
   EXPECT_EQ(seen.find("elsewhere"), seen.rfind("elsewhere")) << seen;
-  Flags doctor{"doctor"};
+  Flags doctor{"doctor", "--all"};
   const Flags who = sut.as("screen");
   doctor.insert(doctor.end(), who.begin(), who.end());
   Process report = sut.millrace(std::move(doctor));
@@ -331,7 +331,7 @@ TEST_F(IdentityTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorR
   Process gateway = sut.gateway(sut.as("gateway-1"));
   const std::string advice = "announces no identity.*`millrace trust renew`";
   gateway.await_error("instance " + old.id.to_string() + " of .* gets no calls.*" + advice);
-  Flags doctor{"doctor"};
+  Flags doctor{"doctor", "--all"};
   const Flags who = sut.as("screen");
   doctor.insert(doctor.end(), who.begin(), who.end());
   Process report = sut.millrace(std::move(doctor));

@@ -49,7 +49,11 @@ TEST_F(TheDoctor, FindsNothingWrongWithAChainThatWorks) {
   EXPECT_EQ(exit_code, 0) << text;
   EXPECT_THAT(text, ContainsRegex("sq1 .*serves " + square_root));
   EXPECT_THAT(text, ContainsRegex("millrace-gateway .*gateway\n"));
-  EXPECT_THAT(text, Not(HasSubstr("problem")));
+  EXPECT_THAT(text,
+              ContainsRegex("\nno problem; [0-9]+ checks are fine \\(--all shows them\\)\n$"));
+  const std::string all = examine(chain.domain(), {"--all"});
+  EXPECT_THAT(all, ContainsRegex("\nfine +cnc is connected"));
+  EXPECT_THAT(all, ContainsRegex("\nno problem\n$"));
   EXPECT_THAT(examine(chain.domain(), {"--json"}), HasSubstr("{\"healthy\":true,"));
 }
 

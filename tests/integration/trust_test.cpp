@@ -231,7 +231,7 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   Process service = sut.square_root(sut.as("square-root"));
   Process stranger = sut.square_root();
   const std::string report = [&] {
-    Flags flags{"doctor"};
+    Flags flags{"doctor", "--all"};
     const Flags who = sut.as("screen");
     flags.insert(flags.end(), who.begin(), who.end());
     Process process = sut.millrace(std::move(flags));

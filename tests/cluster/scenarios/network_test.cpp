@@ -108,14 +108,14 @@ TEST_P(TheFabric, IsExplainedByTheDoctorWhereNoPeerIsFound) {
               HasSubstr("problem  cnc: no connection to the controller"));  // it is not started
 
   sut().network().stop_multicast("service-2");
-  const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
+  const std::string alone = sut().millrace("service-2", {"doctor", "--all", "--wait", "1s"}, 1);
   EXPECT_THAT(alone, HasSubstr("interface eth0 (10.77.0.5) is up"));
   EXPECT_THAT(alone, HasSubstr("no other process is on fabric 'millrace', domain 0"));
   EXPECT_THAT(alone, HasSubstr("no announcement came by multicast on eth0"));
   EXPECT_THAT(alone, HasSubstr("list the other hosts in peers"));
 
   sut().set_profile("service-2", "many_networks.fabric.textproto");
-  const std::string found = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
+  const std::string found = sut().millrace("service-2", {"doctor", "--all", "--wait", "1s"}, 1);
   EXPECT_THAT(found, HasSubstr("peer 10.77.0.1 (10.77.0.1) responds"));
   EXPECT_THAT(found, HasSubstr("problem  cnc: no connection to the controller"));
 

@@ -28,11 +28,13 @@ using namespace tools::doctor;
 struct Options {
   explicit Options(CLI::App& command) : fabric(command, {.name = "millrace doctor"}) {
     add_duration(command, "--wait", wait, "Listen for this time; default 1200ms");
+    command.add_flag("--all", all, "Also what is fine");
     add_json(command, json);
   }
 
   fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait = std::chrono::milliseconds(1200);
+  bool all = false;
   bool json = false;
 };
 
@@ -80,7 +82,7 @@ int examine_and_report(const Options& options) {
   if (options.json) {
     print::print_json(json_of(found, diagnoses));
   } else {
-    fmt::print("{}", text_of(found, diagnoses, width_of_output()));
+    fmt::print("{}", text_of(found, diagnoses, width_of_output(), options.all));
   }
   return is_healthy(diagnoses) ? program::exit_done : program::exit_failed;
 }
@@ -96,8 +98,32 @@ void add_doctor(CLI::App& app, Chosen& chosen) {
       [options, &chosen] { chosen.run = [options] { return examine_and_report(*options); }; });
 }
 
+namespace {
+
+std::string text_of(const Diagnosis& diagnosis, std::size_t width) {
+  std::string text = print::wrapped(
+      fmt::format("{:<8} {}", name_of(diagnosis.severity), base::text::safe(diagnosis.what.text)),
+      width, 9);
+  if (const std::string advice = fabric::plant::advice_of(diagnosis.todo); !advice.empty()) {
+    text += print::wrapped(fmt::format("{:<8} -> {}", "", base::text::safe(advice)), width, 12);
+  }
+  return text;
+}
+
+/// "no problem; 5 checks are fine (--all)", as far as it is so.
+std::string summary_of(std::size_t faults, std::size_t fine, bool all) {
+  const std::string rest =
+      all || fine == 0 ? ""
+                       : fmt::format("{} fine (--all shows {})",
+                                     fine == 1 ? "1 check is" : fmt::format("{} checks are", fine),
+                                     fine == 1 ? "it" : "them");
+  return faults > 0 ? rest : "no problem" + (rest.empty() ? "" : "; " + rest);
+}
+
+}  // namespace
+
 std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnoses,
-                    std::size_t width) {
+                    std::size_t width, bool all) {
   const Joining& joining = found.joining;
   std::string text = print::wrapped(
       base::text::safe(fmt::format(
@@ -105,6 +131,18 @@ std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnos
           joining.interface, joining.multicast ? "found by multicast" : "no multicast",
           joining.peers.empty() ? "" : fmt::format(", peers {}", fmt::join(joining.peers, ", ")))),
       width, 2);
+  std::string faults;
+  std::string fine;
+  std::size_t fault_count = 0;
+  std::size_t fine_count = 0;
+  for (const Diagnosis& each : diagnoses) {
+    const bool is_fine = each.severity == Severity::fine;
+    (is_fine ? fine : faults) += text_of(each, width);
+    ++(is_fine ? fine_count : fault_count);
+  }
+  if (!faults.empty()) {
+    text += '\n' + faults;
+  }
   std::vector<ProgramRow> programs;
   for (const Program& each : found.programs) {
     programs.push_back({&found, &each});
@@ -112,14 +150,11 @@ std::string text_of(const Findings& found, const std::vector<Diagnosis>& diagnos
   if (!programs.empty()) {
     text += '\n' + programs_listing().text(programs, {.width = width}, {});
   }
-  text += '\n';
-  for (const Diagnosis& each : diagnoses) {
-    text += print::wrapped(
-        fmt::format("{:<8} {}", name_of(each.severity), base::text::safe(each.what.text)), width,
-        9);
-    if (const std::string advice = fabric::plant::advice_of(each.todo); !advice.empty()) {
-      text += print::wrapped(fmt::format("{:<8} -> {}", "", base::text::safe(advice)), width, 12);
-    }
+  if (all && !fine.empty()) {
+    text += '\n' + fine;
+  }
+  if (const std::string summary = summary_of(fault_count, fine_count, all); !summary.empty()) {
+    text += '\n' + summary + '\n';
   }
   return text;
 }

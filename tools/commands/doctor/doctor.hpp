@@ -9,9 +9,10 @@ namespace millrace::tools::commands::doctor {
 
 void add_doctor(CLI::App& app, Chosen& chosen);
 
-/// For a terminal of `width` characters; 0 = unlimited.
+/// For a terminal of `width` characters; 0 = unlimited. Faults first; what is fine only with `all`.
 std::string text_of(const tools::doctor::Findings& found,
-                    const std::vector<tools::doctor::Diagnosis>& diagnoses, std::size_t width);
+                    const std::vector<tools::doctor::Diagnosis>& diagnoses, std::size_t width,
+                    bool all);
 
 // How a command joins its fabric, as input of an examination.
 

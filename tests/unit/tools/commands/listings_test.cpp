@@ -278,9 +278,10 @@ std::string doctor_text(const Format& format) {
                              {std::chrono::microseconds(-2'300), std::chrono::microseconds(180)}}},
                  .live = plant()};
   const std::vector<Diagnosis> diagnoses = diagnose(found);
-  return format.kind == Format::Kind::json  ? line_of(json_of(found, diagnoses))
-         : format.kind == Format::Kind::csv ? ""
-                                            : doctor::text_of(found, diagnoses, format.width);
+  return format.kind == Format::Kind::json ? line_of(json_of(found, diagnoses))
+         : format.kind == Format::Kind::csv
+             ? ""
+             : doctor::text_of(found, diagnoses, format.width, format.width == 120);
 }
 
 class Listing : public testing::TestWithParam<Command> {
