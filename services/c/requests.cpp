@@ -123,7 +123,8 @@ void Requests::wait_for_an_instance(const fabric::CallId& call) {
     Pending& pending = found->second;
     const auto now = Clock::now();
     pending.time.on_timer(due, now);
-    if (now < pending.time.end()) {
+    // With trust a service shows its endpoints only once it is authenticated.
+    if (now < pending.time.end(shared_.participant().authenticator() != nullptr)) {
       wait_for_an_instance(call);
       return;
     }

@@ -115,6 +115,8 @@ TEST(NodeRed, AnswersAnNcProgramWithTheExampleFlow) {
                     "exec node " + (red / "node_modules/node-red/red.js").string() + " --userDir " +
                         red.string() + " --port " + port + " -D uiHost=127.0.0.1 " +
                         (examples / "node_red.json").string()});
+  // It listens before it has its flows, and answers 404 until then.
+  node_red.await("Started flows", std::chrono::minutes(1));
   const Process http =
       start_http(chain.folder(), "http://127.0.0.1:" + port + "/scale", chain.domain());
   Process cnc = chain.cnc({"--run", "1=" + chain.counting_program(uuid, 1), "--exit-when-idle"});
