@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "fabric/unknown_word.hpp"
+#include "fabric/words.hpp"
 
 namespace millrace::fabric {
 

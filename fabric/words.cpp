@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "fabric/data.hpp"
-#include "fabric/unknown_word.hpp"
 
 namespace millrace::fabric {
 

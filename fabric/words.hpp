@@ -10,6 +10,9 @@
 
 namespace millrace::fabric {
 
+/// The word for a code of a later version: "unknown (200)". It lives as long as the process.
+std::string_view unknown_word(std::uint8_t number);
+
 /// "interim", "final"; like the others "unknown (200)" for a code of a later version.
 std::string_view name_of(ReplyKind kind);
 /// "ok", "failed", "repeated", "refused".

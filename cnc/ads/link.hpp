@@ -40,7 +40,7 @@ struct LinkHandlers {
 /// Not thread-safe. Keeps itself alive while its coroutines run.
 ///
 /// What the controller has not received when the connection ends, or when the process is killed, is
-/// dropped. Linux would else send it for minutes, beside the next connection: when the network is
+/// dropped. Linux would else go on sending it, beside the next connection: when the network is
 /// back, an old REQUEST_STATE = 0 would wipe the next request of the NC program, which would wait
 /// for ever.
 class Link : public std::enable_shared_from_this<Link> {

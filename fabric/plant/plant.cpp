@@ -54,6 +54,14 @@ void Plant::add(const InstanceStatus& status) {
   }
 }
 
+template <typename Change>
+void Plant::for_programs_of(const std::string& machine, const Change& change) {
+  for (auto program = programs_.lower_bound({machine, 0});
+       program != programs_.end() && program->first.machine == machine;) {
+    program = change(program->second) ? programs_.erase(program) : std::next(program);
+  }
+}
+
 /// Of a machine that another gateway serves, only this gateway is forgotten.
 void Plant::forget(const MachineStatus& removed) {
   machines_.erase({removed.machine, removed.gateway});
@@ -62,8 +70,7 @@ void Plant::forget(const MachineStatus& removed) {
     std::erase_if(channels_, [&](const auto& channel) {
       return machine_of(channel.first.machine) == removed.machine;
     });
-    std::erase_if(programs_,
-                  [&](const auto& each) { return each.first.machine == removed.machine; });
+    for_programs_of(removed.machine, [](const Program&) { return true; });
   }
 }
 
@@ -109,14 +116,6 @@ bool Plant::add(const MachineStatus& status) {
     });
   }
   return fresh;
-}
-
-template <typename Change>
-void Plant::for_programs_of(const std::string& machine, const Change& change) {
-  for (auto program = programs_.lower_bound({machine, 0});
-       program != programs_.end() && program->first.machine == machine;) {
-    program = change(program->second) ? programs_.erase(program) : std::next(program);
-  }
 }
 
 bool Plant::add(const ProgramEvent& event) {

@@ -56,14 +56,16 @@ std::string subject_text(const Concern& concern) {
   return subject.empty() ? "plant" : shown_text(subject);
 }
 
-Values values_of(const Concern& concern) {
+/// `flags` for a command, where the concern has no advice.
+Values values_of(const Concern& concern, const std::string& flags) {
+  const std::string advice = fabric::plant::advice_of(concern.todo);
   return {{"subject", subject_text(concern)},
           {"kind", std::string(name_of(concern.kind))},
           {"level", std::string(name_of(concern.level))},
           {"who", std::string(name_of(concern.who))},
           {"what", shown_text(concern.what.text)},
           {"reason", shown_text(concern.why.text)},
-          {"todo", shown_text(fabric::plant::advice_of(concern.todo))},
+          {"todo", advice.empty() ? "see `millrace status" + flags + "`" : shown_text(advice)},
           {"machine", shown_text(fmt::format("{}", fmt::join(concern.machines, ", ")))},
           {"channel",
            concern.channels.size() == 1 ? std::to_string(concern.channels.front().channel) : ""},
@@ -167,7 +169,7 @@ void RuleWatch::find(std::size_t rule, const Concern& concern, Moment now) {
     return;
   }
   lasting.told = true;
-  Values values = values_of(concern);
+  Values values = values_of(concern, flags_);
   values["since"] = utc(lasting.since);
   values["seconds"] = seconds_text(lasted);
   tell(place, subject_text(concern), lasting.since, std::move(values), now);

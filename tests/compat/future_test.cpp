@@ -361,6 +361,17 @@ TEST_F(ALaterVersion, OfAGatewayCallsAService) {
   EXPECT_THAT(text, HasSubstr("3"));
 }
 
+/// Writes five times a second: an answer may come before its reader is matched.
+template <typename Write>
+auto repeated(Write write) {
+  return [write, due = std::int64_t{0}]() mutable {
+    if (now() >= due) {
+      write();
+      due = now() + DDS_MSECS(200);
+    }
+  };
+}
+
 /// A tool of a later version with a gateway of today.
 class AToolOfALaterVersion : public ALaterVersion {
  protected:
@@ -380,7 +391,6 @@ class AToolOfALaterVersion : public ALaterVersion {
     command.at = now();
     command.extras = later_extras();
     std::pair<bool, std::string> outcome;
-    std::int64_t due = 0;
     await_sample(
         outcomes, "the outcome",
         [&](const millrace_Outcome& sample) {
@@ -388,13 +398,7 @@ class AToolOfALaterVersion : public ALaterVersion {
                      sample.detail._length > 0 ? sample.detail._buffer[0].text : std::string()};
           return std::ranges::equal(sample.token, id_of(kind));
         },
-        [&] {
-          // The outcome may have been written before its reader was matched.
-          if (now() >= due) {
-            commands.write(command);
-            due = now() + DDS_MSECS(200);
-          }
-        });
+        repeated([&] { commands.write(command); }));
     return outcome;
   }
 
@@ -428,19 +432,13 @@ TEST_F(AToolOfALaterVersion, GetsTheReasonForAnUnknownVariableRequest) {
     request.at = now();
     request.extras = later_extras();
     std::string reason;
-    std::int64_t due = 0;
     await_sample(
         replies, "the reply",
         [&](const millrace_VariableReply& reply) {
           reason = reply.reason._length > 0 ? reply.reason._buffer[0].text : std::string();
           return std::ranges::equal(reply.token, id_of(action));
         },
-        [&] {
-          if (now() >= due) {
-            requests.write(request);
-            due = now() + DDS_MSECS(200);
-          }
-        });
+        repeated([&] { requests.write(request); }));
     return reason;
   };
   EXPECT_EQ(asked(millrace_variable_action_read), "");

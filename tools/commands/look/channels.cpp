@@ -48,7 +48,7 @@ std::string name_of_service(const fabric::plant::Plant& live, const std::string&
 struct ChannelsOptions : LookOptions {
   explicit ChannelsOptions(CLI::App& command)
       : LookOptions(command, "M[/N]", "Only this machine or channel; all by default"),
-        watch(command, {"--json", "--csv"}) {}
+        watch(command, {"--json", "--csv", "-o"}) {}
 
   WatchFlag watch;
 };

@@ -130,7 +130,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
     const std::string flags = fabric::profile::given_flags(options.fabric);
     if (channel != live.channels().end() &&
         channel->second.state == fabric::ChannelState::unserved) {
-      // The gateway writes nothing to a channel that it does not serve (docs/explanation).
+      // The gateway writes nothing to such a channel: docs/explanation/life-of-a-call.md.
       fmt::print(stderr,
                  "millrace: the request of {} has no service: {}. Only a call that the gateway has "
                  "accepted can be answered or retried: start the service, or correct the NC "
