@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
@@ -125,14 +126,8 @@ class Assessment {
   }
 
   void add_gateways() {
-    if (lost_.empty() &&
-        std::ranges::all_of(plant_.machines(), [](const auto& each) { return each.second.gone; })) {
-      put({.kind = Kind::no_gateway,
-           .what = messages::what_no_gateway(),
-           .why = messages::no_gateway_reports(),
-           .todo = {messages::start_a_gateway(), messages::look_elsewhere(),
-                    messages::run_command("millrace doctor" + view_.flags)},
-           .cause = "no gateway"});
+    if (lost_.empty() && !plant_.has_gateway()) {
+      add_no_gateway();
     }
     for (const LostMachine& lost : lost_) {
       if (is_silent_for_a_moment(lost, now_, view_.patience)) {
@@ -159,6 +154,23 @@ class Assessment {
       concern.todo.push_back(is_known ? restart_of(last) : messages::start_a_gateway());
       put(std::move(concern));
     }
+  }
+
+  /// A user who has named the wrong fabric sees which there are.
+  void add_no_gateway() {
+    Concern concern{.kind = Kind::no_gateway,
+                    .what = messages::what_no_gateway(),
+                    .why = messages::no_gateway_reports(),
+                    .cause = "no gateway"};
+    if (!plant_.other_fabrics().empty()) {
+      concern.why = messages::with_other_fabrics(
+          concern.why, fmt::format("{}", fmt::join(plant_.other_fabrics(), ", ")));
+      concern.todo.push_back(messages::join_other_fabric());
+    }
+    concern.todo.push_back(messages::start_a_gateway());
+    concern.todo.push_back(messages::look_elsewhere());
+    concern.todo.push_back(messages::run_command("millrace doctor" + view_.flags));
+    put(std::move(concern));
   }
 
   void add_links() {

@@ -77,8 +77,10 @@ std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status,
   const Link link = link_of(plant, machine);
   if (link == Link::gone || status.gone) {
     const std::optional<LostMachine> lost = lost_machine(plant, machine);
-    return lost && is_silent_for_a_moment(*lost, now, patience) ? std::nullopt
-                                                                : std::optional(Kind::gateway_gone);
+    // For a moment its last status holds: a call that is held stays so while its gateway is late.
+    if (!lost || !is_silent_for_a_moment(*lost, now, patience)) {
+      return Kind::gateway_gone;
+    }
   }
   if (link == Link::down) {
     return Kind::link_down;
@@ -148,7 +150,11 @@ ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,
   const std::optional<Kind> obstacle = obstacle_of(plant, status, now, patience);
   ChannelView view{.call = obstacle ? name_of(*obstacle) : name_of(status.state),
                    .call_level = level_of(obstacle, status, now, patience),
-                   .since = status.since};
+                   .since = status.since,
+                   .why = status.reason};
+  if (status.gone && obstacle == Kind::gateway_gone) {
+    view.why = base::messages::gateway_gone();
+  }
   if (obstacle == Kind::gateway_gone || obstacle == Kind::link_down) {
     view.since = without_link_since(plant, machine_of(status.key.machine)).value_or(status.since);
   }

@@ -64,6 +64,8 @@ struct ChannelView {
   std::string_view state{};
   Level level = Level::fine;
   Time since{};
+  /// Why its call, or all of its calls, do not run; empty if they do.
+  Message why{};
   bool operator==(const ChannelView&) const = default;
 };
 ChannelView view_of(const Plant& plant, const ChannelStatus& status, Time now,

@@ -16,7 +16,7 @@ bool Plant::add(const observer::Entry& entry) {
   if (const auto* status = std::get_if<InstanceStatus>(&entry.sample)) {
     add(*status);
   } else if (const auto* channel = std::get_if<ChannelStatus>(&entry.sample)) {
-    return channels_.insert_or_assign(channel->key, *channel).second;
+    return add(*channel);
   } else if (const auto* machine = std::get_if<MachineStatus>(&entry.sample)) {
     return add(*machine);
   } else if (const auto* event = std::get_if<ProgramEvent>(&entry.sample)) {
@@ -54,6 +54,17 @@ void Plant::add(const InstanceStatus& status) {
   }
 }
 
+/// A channel without its gateway keeps what the gateway published last: the gateway may only be
+/// late.
+bool Plant::add(const ChannelStatus& status) {
+  const auto known = channels_.find(status.key);
+  if (status.gone && known != channels_.end()) {
+    known->second.gone = true;
+    return false;
+  }
+  return channels_.insert_or_assign(status.key, status).second;
+}
+
 template <typename Change>
 void Plant::for_programs_of(const std::string& machine, const Change& change) {
   for (auto program = programs_.lower_bound({machine, 0});
@@ -65,7 +76,7 @@ void Plant::for_programs_of(const std::string& machine, const Change& change) {
 /// Of a machine that another gateway serves, only this gateway is forgotten.
 void Plant::forget(const MachineStatus& removed) {
   machines_.erase({removed.machine, removed.gateway});
-  last_samples_.erase({removed.machine, removed.gateway});
+  presence_.erase({removed.machine, removed.gateway});
   if (!has_gateway(removed.machine)) {
     std::erase_if(channels_, [&](const auto& channel) {
       return machine_of(channel.first.machine) == removed.machine;
@@ -85,7 +96,11 @@ bool Plant::add(const MachineStatus& status) {
   const bool had_gateway = has_gateway(status.machine);
   if (!status.gone) {
     gateways_.insert_or_assign(status.gateway, status);
-    last_samples_.insert_or_assign({status.machine, status.gateway}, status);
+    Presence& presence = presence_[{status.machine, status.gateway}];
+    presence.last = status;
+    presence.lost_link =
+        !status.connected &&
+        (presence.lost_link || (loses_link(status) && !is_connected_through_another(status)));
   }
   if (status.connected) {
     // Their gateway is there and has them no longer: they were removed from its configuration.
@@ -160,6 +175,32 @@ bool Plant::has_gateway(std::string_view machine) const {
   return false;
 }
 
+bool Plant::has_gateway() const {
+  return std::ranges::any_of(machines_, [](const auto& each) { return !each.second.gone; });
+}
+
+bool Plant::knows_machine(std::string_view machine) const {
+  const auto any = machines_.lower_bound({std::string(machine), {}});
+  return any != machines_.end() && any->first.first == machine;
+}
+
+bool Plant::is_connected_through_another(const MachineStatus& status) const {
+  return std::ranges::any_of(machines_, [&](const auto& each) {
+    return each.second.machine == status.machine && each.second.gateway != status.gateway &&
+           each.second.connected;
+  });
+}
+
+bool Plant::loses_link(const MachineStatus& status) const {
+  const auto known = machines_.find({status.machine, status.gateway});
+  return known != machines_.end() && known->second.connected && !status.connected && !status.gone;
+}
+
+bool Plant::lost_link(const MachineStatus& status) const {
+  const auto known = presence_.find({status.machine, status.gateway});
+  return known != presence_.end() && known->second.lost_link;
+}
+
 /// True if it was there.
 bool Plant::mark_gone(const InstanceId& id, Time at, bool is_silent) {
   auto instance = instances_.extract(id);
@@ -199,8 +240,8 @@ void Plant::forget_gone(Time time) {
 }
 
 const MachineStatus* Plant::last_sample(const MachineStatus& status) const {
-  const auto last = last_samples_.find({status.machine, status.gateway});
-  return last == last_samples_.end() ? nullptr : &last->second;
+  const auto known = presence_.find({status.machine, status.gateway});
+  return known == presence_.end() ? nullptr : &known->second.last;
 }
 
 std::vector<LostMachine> Plant::lost() const {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -70,6 +71,9 @@ class Plant {
  public:
   /// True if a process or an NC program appeared or disappeared; false for news of known ones.
   bool add(const observer::Entry& entry);
+  /// What the DDS domain has besides this fabric: for a fabric without a gateway, which may be the
+  /// wrong one.
+  void set_other_fabrics(std::set<std::string> names) { other_fabrics_ = std::move(names); }
 
   [[nodiscard]] const std::map<InstanceId, KnownInstance>& instances() const { return instances_; }
   /// The last instances that ended or fell silent.
@@ -87,8 +91,19 @@ class Plant {
   /// The last sample about the machine from the gateway of `status` while it was present; nullptr
   /// if there was none.
   [[nodiscard]] const MachineStatus* last_sample(const MachineStatus& status) const;
+  [[nodiscard]] const std::set<std::string>& other_fabrics() const { return other_fabrics_; }
+  /// Some gateway reports about some machine.
+  [[nodiscard]] bool has_gateway() const;
   /// Some gateway reports about the machine.
   [[nodiscard]] bool has_gateway(std::string_view machine) const;
+  /// Some gateway reports about the machine, or did.
+  [[nodiscard]] bool knows_machine(std::string_view machine) const;
+  /// Its machine is served by another gateway: it needs no connection.
+  [[nodiscard]] bool is_connected_through_another(const MachineStatus& status) const;
+  /// This gateway had a connection, which `status` says is gone.
+  [[nodiscard]] bool loses_link(const MachineStatus& status) const;
+  /// The gateway of `status` has lost its connection to this machine, and had none since.
+  [[nodiscard]] bool lost_link(const MachineStatus& status) const;
   /// Each machine without a present gateway, with the last one.
   [[nodiscard]] std::vector<LostMachine> lost() const;
   /// The last sample of each gateway about one of its machines; also of gateways that are taken for
@@ -118,6 +133,7 @@ class Plant {
  private:
   bool add(const observer::InstanceNews& news, Time at);
   void add(const InstanceStatus& status);
+  bool add(const ChannelStatus& status);
   bool add(const MachineStatus& status);
   /// The machine is no longer in the configuration of this gateway.
   void forget(const MachineStatus& removed);
@@ -134,12 +150,18 @@ class Plant {
   std::map<InstanceId, LostProcess> lost_processes_;
   std::map<ChannelKey, ChannelStatus> channels_;
   Machines machines_;
-  /// The last samples of gateways while they were present.
-  Machines last_samples_;
+  struct Presence {
+    /// The last sample of the gateway while it was present.
+    MachineStatus last{};
+    /// Its connection was lost and is not back, while no other gateway served the machine.
+    bool lost_link = false;
+  };
+  std::map<Machines::key_type, Presence> presence_;
   std::map<InstanceId, MachineStatus> gateways_;
   std::map<AlarmKey, Alarm> alarms_;
   bool too_many_alarms_ = false;
   std::map<ChannelKey, Program> programs_;
+  std::set<std::string> other_fabrics_;
   /// Status of instances that discovery has not shown yet.
   std::map<InstanceId, InstanceStatus> early_;
 };

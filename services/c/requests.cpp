@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 
+#include "base/messages/catalogue.hpp"
 #include "services/c/participant.hpp"
 #include "tools/caller/caller.hpp"
 
@@ -107,7 +108,7 @@ fabric::CallId Requests::send(tools::caller::Order order,
 
 void Requests::cancel(const fabric::CallId& call) {
   if (pending_.contains(call)) {
-    caller_.give_up(call, "the process that made the call has cancelled it");
+    caller_.give_up(call, base::messages::cancelled_by_caller());
   }
 }
 

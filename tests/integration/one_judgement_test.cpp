@@ -2,10 +2,13 @@
 // same about each.
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <regex>
 #include <set>
+#include <stdexcept>
 #include <stop_token>
 #include <thread>
 
@@ -13,9 +16,11 @@
 #include <boost/json/parse.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/endpoints/alarm_endpoint.hpp"
+#include "fabric/plant/concern.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/http_client.hpp"
@@ -279,6 +284,133 @@ TEST_F(OneJudgement, IsSaidOfTheOnlyInstanceThatStandsStillAndOfItsReturn) {
     return HttpClient(port).get("/api/events").body.find("\"instance responds\"") !=
            std::string::npos;
   });
+}
+
+TEST_F(OneJudgement, IsSaidOfACallThatIsLaterThanItsDeadlineAndFailsNothing) {
+  service.emplace(chain.slow_service({"--work", "100000"}));
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc")}));
+  gateway.emplace(chain.configured_gateway(
+      "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+      "policy { deadline { after_ms: 500 } } }\n"));
+  expect_everywhere("look overdue cnc/1", "what_overdue", 0);
+}
+
+TEST_F(OneJudgement, IsSaidOfAJournalThatCannotBeWrittenAndOfItsReturn) {
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  rlimit before{};
+  const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
+  expect_everywhere("act journal cnc", "what_journal", 6);
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
+  expect_nothing_anywhere();
+}
+
+TEST_F(OneJudgement, SaysToAToolOfAnotherFabricWhichFabricsThereAre) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  await("status to name the fabric", [&] {
+    Process status = chain.millrace({"status", "--json", "--fabric", "other"});
+    EXPECT_EQ(status.wait(), 3) << status.output();
+    const boost::json::value concerns = boost::json::parse(status.output()).at("concerns");
+    return concerns.at(0).at("why_code") == "with_other_fabrics" &&
+           concerns.at(0).at("why_arguments").at(1) == "millrace" &&
+           concerns.at(0).at("todo").at(0).at("text_code") == "join_other_fabric";
+  });
+}
+
+TEST_F(OneJudgement, IsSaidInAMailInTheSameWords) {
+  const auto inbox = chain.folder() / "inbox";
+  std::filesystem::create_directory(inbox);
+  Process server({"/usr/bin/python3", MILLRACE_SMTP_SERVER, inbox.string(), "--port", "0"});
+  const std::string port = server.await("^ready: (\\d+)").at(1);
+  std::ofstream(chain.folder() / "mail.textproto")
+      << "server { host: 'localhost' port: " << port << " starttls: OFF }\n"
+      << "from: 'press@example.com'\n"
+         "recipient { name: 'shift' address: 'eva@example.com' }\n"
+         "rule { name: 'act' concern: ACT after_s: 0 to: 'shift' text: "
+         "'{what}|{since}|{reason}|{who}|{todo}|' }\n";
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  service.emplace(std::vector<std::string>{binary("millrace-mail"), "--config",
+                                           (chain.folder() / "mail.textproto").string(), "--domain",
+                                           std::to_string(chain.domain())});
+  service->await("^ready: ");
+  cnc->kill();
+  await("the mail", [&] { return std::filesystem::exists(inbox / "1.mail"); });
+  const boost::json::value concern = page().at(0);
+  const auto in_mail = [&](const char* field) {
+    return std::string(concern.at(field).as_string());
+  };
+  std::ifstream file(inbox / "1.mail");
+  // Without the soft line breaks of quoted-printable (RFC 2045, 6.7).
+  const std::string mail = std::regex_replace(std::string(std::istreambuf_iterator<char>(file), {}),
+                                              std::regex("=\r\n"), "");
+  EXPECT_THAT(mail, testing::HasSubstr(in_mail("what") + "|"));
+  EXPECT_THAT(mail, testing::HasSubstr("|" + in_mail("why") + "|" + in_mail("who") + "|"));
+}
+
+/// The test above that makes a fault of this kind with real processes.
+std::string test_of(fabric::plant::Kind kind) {
+  using enum fabric::plant::Kind;
+  switch (kind) {
+    case missing:
+      // An expectation of `status` alone: no state of the plant.
+      return "";
+    case held:
+      return "IsSaidOfACallThatIsHeldAndOfItsEnd";
+    case no_gateway:
+      return "SaysToAToolOfAnotherFabricWhichFabricsThereAre";
+    case gateway_gone:
+      return "IsSaidOfAGatewayThatIsGone";
+    case link_down:
+      return "IsSaidOfAControllerThatIsGone";
+    case journal:
+      return "IsSaidOfAJournalThatCannotBeWrittenAndOfItsReturn";
+    case unserved:
+      return "IsSaidOfAServiceThatIsNotThereAndOfItsReturn";
+    case program_aborted:
+      return "IsSaidOfAnNcProgramThatWasAborted";
+    case alarm:
+      return "IsSaidOfAProcessThatReportsAProblemAndOfItsEnd";
+    case overdue:
+      return "IsSaidOfACallThatIsLaterThanItsDeadlineAndFailsNothing";
+    case waiting:
+      return "IsSaidOfACallThatWaitsForTheOnlyInstanceAndFailsNothing";
+    case errors:
+      return "IsSaidOfAServiceWhoseResponsesAreErrors";
+    case redundancy:
+      return "IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing";
+    case process_gone:
+      return "IsSaidOfARecorderThatIsGoneWithoutAWord";
+    case program_on_hold:
+      return "IsSaidOfAnNcProgramOnHoldAndFailsNothing";
+    case unknown:
+      // tests/compat/future_test: a gateway of a later version.
+      return "";
+  }
+  throw std::logic_error("a kind without a test");
+}
+
+TEST(EachKindOfConcern, IsMadeInATest) {
+  const testing::UnitTest& all = *testing::UnitTest::GetInstance();
+  std::set<std::string> tests;
+  for (int suite = 0; suite < all.total_test_suite_count(); ++suite) {
+    for (int test = 0; test < all.GetTestSuite(suite)->total_test_count(); ++test) {
+      tests.insert(all.GetTestSuite(suite)->GetTestInfo(test)->name());
+    }
+  }
+  using fabric::plant::Kind;
+  for (auto kind = Kind::missing; kind <= Kind::unknown;
+       kind = static_cast<Kind>(static_cast<int>(kind) + 1)) {
+    EXPECT_TRUE(test_of(kind).empty() || tests.contains(test_of(kind))) << name_of(kind);
+  }
 }
 
 TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {

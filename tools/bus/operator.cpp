@@ -78,9 +78,12 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     Clock::time_point at;
   };
 
+  /// An instance that was commanded to leave may be gone by now: its outcome comes before the news of
+  /// that.
   void drain() {
-    discovery_->drain(registry_, Clock::now());
     outcomes_.drain();
+    hear();
+    discovery_->drain(registry_, Clock::now());
     hear();
   }
 

@@ -12,6 +12,7 @@
 #include "fabric/dds/entity.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
+#include "tools/bus/other_fabrics.hpp"
 
 namespace millrace::tools::bus {
 
@@ -127,7 +128,12 @@ class Visit {
     });
   }
 
-  fabric::plant::Plant& live() { return listener_.live; }
+  fabric::plant::Plant& live() {
+    if (!listener_.live.has_gateway()) {
+      listener_.live.set_other_fabrics(other_fabrics(participant_));
+    }
+    return listener_.live;
+  }
 
  private:
   fabric::dds::Participant participant_;

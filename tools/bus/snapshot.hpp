@@ -65,9 +65,8 @@ class ListeningTime {
 /// std::runtime_error if the fabric cannot be joined.
 fabric::plant::Plant take_snapshot(
     const fabric::dds::ParticipantOptions& options, Patience patience = {},
-    const std::function<bool(const fabric::plant::Plant&)>& enough = [](const fabric::plant::Plant&) {
-      return false;
-    });
+    const std::function<bool(const fabric::plant::Plant&)>& enough =
+        [](const fabric::plant::Plant&) { return false; });
 
 /// Calls `draw` once no new process comes, and then every `period`, until it returns false, or
 /// SIGINT or SIGTERM. Throws as take_snapshot().

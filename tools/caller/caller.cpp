@@ -162,8 +162,8 @@ void Caller::give_up(const fabric::CallId& call, const fabric::Message& reason) 
   impl_->carry_out_later();
 }
 
-std::optional<std::string> Caller::why_unserved(const std::string& uuid,
-                                                const fabric::ChannelKey& key) const {
+std::optional<fabric::Message> Caller::why_unserved(const std::string& uuid,
+                                                    const fabric::ChannelKey& key) const {
   return impl_->calls.why_unserved(uuid, key);
 }
 

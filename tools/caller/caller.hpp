@@ -52,8 +52,8 @@ class Caller {
   void give_up(const fabric::CallId& call, const fabric::Message& reason);
 
   /// Why no discovered instance serves this UUID for this channel; nullopt if one does.
-  [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
-                                                        const fabric::ChannelKey& key) const;
+  [[nodiscard]] std::optional<fabric::Message> why_unserved(const std::string& uuid,
+                                                            const fabric::ChannelKey& key) const;
   /// Whether an instance has the call now.
   [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;
   /// Calls that have not ended.

@@ -241,7 +241,7 @@ void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply,
   out_.emplace_back(Ended{.call = call,
                           .key = open.order.key,
                           .reply = std::move(reply),
-                          .reason = reason.text,
+                          .reason = reason,
                           .took = now.steady - open.given.value_or(now.steady)});
   carry_out(dispatcher_.remove(call), now);
 }

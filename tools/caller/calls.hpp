@@ -71,10 +71,9 @@ class Calls {
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
   /// Why no instance serves this UUID for this channel; nullopt if one does.
-  [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
-                                                        const fabric::ChannelKey& key) const {
-    const auto why = dispatcher_.why_unserved(uuid, key);
-    return why ? std::optional(why->text) : std::nullopt;
+  [[nodiscard]] std::optional<fabric::Message> why_unserved(const std::string& uuid,
+                                                            const fabric::ChannelKey& key) const {
+    return dispatcher_.why_unserved(uuid, key);
   }
   /// Whether an instance has the call now.
   [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;

@@ -70,7 +70,7 @@ boost::json::object json_of(const Order& order, const Ended& ended) {
     out["instance"] = ended.reply->instance.to_string();
     out["after_ms"] = std::chrono::duration<double, std::milli>(ended.took).count();
   } else {
-    out["reason"] = print::utf8(ended.reason);
+    print::put_message(out, "reason", ended.reason);
   }
   return out;
 }

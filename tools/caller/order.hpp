@@ -34,8 +34,8 @@ struct Ended {
   fabric::ChannelKey key{};
   /// The final reply; nullopt if none came.
   std::optional<fabric::Reply> reply{};
-  /// Why there is none, in words.
-  std::string reason{};
+  /// Why there is none.
+  fabric::Message reason{};
   /// Since the call was first dispatched; zero if it never was.
   std::chrono::nanoseconds took{};
 };

@@ -124,11 +124,10 @@ void Player::withdraw_overdue(Clock::time_point now) {
   }
   for (const std::size_t call : overdue) {
     const auto& withdrawn = plan_.calls[call].withdrawn_after;
-    stage_.withdraw(call, withdrawn
-                              ? base::messages::withdrawn_as_recorded()
-                              : fabric::Message(fmt::format(
-                                    "no response within {:g} s",
-                                    std::chrono::duration<double>(options_.patience).count())));
+    stage_.withdraw(
+        call, withdrawn ? base::messages::withdrawn_as_recorded()
+                        : base::messages::no_response_in_replay(fmt::format(
+                              "{:g}", std::chrono::duration<double>(options_.patience).count())));
   }
 }
 

@@ -107,7 +107,7 @@ const print::Listing<ChannelRow>& channels_listing() {
        [](const ChannelRow& row) -> Cell { return static_cast<std::int64_t>(row.status.failed); },
        Align::right, 5},
       {"WHY", "", [](const ChannelRow& row) -> Cell {
-         return row.status.reason;
+         return row.view.why;
        }}}.with_fields<fabric::ChannelStatus>([](const ChannelRow& row) { return &row.status; });
   return channels;
 }

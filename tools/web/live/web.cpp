@@ -26,6 +26,7 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/participant_identity.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/bus/other_fabrics.hpp"
 #include "tools/caller/one_call.hpp"
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/examine.hpp"
@@ -101,6 +102,8 @@ class Examiner {
 constexpr auto turn = std::chrono::milliseconds(25);
 /// How many turns from one message for browsers to the next.
 constexpr int turns_per_tick = 10;
+/// How many turns from one look for other fabrics to the next, while this one has no gateway.
+constexpr int turns_per_look = 8 * turns_per_tick;
 /// For the outcome of a command.
 constexpr auto patience_for_a_word = std::chrono::seconds(2);
 /// For browsers to read the last event.
@@ -362,6 +365,9 @@ void Web::process_samples() {
 
 void Web::publish_changes() {
   plant.set_counts(observer.counts());
+  if (turns % turns_per_look == 0 && !plant.live().has_gateway()) {
+    plant.set_other_fabrics(bus::other_fabrics(participant));
+  }
   if (const auto changes = plant.changes(now())) {
     server.publish("changes", print::json_text(*changes));
   }

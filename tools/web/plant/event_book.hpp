@@ -1,59 +1,25 @@
-// Events on the fabric, one line each: an instance started or ended, a gateway disappeared, a
-// program was aborted, a call was blocked, an operator answered it. Pure.
-//   events.add(entry, live);                           // before `live` gets the entry
-//   events.list(100)                                   // the newest first
+// The events of a plant, as the page lists them: the newest first, one for all machines of a
+// gateway, one for what two gateways report. Pure.
+//   if (const auto event = fabric::plant::event_of(entry, plant)) events.add(*event);
+//   events.list(100)
 //   for (auto& event : events.take()) …                // those that are new or have changed since
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <set>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 
-#include "fabric/observer/entry.hpp"
-#include "fabric/plant/plant.hpp"
+#include "fabric/plant/event.hpp"
 
 namespace millrace::tools::web::plant {
-
-struct PlantEvent {
-  /// Counts up. An event that is sent again with the same number has changed.
-  std::uint64_t number = 0;
-  fabric::Time at{};
-  /// As the page names it: "instance started", "call held", …
-  std::string_view kind{};
-  /// For a gateway, all of its machines.
-  std::vector<std::string> machines{};
-  std::uint16_t channel = 0;
-  fabric::CallId call{};
-  std::string uuid{};
-  /// Name of the instance, the gateway or the program.
-  std::string name{};
-  std::string host{};
-  std::uint32_t pid = 0;
-  /// Which instance, gateway or program.
-  fabric::InstanceId who{};
-  /// The instance that ended or fell silent was the last of its service.
-  bool last = false;
-  std::uint32_t error = 0;
-  /// The reason or the person: a text of the fabric.
-  fabric::Message text{};
-};
 
 class EventBook {
  public:
   static constexpr std::size_t most_events = 500;
 
-  /// Derives events from `entry` and the state in `live` before it.
-  void add(const recording::Entry& entry, const fabric::plant::Plant& live);
-
-  /// A user has acknowledged the cause `name`.
-  void add_acknowledgement(const std::string& name, const std::string& by, const std::string& note,
-                           fabric::Time at);
+  void add(fabric::plant::PlantEvent event);
 
   /// The newest first, at most `most`.
   [[nodiscard]] boost::json::array list(std::size_t most) const;
@@ -62,23 +28,17 @@ class EventBook {
   [[nodiscard]] bool has_news() const { return !news_.empty(); }
 
  private:
-  void add(const recording::InstanceNews& news, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const fabric::InstanceStatus& status, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const fabric::MachineStatus& status, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const fabric::ChannelStatus& status, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const fabric::Event& event, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const fabric::ProgramEvent& event, fabric::Time at, const fabric::plant::Plant& live);
-  void add(const recording::AlarmNews& news, fabric::Time at, const fabric::plant::Plant& live);
-  template <typename Other>
-  void add(const Other& /*no event*/, fabric::Time /*at*/, const fabric::plant::Plant& /*live*/) {}
-  /// The last event of this link is that the connection was lost.
-  [[nodiscard]] bool was_reported_down(const fabric::MachineStatus& status) const;
-  void put(PlantEvent event);
-  /// One event for all machines of a gateway.
-  void put_gateway(std::string_view kind, const fabric::MachineStatus& of, fabric::Time at);
+  struct NumberedEvent {
+    /// Counts up. An event that is sent again with the same number has changed.
+    std::uint64_t number = 0;
+    fabric::plant::PlantEvent event{};
+  };
+  static boost::json::object json_of(const NumberedEvent& numbered);
+  /// True if a known event says the same, maybe of another machine.
+  bool joins_known(const fabric::plant::PlantEvent& event);
 
   /// By time, the oldest in front.
-  std::deque<PlantEvent> events_;
+  std::deque<NumberedEvent> events_;
   std::set<std::uint64_t> news_;
   std::uint64_t number_ = 0;
 };

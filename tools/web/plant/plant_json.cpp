@@ -78,7 +78,9 @@ std::string PlantModel::name_of_service(const std::string& uuid) const {
 boost::json::object PlantModel::channel_json(const fabric::ChannelStatus& status,
                                              const fabric::Moment& now) const {
   boost::json::object out = print::json_of(status);
-  out["view"] = plant::json_of(fabric::plant::view_of(live_, status, now.wall));
+  const fabric::plant::ChannelView view = fabric::plant::view_of(live_, status, now.wall);
+  out["view"] = plant::json_of(view);
+  print::put_message(out, "reason", view.why);
   if (const auto instance = live_.instances().find(status.instance);
       instance != live_.instances().end()) {
     out["name"] = print::utf8(instance->second.identity.name);

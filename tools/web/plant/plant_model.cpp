@@ -23,7 +23,9 @@ bool goes_by_itself(fabric::ChannelState state) {
 }  // namespace
 
 const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Moment& now) {
-  events_.add(entry, live_);
+  if (auto event = fabric::plant::event_of(entry, live_)) {
+    events_.add(std::move(*event));
+  }
   if (const auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
     data_.add(*sample, entry.at);
     return nullptr;
@@ -83,7 +85,11 @@ void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
   print::put_time(out, "time", at);
   acknowledged_.push_back(std::move(out));
   acknowledged_changed_ = true;
-  events_.add_acknowledgement(acknowledgement.name, acknowledgement.by, acknowledgement.note, at);
+  const std::string& note = acknowledgement.note;
+  events_.add({.at = at,
+               .kind = fabric::plant::PlantEvent::Kind::acknowledged,
+               .name = acknowledgement.name,
+               .text = note.empty() ? acknowledgement.by : acknowledgement.by + ": " + note});
 }
 
 /// The gateway may have published why it leaves its machines' calls alone.

@@ -75,6 +75,8 @@ class PlantModel {
   const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
   /// Replaces an earlier one of the same cause.
   void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
+  /// As Plant::set_other_fabrics().
+  void set_other_fabrics(std::set<std::string> names) { live_.set_other_fabrics(std::move(names)); }
   /// Counters of the observer.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 

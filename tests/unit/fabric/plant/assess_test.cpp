@@ -203,6 +203,23 @@ TEST_F(AnAssessment, WaitsAMomentForAGatewayThatIsOnlyLate) {
   EXPECT_EQ(state_of(1, 1100ms), "gateway gone");
 }
 
+TEST_F(AnAssessment, KeepsTheHeldCallOfAGatewayThatIsOnlyLate) {
+  auto late = machine_status("press", false);
+  late.gone = true;
+  late.reason = messages::gateway_not_responding();
+  late.since = noon;
+  plant.add(channel(1, ChannelState::held, square_root, noon, "its instance exited"));
+  ChannelStatus gone{.key = {"press", 1}, .since = noon, .reason = messages::gateway_gone()};
+  gone.gone = true;
+  plant.add(entry(gone));
+  plant.add(entry(late));
+  EXPECT_THAT(kinds(900ms), ElementsAre("act held press/1"));
+  EXPECT_EQ(found[0].why, "its instance exited");
+  EXPECT_THAT(kinds(1100ms), ElementsAre("act gateway gone press"));
+  EXPECT_EQ(view_of(plant, plant.channels().at({"press", 1}), noon + 1100ms).why,
+            messages::gateway_gone());
+}
+
 TEST_F(AnAssessment, LooksAtAProcessThatSaidThatItRunsAndIsGoneWithoutAWord) {
   const Alarm runs = alarm_of(3, "recording", AlarmLevel::fine);
   const auto over = [&](bool is_lost) {
@@ -290,6 +307,17 @@ TEST_F(AnAssessment, HasNoConcernForAGatewayThatStandsBy) {
 TEST_F(AnAssessment, KnowsAFabricWithoutAnyGateway) {
   plant = {};
   EXPECT_THAT(kinds(), ElementsAre("act no gateway "));
+}
+
+TEST_F(AnAssessment, NamesTheOtherFabricsOfTheDomainWhereThisOneHasNoGateway) {
+  plant.set_other_fabrics({"hall", "press"});
+  EXPECT_THAT(kinds(), IsEmpty());
+  plant = {};
+  plant.set_other_fabrics({"hall", "press"});
+  EXPECT_THAT(kinds(), ElementsAre("act no gateway "));
+  EXPECT_EQ(found[0].why,
+            "no controller is asked for calls; this domain also has the fabrics hall, press");
+  EXPECT_EQ(found[0].todo.front(), messages::join_other_fabric());
 }
 
 TEST_F(AnAssessment, HasAJournalThatCannotBeWrittenOnceWithTheChannelsThatWaitForIt) {

@@ -307,7 +307,7 @@ TEST_F(CallerTest, CallsAServiceThatStartsLater) {
                   log);
   ASSERT_TRUE(run_until(io, [&] { return !listener.ended.empty(); }));
   EXPECT_EQ(listener.ended[0].call, *call);
-  ASSERT_TRUE(listener.ended[0].reply.has_value()) << listener.ended[0].reason;
+  ASSERT_TRUE(listener.ended[0].reply.has_value()) << listener.ended[0].reason.text;
   EXPECT_EQ(listener.ended[0].reply->text, "answer to 2");
   EXPECT_TRUE(listener.ended[0].reply->replayed);
   EXPECT_TRUE(marked);

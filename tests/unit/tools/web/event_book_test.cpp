@@ -27,7 +27,9 @@ class AnEventBook : public testing::Test {
  protected:
   void tell(recording::Sample sample, double ms = 0) {
     const Entry entry{.at = at(ms), .sample = std::move(sample)};
-    sut.add(entry, live_);
+    if (auto event = fabric::plant::event_of(entry, live_)) {
+      sut.add(std::move(*event));
+    }
     live_.add(entry);
   }
   void tell_instance(Change change, std::uint8_t byte, double ms = 0) {

@@ -210,6 +210,8 @@ export const messages = {
   see_whether_it_runs: 'Prüfen Sie, ob sein Rechner erreichbar ist und ob der Prozess noch läuft: Dann steht er still und muss beendet werden.',
   occupied_by: '{0} Mit dem Aufruf von {1}.',
   reset_program: 'Oder setzen Sie das NC-Programm zurück: Der Aufruf wird dann zurückgenommen.',
+  cancelled_by_caller: 'Der Prozess, von dem der Aufruf kam, hat ihn abgebrochen.',
+  no_response_in_replay: 'Keine Antwort innerhalb von {0} s.',
   look_elsewhere: 'Prozesse in einer anderen Domain oder Fabric findet',
   last_instance_was: 'Die letzte Instanz war {0}, Prozess {1} auf {2}; sie ist weg.',
   last_instance_silent: 'Die letzte Instanz, {0}, Prozess {1} auf {2}, antwortet nicht: Sie wurde abgebrochen, steht still oder ist nicht erreichbar.',
