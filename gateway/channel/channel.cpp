@@ -21,45 +21,48 @@ SteadyTime next_multiple(SteadyTime now, std::chrono::milliseconds period) {
 
 }  // namespace
 
-Channel::Channel(fabric::ChannelKey key, ChannelContext& context, ReadIntervals intervals,
-                 std::shared_ptr<WriteEffects> effects)
-    : intervals_(intervals), out_(std::move(key), context), effects_(std::move(effects)) {}
+Channel::Channel(fabric::ChannelKey key, ServiceAccess& access, ChannelContext& context,
+                 ReadIntervals intervals, std::shared_ptr<WriteEffects> effects)
+    : out_(std::move(key), access, context),
+      effects_(std::move(effects)),
+      reads_{.intervals = intervals} {}
 
 void Channel::on_link_up(Moment now) {
-  assert(io_ == Io::none && "all reads and writes end before the connection is restored");
-  link_up_ = true;
-  zero_seen_ = false;
-  controller_error_.clear();
-  reader_.restart();
+  assert(io_.purpose == Purpose::none && "all requests end before the connection is restored");
+  link_.up = true;
+  link_.zero_seen = false;
+  link_.error.clear();
   expect_anything(now);
-  if (call_) {
-    call_->on_link_up(now);
-    if (AnswerWriter* const writer = call_->writer()) {
-      writer->on_link_up();
+  if (RequestReader* const looking = reader()) {
+    looking->restart();
+  } else if (OpenCall* const call = open_call()) {
+    call->on_link_up(now);
+    if (AnswerWriter* const writing = writer()) {
+      writing->on_link_up();
     }
-  } else if (released_call_) {
-    released_call_->answer.read_now();
+  } else if (ReleasedCall* const last = released()) {
+    last->answer.read_now();
   }
-  due_ = now.steady;
-  whole_due_ = now.steady;
-  not_before_ = now.steady;
+  reads_.due = reads_.whole_due = reads_.not_before = now.steady;
   finish(now);
 }
 
 void Channel::on_link_down(const fabric::Message& reason, Moment now) {
   lose_link();
-  link_reason_ = reason;
+  link_.down_reason = reason;
   finish(now);
 }
 
 void Channel::on_link_dropped(const fabric::Message& reason, Moment now) {
-  const Io io = std::exchange(io_, Io::none);
-  reader_.restart();
-  AnswerWriter* const writer = io == Io::answer && call_ ? call_->writer() : nullptr;
-  if (writer != nullptr && writer->next() != AnswerWriter::Step::read) {
-    writer->on_unknown(now.steady);
+  const Purpose purpose = std::exchange(io_.purpose, Purpose::none);
+  if (RequestReader* const looking = reader()) {
+    looking->restart();
   }
-  if (io == Io::release && released_call_) {
+  AnswerWriter* const writing = purpose == Purpose::answer ? writer() : nullptr;
+  if (writing != nullptr && writing->next() != AnswerWriter::Step::read) {
+    writing->on_unknown(now.steady);
+  }
+  if (purpose == Purpose::release && released() != nullptr) {
     release_written(WriteOutcome::unknown, now);
   }
   on_link_down(reason, now);
@@ -70,10 +73,11 @@ void Channel::on_wake(Moment now) {
 }
 
 void Channel::set_notified(bool notified, Moment now) {
-  if (notified_ != notified) {
-    notified_ = notified;
+  if (reads_.notified != notified) {
+    reads_.notified = notified;
     if (!notified) {
-      due_ = std::min(due_, call_ ? next_read_of_call(now) : next_read(now));
+      reads_.due = std::min(reads_.due,
+                            open_call() != nullptr ? reads_.next_of_call(now) : reads_.next(now));
     }
   }
   finish(now);
@@ -82,47 +86,50 @@ void Channel::set_notified(bool notified, Moment now) {
 void Channel::on_change(Variable variable, Moment now) {
   // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program has stopped
   // waiting: after an interim answer, and after the final one.
-  if (variable == Variable::response_state && !released_call_ && !unseen_release_ &&
-      (!call_ || call_->call().shown.empty())) {
+  if (variable == Variable::response_state && released() == nullptr && !earlier_.release &&
+      (call() == nullptr || call()->shown.empty())) {
     return;
   }
-  if (!call_) {
-    reader_.read_whole();
-  } else if (AnswerWriter* const writer = call_->writer()) {
-    writer->read_now();
+  if (RequestReader* const looking = reader()) {
+    looking->read_whole();
+  } else if (AnswerWriter* const writing = writer()) {
+    writing->read_now();
   }
-  due_ = now.steady;
-  read_again_ = io_ == Io::poll;
+  reads_.due = now.steady;
+  io_.read_again = io_.purpose == Purpose::poll;
   finish(now);
 }
 
 void Channel::on_read(const ServiceSnapshot& snapshot, Moment now) {
-  const Io io = std::exchange(io_, Io::none);
-  read_time_.came = now.steady;
-  controller_error_.clear();
-  zero_seen_ = zero_seen_ || (snapshot.has(Variable::request_state) && snapshot.request_state == 0);
-  if (io == Io::answer && call_ && call_->writer() != nullptr) {
+  const Purpose purpose = std::exchange(io_.purpose, Purpose::none);
+  io_.read.came = now.steady;
+  link_.error.clear();
+  link_.zero_seen =
+      link_.zero_seen || (snapshot.has(Variable::request_state) && snapshot.request_state == 0);
+  if (purpose == Purpose::answer && writer() != nullptr) {
     answer_read(snapshot, now);
   } else {
     poll(snapshot, now);
   }
-  if (std::exchange(read_again_, false)) {
-    due_ = now.steady;
+  if (std::exchange(io_.read_again, false)) {
+    reads_.due = now.steady;
   }
   finish(now);
 }
 
 void Channel::on_read_failed(const fabric::Message& reason, Moment now) {
-  if (std::exchange(io_, Io::none) == Io::answer && call_ && call_->writer() != nullptr) {
-    call_->writer()->read_again();
+  if (std::exchange(io_.purpose, Purpose::none) == Purpose::answer && writer() != nullptr) {
+    writer()->read_again();
   }
-  reader_.restart();
+  if (RequestReader* const looking = reader()) {
+    looking->restart();
+  }
   hold_off(reason, now);
   finish(now);
 }
 
 void Channel::on_write(WriteOutcome outcome, const fabric::Message& reason, Moment now) {
-  if (std::exchange(io_, Io::none) == Io::release) {
+  if (std::exchange(io_.purpose, Purpose::none) == Purpose::release) {
     release_written(outcome, now);
     if (outcome == WriteOutcome::refused) {
       hold_off(reason, now);
@@ -130,40 +137,41 @@ void Channel::on_write(WriteOutcome outcome, const fabric::Message& reason, Mome
     finish(now);
     return;
   }
-  AnswerWriter* const writer = call_ ? call_->writer() : nullptr;
-  if (writer == nullptr) {
+  AnswerWriter* const writing = writer();
+  if (writing == nullptr) {
     finish(now);
     return;
   }
   switch (outcome) {
     case WriteOutcome::written:
-      writer->on_written(now.steady);
+      writing->on_written(now.steady);
       writer_finished(now);
       break;
     case WriteOutcome::refused:
-      writer->read_again();
+      writing->read_again();
       hold_off(reason, now);
       break;
     case WriteOutcome::unknown:
       out_.log(Level::warn,
                fmt::format("call {}: a write may or may not have reached the controller ({}); the "
                            "channel is read before the next write",
-                           call_->id().to_string(), reason));
-      writer->on_unknown(now.steady);
+                           call()->id.to_string(), reason));
+      writing->on_unknown(now.steady);
       break;
   }
   finish(now);
 }
 
+bool Channel::deadline_passed() const {
+  const auto& [reader, request] = std::get<Found>(phase_);
+  return reader.unserved() && reader.unserved()->request == request && reader.unserved()->overdue;
+}
+
 void Channel::leave_unserved(const fabric::Message& reason, const Policy& policy, Moment now) {
-  assert(found_);
-  const PendingRequest request = *std::exchange(found_, std::nullopt);
-  const bool news = reader_.unserved() != request;
-  if (news) {
-    unserved_.at = now.steady;
-    unserved_.deadline_passed = false;
-  }
-  if (news || unserved_.reason != reason) {
+  Found found = std::move(std::get<Found>(phase_));
+  RequestReader& looking = phase_.emplace<RequestReader>(std::move(found.reader));
+  if (looking.leave_unserved(std::move(found.request), reason, policy, now.steady)) {
+    const PendingRequest& request = looking.unserved()->request;
     fabric::Event event;
     event.kind = fabric::EventKind::unserved;
     event.uuid = request.uuid;
@@ -173,61 +181,54 @@ void Channel::leave_unserved(const fabric::Message& reason, const Policy& policy
     out_.publish(std::move(event), now);
     out_.log(Level::warn, reason);
   }
-  unserved_.policy = policy;
-  unserved_.reason = reason;
-  reader_.leave_unserved(request);
   finish(now);
 }
 
 void Channel::offer_again(Moment now) {
-  if (reader_.unserved()) {
-    reader_.offer_again();
-    unserved_.deadline_passed = false;
-    due_ = now.steady;
+  if (RequestReader* const looking = reader(); looking != nullptr && looking->offer_again(false)) {
+    reads_.due = now.steady;
   }
   finish(now);
 }
 
 void Channel::drain(Moment now) {
-  draining_ = true;
+  leaving_ = leaving_.value_or(Leaving());
   finish(now);
 }
 
 void Channel::hand_over(const fabric::Message& reason, Moment now) {
-  draining_ = true;
-  handed_over_ = reason;
+  leaving_ = leaving_.value_or(Leaving());
+  leaving_->handed_over = reason;
   // A response that has begun to release the NC program is completed: no other gateway can do that.
   // After an interim response the kernel may have cleared REQUEST_STATE, and the other gateway sees
   // no request: the next read decides.
-  if (call_ && !call_->call().clearing && call_->call().shown.empty()) {
+  if (call() != nullptr && !call()->clearing && call()->shown.empty()) {
     leave_to_the_other(now);
   }
   finish(now);
 }
 
 void Channel::shut_down(Moment now) {
-  if (call_ && !may_be_assigned()) {
+  if (open_call() != nullptr && !may_be_assigned()) {
     out_.publish_idle(base::messages::gateway_ending(), now);
   }
 }
 
 void Channel::resume_ownership(Moment now) {
-  draining_ = false;
-  handed_over_.clear();
-  final_status_ = false;
-  zero_seen_ = false;
-  if (!has_work()) {
-    released_call_.reset();
+  leaving_.reset();
+  link_.zero_seen = false;
+  if (released() != nullptr && !has_work()) {
+    phase_ = RequestReader();
   }
-  if (!call_ && !(released_call_ && released_call_->open)) {
+  if (!has_call()) {
     expect_anything(now);
   }
-  due_ = now.steady;
+  reads_.due = now.steady;
   finish(now);
 }
 
 void Channel::finish(Moment now) {
-  if (!found_) {
+  if (!std::holds_alternative<Found>(phase_)) {
     check_deadlines(now);
     advance(now);
   }
@@ -235,119 +236,115 @@ void Channel::finish(Moment now) {
 }
 
 void Channel::check_deadlines(Moment now) {
-  if (call_) {
-    ask_call(now, [&](OpenCall& call) { call.check_deadlines(out_, now); });
-    return;
-  }
-  const auto& rule = unserved_.policy.unserved;
-  if (!draining_ && reader_.unserved() && !unserved_.deadline_passed && rule &&
-      now.steady - unserved_.at >= rule->after) {
+  if (OpenCall* const open = open_call()) {
+    ask(*open, now, [&](OpenCall& call) { call.check_deadlines(out_, now); });
+  } else if (RequestReader* const looking = reader();
+             looking != nullptr && !leaving_ && looking->deadline_passes(now.steady)) {
     // Read once more and offered with the note that its time is up.
-    unserved_.deadline_passed = true;
-    reader_.offer_again();
-    due_ = now.steady;
+    looking->offer_again(true);
+    reads_.due = now.steady;
   }
 }
 
 void Channel::advance(Moment now) {
-  if (!link_up_ || io_ != Io::none || (draining_ && !has_work())) {
+  if (!link_.up || io_.purpose != Purpose::none || (leaving_ && !has_work())) {
     return;
   }
-  if (now.steady < not_before_) {
-    out_.news().wake_at = not_before_;
+  if (now.steady < reads_.not_before) {
+    out_.news().wake_at = reads_.not_before;
     return;
   }
   if (drive_writer(now)) {
     return;
   }
-  const bool confirming = !call_ && !released_call_ && reader_.confirming();
-  const SteadyTime due = confirming ? std::max(due_, confirm_at_) : due_;
+  const bool confirming = reader() != nullptr && reader()->confirming();
+  const SteadyTime due = confirming ? std::max(reads_.due, reads_.confirm_at) : reads_.due;
   if (now.steady >= due) {
-    read(poll_set(now), Io::poll, now);
+    read(poll_set(now), Purpose::poll, now);
   } else {
     out_.news().wake_at = due;
   }
 }
 
 void Channel::poll(const ServiceSnapshot& snapshot, Moment now) {
-  if (call_) {
+  if (open_call() != nullptr) {
     poll_call(snapshot, now);
     return;
   }
-  if (released_call_ && !release_is_over(snapshot, now)) {
+  if (released() != nullptr && !release_is_over(snapshot, now)) {
     return;
   }
-  if (draining_) {
+  if (leaving_) {
     return;
   }
   if (!may_be_request(snapshot, now)) {
-    due_ = now.steady + intervals_.after_answer;
+    reads_.due = now.steady + reads_.intervals.after_answer;
     return;
   }
-  const bool whole = now.steady >= whole_due_;
+  const bool whole = now.steady >= reads_.whole_due;
   if (whole) {
-    whole_due_ = now.steady + intervals_.full;
+    reads_.whole_due = now.steady + reads_.intervals.full;
   }
-  found_ = reader_.on_read(snapshot, whole);
-  if (found_) {
+  RequestReader& looking = std::get<RequestReader>(phase_);
+  auto request = looking.on_read(snapshot, whole);
+  reads_.due = looking.reading() ? now.steady : reads_.next(now);
+  // A controller that shows our writes late may show the variables of a request one after another.
+  reads_.confirm_at = now.steady + effects_->lag;
+  if (request) {
+    phase_ = Found{std::move(looking), *std::move(request)};
     out_.news().found = true;
   }
-  due_ = reader_.reading() ? now.steady : next_read(now);
-  // A controller that shows our writes late may show the variables of a request one after another.
-  confirm_at_ = now.steady + effects_->lag;
 }
 
 void Channel::expect_anything(Moment now) {
-  unknown_until_ = now.steady + takes_effect;
-  unknown_.reset();
+  earlier_.until = now.steady + takes_effect;
+  earlier_.first.reset();
 }
 
 /// A state beside a request may be that of an interim answer, or of a final one of a gateway that
 /// is gone, whose REQUEST_STATE = 0 this controller does not show yet.
 bool Channel::may_be_request(const ServiceSnapshot& snapshot, Moment now) {
-  if (!unknown_until_) {
+  if (!earlier_.until) {
     return true;
   }
-  const bool moves = unknown_ && (unknown_->request_state != snapshot.request_state ||
-                                  unknown_->response_state != snapshot.response_state);
+  const bool moves = earlier_.first && (earlier_.first->request_state != snapshot.request_state ||
+                                        earlier_.first->response_state != snapshot.response_state);
   if (snapshot.request_state != 0 && snapshot.response_state != 0 && !moves &&
-      now.steady < *unknown_until_) {
-    unknown_ = snapshot;
+      now.steady < *earlier_.until) {
+    earlier_.first = snapshot;
     return false;
   }
-  if (unseen_release_ && now.steady < unseen_release_->until && snapshot.response_state == 0 &&
+  if (earlier_.release && now.steady < earlier_.release->until && snapshot.response_state == 0 &&
       !moves) {
     return true;
   }
-  unseen_release_.reset();
-  unknown_until_.reset();
-  unknown_.reset();
+  earlier_ = {};
   return true;
 }
 
 bool Channel::released_late(const ServiceSnapshot& snapshot, Moment now) const {
-  return unseen_release_ && now.steady < unseen_release_->until && snapshot.request_state != 0 &&
-         snapshot.response_state == unseen_release_->state &&
-         call_->call().completion_signal == fabric::CompletionSignal::response_state &&
-         std::ranges::count(call_->call().shown, snapshot.response_state) == 0;
+  return earlier_.release && now.steady < earlier_.release->until && snapshot.request_state != 0 &&
+         snapshot.response_state == earlier_.release->state &&
+         call()->completion_signal == fabric::CompletionSignal::response_state &&
+         std::ranges::count(call()->shown, snapshot.response_state) == 0;
 }
 
-SteadyTime Channel::next_read(Moment now) const {
-  const bool soon = now.steady < active_until_;
-  return next_multiple(now.steady, notified_ ? intervals_.subscribed
-                                   : soon    ? intervals_.after_answer
-                                             : intervals_.idle);
+SteadyTime Channel::Schedule::next(Moment now) const {
+  const bool soon = now.steady < active_until;
+  return next_multiple(now.steady, notified ? intervals.subscribed
+                                   : soon   ? intervals.after_answer
+                                            : intervals.idle);
 }
 
-SteadyTime Channel::next_read_of_call(Moment now) const {
-  return notified_ ? next_multiple(now.steady, intervals_.subscribed)
-                   : now.steady + intervals_.idle;
+SteadyTime Channel::Schedule::next_of_call(Moment now) const {
+  return notified ? next_multiple(now.steady, intervals.subscribed) : now.steady + intervals.idle;
 }
 
 void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
-  const RequestStatus status = call_->on_snapshot(snapshot, now);
-  if (call_->may_show_interim(snapshot, status)) {
-    due_ = now.steady + intervals_.after_answer;
+  OpenCall& call = std::get<OpenCall>(phase_);
+  const RequestStatus status = call.on_snapshot(snapshot, now);
+  if (call.may_show_interim(snapshot, status)) {
+    reads_.due = now.steady + reads_.intervals.after_answer;
     return;
   }
   if (status != RequestStatus::pending) {
@@ -358,88 +355,90 @@ void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
     leave_to_the_other(now);
     return;
   }
-  due_ = next_read_of_call(now);
+  reads_.due = reads_.next_of_call(now);
   if (snapshot.set == ReadSet::request) {
-    whole_due_ = now.steady + intervals_.full;
-    if (!call_->verify(out_, now)) {
+    reads_.whole_due = now.steady + reads_.intervals.full;
+    if (!call.verify(out_, now)) {
       end(false, base::messages::read_again(), now);
     }
   }
 }
 
 ReadSet Channel::poll_set(Moment now) const {
-  if (!call_) {
-    return released_call_                         ? released_call_->answer.reads()
-           : unknown_until_ && !reader_.reading() ? ReadSet::states
-                                                  : reader_.reads();
+  if (const auto* const looking = std::get_if<RequestReader>(&phase_)) {
+    return earlier_.until && !looking->reading() ? ReadSet::states : looking->reads();
   }
-  if (!call_->verified() || now.steady >= whole_due_) {
+  if (const auto* const last = std::get_if<ReleasedCall>(&phase_)) {
+    return last->answer.reads();
+  }
+  if (!open_call()->verified() || now.steady >= reads_.whole_due) {
     return ReadSet::request;
   }
-  return call_->call().shown.empty() ? ReadSet::state : ReadSet::states;
+  return call()->shown.empty() ? ReadSet::state : ReadSet::states;
 }
 
-void Channel::read(ReadSet set, Io io, Moment now) {
-  io_ = io;
-  read_time_.asked = now.steady;
+void Channel::read(ReadSet set, Purpose purpose, Moment now) {
+  io_.purpose = purpose;
+  io_.read.asked = now.steady;
   out_.read(set);
 }
 
-void Channel::write(Variable variable, Value value, bool releases) {
-  io_ = Io::answer;
-  out_.write({variable, std::move(value), releases});
+void Channel::write(const Write& write, Moment now) {
+  io_.purpose = Purpose::answer;
+  out_.write(write, now);
 }
 
 void Channel::hold_off(const fabric::Message& reason, Moment now) {
-  not_before_ = now.steady + intervals_.retry;
-  if (!reason.empty() && controller_error_ != reason && link_up_) {
-    controller_error_ = reason;
+  reads_.not_before = now.steady + reads_.intervals.retry;
+  if (!reason.empty() && link_.error != reason && link_.up) {
+    link_.error = reason;
     out_.log(Level::warn, reason);
   }
 }
 
 void Channel::publish_status(Moment now) {
   // A channel that is given up takes its problem with it.
-  const bool watched = link_up_ && (!draining_ || has_work());
+  const bool watched = link_.up && (!leaving_ || has_work());
   const fabric::Message& problem = watched ? write_problem() : no_reason;
-  if (write_problem_ != problem) {
-    write_problem_ = problem;
-    out_.report_write_problem(write_problem_);
-  }
-  if (!call_ && final_status_) {
+  out_.report_write_problem(problem);
+  const OpenCall* const call = open_call();
+  const auto* const found = std::get_if<Found>(&phase_);
+  const auto* const looking =
+      found != nullptr ? &found->reader : std::get_if<RequestReader>(&phase_);
+  if (call == nullptr && leaving_ && leaving_->final_status) {
     return;
   }
   using enum fabric::ChannelState;
   ChannelView view;
-  if (call_) {
-    view = call_->view();
-  } else if (released_call_ && released_call_->open) {
+  if (call != nullptr) {
+    view = call->view();
+  } else if (has_call()) {
     // The journal still has the call, and so does the gateway that takes over the channel.
     view.state = answering;
-    view.uuid = released_call_->answer.request().uuid;
-    view.call = released_call_->call;
+    view.uuid = released()->answer.request().uuid;
+    view.call = released()->call;
     static const fabric::Message release_not_seen = base::messages::release_not_seen();
     view.reason = &release_not_seen;
-  } else if (reader_.unserved()) {
+  } else if (looking != nullptr && looking->unserved()) {
     view.state = unserved;
-    view.uuid = reader_.unserved()->uuid;
-    view.reason = &unserved_.reason;
-  } else if (zero_seen_) {
+    view.uuid = looking->unserved()->request.uuid;
+    view.reason = &looking->unserved()->reason;
+  } else if (link_.zero_seen) {
     view.state = idle;
   } else {
     // Idle is a word that other gateways rely on.
     static const fabric::Message beside_request = base::messages::response_state_beside_request();
     static const fabric::Message not_read_yet = base::messages::not_read_yet();
-    view.reason = unknown_ ? &beside_request : &not_read_yet;
+    view.reason = earlier_.first ? &beside_request : &not_read_yet;
   }
-  if (!link_up_) {
+  if (!link_.up) {
     view.state = link_down;
-    view.reason = &link_reason_;
-  } else if (!controller_error_.empty()) {
-    view.reason = &controller_error_;
+    view.reason = &link_.down_reason;
+  } else if (!link_.error.empty()) {
+    view.reason = &link_.error;
   } else if (!problem.empty()) {
     view.reason = &problem;
-  } else if (call_ && call_->waits_for_journal() && !out_.journal_error().empty()) {
+  } else if (call != nullptr && call->waits_for_journal() && !out_.journal_error().empty()) {
     view.reason = &out_.journal_error();
   }
   out_.publish_status(view, now);

@@ -1,30 +1,40 @@
 // The connection of one channel between its controller and the fabric: polls the channel, finds
-// requests and writes responses. Pure: takes events and times; actions go to the context's Outputs,
-// and the gateway gets its tasks from take_news(). gateway/channel/open_call.hpp describes accepted
-// calls.
+// requests and writes responses. Pure: takes events and times; actions go to its ports
+// (gateway/outputs.hpp), and the gateway gets its tasks from take_news().
+// gateway/channel/open_call.hpp describes accepted calls.
 //
-//   Channel channel({"cnc", 1}, context);
+//   Channel channel({"cnc", 1}, access, context);
 //   channel.on_link_up(now);                  → read(ReadSet::state)
 //   channel.on_read(snapshot, now);           → … → take_news().found
 //   channel.accept(id, policy, now);          → publish(seen), publish(waiting)
 //   channel.assign(attempt, now);             → append(Dispatched), then publish(request)
 //   channel.on_reply(reply, now);             → append(Answered), read, write, write, read, write
 //
-// A REQUEST_STATE is a new request only if a read has shown that the one before it is over
-// (gateway/channel/released.hpp), and a write counts only when a read has shown it
-// (gateway/channel/answer_writer.hpp): a controller may apply writes any time after it has
-// acknowledged them.
+// Its phase, whose type has what only it needs:
+//
+//   RequestReader ── a request ──► Found ── accept ──► OpenCall ── all is written ──► ReleasedCall
+//      ▲   ▲                         │                    │                                │
+//      │   └───── leave_unserved ────┘                    │ withdrawn, or handed over      │
+//      └──────────────────────────────────────────────────┴───── its program went on ──────┘
+//
+// RequestReader also keeps the request that is unserved. The link (Link) and the ownership
+// (Leaving) change in any phase: a call goes on without a controller, and is finished after the
+// channel is another gateway's. A journal's call begins with OpenCall.
+//
+// A REQUEST_STATE is a new request only if a read has shown that the one before it is over, and a
+// write counts only when a read has shown it (gateway/channel/answer_writer.hpp): a controller may
+// apply writes any time after it has acknowledged them.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "base/messages/catalogue.hpp"
 #include "gateway/channel/channel_output.hpp"
 #include "gateway/channel/open_call.hpp"
-#include "gateway/channel/released.hpp"
 #include "gateway/channel/request_reader.hpp"
 #include "gateway/policy.hpp"
 #include "gateway/read_intervals.hpp"
@@ -33,8 +43,10 @@ namespace millrace::gateway::channel {
 
 class Channel {
  public:
-  /// `context` outlives the channel. `effects` is what all channels of this controller share.
-  Channel(fabric::ChannelKey key, ChannelContext& context, ReadIntervals intervals = {},
+  /// `access` and `context` outlive the channel. `effects` is what all channels of this controller
+  /// share.
+  Channel(fabric::ChannelKey key, ServiceAccess& access, ChannelContext& context,
+          ReadIntervals intervals = {},
           std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
 
   /// A call of an earlier run, from the journal; before the link comes up.
@@ -42,7 +54,7 @@ class Channel {
 
   void on_link_up(Moment now);
   /// Sends nothing to the controller any more; on_link_down() or on_link_dropped() follows.
-  void lose_link() { link_up_ = notified_ = false; }
+  void lose_link() { link_.up = reads_.notified = false; }
   void on_link_down(const fabric::Message& reason, Moment now);
   /// The link was closed: pending reads and writes get no response.
   void on_link_dropped(const fabric::Message& reason, Moment now);
@@ -62,9 +74,9 @@ class Channel {
   ChannelNews take_news() { return out_.take_news(); }
 
   /// The request of ChannelNews::found.
-  [[nodiscard]] const PendingRequest& found() const { return *found_; }
+  [[nodiscard]] const PendingRequest& found() const { return std::get<Found>(phase_).request; }
   /// It was skipped before, and its policy's waiting time for unserved requests is over.
-  [[nodiscard]] bool deadline_passed() const { return unserved_.deadline_passed; }
+  [[nodiscard]] bool deadline_passed() const;
   /// Accepts it with this id.
   void accept(fabric::CallId id, const Policy& policy, Moment now);
   /// Skips it; `reason` says why.
@@ -94,34 +106,118 @@ class Channel {
   /// The gateway ends: another one may dispatch the running call if this one has not.
   void shut_down(Moment now);
   /// A call is under way, and an instance may have it, or have had it.
-  [[nodiscard]] bool may_be_assigned() const { return call_ && call_->may_be_assigned(); }
+  [[nodiscard]] bool may_be_assigned() const {
+    const OpenCall* const call = open_call();
+    return call && call->may_be_assigned();
+  }
   /// Nothing remains to do here, and nothing is on its way to the controller.
-  [[nodiscard]] bool is_over() const { return draining_ && !has_work() && io_ == Io::none; }
-  [[nodiscard]] bool draining() const { return draining_; }
-  [[nodiscard]] bool link_up() const { return link_up_; }
+  [[nodiscard]] bool is_over() const {
+    return leaving_ && !has_work() && io_.purpose == Purpose::none;
+  }
+  [[nodiscard]] bool draining() const { return leaving_.has_value(); }
+  [[nodiscard]] bool link_up() const { return link_.up; }
 
-  void set_intervals(const ReadIntervals& intervals) { intervals_ = intervals; }
+  void set_intervals(const ReadIntervals& intervals) { reads_.intervals = intervals; }
 
   [[nodiscard]] const fabric::ChannelKey& key() const { return out_.key(); }
   /// The accepted call, or nullptr.
-  [[nodiscard]] const CallRecord* call() const { return call_ ? &call_->call() : nullptr; }
+  [[nodiscard]] const CallRecord* call() const {
+    const OpenCall* const call = open_call();
+    return call ? &call->call() : nullptr;
+  }
   [[nodiscard]] const fabric::ChannelStatus& status() const { return out_.status(); }
 
  private:
-  enum class Io { none, poll, answer, release };
+  /// A request that was found: accept() or leave_unserved() comes before anything else.
+  struct Found {
+    RequestReader reader;
+    PendingRequest request;
+  };
+  /// The answered call, until it is known that its program has gone on.
+  struct ReleasedCall {
+    Released answer;
+    fabric::CallId call;
+    /// The journal does not have its end yet.
+    bool open = false;
+    /// Its release is to be written once more.
+    bool write_again = false;
+  };
+  using Phase = std::variant<RequestReader, Found, OpenCall, ReleasedCall>;
 
-  /// The skipped request; RequestReader has it.
-  struct Unserved {
-    fabric::Message reason;
-    SteadyTime at{};
-    Policy policy;
-    /// It has waited for as long as its policy says.
-    bool deadline_passed = false;
+  struct Link {
+    bool up = false;
+    /// Why it is not.
+    fabric::Message down_reason = base::messages::not_connected_yet();
+    /// The controller's last error; empty while it responds.
+    fabric::Message error{};
+    /// Since it is up, a read has shown the channel without a request, or a call of ours has ended.
+    bool zero_seen = false;
   };
 
-  struct LateReplies {
-    fabric::CallId call;
-    std::vector<fabric::InstanceId> reported;
+  enum class Purpose : std::uint8_t { none, poll, answer, release };
+  /// The read or write under way.
+  struct Io {
+    Purpose purpose = Purpose::none;
+    /// When the last read was asked for, and when its answer came.
+    ReadTime read{};
+    /// When the last read of an answer's own came: others do not take in its request.
+    SteadyTime answer_read{};
+    /// Something changed while a read was under way, which may have come too early for it.
+    bool read_again = false;
+  };
+
+  /// When the channel is read.
+  struct Schedule {
+    [[nodiscard]] SteadyTime next(Moment now) const;
+    [[nodiscard]] SteadyTime next_of_call(Moment now) const;
+
+    ReadIntervals intervals{};
+    /// The controller sends notifications.
+    bool notified = false;
+    SteadyTime due{};
+    /// The read that confirms a request comes no sooner after the one before it.
+    SteadyTime confirm_at{};
+    /// The controller has refused something.
+    SteadyTime not_before{};
+    /// A program's next request is likely.
+    SteadyTime active_until{};
+    /// Of a read of a request's texts too.
+    SteadyTime whole_due{};
+  };
+
+  /// What the channel may still show of an earlier answer.
+  struct Earlier {
+    /// Until when RESPONSE_STATE beside a request may be an answer whose REQUEST_STATE = 0 is not
+    /// visible yet; nothing once that is known. And what stood there first.
+    std::optional<SteadyTime> until{};
+    std::optional<ServiceSnapshot> first{};
+    /// RESPONSE_STATE of the last response, until a read shows it or it is lost. Where a read shows
+    /// it together with a request, the request is not a new one.
+    struct Release {
+      std::uint32_t state = 0;
+      SteadyTime until{};
+    };
+    std::optional<Release> release{};
+  };
+
+  /// The channel is given up. No new call is accepted.
+  struct Leaving {
+    /// Why another gateway has it; then a call is kept only if the other gateway cannot see it.
+    /// Empty if it was only removed from the configuration.
+    fabric::Message handed_over{};
+    /// The published status stays the call that was left to the other gateway, which must not
+    /// dispatch it again.
+    bool final_status = false;
+  };
+
+  /// For replies to the call that ended last.
+  struct Past {
+    std::optional<EndedCall> call{};
+    /// The instances whose late replies to `reported_call` were logged.
+    fabric::CallId reported_call{};
+    std::vector<fabric::InstanceId> reported{};
+    /// When the last reply from an instance without the call was logged.
+    std::optional<SteadyTime> unassigned_logged{};
   };
 
   // channel.cpp: the channel and its reads
@@ -138,25 +234,22 @@ class Channel {
   /// would answer its next request.
   [[nodiscard]] bool released_late(const ServiceSnapshot& snapshot, Moment now) const;
   void check_deadlines(Moment now);
-  void read(ReadSet set, Io io, Moment now);
-  void write(Variable variable, Value value, bool releases = false);
+  void read(ReadSet set, Purpose purpose, Moment now);
+  void write(const Write& write, Moment now);
   [[nodiscard]] ReadSet poll_set(Moment now) const;
-  [[nodiscard]] SteadyTime next_read(Moment now) const;
-  [[nodiscard]] SteadyTime next_read_of_call(Moment now) const;
   void hold_off(const fabric::Message& reason, Moment now);
   /// Which write has no effect; empty while none is missed.
-  /// Empty while there is none.
   [[nodiscard]] const fabric::Message& write_problem();
   void publish_status(Moment now);
 
   /// Has the call do something that may answer it.
   template <typename Act>
-  void ask_call(Moment now, Act act) {
-    const bool before = call_->answered();
-    act(*call_);
-    if (!before && call_->answered()) {
+  void ask(OpenCall& call, Moment now, Act act) {
+    const bool before = call.answered();
+    act(call);
+    if (!before && call.answered()) {
       // The answer's own read comes next; poll only if the journal keeps it waiting.
-      due_ = now.steady + intervals_.idle;
+      reads_.due = now.steady + reads_.intervals.idle;
     }
   }
 
@@ -174,84 +267,34 @@ class Channel {
   /// True if the answer that was written last is in, and the channel idle or asked again.
   bool release_is_over(const ServiceSnapshot& snapshot, Moment now);
   void end(bool written, const fabric::Message& detail, Moment now);
-  /// There is a call, or one whose end is not in the journal yet; or, for some seconds, one whose
-  /// last write no read has shown: if that write is lost, no other gateway repeats it.
-  [[nodiscard]] bool has_work() const {
-    return call_ || (released_call_ && (released_call_->open ||
-                                        (link_up_ && released_call_->answer.problem().empty())));
-  }
+  /// There is a call, or one whose end is not in the journal yet.
+  [[nodiscard]] bool has_call() const;
+  /// Or, for some seconds, one whose last write no read has shown: if that write is lost, no other
+  /// gateway repeats it.
+  [[nodiscard]] bool has_work() const;
   /// The channel is another gateway's, which finds the request there.
   [[nodiscard]] bool other_can_see(const ServiceSnapshot& snapshot, Moment now) const;
   void leave_to_the_other(Moment now);
 
-  ReadIntervals intervals_;
+  [[nodiscard]] RequestReader* reader() { return std::get_if<RequestReader>(&phase_); }
+  [[nodiscard]] OpenCall* open_call() { return std::get_if<OpenCall>(&phase_); }
+  [[nodiscard]] const OpenCall* open_call() const { return std::get_if<OpenCall>(&phase_); }
+  [[nodiscard]] ReleasedCall* released() { return std::get_if<ReleasedCall>(&phase_); }
+  /// The response that is being written, or nullptr.
+  [[nodiscard]] AnswerWriter* writer() {
+    OpenCall* const call = open_call();
+    return call != nullptr ? call->writer() : nullptr;
+  }
+
   ChannelOutput out_;
   std::shared_ptr<WriteEffects> effects_;
-
-  bool link_up_ = false;
-  /// Since the link is up, a read has shown the channel without a request, or a call of ours has
-  /// ended.
-  bool zero_seen_ = false;
-  /// Until when RESPONSE_STATE beside a request may be an answer whose REQUEST_STATE = 0 is not
-  /// visible yet; nothing once that is known. And what stood there first.
-  std::optional<SteadyTime> unknown_until_;
-  std::optional<ServiceSnapshot> unknown_;
-  /// RESPONSE_STATE of the last response, until a read shows it or it is lost. Where a read shows
-  /// it together with a request, the request is not a new one.
-  struct UnseenRelease {
-    std::uint32_t state = 0;
-    SteadyTime until{};
-  };
-  std::optional<UnseenRelease> unseen_release_;
-  bool draining_ = false;
-  /// The controller sends notifications.
-  bool notified_ = false;
-  /// Something changed while a read was under way, which may have come too early for it.
-  bool read_again_ = false;
-  /// Why another gateway has the channel; then a call is kept only if the other gateway cannot see
-  /// it.
-  fabric::Message handed_over_;
-  /// The published status stays the call that was left to the other gateway, which must not
-  /// dispatch it again.
-  bool final_status_ = false;
-  /// The last logged one.
-  fabric::Message write_problem_;
-  fabric::Message link_reason_ = base::messages::not_connected_yet();
-  /// The controller's last error; empty while it responds.
-  fabric::Message controller_error_;
-  Io io_ = Io::none;
-  SteadyTime due_{};
-  /// The read that confirms a request comes no sooner after the one before it.
-  SteadyTime confirm_at_{};
-  SteadyTime not_before_{};
-  SteadyTime active_until_{};
-  SteadyTime whole_due_{};
-  /// When the last read was asked for, and when its answer came.
-  ReadTime read_time_{};
-  /// When the last read of an answer's own came: others do not take in its request.
-  SteadyTime answer_read_at_{};
-
-  RequestReader reader_;
-  std::optional<PendingRequest> found_;
-  Unserved unserved_;
-  std::optional<OpenCall> call_;
-  /// The call that was answered last, until it is known that its program has gone on.
-  struct ReleasedCall {
-    Released answer;
-    fabric::CallId call;
-    /// The journal does not have its end yet.
-    bool open = false;
-    /// Its release is to be written once more.
-    bool write_again = false;
-  };
-  std::optional<ReleasedCall> released_call_;
-  std::optional<EndedCall> past_;
-  /// The instances that the last call was dispatched to.
-  std::vector<fabric::InstanceId> past_instances_;
-  /// The late replies to the last answered call that were logged.
-  LateReplies late_replies_;
-  /// When the last reply from an instance without the call was logged.
-  std::optional<SteadyTime> unassigned_logged_;
+  Phase phase_;
+  Link link_;
+  Io io_;
+  Schedule reads_;
+  Earlier earlier_;
+  std::optional<Leaving> leaving_;
+  Past past_;
 };
 
 }  // namespace millrace::gateway::channel

@@ -20,29 +20,27 @@ constexpr std::chrono::seconds unassigned_pause{10};
 
 template <typename Act>
 void Channel::with_call(Moment now, Act act) {
-  if (call_) {
-    ask_call(now, act);
+  if (OpenCall* const call = open_call()) {
+    ask(*call, now, act);
   }
   finish(now);
 }
 
 void Channel::resume(CallRecord call, const Policy& policy) {
-  assert(!link_up_ && !call_);
-  call_ = OpenCall::resumed(std::move(call), policy);
+  assert(!link_.up && open_call() == nullptr);
+  phase_ = OpenCall::resumed(std::move(call), policy);
 }
 
 void Channel::accept(fabric::CallId id, const Policy& policy, Moment now) {
-  assert(found_ && !call_);
-  unserved_.deadline_passed = false;
   CallRecord call;
   call.id = id;
   call.key = key();
-  call.request = *std::exchange(found_, std::nullopt);
+  call.request = std::move(std::get<Found>(phase_).request);
   call.seen = now.wall;
   ++out_.counters().calls;
-  whole_due_ = now.steady + intervals_.full;
+  reads_.whole_due = now.steady + reads_.intervals.full;
   publish_seen(call, now);
-  call_ = OpenCall::accepted(std::move(call), policy, now.steady);
+  phase_ = OpenCall::accepted(std::move(call), policy, now.steady);
   finish(now);
 }
 
@@ -64,10 +62,10 @@ void Channel::publish_seen(const CallRecord& call, Moment now) {
 }
 
 void Channel::on_recorded(EntryNumber entry, Moment now) {
-  if (!call_ || entry == 0) {
+  if (open_call() == nullptr || entry == 0) {
     return;
   }
-  const bool fresh = now.steady - answer_read_at_ <= intervals_.max_age;
+  const bool fresh = now.steady - io_.answer_read <= reads_.intervals.max_age;
   with_call(now, [&](OpenCall& call) { call.on_recorded(entry, fresh, out_, now); });
 }
 
@@ -96,14 +94,15 @@ void Channel::retry(const std::string& by, Moment now) {
 }
 
 void Channel::on_reply(const fabric::Reply& reply, Moment now) {
-  if (!call_ || reply.call != call_->id()) {
+  OpenCall* const open = open_call();
+  if (open == nullptr || reply.call != open->id()) {
     late_reply(reply, now);
-  } else if (!call_->call().asked(reply.instance)) {
+  } else if (!open->call().asked(reply.instance)) {
     log_unassigned_reply(reply, "a call that was not dispatched to it", now);
-  } else if (!call_->call().request.is_what(reply)) {
+  } else if (!open->call().request.is_what(reply)) {
     log_unassigned_reply(reply, "another request with the same call id", now);
   } else {
-    ask_call(now, [&](OpenCall& call) {
+    ask(*open, now, [&](OpenCall& call) {
       if (!call.take(reply, out_, now)) {
         late_reply(reply, now);
       }
@@ -114,10 +113,10 @@ void Channel::on_reply(const fabric::Reply& reply, Moment now) {
 
 /// An instance may send ten thousand replies a second, each to another call.
 void Channel::log_unassigned_reply(const fabric::Reply& reply, std::string_view what, Moment now) {
-  if (unassigned_logged_ && now.steady - *unassigned_logged_ < unassigned_pause) {
+  if (past_.unassigned_logged && now.steady - *past_.unassigned_logged < unassigned_pause) {
     return;
   }
-  unassigned_logged_ = now.steady;
+  past_.unassigned_logged = now.steady;
   out_.log(
       Level::warn,
       fmt::format(
@@ -126,10 +125,11 @@ void Channel::log_unassigned_reply(const fabric::Reply& reply, std::string_view 
 }
 
 void Channel::late_reply(const fabric::Reply& reply, Moment now) {
-  const bool in_hand = call_ && reply.call == call_->id();
-  if (!in_hand && (!past_ || past_->call != reply.call ||
-                   (past_->answered && past_->answered_by == reply.instance) ||
-                   std::ranges::count(past_instances_, reply.instance) == 0)) {
+  const bool in_hand = call() != nullptr && reply.call == call()->id;
+  const auto& past = past_.call;
+  if (!in_hand && (!past || past->call != reply.call ||
+                   (past->answered && past->answered_by == reply.instance) ||
+                   std::ranges::count(past->attempts, reply.instance, &Attempt::instance) == 0)) {
     // Old samples of a service, a reply that was delivered twice, or one from an instance without a
     // request.
     return;
@@ -138,13 +138,14 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
     // There is no answer that is lost.
     return;
   }
-  if (late_replies_.call != reply.call) {
-    late_replies_ = {reply.call, {}};
+  if (past_.reported_call != reply.call) {
+    past_.reported_call = reply.call;
+    past_.reported.clear();
   }
-  if (std::ranges::count(late_replies_.reported, reply.instance) > 0) {
+  if (std::ranges::count(past_.reported, reply.instance) > 0) {
     return;
   }
-  late_replies_.reported.push_back(reply.instance);
+  past_.reported.push_back(reply.instance);
   ++out_.counters().late;
   fabric::Event event;
   event.kind = fabric::EventKind::late;
@@ -155,8 +156,8 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
     event.text = response->text();
     event.state = response->state();
   }
-  event.detail = in_hand || past_->answered ? base::messages::has_response()
-                                            : base::messages::program_stopped_waiting();
+  event.detail = in_hand || past->answered ? base::messages::has_response()
+                                           : base::messages::program_stopped_waiting();
   out_.log(Level::info,
            fmt::format("call {}: the reply of instance {} is too late: {}", reply.call.to_string(),
                        reply.instance.to_string(), event.detail));
@@ -164,44 +165,45 @@ void Channel::late_reply(const fabric::Reply& reply, Moment now) {
 }
 
 bool Channel::drive_writer(Moment now) {
-  if (!call_) {
-    if (released_call_ && std::exchange(released_call_->write_again, false)) {
-      io_ = Io::release;
-      out_.write({released_call_->answer.variable(), released_call_->answer.value(), true});
-      return true;
-    }
+  if (ReleasedCall* const last = released(); last && std::exchange(last->write_again, false)) {
+    io_.purpose = Purpose::release;
+    out_.write({last->answer.variable(), last->answer.value(), true}, now);
+    return true;
+  }
+  OpenCall* const call = open_call();
+  if (call == nullptr) {
     return false;
   }
-  call_->begin_writing(out_);
-  AnswerWriter* const writer = call_->writer();
+  call->begin_writing(out_);
+  AnswerWriter* const writer = call->writer();
   if (writer == nullptr) {
     return false;
   }
-  writer->set_clearing(
-      {.is_shown = effects_->clearing_is_shown && !intervals_.kernel_clears_request_state,
-       .is_written = !intervals_.kernel_clears_request_state,
-       .was_shown = effects_->clearing_was_shown()});
+  const bool clears = reads_.intervals.kernel_clears_request_state;
+  writer->set_clearing({.is_shown = effects_->clearing_is_shown && !clears,
+                        .is_written = !clears,
+                        .was_shown = effects_->clearing_was_shown()});
   const bool is_final = writer->kind() == AnswerWriter::Kind::final;
   switch (writer->next()) {
     case AnswerWriter::Step::read:
       if (now.steady < writer->read_at()) {
         out_.news().wake_at = writer->read_at();
       } else {
-        read(writer->reads(), Io::answer, now);
+        read(writer->reads(), Purpose::answer, now);
       }
       return true;
     case AnswerWriter::Step::write_response:
-      write(Variable::response, writer->text(), is_final && writer->text_last());
+      write({Variable::response, writer->text(), is_final && writer->text_last()}, now);
       return true;
     case AnswerWriter::Step::clear:
-      write(Variable::request_state, std::uint32_t{0});
+      write({Variable::request_state, std::uint32_t{0}}, now);
       return true;
     case AnswerWriter::Step::write_state:
-      write(Variable::response_state, writer->state(), is_final && !writer->text_last());
+      write({Variable::response_state, writer->state(), is_final && !writer->text_last()}, now);
       return true;
     case AnswerWriter::Step::record_clearing:
-      if (call_->record_clearing(out_)) {
-        due_ = now.steady + intervals_.idle;
+      if (call->record_clearing(out_)) {
+        reads_.due = now.steady + reads_.intervals.idle;
       }
       return false;
     case AnswerWriter::Step::done:
@@ -212,18 +214,19 @@ bool Channel::drive_writer(Moment now) {
 }
 
 void Channel::answer_read(const ServiceSnapshot& snapshot, Moment now) {
-  answer_read_at_ = now.steady;
+  io_.answer_read = now.steady;
   if (other_can_see(snapshot, now)) {
     leave_to_the_other(now);
     return;
   }
-  const RequestStatus status = call_->on_snapshot(snapshot, now);
-  if (call_->may_show_interim(snapshot, status) ||
-      (!call_->writer()->may_be_released() && released_late(snapshot, now))) {
-    call_->writer()->wait(now.steady);
+  OpenCall& call = std::get<OpenCall>(phase_);
+  const RequestStatus status = call.on_snapshot(snapshot, now);
+  if (call.may_show_interim(snapshot, status) ||
+      (!writer()->may_be_released() && released_late(snapshot, now))) {
+    writer()->wait(now.steady);
     return;
   }
-  const AnswerWriter::Step next = call_->on_read(snapshot, status, out_, read_time_);
+  const AnswerWriter::Step next = call.on_read(snapshot, status, out_, io_.read);
   report_writer();
   if (next == AnswerWriter::Step::dropped) {
     end(false, end_reason(status, snapshot), now);
@@ -233,14 +236,14 @@ void Channel::answer_read(const ServiceSnapshot& snapshot, Moment now) {
 }
 
 void Channel::report_writer() {
-  AnswerWriter& writer = *call_->writer();
+  AnswerWriter& writer = *this->writer();
   if (const auto report = writer.take_report()) {
-    out_.log(Level::warn, fmt::format("call {}: {}", call_->id().to_string(), *report));
+    out_.log(Level::warn, fmt::format("call {}: {}", call()->id.to_string(), *report));
   }
   if (const auto after = writer.take_shown_after()) {
     effects_->note_shown_after(*after);
   }
-  if (!intervals_.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
+  if (!reads_.intervals.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
     // Found with this response, until another one shows the contrary.
     bool& shown = effects_->clearing_is_shown;
     shown = (shown && writer.clearing_is_shown()) || writer.zero_seen();
@@ -249,103 +252,104 @@ void Channel::report_writer() {
 }
 
 void Channel::release_written(WriteOutcome outcome, Moment now) {
-  if (outcome == WriteOutcome::refused) {
-    released_call_->answer.read_now();
-  } else {
-    released_call_->answer.on_written(now.steady);
-  }
-  due_ = now.steady;
+  Released& answer = released()->answer;
+  outcome == WriteOutcome::refused ? answer.read_now() : answer.on_written(now.steady);
+  reads_.due = now.steady;
 }
 
 bool Channel::release_is_over(const ServiceSnapshot& snapshot, Moment now) {
-  Released& answer = released_call_->answer;
+  ReleasedCall& last = *released();
+  Released& answer = last.answer;
   if (snapshot.set != answer.reads()) {
-    due_ = now.steady;  // it was asked before more was wanted
+    reads_.due = now.steady;  // it was asked before more was wanted
     return false;
   }
-  switch (answer.on_read(snapshot, read_time_)) {
+  switch (answer.on_read(snapshot, io_.read)) {
     case Released::Found::nothing:
-      due_ = answer.read_at() ? *answer.read_at() : next_read(now);
+      reads_.due = answer.read_at() ? *answer.read_at() : reads_.next(now);
       return false;
     case Released::Found::unreleased:
-      released_call_->write_again = true;
-      out_.log(answer.problem().empty() ? Level::info : Level::warn,
-               fmt::format("call {}: no read has shown {} within {} ms: the write is lost, or the "
-                           "NC program has reset the value already; it is written again",
-                           released_call_->call.to_string(), name_of(answer.variable()),
-                           takes_effect.count()));
+      last.write_again = true;
+      out_.log(
+          answer.problem().empty() ? Level::info : Level::warn,
+          fmt::format("call {}: no read has shown {} within {} ms: the write is lost, or the "
+                      "NC program has reset the value already; it is written again",
+                      last.call.to_string(), name_of(answer.variable()), takes_effect.count()));
       return false;
     case Released::Found::idle:
     case Released::Found::request:
       break;
   }
-  if (released_call_->open) {
-    out_.append_untracked(EndedEntry{released_call_->call});
+  if (last.open) {
+    out_.append_untracked(EndedEntry{last.call});
   }
-  unseen_release_.reset();
+  earlier_.release.reset();
   if (const auto until = answer.unseen_until(); until && now.steady < *until) {
-    unseen_release_ = {std::get<std::uint32_t>(answer.value()), *until};
-    unknown_until_ = *until;
+    earlier_.release = {std::get<std::uint32_t>(answer.value()), *until};
+    earlier_.until = *until;
   }
-  released_call_.reset();
-  zero_seen_ = true;
+  phase_ = RequestReader();
+  link_.zero_seen = true;
   return true;
 }
 
 const fabric::Message& Channel::write_problem() {
-  if (call_) {
-    const AnswerWriter* const writer = call_->writer();
-    return writer != nullptr ? writer->problem() : no_reason;
+  if (const AnswerWriter* const writing = writer()) {
+    return writing->problem();
   }
-  return released_call_ ? released_call_->answer.problem() : no_reason;
+  return released() != nullptr ? released()->answer.problem() : no_reason;
 }
 
 void Channel::writer_finished(Moment now) {
-  const AnswerWriter& writer = *call_->writer();
-  if (writer.next() != AnswerWriter::Step::done) {
+  if (writer()->next() != AnswerWriter::Step::done) {
     return;
   }
-  if (writer.kind() == AnswerWriter::Kind::final) {
+  if (writer()->kind() == AnswerWriter::Kind::final) {
     end(true, no_reason, now);
   } else {
-    call_->interim_written(out_, now);
-    due_ = now.steady;
+    std::get<OpenCall>(phase_).interim_written(out_, now);
+    reads_.due = now.steady;
   }
 }
 
 void Channel::end(bool written, const fabric::Message& detail, Moment now) {
-  past_instances_.clear();
-  for (const Attempt& attempt : call_->call().attempts) {
-    past_instances_.push_back(attempt.instance);
-  }
-  const AnswerWriter* const writer = call_->writer();
-  const bool open = written && writer != nullptr && !writer->zero_seen();
+  OpenCall& call = std::get<OpenCall>(phase_);
+  AnswerWriter* const writer = call.writer();
+  const bool open = written && !writer->zero_seen();
   if (writer != nullptr && writer->clearing_took_long()) {
     effects_->doubt_clearing();
   }
-  if (written && writer != nullptr) {
-    released_call_ = ReleasedCall{Released(call_->call().request, *writer), call_->id(), open};
+  past_.call = call.close(written, !open, detail, out_, now);
+  if (written) {
+    phase_ = ReleasedCall{Released(call.call().request, std::move(*writer)), call.id(), open};
   } else {
-    released_call_.reset();
+    phase_ = RequestReader();
   }
-  past_ = call_->close(written, !open, detail, out_, now);
-  call_.reset();
-  unknown_until_.reset();
-  unseen_release_.reset();
-  zero_seen_ = !open;
-  reader_.restart();
-  due_ = now.steady;
-  active_until_ = now.steady + intervals_.after_answer_for;
+  earlier_ = {};
+  link_.zero_seen = !open;
+  reads_.due = now.steady;
+  reads_.active_until = now.steady + reads_.intervals.after_answer_for;
+}
+
+bool Channel::has_call() const {
+  const auto* const last = std::get_if<ReleasedCall>(&phase_);
+  return open_call() != nullptr || (last != nullptr && last->open);
+}
+
+bool Channel::has_work() const {
+  const auto* const last = std::get_if<ReleasedCall>(&phase_);
+  return has_call() || (last != nullptr && link_.up && last->answer.problem().empty());
 }
 
 bool Channel::other_can_see(const ServiceSnapshot& snapshot, Moment now) const {
-  return !handed_over_.empty() && !call_->call().clearing && !call_->interim_is_fresh(now) &&
-         snapshot.has(Variable::request_state) && snapshot.request_state != 0;
+  return leaving_ && !leaving_->handed_over.empty() && !call()->clearing &&
+         !open_call()->interim_is_fresh(now) && snapshot.has(Variable::request_state) &&
+         snapshot.request_state != 0;
 }
 
 void Channel::leave_to_the_other(Moment now) {
-  final_status_ = may_be_assigned();
-  end(false, handed_over_, now);
+  leaving_->final_status = may_be_assigned();
+  end(false, leaving_->handed_over, now);
 }
 
 }  // namespace millrace::gateway::channel

@@ -3,6 +3,8 @@
 #include <tuple>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/messages/catalogue.hpp"
 #include "gateway/text.hpp"
 
@@ -18,7 +20,7 @@ void BlockedChannels::note(const fabric::ChannelStatus& status, bool begins, Mom
                          .uuid = status.uuid,
                          .since = now.wall,
                          .reason = status.reason};
-      port_.append(entry, {});
+      records_.append(entry, {});
       entries_.insert_or_assign(status.key, std::move(entry));
     }
   } else if (const auto found = entries_.find(status.key); found != entries_.end() &&
@@ -30,7 +32,7 @@ void BlockedChannels::note(const fabric::ChannelStatus& status, bool begins, Mom
 
 void BlockedChannels::forget(const fabric::ChannelKey& key) {
   if (!entries_.empty() && entries_.erase(key) != 0) {
-    port_.append(BlockedEntry{.key = key}, {});
+    records_.append(BlockedEntry{.key = key}, {});
   }
 }
 
@@ -54,8 +56,24 @@ bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
 }  // namespace
 
 EntryNumber ChannelOutput::append(const JournalEntry& entry) {
-  context_.port.append(entry, {Ticket::Owner::channel, key(), ++context_.last_entry});
+  context_.records.append(entry, {Ticket::Owner::channel, key(), ++context_.last_entry});
   return context_.last_entry;
+}
+
+void ChannelOutput::log(Level level, const std::string& text) {
+  if (wanted(level)) {
+    context_.records.log(level, fmt::format("{}: {}", key().to_string(), text));
+  }
+}
+
+void ChannelOutput::report_write_problem(const fabric::Message& problem) {
+  if (write_problem_ != problem) {
+    write_problem_ = problem;
+    context_.records.set_alarm(
+        {.kind = "write", .subject = key().to_string()},
+        problem.empty() ? problem : base::messages::about(key().to_string(), problem),
+        base::messages::check_controller());
+  }
 }
 
 void ChannelOutput::publish(fabric::Request request) {
@@ -64,14 +82,14 @@ void ChannelOutput::publish(fabric::Request request) {
       before != context_.predecessor_epochs.end()) {
     request.succeeds = before->second;
   }
-  context_.port.publish(request);
+  context_.fabric.publish(request);
   news_.published = request.call;
 }
 
 void ChannelOutput::withdraw(const fabric::InstanceId& instance, const fabric::CallId& call) {
   const fabric::RequestKey request{key(), call.epoch, instance};
   context_.answered.replace(request);
-  context_.port.dispose(request);
+  context_.fabric.dispose(request);
 }
 
 void ChannelOutput::publish(fabric::Event event, Moment now) {
@@ -80,7 +98,7 @@ void ChannelOutput::publish(fabric::Event event, Moment now) {
   }
   event.key = key();
   event.at = now.wall;
-  context_.port.publish(event);
+  context_.fabric.publish(event);
 }
 
 void ChannelOutput::publish_status(const ChannelView& view, Moment now) {
@@ -122,7 +140,7 @@ void ChannelOutput::publish_idle(const fabric::Message& reason, Moment now) {
 void ChannelOutput::publish(const fabric::ChannelStatus& status) {
   const BlockedEntry* const blocked = context_.blocked.of(status);
   if (blocked == nullptr) {
-    context_.port.publish(status);
+    context_.fabric.publish(status);
     return;
   }
   fabric::ChannelStatus since_then = status;
@@ -133,7 +151,7 @@ void ChannelOutput::publish(const fabric::ChannelStatus& status) {
                             ? base::messages::held_too_long(blocked->reason)
                             : blocked->reason;
   }
-  context_.port.publish(since_then);
+  context_.fabric.publish(since_then);
 }
 
 }  // namespace millrace::gateway::channel

@@ -30,7 +30,7 @@ namespace millrace::gateway::channel {
 
 class BlockedChannels {
  public:
-  explicit BlockedChannels(Outputs& port) : port_(port) {}
+  explicit BlockedChannels(Records& records) : records_(records) {}
 
   /// Takes over the entries of the journal.
   void resume(std::map<fabric::ChannelKey, BlockedEntry> known) { entries_ = std::move(known); }
@@ -42,7 +42,7 @@ class BlockedChannels {
   [[nodiscard]] const BlockedEntry* of(const fabric::ChannelStatus& status) const;
 
  private:
-  Outputs& port_;
+  Records& records_;
   std::map<fabric::ChannelKey, BlockedEntry> entries_;
 };
 
@@ -66,9 +66,11 @@ struct ChannelView {
 
 /// The shared state of all channels of a gateway.
 struct ChannelContext {
-  explicit ChannelContext(Outputs& own_port) : port(own_port), blocked(own_port) {}
+  ChannelContext(CallTopics& own_fabric, Records& own_records)
+      : fabric(own_fabric), records(own_records), blocked(own_records) {}
 
-  Outputs& port;
+  CallTopics& fabric;
+  Records& records;
   Readers readers{};
   /// Why the journal cannot be written; empty while it can. Waiting calls show it as their reason.
   fabric::Message journal_error{};
@@ -108,21 +110,22 @@ struct ChannelNews {
 
 class ChannelOutput {
  public:
-  /// `context` outlives this.
-  ChannelOutput(fabric::ChannelKey key, ChannelContext& context) : context_(context) {
+  /// `access` and `context` outlive this.
+  ChannelOutput(fabric::ChannelKey key, ServiceAccess& access, ChannelContext& context)
+      : access_(access), context_(context) {
     status_.key = std::move(key);
   }
 
   void read(ReadSet set) {
     news_.reads = true;
-    context_.port.read(key(), set);
+    access_.read(key(), set);
   }
-  void write(const Write& write) { context_.port.write(key(), write); }
+  void write(const Write& write, Moment now) { access_.write(key(), write, now); }
 
   /// on_recorded(entry) is to follow.
   [[nodiscard]] EntryNumber append(const JournalEntry& entry);
   /// The same, without a callback.
-  void append_untracked(const JournalEntry& entry) { context_.port.append(entry, {}); }
+  void append_untracked(const JournalEntry& entry) { context_.records.append(entry, {}); }
 
   void publish(fabric::Request request);
   /// Withdraws the call from an instance.
@@ -139,14 +142,9 @@ class ChannelOutput {
   [[nodiscard]] bool wanted(Level level) const { return level >= context_.readers.min_level; }
   /// Adds the channel and the time.
   void publish(fabric::Event event, Moment now);
-  void log(Level level, const std::string& text) {
-    if (wanted(level)) {
-      context_.port.log(key(), level, text);
-    }
-  }
-  void report_write_problem(const fabric::Message& problem) {
-    context_.port.report_write_problem(key(), problem);
-  }
+  void log(Level level, const std::string& text);
+  /// The write that the controller acknowledged and does not show; empty once there is none.
+  void report_write_problem(const fabric::Message& problem);
   /// Publishes the changes, or everything for a new reader; `view` refers to nothing of this
   /// object.
   void publish_status(const ChannelView& view, Moment now);
@@ -169,11 +167,13 @@ class ChannelOutput {
   void update(const ChannelView& view, Moment now);
   void publish(const fabric::ChannelStatus& status);
 
+  ServiceAccess& access_;
   ChannelContext& context_;
   ChannelNews news_;
   fabric::ChannelStatus status_;
   /// Nothing was to be shown yet.
   bool fresh_ = true;
+  fabric::Message write_problem_;
   /// The last published status, if it has had readers since.
   std::optional<fabric::ChannelStatus> published_;
 };

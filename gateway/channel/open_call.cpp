@@ -294,7 +294,8 @@ EndedCall OpenCall::close(bool written, bool over, const fabric::Message& detail
   if (out.wanted(Level::debug)) {
     log_end(written, detail, out, now);
   }
-  return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
+  return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{},
+          call_.attempts};
 }
 
 void OpenCall::log_end(bool written, const fabric::Message& detail, ChannelOutput& out,

@@ -39,6 +39,7 @@ struct EndedCall {
   fabric::CallId call;
   bool answered = false;
   fabric::InstanceId answered_by;
+  std::vector<Attempt> attempts{};
 };
 
 namespace phase {

@@ -42,7 +42,8 @@ std::optional<PendingRequest> RequestReader::on_read(const ServiceSnapshot& snap
         return {};
       }
       step_ = Step::state;
-      return found_ == unserved_ && !again_ ? std::nullopt : std::optional(found_);
+      return unserved_ && found_ == unserved_->request && !unserved_->again ? std::nullopt
+                                                                            : std::optional(found_);
   }
   return {};
 }
@@ -53,9 +54,27 @@ void RequestReader::read_whole() {
   }
 }
 
-void RequestReader::leave_unserved(PendingRequest request) {
-  unserved_ = std::move(request);
-  again_ = false;
+bool RequestReader::leave_unserved(PendingRequest request, const fabric::Message& reason,
+                                   const Policy& policy, SteadyTime now) {
+  const bool same = unserved_ && unserved_->request == request;
+  const bool known = same && unserved_->reason == reason;
+  const SteadyTime since = same ? unserved_->since : now;
+  const bool overdue = same && unserved_->overdue;
+  unserved_ = {std::move(request), reason, since, policy, false, overdue};
+  return !known;
+}
+
+bool RequestReader::deadline_passes(SteadyTime now) const {
+  return unserved_ && !unserved_->overdue && unserved_->policy.unserved &&
+         now - unserved_->since >= unserved_->policy.unserved->after;
+}
+
+bool RequestReader::offer_again(bool overdue) {
+  if (unserved_) {
+    unserved_->again = true;
+    unserved_->overdue = overdue;
+  }
+  return unserved_.has_value();
 }
 
 void RequestReader::start(const ServiceSnapshot& snapshot, bool with_texts) {
@@ -64,7 +83,8 @@ void RequestReader::start(const ServiceSnapshot& snapshot, bool with_texts) {
     unserved_.reset();
     return;
   }
-  if (with_texts || again_ || !unserved_ || unserved_->state != snapshot.request_state) {
+  if (with_texts || !unserved_ || unserved_->again ||
+      unserved_->request.state != snapshot.request_state) {
     found_ = {snapshot.uuid, snapshot.request, snapshot.request_state};
     step_ = snapshot.has(Variable::request) ? Step::confirm : Step::texts;
   }

@@ -14,9 +14,23 @@
 
 #include <optional>
 
+#include "gateway/moment.hpp"
+#include "gateway/policy.hpp"
 #include "gateway/service_snapshot.hpp"
 
 namespace millrace::gateway::channel {
+
+/// A request that the gateway has skipped; it stands until it changes.
+struct Unserved {
+  PendingRequest request;
+  fabric::Message reason;
+  SteadyTime since{};
+  Policy policy;
+  /// It is to be found once more.
+  bool again = false;
+  /// It has waited for as long as its policy says.
+  bool overdue = false;
+};
 
 class RequestReader {
  public:
@@ -32,11 +46,15 @@ class RequestReader {
   /// The next read decides whether what the one before has shown is a whole request.
   [[nodiscard]] bool confirming() const { return step_ == Step::confirm; }
 
-  /// This request is skipped; it is not reported again until it changes.
-  void leave_unserved(PendingRequest request);
-  [[nodiscard]] const std::optional<PendingRequest>& unserved() const { return unserved_; }
-  /// Reports the ignored request once more.
-  void offer_again() { again_ = true; }
+  /// This request is skipped; it is not found again until it changes. False if it was skipped for
+  /// this reason before.
+  bool leave_unserved(PendingRequest request, const fabric::Message& reason, const Policy& policy,
+                      SteadyTime now);
+  [[nodiscard]] const std::optional<Unserved>& unserved() const { return unserved_; }
+  /// The skipped request has waited for as long as its policy says, and was not offered since.
+  [[nodiscard]] bool deadline_passes(SteadyTime now) const;
+  /// Finds the skipped request once more. False if there is none.
+  bool offer_again(bool overdue);
   /// There may be a request now: the next read covers all variables. For an idle channel the state
   /// is enough, but this saves one read of three if there is a request.
   void read_whole();
@@ -50,8 +68,7 @@ class RequestReader {
 
   Step step_ = Step::state;
   PendingRequest found_;
-  std::optional<PendingRequest> unserved_;
-  bool again_ = false;
+  std::optional<Unserved> unserved_;
 };
 
 }  // namespace millrace::gateway::channel

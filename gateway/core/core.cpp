@@ -25,13 +25,11 @@ Core::Core(Fabric& fabric, Host& host, CoreOptions options,
       journal_state_(journal_state),
       now_(host.now()),
       stall_(options_.lease),
+      context_(fabric, host),
       numbers_(journal_state.numbers()),
       queues_(fabric, host),
       machines_(options_.own, fabric, host, *this) {
   context_.blocked.resume(journal_state.blocked());
-  for (const CallRecord& call : journal_state.open_calls()) {
-    open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
-  }
 }
 
 void Core::enter() {
@@ -71,6 +69,9 @@ std::optional<SteadyTime> Core::next_time() const {
 
 void Core::start() {
   enter();
+  for (const CallRecord& call : journal_state_.open_calls()) {
+    open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
+  }
   queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
   machines_.set_journal(options_.journal);
   machines_.set(options_.machines, now_);

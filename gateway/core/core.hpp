@@ -68,7 +68,7 @@ struct CallCounts {
   std::uint64_t withdrawn = 0;
 };
 
-class Core : public machines::ControllerEvents, protected MachinesListener, private Outputs {
+class Core : public machines::ControllerEvents, protected MachinesListener {
  public:
   /// Fabric and Host outlive this, and so does `journal_state`, what the journal adds up to.
   Core(Fabric& fabric, Host& host, CoreOptions options, const journal::JournalState& journal_state);
@@ -138,7 +138,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
 
  protected:
   // Events of machines; core_channels.cpp. The simulation observes machines and the calls of
-  // message queues through these.
+  // message queues through these functions.
   void on_serve(const std::string& machine, const machines::Channels& channels) override;
   void on_lost(const std::string& machine, const fabric::Message& reason) override;
   void on_link_dropped(const std::string& machine, const fabric::Message& reason) override;
@@ -148,8 +148,8 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   void on_trusted(const fabric::ChannelKey& key, bool trusted) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
   [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
-  virtual void on_queue_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
-  virtual void write_queue(const fabric::ChannelKey& key, const Write& write);
+  virtual ServiceAccess& access_of(const fabric::ChannelKey& key);
+  virtual void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
   [[nodiscard]] ServiceSnapshot queue_snapshot(const fabric::ChannelKey& key) const {
     return queues_.snapshot(key, ReadSet::all);
   }
@@ -180,7 +180,6 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   bool deliver_queue_events();
 
   // What the steps of a channel mean for calls; core_requests.cpp.
-  void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
   /// Without effect if the core does not have the channel any more.
   template <typename Step>
   void step(const fabric::ChannelKey& key, Step step) {
@@ -218,18 +217,6 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   tl::expected<channel::Channel*, fabric::Message> find_pending(const fabric::ChannelKey& key,
                                                                 const fabric::CallId& call);
 
-  // Actions of channels; core_outputs.cpp.
-  void read(const fabric::ChannelKey& key, ReadSet set) override;
-  void write(const fabric::ChannelKey& key, const Write& write) override;
-  void append(const JournalEntry& entry, const Ticket& ticket) override;
-  void publish(const fabric::Request& request) override;
-  void publish(const fabric::Event& event) override;
-  void publish(const fabric::ChannelStatus& status) override;
-  void dispose(const fabric::RequestKey& request) override;
-  void dispose(const fabric::ChannelKey& key) override;
-  void log(const fabric::ChannelKey& key, Level level, const std::string& text) override;
-  void report_write_problem(const fabric::ChannelKey& key, const fabric::Message& problem) override;
-
   Fabric& fabric_;
   Host& host_;
   CoreOptions options_;
@@ -241,7 +228,7 @@ class Core : public machines::ControllerEvents, protected MachinesListener, priv
   machines::StallDetector stall_;
   dispatch::Dispatcher dispatcher_;
   /// Before the channels, which refer to it.
-  channel::ChannelContext context_{*this};
+  channel::ChannelContext context_;
   /// By machine.
   std::map<std::string, std::shared_ptr<WriteEffects>> effects_;
   std::map<fabric::ChannelKey, channel::Channel> channels_;

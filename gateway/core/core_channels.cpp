@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/messages/catalogue.hpp"
+#include "fabric/channel_scope.hpp"
 #include "gateway/core/core.hpp"
 
 namespace millrace::gateway::core {
@@ -37,9 +38,14 @@ channel::Channel& Core::open(const fabric::ChannelKey& key) {
     effects = std::make_shared<WriteEffects>();
   }
   channel::Channel& channel =
-      channels_.try_emplace(key, key, context_, intervals_of(key.machine), effects).first->second;
+      channels_.try_emplace(key, key, access_of(key), context_, intervals_of(key.machine), effects)
+          .first->second;
   index_[key] = &channel;
   return channel;
+}
+
+ServiceAccess& Core::access_of(const fabric::ChannelKey& key) {
+  return fabric::queue_of(key.machine).empty() ? static_cast<ServiceAccess&>(machines_) : queues_;
 }
 
 ReadIntervals Core::intervals_of(const std::string& machine) const {
@@ -170,7 +176,8 @@ void Core::remove_drained_channels() {
     if (channels_.at(*it).is_over()) {
       dispose(context_.answered.take(*it));
       add(past_counts_, channels_.at(*it).status());
-      dispose(*it);
+      fabric_.dispose(*it);
+      access_of(*it).on_over(*it);
       context_.blocked.forget(*it);
       timers_.remove(*it);
       index_.erase(*it);
@@ -185,7 +192,7 @@ void Core::remove_drained_channels() {
 
 void Core::dispose(const std::vector<fabric::RequestKey>& requests) {
   for (const fabric::RequestKey& request : requests) {
-    dispose(request);
+    fabric_.dispose(request);
   }
 }
 
@@ -208,7 +215,7 @@ bool Core::deliver_queue_events() {
         drain(key);
         break;
       case read:
-        on_queue_read(key, event->shown);
+        read_channel(key, event->shown);
         break;
       case written:
         step(key,
@@ -221,10 +228,6 @@ bool Core::deliver_queue_events() {
     queues_.on_event_delivered(*event);
   }
   return some;
-}
-
-void Core::on_queue_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
-  read_channel(key, snapshot);
 }
 
 }  // namespace millrace::gateway::core

@@ -273,14 +273,14 @@ void Machines::read(const fabric::ChannelKey& key, ReadSet set) {
   connected.link->read(key.channel, set);
 }
 
-void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
+void Machines::write(const fabric::ChannelKey& key, const Write& write, Moment) {
   Machine& one = machines_.at(key.machine);
-  if (variable == Variable::request_state) {
+  if (write.variable == Variable::request_state) {
     one.subscriptions.on_cleared(key.channel);
   }
   Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
   ++connected.calls_under_way;
-  connected.link->write(key.channel, variable, value);
+  connected.link->write(key.channel, write.variable, write.value);
 }
 
 void Machines::on_call_answered(const std::string& machine, Moment now) {

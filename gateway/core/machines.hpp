@@ -69,7 +69,7 @@ class MachinesListener {
   [[nodiscard]] virtual Channels channels_of(const std::string& machine) const = 0;
 };
 
-class Machines {
+class Machines : public ServiceAccess {
  public:
   /// All must outlive this.
   Machines(GatewayIdentity own, Fabric& fabric, Host& host, MachinesListener& listener)
@@ -103,7 +103,7 @@ class Machines {
   }
 
   /// A channel that was removed, or is another gateway's, is over.
-  void on_over(const fabric::ChannelKey& key) { reviews_.insert(key.machine); }
+  void on_over(const fabric::ChannelKey& key) override { reviews_.insert(key.machine); }
   /// This process stood still for longer than other gateways wait: it gives up the machines that
   /// another one may have taken over, until their owners are known. False if there are none. All
   /// machines are published again, since readers that took this gateway for gone have dropped them.
@@ -113,8 +113,8 @@ class Machines {
   /// About once a second: publishes the load of the links.
   void publish_load(Moment now);
 
-  void read(const fabric::ChannelKey& key, ReadSet set);
-  void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
+  void read(const fabric::ChannelKey& key, ReadSet set) override;
+  void write(const fabric::ChannelKey& key, const Write& write, Moment now) override;
   /// The link has answered a read or write of a call.
   void on_call_answered(const std::string& machine, Moment now);
   /// A request for variables. Left to other gateways if the channel is not ours.

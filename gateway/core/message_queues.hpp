@@ -29,7 +29,7 @@
 
 namespace millrace::gateway::core {
 
-class MessageQueues {
+class MessageQueues : public ServiceAccess {
  public:
   /// Both outlive it.
   MessageQueues(Fabric& fabric, Host& host) : fabric_(fabric), host_(host) {}
@@ -40,7 +40,6 @@ class MessageQueues {
   /// entries of other queues stay there.
   void set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
            const std::map<fabric::ChannelKey, QueueLog>& known, Moment now);
-  [[nodiscard]] bool has(const fabric::ChannelKey& key) const { return queues_.contains(key); }
 
   /// `link` stays until on_link_gone().
   void on_up(const std::string& machine, const machines::Channels& channels,
@@ -52,7 +51,7 @@ class MessageQueues {
   /// So are all of them.
   void on_link_gone(const std::string& machine, const fabric::Message& reason);
   /// The calls of a queue that is drained are over.
-  void on_over(const fabric::ChannelKey& key);
+  void on_over(const fabric::ChannelKey& key) override;
   /// Of a queue.
   void on_recorded(const Ticket& ticket, Moment now);
   // Of the link of its machine.
@@ -60,8 +59,8 @@ class MessageQueues {
   void on_change(const fabric::ChannelKey& key, Moment now);
 
   // The reads of a queue's calls from its channel.
-  void read(const fabric::ChannelKey& key, ReadSet set);
-  void write(const fabric::ChannelKey& key, const Write& write, Moment now);
+  void read(const fabric::ChannelKey& key, ReadSet set) override;
+  void write(const fabric::ChannelKey& key, const Write& write, Moment now) override;
   [[nodiscard]] ServiceSnapshot snapshot(const fabric::ChannelKey& key, ReadSet what) const {
     return queues_.at(key).queue.snapshot(what);
   }

@@ -7,12 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "fabric/alarm.hpp"
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
 #include "fabric/variables.hpp"
-#include "gateway/journal_entry.hpp"
 #include "gateway/machines/controller.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/outputs.hpp"
@@ -22,12 +20,10 @@ namespace millrace::gateway::core {
 
 /// The gateway's DDS writers. What cannot be written is logged there: each sample is written again
 /// when something changes, and a call is given out again.
-class Fabric {
+class Fabric : public CallTopics {
  public:
-  virtual ~Fabric() = default;
-  virtual void publish(const fabric::Request& request) = 0;
-  virtual void publish(const fabric::Event& event) = 0;
-  virtual void publish(const fabric::ChannelStatus& status) = 0;
+  using CallTopics::dispose;
+  using CallTopics::publish;
   virtual void publish(const fabric::MachineStatus& status) = 0;
   /// Machine data, and the numbers of a message queue.
   virtual void publish(const fabric::DataSample& sample) = 0;
@@ -35,8 +31,6 @@ class Fabric {
   virtual void publish(const fabric::InstanceId& requester, const fabric::VariableReply& reply) = 0;
   /// The outcome of writing a variable.
   virtual void publish(const fabric::Outcome& outcome) = 0;
-  virtual void dispose(const fabric::RequestKey& request) = 0;
-  virtual void dispose(const fabric::ChannelKey& status) = 0;
   virtual void dispose(const fabric::MachineStatus& status) = 0;
   /// The group is not published any more.
   virtual void dispose(const fabric::DataSample& sample) = 0;
@@ -44,9 +38,8 @@ class Fabric {
   virtual void subscribe_channels() = 0;
 };
 
-class Host {
+class Host : public Records {
  public:
-  virtual ~Host() = default;
   [[nodiscard]] virtual Moment now() const = 0;
   /// Core::on_time() is wanted then; sooner does no harm. Each replaces the one before; none: not
   /// at all.
@@ -54,14 +47,6 @@ class Host {
   /// Begins to connect; what the link says comes to the core.
   virtual std::unique_ptr<machines::Controller> connect(
       const settings::MachineSettings& machine) = 0;
-  /// Journal this; Core::on_recorded(ticket) once it is as safe as the journal's policy promises,
-  /// if the caller waits.
-  virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
-  virtual void log(Level level, const std::string& text) = 0;
-  /// Raises an alarm of the gateway, or clears it if `text` is empty.
-  virtual void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
-                         const fabric::Message& advice) = 0;
-
   /// After Core::stop(): no answer is half written any more, or it took too long (`half_written`).
   /// Core::end() comes next.
   virtual void may_end(bool half_written) = 0;

@@ -221,18 +221,36 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
       : Core(process, process, std::move(options), journal_state), process_(process) {}
 
  private:
-  void on_queue_read(const Key& key, const gateway::ServiceSnapshot& snapshot) override {
-    GatewayChecker& checker = process_.checker_;
-    checker.on_shown(key, queue_snapshot(key));
-    process_.history().add(SnapshotRead{process_.plan_.number, checker.seen_as(key), snapshot,
-                                        process_.Member::now()});
-    Core::on_queue_read(key, snapshot);
+  /// The Service Interface of queues.
+  class WatchedAccess final : public gateway::ServiceAccess {
+   public:
+    explicit WatchedAccess(WatchedCore& core) : core_(core) {}
+    void read(const Key& key, gateway::ReadSet set) override {
+      core_.Core::access_of(key).read(key, set);
+    }
+    void write(const Key& key, const gateway::Write& write, gateway::Moment now) override {
+      GatewayChecker& checker = core_.process_.checker_;
+      checker.on_write(key, write.variable, write.value);
+      core_.Core::access_of(key).write(key, write, now);
+      checker.on_window_written(key, write.variable, write.value, core_.queue_snapshot(key));
+    }
+    void on_over(const Key& key) override { core_.Core::access_of(key).on_over(key); }
+
+   private:
+    WatchedCore& core_;
+  };
+
+  gateway::ServiceAccess& access_of(const Key& key) override {
+    return fabric::queue_of(key.machine).empty() ? Core::access_of(key) : queues_;
   }
-  void write_queue(const Key& key, const gateway::Write& write) override {
-    GatewayChecker& checker = process_.checker_;
-    checker.on_write(key, write.variable, write.value);
-    Core::write_queue(key, write);
-    checker.on_window_written(key, write.variable, write.value, queue_snapshot(key));
+  void read_channel(const Key& key, const gateway::ServiceSnapshot& snapshot) override {
+    if (!fabric::queue_of(key.machine).empty()) {
+      GatewayChecker& checker = process_.checker_;
+      checker.on_shown(key, queue_snapshot(key));
+      process_.history().add(SnapshotRead{process_.plan_.number, checker.seen_as(key), snapshot,
+                                          process_.Member::now()});
+    }
+    Core::read_channel(key, snapshot);
   }
 
   void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
@@ -264,6 +282,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
   }
 
   GatewayProcess& process_;
+  WatchedAccess queues_{*this};
 };
 
 std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(

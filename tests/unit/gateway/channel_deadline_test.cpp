@@ -59,6 +59,59 @@ TEST_F(ChannelDeadline, WithAnUnservedRequestStartsOverWithTheNextOne) {
   EXPECT_FALSE(fixture.deadline_passed);
 }
 
+TEST_F(ChannelDeadline, WithAnUnservedRequestShowsItAsUnservedWhileItIsOfferedAgain) {
+  fixture.policy.unserved = Rule{5s, 901};
+  fixture.served = false;
+  fixture.link_up();
+  fixture.call();
+  fixture.wait(4s);
+  fixture.states.clear();
+  fixture.wait(2s);
+  EXPECT_EQ(fixture.offers, 2U);
+  EXPECT_THAT(fixture.states, IsEmpty());
+}
+
+TEST_F(ChannelDeadline, WithAnUnservedRequestIsNoDeadlineOfTheOneThatReplacesIt) {
+  fixture.policy.unserved = Rule{5s, 901};
+  fixture.served = false;
+  fixture.link_up();
+  fixture.call("first");
+  fixture.wait(1s);
+  const fabric::Time seen_at = fixture.events.front().at;
+  fixture.before_action = [&] {
+    // Just before the reads that offer the first one again.
+    if (fixture.now.wall >= seen_at + 5s && fixture.offers == 1) {
+      fixture.call("second", 2);
+    }
+  };
+  fixture.wait(5s);
+  EXPECT_EQ(fixture.offers, 2U);
+  EXPECT_FALSE(fixture.deadline_passed);
+}
+
+// A regression: its waiting time counted on, and the next request without a service was answered at
+// once.
+TEST_F(ChannelDeadline, WithAnUnservedRequestEndsOnceAServiceHasItsCall) {
+  fixture.policy.unserved = Rule{5s, 901};
+  fixture.served = false;
+  fixture.link_up();
+  fixture.call("first");
+  fixture.wait(1s);
+  fixture.served = true;
+  sut().offer_again(fixture.now);
+  fixture.wait(1s);
+  ASSERT_NE(sut().call(), nullptr);
+  fixture.assign();
+  fixture.wait(10s);
+  fixture.receive(fixture.reply("1.4", 1));
+  fixture.wait(1s);
+  fixture.served = false;
+  fixture.call("second", 2);
+  fixture.wait(1s);
+  EXPECT_EQ(fixture.offers, 3U);
+  EXPECT_FALSE(fixture.deadline_passed);
+}
+
 TEST_F(ChannelDeadline, EndsAtTheDeadlineWithTheConfiguredState) {
   fixture.policy.deadline = Rule{30s, 902};
   fixture.dispatched_call();

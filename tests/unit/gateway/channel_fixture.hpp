@@ -42,7 +42,7 @@ struct WriteResult {
   bool executed = true;
 };
 
-class ChannelFixture final : public Outputs {
+class ChannelFixture final : public ServiceAccess, public CallTopics, public Records {
  public:
   explicit ChannelFixture(tests::KernelRules rules = {}) : channel(rules) {
     journal_state.apply(NumbersEntry{0x5f3a, 0});
@@ -86,8 +86,8 @@ class ChannelFixture final : public Outputs {
     wake.reset();
     stop = false;
     sut.reset();
-    context.emplace(*this);
-    sut.emplace(fabric::ChannelKey{"cnc", 1}, *context);
+    context.emplace(*this, *this);
+    sut.emplace(fabric::ChannelKey{"cnc", 1}, *this, *context);
     for (const CallRecord& call : journal_state.open_calls()) {
       sut->resume(call, policy);
     }
@@ -192,8 +192,8 @@ class ChannelFixture final : public Outputs {
   }
 
   tests::ServiceInterface channel;
-  std::optional<channel::ChannelContext> context{std::in_place, *this};
-  std::optional<channel::Channel> sut{std::in_place, fabric::ChannelKey{"cnc", 1}, *context};
+  std::optional<channel::ChannelContext> context{std::in_place, *this, *this};
+  std::optional<channel::Channel> sut{std::in_place, fabric::ChannelKey{"cnc", 1}, *this, *context};
   journal::JournalState journal_state;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
@@ -218,6 +218,7 @@ class ChannelFixture final : public Outputs {
   std::vector<fabric::InstanceId> withdrawn;
   std::vector<fabric::CallId> declined;
   std::vector<fabric::Event> events;
+  std::vector<fabric::ChannelState> states;
   std::vector<std::string> said;
   std::vector<std::string> write_problems;
   std::vector<Unconfirmed> unconfirmed;
@@ -275,7 +276,7 @@ class ChannelFixture final : public Outputs {
       sut->on_read(channel.read(set), now);
     });
   }
-  void write(const fabric::ChannelKey&, const Write& one) override {
+  void write(const fabric::ChannelKey&, const Write& one, Moment) override {
     todo_.emplace_back([this, one] { carry_out(one); });
   }
   void carry_out(const Write& one) {
@@ -315,15 +316,17 @@ class ChannelFixture final : public Outputs {
   void publish(const fabric::Event& event) override {
     todo_.emplace_back([this, event] { events.push_back(event); });
   }
-  void publish(const fabric::ChannelStatus&) override {}
+  void publish(const fabric::ChannelStatus& status) override { states.push_back(status.state); }
   void dispose(const fabric::RequestKey& request) override {
     todo_.emplace_back([this, request] { withdrawn.push_back(request.instance); });
   }
   void dispose(const fabric::ChannelKey&) override {}
-  void log(const fabric::ChannelKey&, Level, const std::string& text) override {
+  void on_over(const fabric::ChannelKey&) override {}
+  void log(Level, const std::string& text) override {
     todo_.emplace_back([this, text] { said.push_back(text); });
   }
-  void report_write_problem(const fabric::ChannelKey&, const fabric::Message& text) override {
+  void set_alarm(const fabric::AlarmKey&, const fabric::Message& text,
+                 const fabric::Message&) override {
     todo_.emplace_back([this, text] { write_problems.push_back(text); });
   }
 

@@ -318,7 +318,8 @@ TEST_F(Visibility, ChannelsShareWhatIsKnownOfAController) {
   const auto effects = std::make_shared<WriteEffects>();
   fixture.emplace(rules);
   for (const bool first : {true, false}) {
-    fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture->context, ReadIntervals{}, effects);
+    fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture, *fixture->context, ReadIntervals{},
+                         effects);
     fixture->dispatched_call();
     reply(fixture->reply("1.414", 1));
     fixture->wait(first ? 5s : 100ms);
@@ -359,7 +360,8 @@ TEST_F(Visibility, AControllerIsNotExpectedToShowZeroAfterAnAnswerThatWasWritten
   const auto effects = std::make_shared<WriteEffects>();
   effects->clearings_shown = 3;
   fixture.emplace(tests::KernelRules{.kernel_clears_after = 1ms});
-  fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture->context, ReadIntervals{}, effects);
+  fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture, *fixture->context, ReadIntervals{},
+                       effects);
   fixture->dispatched_call();
   reply(fixture->reply("1.414", 1));
   fixture->wait(10s);

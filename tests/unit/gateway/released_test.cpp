@@ -1,5 +1,5 @@
 // When an answer has arrived, and what counts as a new request after it.
-#include "gateway/channel/released.hpp"
+#include "gateway/channel/answer_writer.hpp"
 
 #include <algorithm>
 

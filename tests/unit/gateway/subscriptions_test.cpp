@@ -507,7 +507,7 @@ TEST_F(SubscribedMachine, ReportsAChangeButNotTheGatewaysOwnWrite) {
   sut.on_notification({"cnc", 2}, Variable::request_state, 7, time);
   EXPECT_THAT(changed, ElementsAre(2));
   look(2, 7);
-  sut.write({"cnc", 2}, Variable::request_state, Value(0U));
+  sut.write({"cnc", 2}, {Variable::request_state, Value(0U)}, time);
   EXPECT_TRUE(trusted[2]) << "no read has shown it yet";
   look(2, 0);
   EXPECT_FALSE(trusted[2]) << "until the controller has notified it";
@@ -518,7 +518,7 @@ TEST_F(SubscribedMachine, ReportsAChangeButNotTheGatewaysOwnWrite) {
 
 TEST_F(SubscribedMachine, AWriteThatNoReadShowsHasChangedNothing) {
   be_trusted();
-  sut.write({"cnc", 2}, Variable::request_state, Value(9U));
+  sut.write({"cnc", 2}, {Variable::request_state, Value(9U)}, time);
   EXPECT_TRUE(trusted[2]);
 }
 
