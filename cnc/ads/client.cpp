@@ -21,10 +21,9 @@ namespace millrace::cnc::ads {
 namespace asio = boost::asio;
 namespace messages = base::messages;
 
-struct Client::Impl : std::enable_shared_from_this<Impl> {
+struct Client::Impl final : Requester {
   Impl(asio::any_io_executor executor, ClientOptions wanted)
-      : options(std::move(wanted)),
-        requester(std::make_shared<Requester>(std::move(executor), options)) {}
+      : Requester(std::move(executor), wanted), options(std::move(wanted)) {}
 
   using Self = std::shared_ptr<Impl>;
   using Connected = tl::expected<DeviceState, LinkError>;
@@ -51,12 +50,11 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<void> unsubscribe(Self self, std::uint16_t port, Handles handles);
   static asio::awaitable<void> delete_notifications(Self self, std::uint16_t port, Handles handles);
   void leave(const Resources& belongings);
-  void receive_notification(const Packet& packet);
-  void watch_link();
+  void on_notification(const Packet& packet) override;
+  void on_end(const LinkEnd& end) override;
   void close();
 
   ClientOptions options;
-  std::shared_ptr<Requester> requester;
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
@@ -109,7 +107,7 @@ Bytes numbers_of(const std::vector<std::uint32_t>& handles) {
 }  // namespace
 
 asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
-  if (self->requester->is_open() || self->connecting) {
+  if (self->is_open() || self->connecting) {
     co_return tl::make_unexpected(LinkError{ErrorCode::invalid_state, "already connected"});
   }
   const Flag connecting(self->connecting);
@@ -133,8 +131,8 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   if (!transport) {
     co_return tl::make_unexpected(explain_no_connection(options, transport.error()));
   }
-  self->watch_link();
-  self->requester->open(std::move(*transport));
+  self->last_end = {};
+  self->open(std::move(*transport));
   auto state = co_await first_answer(self);
   const auto& last = self->closures.last;
   const bool at_once = last && std::chrono::steady_clock::now() - *last < options.timeout / 4;
@@ -164,16 +162,16 @@ asio::awaitable<tl::expected<Transport, base::messages::Message>> Client::Impl::
 // A TCP connection alone proves nothing: without a route to us, a TwinCAT accepts it and closes it
 // upon the first request, or does not respond.
 asio::awaitable<Client::Impl::Connected> Client::Impl::first_answer(Self self) {
-  const auto local_address = self->requester->local_address();
-  const auto response = co_await Requester::request(self->requester, self->options.probe_port,
-                                                    Command::read_state, Bytes());
+  const auto local_address = self->local_address();
+  const auto response =
+      co_await request(self, self->options.probe_port, Command::read_state, Bytes());
   const auto state = response.and_then([](const Bytes& payload) { return decode_state(payload); });
   const bool unknown = !state && state.error() == ErrorCode::service_not_supported;
-  if (self->requester->is_open() && (state || unknown)) {
+  if (self->is_open() && (state || unknown)) {
     self->up = true;
     co_return state.value_or(DeviceState{});
   }
-  self->requester->close();
+  self->disconnect();
   const auto answer = state ? ErrorCode::link_lost : state.error();
   co_return tl::make_unexpected(
       explain_no_state(self->options, answer, self->last_end, local_address));
@@ -185,8 +183,7 @@ asio::awaitable<Result<T>> Client::Impl::ask(Self self, std::uint16_t port, Comm
   if (!self->up) {
     co_return tl::make_unexpected(ErrorCode::link_down);
   }
-  const auto response =
-      co_await Requester::request(self->requester, port, command, std::move(payload));
+  const auto response = co_await request(self, port, command, std::move(payload));
   co_return response.and_then(decode);
 }
 
@@ -195,8 +192,7 @@ asio::awaitable<Result<Bytes>> Client::Impl::fetch(Self self, std::uint16_t port
   if (!self->up) {
     co_return tl::make_unexpected(ErrorCode::link_down);
   }
-  const auto response =
-      co_await Requester::request(self->requester, port, command, std::move(payload));
+  const auto response = co_await request(self, port, command, std::move(payload));
   const auto data =
       response.and_then([asked](const Bytes& bytes) { return decode_data(bytes, asked); });
   co_return data.map([](BytesView view) { return Bytes(view.begin(), view.end()); });
@@ -306,55 +302,43 @@ void Client::Impl::leave(const Resources& belongings) {
   ++closed;
   up = false;
   inbox.clear();
-  requester->leave(farewells);
+  disconnect(farewells);
 }
 
-void Client::Impl::receive_notification(const Packet& packet) {
+void Client::Impl::on_notification(const Packet& packet) {
   const auto stamps = decode_notification(packet.data);
   if (!stamps || !up) {
     return;  // a malformed sample carries no value; the next one does
   }
-  const auto self = shared_from_this();
+  const auto self = std::static_pointer_cast<Impl>(shared_from_this());
   inbox.receive(packet.header.source.port, *stamps);
   // Handles of an earlier connection, or of another client with our address. Without deletion the
   // controller would send their samples for ever.
   for (const NotificationInbox::Handle& stranger : inbox.take_strangers()) {
     Handles one(1, stranger.number);
-    asio::co_spawn(requester->executor(), delete_notifications(self, stranger.port, std::move(one)),
+    asio::co_spawn(executor(), delete_notifications(self, stranger.port, std::move(one)),
                    base::program::rethrow_from_loop);
   }
 }
 
-void Client::Impl::watch_link() {
-  last_end = {};
-  requester->on_notification([weak = weak_from_this()](const Packet& packet) {
-    if (const auto self = weak.lock()) {
-      self->receive_notification(packet);
-    }
-  });
-  requester->on_end([weak = weak_from_this()](const LinkEnd& end) {
-    const auto self = weak.lock();
-    if (!self) {
-      return;
-    }
-    self->last_end = end;
-    self->inbox.clear();
-    const bool was_up = std::exchange(self->up, false);
-    if (!was_up) {
-      return;
-    }
-    // A virtual CNC that runs one NC program after the other is restarted as fast, a few times.
-    constexpr unsigned suspicious = 4;
-    const bool again = self->closures.accepted_at_once >= suspicious;
-    if (end.cause == LinkEnd::Cause::closed_by_peer) {
-      self->closures.last = std::chrono::steady_clock::now();
-    } else {
-      self->closures = {};
-    }
-    if (self->on_down) {
-      self->on_down(explain_end(self->options, end, again));
-    }
-  });
+void Client::Impl::on_end(const LinkEnd& end) {
+  last_end = end;
+  inbox.clear();
+  const bool was_up = std::exchange(up, false);
+  if (!was_up) {
+    return;
+  }
+  // A virtual CNC that runs one NC program after the other is restarted as fast, a few times.
+  constexpr unsigned suspicious = 4;
+  const bool again = closures.accepted_at_once >= suspicious;
+  if (end.cause == LinkEnd::Cause::closed_by_peer) {
+    closures.last = std::chrono::steady_clock::now();
+  } else {
+    closures = {};
+  }
+  if (on_down) {
+    on_down(explain_end(options, end, again));
+  }
 }
 
 void Client::Impl::close() {
@@ -365,7 +349,7 @@ void Client::Impl::close() {
   }
   up = false;
   inbox.clear();
-  requester->close();
+  disconnect();
 }
 
 Client::Client(asio::any_io_executor executor, ClientOptions options)
@@ -427,7 +411,7 @@ void Client::close() {
 }
 
 const Client::Counters& Client::counters() const {
-  return impl_->requester->counters();
+  return impl_->counters();
 }
 
 }  // namespace millrace::cnc::ads

@@ -94,7 +94,7 @@ void Requester::open(Transport transport) {
   link_->start();
 }
 
-void Requester::close() {
+void Requester::disconnect() {
   silence_check_.cancel();
   examined_ = false;
   if (const auto link = std::exchange(link_, nullptr)) {
@@ -107,7 +107,7 @@ void Requester::close() {
   }
 }
 
-void Requester::leave(const std::vector<LastRequest>& farewells) {
+void Requester::disconnect(const std::vector<LastRequest>& farewells) {
   if (link_) {
     flush();
     for (const LastRequest& farewell : farewells) {
@@ -115,7 +115,7 @@ void Requester::leave(const std::vector<LastRequest>& farewells) {
     }
     link_->send_last(exchange_.take_output());
   }
-  close();
+  disconnect();
 }
 
 LinkHandlers Requester::handlers() {
@@ -144,9 +144,7 @@ LinkHandlers Requester::handlers() {
 
 void Requester::receive(const Packet& packet) {
   if (exchange_.notifies(packet)) {
-    if (notified_) {
-      notified_(packet);
-    }
+    on_notification(packet);
     return;
   }
   const std::uint64_t answers_before = exchange_.answers();
@@ -175,10 +173,8 @@ void Requester::flush() {
 }
 
 void Requester::end(const LinkEnd& how) {
-  close();
-  if (ended_) {
-    ended_(how);
-  }
+  disconnect();
+  on_end(how);
 }
 
 void Requester::time_out(Exchange::Id id, std::uint64_t answers_before) {

@@ -1,7 +1,7 @@
 // The requests of a client over its connections, one connection after the other. A coroutine sends
 // a request and gets the response, the timeout or the end of the connection, whichever comes first.
 //
-//   requester->open(std::move(transport));
+//   requester->open(std::move(transport));            // of a class that handles notifications
 //   auto payload = co_await Requester::request(requester, 552, Command::read_state, Bytes());
 //
 // Exchange assigns responses to requests; Link moves the bytes.
@@ -9,7 +9,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -26,32 +25,27 @@ namespace millrace::cnc::ads {
 class Requester : public std::enable_shared_from_this<Requester> {
  public:
   Requester(boost::asio::any_io_executor executor, const ClientOptions& options);
+  virtual ~Requester() = default;
+  Requester(const Requester&) = delete;
+  Requester& operator=(const Requester&) = delete;
 
   /// Begins a connection over this transport; none may be open.
   void open(Transport transport);
   /// Ends the connection: pending requests end with link_lost at once, not at their timeout.
-  void close();
-  /// A request that is sent before close(), if the socket accepts it at once. Its response is
+  void disconnect();
+  /// A request that is sent before the end, if the socket accepts it at once. Its response is
   /// ignored.
   struct LastRequest {
     std::uint16_t port = 0;
     Command command{};
     Bytes payload;
   };
-  /// Sends these requests, then calls close().
-  void leave(const std::vector<LastRequest>& farewells);
+  /// Sends these requests, then ends the connection.
+  void disconnect(const std::vector<LastRequest>& farewells);
   [[nodiscard]] const boost::asio::any_io_executor& executor() const { return executor_; }
   [[nodiscard]] bool is_open() const { return link_ != nullptr; }
   /// Our local address of the connection.
   [[nodiscard]] const std::string& local_address() const { return link_->local_address(); }
-  /// Sets the handler for the end of a connection. It is called after the pending requests have
-  /// ended, and not for close().
-  void on_end(std::function<void(const LinkEnd&)> handler) { ended_ = std::move(handler); }
-
-  /// Sets the handler of device notifications.
-  void on_notification(std::function<void(const Packet&)> handler) {
-    notified_ = std::move(handler);
-  }
 
   /// The payload of the response, the error of its AMS header, or one of our own errors.
   static boost::asio::awaitable<Result<Bytes>> request(std::shared_ptr<Requester> self,
@@ -60,6 +54,10 @@ class Requester : public std::enable_shared_from_this<Requester> {
   [[nodiscard]] const ClientCounters& counters() const { return exchange_.counters(); }
 
  private:
+  /// After the pending requests have ended; not for disconnect().
+  virtual void on_end(const LinkEnd& end) = 0;
+  virtual void on_notification(const Packet& packet) = 0;
+
   struct Waiter;
   class Place;
 
@@ -82,8 +80,6 @@ class Requester : public std::enable_shared_from_this<Requester> {
   Exchange exchange_;
   std::unordered_map<Exchange::Id, Waiter*> waiters_;
   std::shared_ptr<Link> link_;
-  std::function<void(const LinkEnd&)> ended_;
-  std::function<void(const Packet&)> notified_;
 };
 
 }  // namespace millrace::cnc::ads

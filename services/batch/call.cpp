@@ -35,7 +35,7 @@ std::uint32_t state_of(const Ended& ended) {
 
 Response refused(const Script& script, const std::string& why) {
   return error(state_output_refused,
-               fmt::format("output of {}: {}", script.registration.name, why));
+               fmt::format("output of {}: {}", script.announcement.name, why));
 }
 
 /// Removes half a character where the UTF-8 output was truncated.
@@ -62,7 +62,7 @@ tl::expected<std::string, std::string> output_text(const Script& script, const C
 
 /// The response for a process without output: how it ended.
 Response silent_answer(const Script& script, const Ended& ended) {
-  const std::string& name = script.registration.name;
+  const std::string& name = script.announcement.name;
   const std::uint32_t state = state_of(ended);
   if (ended.end == End::signalled) {
     return error(state, fmt::format("{} was ended by signal {}", name, ended.code));
@@ -94,7 +94,7 @@ Verdict output_verdict(const Script& script, const Ended& ended) {
 }
 
 Verdict unfinished_verdict(const Script& script, const Ended& ended) {
-  const std::string& name = script.registration.name;
+  const std::string& name = script.announcement.name;
   switch (ended.end) {
     case End::time_limit:
       return {error(state_time_limit,

@@ -15,7 +15,7 @@ namespace {
 
 const Script* find(const std::vector<Script>& scripts, const std::string& uuid) {
   const auto found = std::find_if(scripts.begin(), scripts.end(), [&](const Script& script) {
-    return script.registration.uuid == uuid;
+    return script.announcement.uuid == uuid;
   });
   return found == scripts.end() ? nullptr : &*found;
 }
@@ -31,14 +31,14 @@ bool is_program(const std::filesystem::path& file) {
 Changes changes(const std::vector<Script>& before, const std::vector<Script>& after) {
   Changes changes;
   for (const Script& script : before) {
-    const Script* now = find(after, script.registration.uuid);
-    if (now == nullptr || now->registration != script.registration) {
-      changes.stop.push_back(script.registration.uuid);
+    const Script* now = find(after, script.announcement.uuid);
+    if (now == nullptr || now->announcement != script.announcement) {
+      changes.stop.push_back(script.announcement.uuid);
     }
   }
   for (const Script& script : after) {
-    const Script* earlier = find(before, script.registration.uuid);
-    if (earlier == nullptr || earlier->registration != script.registration) {
+    const Script* earlier = find(before, script.announcement.uuid);
+    if (earlier == nullptr || earlier->announcement != script.announcement) {
       changes.start.push_back(script);
     } else if (*earlier != script) {
       changes.update.push_back(script);
@@ -63,7 +63,7 @@ std::vector<Script> absent(const std::vector<Script>& scripts) {
 
 std::string absence_of(const Script& script) {
   return fmt::format("{}: {} is missing or not executable; {} is not served",
-                     script.registration.name, script.program.string(), script.registration.uuid);
+                     script.announcement.name, script.program.string(), script.announcement.uuid);
 }
 
 std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts) {

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "base/configuration/check.hpp"
-#include "fabric/channel_scope.hpp"
 #include "idl/batch.pb.h"
 
 namespace millrace::services::batch {
@@ -13,20 +12,17 @@ namespace millrace::services::batch {
 namespace {
 
 namespace fs = std::filesystem;
-using base::configuration::ConfigStep;
+using base::configuration::ConfigPath;
 using base::configuration::Mistakes;
 
-Script script_from(const config::Batch::Script& from, const fs::path& folder) {
+Script script_from(const config::Batch::Script& from, const fs::path& folder,
+                   const ConfigPath& path, Mistakes& mistakes) {
   const fs::path program = folder / from.program();
   Script script;
-  script.registration = {.uuid = fabric::canonical_uuid(from.uuid()),
-                         .name = from.has_name() ? from.name() : program.filename().string(),
-                         .description = from.description(),
-                         .delivery = from.delivery() == config::Batch::AT_LEAST_ONCE
-                                         ? fabric::Delivery::at_least_once
-                                         : fabric::Delivery::at_most_once,
-                         .concurrency = from.concurrency(),
-                         .channels = {}};
+  script.announcement = sdk::announced(from, config::Batch::AT_LEAST_ONCE, path, mistakes);
+  if (!from.has_name()) {
+    script.announcement.name = program.filename().string();
+  }
   script.program = program.lexically_normal();
   script.arguments = {from.argument().begin(), from.argument().end()};
   script.folder = (folder / from.working_folder()).lexically_normal();
@@ -42,13 +38,10 @@ Config config_from(const config::Batch& from, const fs::path& folder, Mistakes& 
   std::set<std::string> uuids;
   for (int i = 0; i < from.script_size(); ++i) {
     const config::Batch::Script& one = from.script(i);
-    Script& script = config.scripts.emplace_back(script_from(one, folder));
-    mistakes.expect(uuids.insert(script.registration.uuid).second, {{"script", i}, {"uuid"}},
+    const ConfigPath path{{"script", i}};
+    const Script& script = config.scripts.emplace_back(script_from(one, folder, path, mistakes));
+    mistakes.expect(uuids.insert(script.announcement.uuid).second, path / "uuid",
                     fmt::format("\"{}\" occurs twice", one.uuid()));
-    for (int c = 0; c < one.channel_size(); ++c) {
-      script.registration.channels.push_back(mistakes.take(
-          fabric::parse_channel_scope(one.channel(c)), {{"script", i}, {"channel", c}}));
-    }
   }
   return config;
 }

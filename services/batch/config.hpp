@@ -9,7 +9,7 @@
 
 #include <tl/expected.hpp>
 
-#include "fabric/messages.hpp"
+#include "services/sdk/announcement.hpp"
 
 namespace millrace::services::batch {
 
@@ -18,21 +18,8 @@ namespace millrace::services::batch {
 enum class TooLong : std::uint8_t { refuse, cut };
 enum class Encoding : std::uint8_t { utf8, cp1252 };
 
-/// The properties that tools and gateways see; a change needs a new registration.
-struct Registration {
-  /// Canonical (fabric::canonical_uuid).
-  std::string uuid;
-  std::string name;
-  std::string description;
-  fabric::Delivery delivery = fabric::Delivery::at_most_once;
-  std::uint32_t concurrency = 1;
-  /// Empty = any.
-  std::vector<fabric::ChannelScope> channels;
-  bool operator==(const Registration&) const = default;
-};
-
 struct Script {
-  Registration registration;
+  sdk::Announcement announcement{.delivery = fabric::Delivery::at_most_once};
   /// Absolute.
   std::filesystem::path program;
   /// The arguments before the request.

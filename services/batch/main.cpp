@@ -36,7 +36,7 @@ sdk::Response answer(const Script& script, const sdk::Call& call, spdlog::logger
   const Ended ended = run(*command, limits_for(script), [&] { return call.cancelled(); });
   Verdict result = verdict(script, ended);
   if (!result.remark.empty()) {
-    log.warn("call {}: {} {}", call.id().to_string(), script.registration.name, result.remark);
+    log.warn("call {}: {} {}", call.id().to_string(), script.announcement.name, result.remark);
   }
   return result.answer;
 }
@@ -130,40 +130,34 @@ void Host::serve(const std::vector<Script>& scripts) {
     start(script);
   }
   for (const Script& script : todo.update) {
-    Served& served = services_.at(script.registration.uuid);
+    Served& served = services_.at(script.announcement.uuid);
     served.script = script;
     served.current->set(script);
-    log_->info("{} runs {} with the new configuration from now on", script.registration.name,
+    log_->info("{} runs {} with the new configuration from now on", script.announcement.name,
                script.program.string());
   }
 }
 
 void Host::start(const Script& script) {
-  const Registration& registration = script.registration;
-  sdk::ServiceOptions options = base_;
-  options.uuid = registration.uuid;
-  options.name = registration.name;
-  options.description = registration.description;
-  options.channels = registration.channels;
-  options.delivery = registration.delivery;
-  options.concurrency = registration.concurrency;
+  const std::string& uuid = script.announcement.uuid;
+  const std::string& name = script.announcement.name;
   auto current = std::make_shared<CurrentScript>(script);
   try {
-    auto service = std::make_unique<sdk::Service>(options, answering(current, log_), log_);
+    auto service = std::make_unique<sdk::Service>(sdk::options_of(script.announcement, base_),
+                                                  answering(current, log_), log_);
     services_.insert_or_assign(
-        registration.uuid,
+        uuid,
         Served{.script = script, .current = std::move(current), .service = std::move(service)});
-    log_->info("{} serves {} with {}", registration.name, registration.uuid,
-               script.program.string());
+    log_->info("{} serves {} with {}", name, uuid, script.program.string());
   } catch (const std::exception& error) {
-    log_->error("{} cannot serve {}: {}", registration.name, registration.uuid, error.what());
+    log_->error("{} cannot serve {}: {}", name, uuid, error.what());
   }
 }
 
 void Host::stop(const std::string& uuid) {
   auto node = services_.extract(uuid);
   Served& served = node.mapped();
-  log_->info("{} has stopped serving {}", served.script.registration.name, uuid);
+  log_->info("{} has stopped serving {}", served.script.announcement.name, uuid);
   served.service->stop();
   leaving_.emplace_back([service = std::move(served.service)] { service->wait(); });
 }
@@ -174,7 +168,7 @@ bool Host::remove_drained() {
     if (!served.service->drained()) {
       return false;
     }
-    log_->info("{} is drained and has stopped serving {}", served.script.registration.name,
+    log_->info("{} is drained and has stopped serving {}", served.script.announcement.name,
                entry.first);
     served.service->wait();
     return true;
@@ -282,7 +276,7 @@ void add_flags(CLI::App& app, Flags& flags) {
 /// Throws UsageError for a missing file: without --config, no check would notice it later.
 Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
   Script script;
-  script.registration.name = options.name;
+  script.announcement.name = options.name;
   script.program = std::filesystem::absolute(flags.program).lexically_normal();
   script.folder = std::filesystem::current_path();
   script.time_limit = std::chrono::milliseconds(flags.time_limit_ms);

@@ -8,7 +8,6 @@
 
 #include "base/configuration/check.hpp"
 #include "base/posix/guarded_file.hpp"
-#include "fabric/channel_scope.hpp"
 #include "idl/http.pb.h"
 #include "services/http/url.hpp"
 
@@ -31,18 +30,8 @@ fs::path place(const std::string& named, const fs::path& folder, const ConfigPat
 /// All of a service but its URL.
 Endpoint endpoint_from(const config::Http::Service& from, const fs::path& folder,
                        const ConfigPath& path, Mistakes& mistakes) {
-  Endpoint endpoint;
-  endpoint.uuid = fabric::canonical_uuid(from.uuid());
-  endpoint.name = from.name();
-  endpoint.description = from.description();
-  endpoint.delivery = from.delivery() == config::Http::AT_LEAST_ONCE
-                          ? fabric::Delivery::at_least_once
-                          : fabric::Delivery::at_most_once;
-  endpoint.concurrency = from.concurrency();
-  for (int i = 0; i < from.channel_size(); ++i) {
-    endpoint.channels.push_back(mistakes.take(fabric::parse_channel_scope(from.channel(i)),
-                                              path / ConfigStep{"channel", i}));
-  }
+  Endpoint endpoint{.announcement =
+                        sdk::announced(from, config::Http::AT_LEAST_ONCE, path, mistakes)};
   endpoint.health_period = std::chrono::milliseconds(from.health_ms());
   endpoint.time_limit = std::chrono::milliseconds(from.time_limit_ms());
   endpoint.proxy = from.proxy();
@@ -79,7 +68,7 @@ std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& f
     const config::Http::Service& one = from.service(i);
     const ConfigPath path{{"service", i}};
     const Endpoint common = endpoint_from(one, folder, path, mistakes);
-    mistakes.expect(uuids.insert(common.uuid).second, path / "uuid",
+    mistakes.expect(uuids.insert(common.announcement.uuid).second, path / "uuid",
                     fmt::format("\"{}\" occurs twice", one.uuid()));
     std::set<std::string> urls;
     for (int u = 0; u < one.url_size(); ++u) {
@@ -91,8 +80,12 @@ std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& f
       Endpoint& endpoint = endpoints.emplace_back(common);
       endpoint.url = one.url(u);
       endpoint.health_url = one.health().empty() ? "" : url.origin() + one.health();
-      endpoint.name = common.name.empty() ? url.host_and_port() : common.name;
-      endpoint.description = common.description.empty() ? endpoint.url : common.description;
+      if (one.name().empty()) {
+        endpoint.announcement.name = url.host_and_port();
+      }
+      if (one.description().empty()) {
+        endpoint.announcement.description = endpoint.url;
+      }
     }
   }
   return endpoints;

@@ -9,7 +9,7 @@
 
 #include <tl/expected.hpp>
 
-#include "fabric/messages.hpp"
+#include "services/sdk/announcement.hpp"
 
 namespace millrace::services::http {
 
@@ -37,14 +37,7 @@ struct SecretFiles {
 
 /// One URL of a service: an instance on the fabric.
 struct Endpoint {
-  /// Canonical (fabric::canonical_uuid).
-  std::string uuid{};
-  std::string name{};
-  std::string description{};
-  fabric::Delivery delivery = fabric::Delivery::at_most_once;
-  std::uint32_t concurrency = 1;
-  /// Empty = any.
-  std::vector<fabric::ChannelScope> channels{};
+  sdk::Announcement announcement{.delivery = fabric::Delivery::at_most_once};
   std::string url{};
   /// URL of the health check; empty if a connection is enough.
   std::string health_url{};

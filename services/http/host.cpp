@@ -11,6 +11,7 @@
 #include "base/program/supervisor.hpp"
 #include "fabric/alarm.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
+#include "services/sdk/host_program.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::http {
@@ -32,16 +33,6 @@ fabric::InstanceIdentity identity_of_process(const std::string& name) {
           .name = name,
           .host = base::posix::host_name(),
           .pid = static_cast<std::uint32_t>(::getpid())};
-}
-
-sdk::ServiceOptions options_of(const Endpoint& endpoint, sdk::ServiceOptions base) {
-  base.uuid = endpoint.uuid;
-  base.name = endpoint.name;
-  base.description = endpoint.description;
-  base.channels = endpoint.channels;
-  base.delivery = endpoint.delivery;
-  base.concurrency = endpoint.concurrency;
-  return base;
 }
 
 /// The URL, if it is short enough to be a subject.
@@ -114,8 +105,8 @@ void Host::serve(const std::vector<Endpoint>& endpoints) {
       transfers_.cancel(*one.check);
     }
     alarms_.clear(alarm_kind, alarm_subject(*one.endpoint));
-    log_->info("{} has stopped serving {} with {}", one.endpoint->name, one.endpoint->uuid,
-               one.endpoint->url);
+    log_->info("{} has stopped serving {} with {}", one.endpoint->announcement.name,
+               one.endpoint->announcement.uuid, one.endpoint->url);
     return true;
   });
   for (const Endpoint& endpoint : endpoints) {
@@ -174,7 +165,7 @@ void Host::announce(Served& served) {
   announced.endpoint = served.endpoint;
   try {
     announced.instance = std::make_unique<sdk::Instance>(
-        options_of(endpoint, base_), log_,
+        sdk::options_of(endpoint.announcement, base_), log_,
         sdk::InstanceCallbacks{
             .call = [this, number](const CallPointer& call) { put(number, call); },
             .cancelled = [this, number](fabric::CallId call) { put(number, Cancelled{call}); },
@@ -187,11 +178,12 @@ void Host::announce(Served& served) {
     served.announced = number;
     served.trouble.clear();
     alarms_.clear(alarm_kind, alarm_subject(endpoint));
-    log_->info("{} serves {} with {}", endpoint.name, endpoint.uuid, endpoint.url);
+    log_->info("{} serves {} with {}", endpoint.announcement.name, endpoint.announcement.uuid,
+               endpoint.url);
   } catch (const std::exception& error) {
     announced_.erase(number);
-    take_down(served,
-              fmt::format("{} cannot serve {}: {}", endpoint.name, endpoint.uuid, error.what()));
+    take_down(served, fmt::format("{} cannot serve {}: {}", endpoint.announcement.name,
+                                  endpoint.announcement.uuid, error.what()));
   }
 }
 
@@ -199,11 +191,11 @@ void Host::take_down(Served& served, const std::string& reason) {
   const Endpoint& endpoint = *served.endpoint;
   alarms_.raise({.key = {.kind = alarm_kind, .subject = alarm_subject(endpoint)},
                  .level = fabric::AlarmLevel::problem,
-                 .text = base::messages::endpoint_down(reason, endpoint.uuid),
+                 .text = base::messages::endpoint_down(reason, endpoint.announcement.uuid),
                  .advice = base::messages::check_endpoint()});
   if (served.trouble != reason) {
     served.trouble = reason;
-    log_->warn("{}; {} is not served with it", reason, endpoint.uuid);
+    log_->warn("{}; {} is not served with it", reason, endpoint.announcement.uuid);
   }
   drain(served);
   served.next_check =
@@ -362,7 +354,7 @@ void Host::lose(Number number, fabric::CallId id, const std::string& reason) {
   if (served != nullptr) {
     served->next_check = Clock::now();
   }
-  if (at.endpoint->delivery == fabric::Delivery::at_least_once) {
+  if (at.endpoint->announcement.delivery == fabric::Delivery::at_least_once) {
     // To the gateway it is as good as not begun: it may run again.
     const auto node = at.calls.extract(id);
     node.mapped().call->decline(fmt::format("{}: connection lost: {}", at.endpoint->url, reason));

@@ -23,6 +23,7 @@
 #include "services/http/transfers.hpp"
 #include "services/sdk/alarms.hpp"
 #include "services/sdk/file_changes.hpp"
+#include "services/sdk/file_changes.hpp"
 #include "services/sdk/instance.hpp"
 
 namespace millrace::services::http {

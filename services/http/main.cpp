@@ -21,7 +21,7 @@ namespace program = base::program;
 std::string counted(const std::vector<Endpoint>& endpoints) {
   std::set<std::string> uuids;
   for (const Endpoint& endpoint : endpoints) {
-    uuids.insert(endpoint.uuid);
+    uuids.insert(endpoint.announcement.uuid);
   }
   return fmt::format("{} {} with {} {}", uuids.size(), uuids.size() == 1 ? "UUID" : "UUIDs",
                      endpoints.size(), endpoints.size() == 1 ? "URL" : "URLs");

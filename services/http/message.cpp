@@ -168,7 +168,8 @@ Response http_error(const Exchange& exchange, std::string said) {
 }
 
 Response refused(const Endpoint& endpoint, const std::string& why) {
-  return text::error(state_response_refused, fmt::format("response of {}: {}", endpoint.name, why));
+  return text::error(state_response_refused,
+                     fmt::format("response of {}: {}", endpoint.announcement.name, why));
 }
 
 std::chrono::seconds pause_of(const Exchange& exchange) {
@@ -265,9 +266,9 @@ Verdict judge(const Endpoint& endpoint, const Exchange& exchange) {
     case Exchange::End::lost:
       return Lost{exchange.reason};
     case Exchange::End::time_limit:
-      return Answer{text::error(
-          state_time_limit,
-          fmt::format("{} took longer than {} ms", endpoint.name, endpoint.time_limit.count()))};
+      return Answer{text::error(state_time_limit,
+                                fmt::format("{} took longer than {} ms", endpoint.announcement.name,
+                                            endpoint.time_limit.count()))};
     case Exchange::End::too_long:
       return Answer{refused(endpoint, fmt::format("more than {} bytes", max_body))};
     case Exchange::End::responded:

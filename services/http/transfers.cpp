@@ -87,7 +87,8 @@ struct Running {
   unsigned begun = 0;
 
   [[nodiscard]] bool is_once() const {
-    return transfer.post && transfer.endpoint->delivery == fabric::Delivery::at_most_once;
+    return transfer.post &&
+           transfer.endpoint->announcement.delivery == fabric::Delivery::at_most_once;
   }
 };
 

@@ -152,7 +152,7 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
 void Bridge::keep_registered(Program& program, const Presence& presence, SteadyTime now,
                              Actions& actions) {
   const Key key{presence.announcement.uuid, presence.program};
-  const Announcement wanted = ruled(presence.announcement);
+  const sdk::Announcement wanted = ruled(presence.announcement);
   const bool too_soon = program.registered_at && now - *program.registered_at < register_pause;
   if (program.registration) {
     if (presence.draining && !program.draining) {
@@ -262,7 +262,7 @@ void Bridge::lose(const Key& key, Program& program, Actions& actions) {
   }
 }
 
-void Bridge::register_again(Program& program, const Key& key, const Announcement& as,
+void Bridge::register_again(Program& program, const Key& key, const sdk::Announcement& as,
                             SteadyTime now, Actions& actions) {
   const Registration number = ++last_registration_;
   program.registration = number;
@@ -289,7 +289,7 @@ void Bridge::warn_limited(const char* kind, std::string_view about, const std::s
   }
 }
 
-Announcement Bridge::ruled(Announcement announcement) const {
+sdk::Announcement Bridge::ruled(sdk::Announcement announcement) const {
   if (const ServiceRule* const rule = rules_.find(announcement.uuid)) {
     announcement.channels = rule->channels.empty() ? announcement.channels : rule->channels;
     announcement.delivery = rule->delivery.value_or(announcement.delivery);

@@ -49,7 +49,7 @@ using Registration = std::uint64_t;
 /// Register an instance on the fabric.
 struct Register {
   Registration number = 0;
-  Announcement announcement{};
+  sdk::Announcement announcement{};
 };
 /// Remove it at once: its calls continue as if it had died.
 struct Unregister {
@@ -136,7 +136,7 @@ class Bridge {
     Sender sender{};
     fabric::SteadyTime heard{};
     /// The announcement as registered, or as refused.
-    Announcement announced{};
+    sdk::Announcement announced{};
     std::optional<Registration> registration{};
     std::optional<fabric::SteadyTime> registered_at{};
     bool refused = false;
@@ -168,13 +168,13 @@ class Bridge {
   void flush_interim(const Program& program, Given& given, fabric::SteadyTime now,
                      Actions& actions);
   static void end(Program& program, const std::string& name, sdk::Result result, Actions& actions);
-  void register_again(Program& program, const Key& key, const Announcement& as,
+  void register_again(Program& program, const Key& key, const sdk::Announcement& as,
                       fabric::SteadyTime now, Actions& actions);
   void forgive_standstill(fabric::SteadyTime now);
   void lose(const Key& key, Program& program, Actions& actions);
   void warn_limited(const char* kind, std::string_view about, const std::string& text,
                     fabric::SteadyTime now, Actions& actions);
-  [[nodiscard]] Announcement ruled(Announcement announcement) const;
+  [[nodiscard]] sdk::Announcement ruled(sdk::Announcement announcement) const;
   [[nodiscard]] Encoding encoding_of(const std::string& uuid) const;
   [[nodiscard]] Publish request_for(const Key& key, const Given& given) const;
   std::pair<const Key*, Program*> find(Registration number);

@@ -6,15 +6,14 @@
 
 #include "base/configuration/check.hpp"
 #include "base/text/ascii.hpp"
-#include "fabric/channel_scope.hpp"
 #include "idl/lcm.pb.h"
+#include "services/sdk/announcement.hpp"
 
 namespace millrace::services::lcm {
 
 namespace {
 
 using base::configuration::ConfigPath;
-using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
 /// Returns the part of `text` before `mark`, and leaves the part after it in `text`.
@@ -81,10 +80,7 @@ void check_network(const config::Lcm& from, Network& network, Mistakes& mistakes
 ServiceRule rule_from(const config::Lcm::Service& from, const ConfigPath& path,
                       Mistakes& mistakes) {
   ServiceRule rule;
-  for (int i = 0; i < from.channel_size(); ++i) {
-    rule.channels.push_back(mistakes.take(fabric::parse_channel_scope(from.channel(i)),
-                                          path / ConfigStep{"channel", i}));
-  }
+  rule.channels = sdk::channels_of(from, path, mistakes);
   if (from.has_delivery()) {
     rule.delivery = from.delivery() == config::Lcm::AT_LEAST_ONCE ? fabric::Delivery::at_least_once
                                                                   : fabric::Delivery::at_most_once;

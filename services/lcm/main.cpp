@@ -233,15 +233,6 @@ void Host::open(const Register& action) {
   if (stopping_) {
     return;
   }
-  const Announcement& as = action.announcement;
-  sdk::ServiceOptions options = base_;
-  options.uuid = as.uuid;
-  options.name = as.name;
-  options.description = as.description;
-  options.version = as.version;
-  options.channels = as.channels;
-  options.delivery = as.delivery;
-  options.concurrency = as.concurrency;
   const Registration number = action.number;
   Hosted* const one = [&] {
     const Lock held(lock_);
@@ -249,7 +240,7 @@ void Host::open(const Register& action) {
   }();
   try {
     auto instance = std::make_unique<sdk::Instance>(
-        options, log_,
+        sdk::options_of(action.announcement, base_), log_,
         sdk::InstanceCallbacks{
             .call = [this, number, one](const CallPointer& call) { pass_on(number, *one, call); },
             .cancelled =

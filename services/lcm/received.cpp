@@ -85,7 +85,7 @@ tl::expected<Attempt, std::string> attempt_of(const call_t& call) {
   return Attempt{call.id, static_cast<std::uint32_t>(call.attempt)};
 }
 
-tl::expected<Announcement, std::string> announcement_of(const presence_t& from) {
+tl::expected<sdk::Announcement, std::string> announcement_of(const presence_t& from) {
   auto uuid = checked_uuid(from.uuid);
   if (!uuid) {
     return Error(uuid.error());
@@ -110,15 +110,15 @@ tl::expected<Announcement, std::string> announcement_of(const presence_t& from) 
     return Error(fmt::format("its delivery is {}; expected 0 (at least once) or 1 (at most once)",
                              from.delivery));
   }
-  return Announcement{.uuid = *std::move(uuid),
-                      .name = *std::move(name),
-                      .description = *std::move(description),
-                      .version = *std::move(version),
-                      .channels = *std::move(channels),
-                      .delivery = from.delivery == presence_t::AT_MOST_ONCE
-                                      ? fabric::Delivery::at_most_once
-                                      : fabric::Delivery::at_least_once,
-                      .concurrency = static_cast<std::uint32_t>(from.concurrency)};
+  return sdk::Announcement{.uuid = *std::move(uuid),
+                           .name = *std::move(name),
+                           .description = *std::move(description),
+                           .version = *std::move(version),
+                           .channels = *std::move(channels),
+                           .delivery = from.delivery == presence_t::AT_MOST_ONCE
+                                           ? fabric::Delivery::at_most_once
+                                           : fabric::Delivery::at_least_once,
+                           .concurrency = static_cast<std::uint32_t>(from.concurrency)};
 }
 
 /// True for microseconds that fit into nanoseconds of 64 bits.

@@ -13,8 +13,8 @@
 #include <tl/expected.hpp>
 
 #include "fabric/lcm/packet.hpp"
-#include "fabric/messages.hpp"
 #include "services/lcm/rules.hpp"
+#include "services/sdk/announcement.hpp"
 
 namespace millrace::services::lcm {
 
@@ -26,25 +26,12 @@ struct Attempt {
   bool operator==(const Attempt&) const = default;
 };
 
-/// The registration data of an instance.
-struct Announcement {
-  /// Canonical.
-  std::string uuid{};
-  std::string name{};
-  std::string description{};
-  std::string version{};
-  std::vector<fabric::ChannelScope> channels{};
-  fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  std::uint32_t concurrency = 1;
-  bool operator==(const Announcement&) const = default;
-};
-
 struct Presence {
   /// Not 0.
   std::int64_t program = 0;
   /// By the clock of the LCM process.
   fabric::Time at{};
-  Announcement announcement{};
+  sdk::Announcement announcement{};
   /// The calls that it runs.
   std::vector<Attempt> calls{};
   bool draining = false;

@@ -10,6 +10,19 @@ ServiceOptions HostedProcess::services(const std::string& version) const {
   return {.version = version, .participant = std::make_shared<SharedParticipant>(join, log)};
 }
 
+ServiceOptions options_of(const Announcement& announcement, ServiceOptions shared) {
+  shared.uuid = announcement.uuid;
+  shared.name = announcement.name;
+  shared.description = announcement.description;
+  if (!announcement.version.empty()) {
+    shared.version = announcement.version;
+  }
+  shared.channels = announcement.channels;
+  shared.delivery = announcement.delivery;
+  shared.concurrency = announcement.concurrency;
+  return shared;
+}
+
 namespace {
 
 /// The flags in the order of the help.

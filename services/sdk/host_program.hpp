@@ -14,6 +14,7 @@
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "services/sdk/announcement.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
@@ -29,6 +30,9 @@ struct HostedProcess {
   /// joins the fabric now. Throws std::runtime_error if the fabric cannot be joined.
   [[nodiscard]] ServiceOptions services(const std::string& version) const;
 };
+
+/// Those of one of these services.
+ServiceOptions options_of(const Announcement& announcement, ServiceOptions shared);
 
 /// The flags of `add`, then --check, --name, --log-level and those of the fabric.
 class HostProgram {

@@ -1,15 +1,44 @@
 """Handlers without a fabric: the answers for returned values and exceptions, and the test bench itself."""
 
 import asyncio
+import ctypes
+import pathlib
+import re
 import threading
 import unittest
 
 import millrace
-from millrace import testing
+from millrace import _library, testing
+
+HEADER = pathlib.Path(__file__).parents[2] / "services/c/millrace.h"
 
 
 def length(call):
     return str(len(call.text))
+
+
+class TheMirrorOfTheHeader(unittest.TestCase):
+    TYPES = {
+        "const char*": ctypes.c_char_p,
+        "int32_t": ctypes.c_int32,
+        "int64_t": ctypes.c_int64,
+        "uint16_t": ctypes.c_uint16,
+        "uint32_t": ctypes.c_uint32,
+        "uint64_t": ctypes.c_uint64,
+        "size_t": ctypes.c_size_t,
+        "void*": ctypes.c_void_p,
+        "millrace_handler": ctypes.c_void_p,
+        "millrace_log_function": _library.LogFunction,
+    }
+
+    def test_has_each_structure_member_for_member(self):
+        header = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.DOTALL)
+        structures = re.findall(r"typedef struct millrace_(\w+) \{(.*?)\}", header, re.DOTALL)
+        self.assertGreater(len(structures), 8)
+        for name, members in structures:
+            sut = getattr(_library, name.title().replace("_", ""))
+            declared = [(member, self.TYPES[kind]) for kind, member in re.findall(r"(\S.*) (\w+);", members)]
+            self.assertEqual(sut._fields_, declared, name)
 
 
 class AHandler(unittest.TestCase):

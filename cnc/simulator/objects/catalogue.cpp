@@ -19,7 +19,7 @@ constexpr std::uint32_t offset_mask = 0xFFFF;
 /// return the highest offset, since the kernel's offsets have no gaps.
 Object number_of_objects(const ObjectTable& table) {
   const std::uint32_t number = table.all().rbegin()->first;
-  return object("number of objects", "UNS32",
+  return object("number of objects", "UNS32", "",
                 [number](const Context&) { return encode_u32(number); });
 }
 

@@ -46,19 +46,6 @@ Result<void> write_parameter(const Context& at, BytesView in) {
   return {};
 }
 
-Result<Bytes> blocks_of_command(const Context& at) {
-  return encode_u32(static_cast<std::uint32_t>(at.channel->program().motion().blocks));
-}
-
-/// In µm/s.
-Result<Bytes> active_feedrate(const Context& at) {
-  return encode_f64(at.channel->program().motion().velocity * micrometres_per_mm);
-}
-
-Result<Bytes> command_feedrate(const Context& at) {
-  return encode_f64(at.channel->program().motion().programmed_velocity * micrometres_per_mm);
-}
-
 Result<Bytes> encode_bool(bool value) {
   return Bytes{static_cast<std::uint8_t>(value ? 1 : 0)};
 }
@@ -72,21 +59,17 @@ constexpr double tenths_of_a_percent = 1e3;
 constexpr std::uint16_t highest_override = 2000;
 
 Result<void> write_override(const Context& at, BytesView in) {
-  ads::ByteReader reader(in);
-  const std::uint16_t factor = reader.u16();
-  if (!reader.exact()) {
-    return tl::unexpected(ErrorCode::invalid_size);
-  }
-  if (factor > highest_override) {
-    return tl::unexpected(ErrorCode::invalid_data);
-  }
-  at.channel->program().set_feed_override(factor / tenths_of_a_percent);
-  return {};
+  return decode_u16(in).and_then([&](std::uint16_t factor) -> Result<void> {
+    if (factor > highest_override) {
+      return tl::unexpected(ErrorCode::invalid_data);
+    }
+    at.channel->program().set_feed_override(factor / tenths_of_a_percent);
+    return {};
+  });
 }
 
 Result<Bytes> feed_override(const Context& at) {
-  const double factor = at.channel->program().feed_override() * tenths_of_a_percent;
-  return ads::ByteWriter().u16(static_cast<std::uint16_t>(std::lround(factor))).take();
+  return encode_u16(std::lround(at.channel->program().feed_override() * tenths_of_a_percent));
 }
 
 Result<void> write_single_block(const Context& at, BytesView in) {
@@ -96,16 +79,8 @@ Result<void> write_single_block(const Context& at, BytesView in) {
   });
 }
 
-Result<Bytes> single_block(const Context& at) {
-  return encode_bool(at.channel->program().single_step().enabled);
-}
-
 Result<void> write_optional_stop(const Context& at, BytesView in) {
   return decode_bool(in).map([&](bool on) { at.channel->program().set_optional_stop(on); });
-}
-
-Result<Bytes> optional_stop(const Context& at) {
-  return encode_bool(at.channel->program().optional_stop());
 }
 
 /// Bit n - 1 is level n.
@@ -118,10 +93,6 @@ Result<void> write_skipped_levels(const Context& at, BytesView in) {
     at.channel->program().set_skipped_levels(static_cast<std::uint16_t>(levels));
     return {};
   });
-}
-
-Result<Bytes> skipped_levels(const Context& at) {
-  return encode_u32(at.channel->program().skipped_levels());
 }
 
 Result<void> write_stream(const Context& at, BytesView in) {
@@ -150,51 +121,32 @@ Result<Bytes> error_id(const Context& at) {
              : tl::unexpected(ErrorCode::access_denied_index);
 }
 
-constexpr std::uint32_t normal_execution = 0;
-constexpr std::uint32_t search_execution = 1;
-
-std::uint32_t mode_of(bool searching) {
-  return searching ? search_execution : normal_execution;
-}
-
 Result<void> write_search_mode(const Context& at, BytesView in) {
+  constexpr std::uint32_t normal = 0;
+  constexpr std::uint32_t search_for_a_block = 1;
   return decode_u32(in).and_then([&](std::uint32_t mode) -> Result<void> {
-    if (mode != normal_execution && mode != search_execution) {
+    if (mode != normal && mode != search_for_a_block) {
       return tl::unexpected(ErrorCode::invalid_data);
     }
     BlockSearch search = at.channel->block_search();
-    search.commanded = mode == search_execution;
+    search.commanded = mode == search_for_a_block;
     at.channel->set_block_search(search);
     return {};
   });
 }
 
-Result<Bytes> commanded_mode(const Context& at) {
-  return encode_u32(mode_of(at.channel->block_search().commanded));
-}
-
-Result<Bytes> active_mode(const Context& at) {
-  return encode_u32(mode_of(at.channel->program().searching()));
-}
-
 Result<void> write_type(const Context& at, BytesView in) {
   constexpr std::uint16_t nothing = 0;
   constexpr std::uint16_t block_number = 4;
-  ads::ByteReader reader(in);
-  BlockSearch search = at.channel->block_search();
-  search.type = reader.u16();
-  if (!reader.exact()) {
-    return tl::unexpected(ErrorCode::invalid_size);
-  }
-  if (search.type != nothing && search.type != block_number) {
-    return tl::unexpected(ErrorCode::invalid_data);
-  }
-  at.channel->set_block_search(search);
-  return {};
-}
-
-Result<Bytes> search_type(const Context& at) {
-  return ads::ByteWriter().u16(at.channel->block_search().type).take();
+  return decode_u16(in).and_then([&](std::uint16_t type) -> Result<void> {
+    if (type != nothing && type != block_number) {
+      return tl::unexpected(ErrorCode::invalid_data);
+    }
+    BlockSearch search = at.channel->block_search();
+    search.type = type;
+    at.channel->set_block_search(search);
+    return {};
+  });
 }
 
 Result<void> write_block(const Context& at, BytesView in) {
@@ -203,10 +155,6 @@ Result<void> write_block(const Context& at, BytesView in) {
     search.block = number;
     at.channel->set_block_search(search);
   });
-}
-
-Result<Bytes> block(const Context& at) {
-  return encode_u32(at.channel->block_search().block);
 }
 
 /// Adds `both` twice: with its name and _w as write-only, and with _r as read-only.
@@ -226,35 +174,67 @@ void add_pair(ObjectTable& table, std::uint32_t write_at, std::uint32_t read_at,
 
 void add_commands(ObjectTable& table) {
   add_pair(table, 0x1, 0x3,
-           object("mc_command_single_block", "BOOL", single_block, write_single_block));
+           object(
+               "mc_command_single_block", "BOOL", "",
+               [](const Context& at) {
+                 return encode_bool(at.channel->program().single_step().enabled);
+               },
+               write_single_block));
   add_pair(table, 0x9, 0xA,
-           object("mc_command_feed_override", "WORD", feed_override, write_override, "0.1 %"));
-  table.add(0xC, object("mc_active_feed_override_r", "WORD", feed_override, {}, "0.1 %"));
+           object("mc_command_feed_override", "WORD", "0.1 %", feed_override, write_override));
+  table.add(0xC, object("mc_active_feed_override_r", "WORD", "0.1 %", feed_override));
   add_pair(table, 0x210, 0x211,
-           object("mc_command_block_ignore", "DWORD", skipped_levels, write_skipped_levels));
+           object(
+               "mc_command_block_ignore", "DWORD", "",
+               [](const Context& at) { return encode_u32(at.channel->program().skipped_levels()); },
+               write_skipped_levels));
   add_pair(table, 0x212, 0x213,
-           object("mc_command_M01_stop_enable", "BOOL", optional_stop, write_optional_stop));
+           object(
+               "mc_command_M01_stop_enable", "BOOL", "",
+               [](const Context& at) { return encode_bool(at.channel->program().optional_stop()); },
+               write_optional_stop));
   add_pair(table, 0x3F, 0x40,
-           object("mc_command_execution_mode", "DINT", commanded_mode, write_search_mode));
-  table.add(0x41, object("mc_active_execution_mode_r", "DINT", active_mode));
-  add_pair(table, 0x49, 0x61, object("mc_cmd_bs_type", "WORD", search_type, write_type));
-  add_pair(table, 0x5F, 0x77, object("mc_cmd_bs_block_number", "DWORD", block, write_block));
+           object(
+               "mc_command_execution_mode", "DINT", "",
+               [](const Context& at) { return encode_u32(at.channel->block_search().commanded); },
+               write_search_mode));
+  table.add(0x41, object("mc_active_execution_mode_r", "DINT", "", [](const Context& at) {
+              return encode_u32(at.channel->program().searching());
+            }));
+  add_pair(table, 0x49, 0x61,
+           object(
+               "mc_cmd_bs_type", "WORD", "",
+               [](const Context& at) { return encode_u16(at.channel->block_search().type); },
+               write_type));
+  add_pair(table, 0x5F, 0x77,
+           object(
+               "mc_cmd_bs_block_number", "DWORD", "",
+               [](const Context& at) { return encode_u32(at.channel->block_search().block); },
+               write_block));
   table.add(0x90, {.name = "mc_program_stream_w",
                    .type = "STRING",
                    .length = parameter_size,
                    .write = write_stream});
-  table.add(0x104, object("mc_command_mode_w", "DWORD", {}, write_command_mode));
-  table.add(0x105, object("mc_command_state_w", "DWORD", {}, write_state));
+  table.add(0x104, object("mc_command_mode_w", "DWORD", "", {}, write_command_mode));
+  table.add(0x105, object("mc_command_state_w", "DWORD", "", {}, write_state));
   table.add(0x108, {.name = "mc_command_parameter_w",
                     .type = "STRING",
                     .length = parameter_size,
                     .write = write_parameter});
-  table.add(0x201, object("mc_block_count_r", "DWORD", blocks_of_command));
-  table.add(0x202, object("mc_active_feedrate_r", "LREAL", active_feedrate));
-  table.add(0x203, object("mc_command_feedrate_r", "LREAL", command_feedrate));
+  table.add(0x201, object("mc_block_count_r", "DWORD", "", [](const Context& at) {
+              return encode_u32(at.channel->program().motion().blocks);
+            }));
+  // In µm/s.
+  table.add(0x202, object("mc_active_feedrate_r", "LREAL", "", [](const Context& at) {
+              return encode_f64(at.channel->program().motion().velocity * micrometres_per_mm);
+            }));
+  table.add(
+      0x203, object("mc_command_feedrate_r", "LREAL", "", [](const Context& at) {
+        return encode_f64(at.channel->program().motion().programmed_velocity * micrometres_per_mm);
+      }));
   table.add(0x214,
             {.name = "mc_program_name_r", .type = "STRING", .length = 84, .read = program_name});
-  table.add(0x215, object("mc_error_id_r", "DWORD", error_id));
+  table.add(0x215, object("mc_error_id_r", "DWORD", "", error_id));
 }
 
 }  // namespace millrace::cnc::simulator::objects

@@ -103,11 +103,9 @@ void add_directory(ObjectTable& table, const ObjectTable& cnc, const ObjectTable
   const auto view = [cnc = entries_of(cnc), channel = entries_of(channel)](const Context& at) {
     return View(at, *cnc, *channel);
   };
-  const auto count = [view](const Context& at) {
-    return encode_u32(static_cast<std::uint32_t>(view(at).size()));
-  };
+  const auto count = [view](const Context& at) { return encode_u32(view(at).size()); };
   const auto read = [view](const Context& at) { return records(view(at), at); };
-  table.add(0, object("number of objects", "DWORD", count));
+  table.add(0, object("number of objects", "DWORD", "", count));
   table.add_rest({.name = "objects", .type = "RECORD", .length = record_size, .read = read});
 }
 

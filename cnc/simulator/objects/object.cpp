@@ -6,13 +6,12 @@
 #include <limits>
 #include <utility>
 
-#include "cnc/ads/bytes.hpp"
 #include "cnc/variables/layout.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
-Object object(std::string name, std::string type, Object::Read read, Object::Write write,
-              std::string unit) {
+Object object(std::string name, std::string type, std::string unit, Object::Read read,
+              Object::Write write) {
   static const std::map<std::string_view, std::uint32_t> lengths{
       {"BOOL", 1},  {"SINT", 1},  {"WORD", 2},  {"UNS16", 2}, {"DINT", 4},  {"DWORD", 4},
       {"SGN32", 4}, {"UNS32", 4}, {"LREAL", 8}, {"SGN64", 8}, {"REAL64", 8}};
@@ -46,14 +45,10 @@ const Object* ObjectTable::find(std::uint32_t offset) const {
 using ads::ErrorCode;
 using ads::Result;
 
-ads::Bytes encode_u32(std::uint32_t value) {
-  return ads::ByteWriter().u32(value).take();
-}
-
 ads::Bytes encode_s32(long value) {
   using Limits = std::numeric_limits<std::int32_t>;
   const long fitting = std::clamp<long>(value, Limits::min(), Limits::max());
-  return encode_u32(static_cast<std::uint32_t>(fitting));
+  return encode_u32(fitting);
 }
 
 ads::Bytes encode_f64(double value) {
@@ -65,6 +60,12 @@ Result<ads::Bytes> encode_buffer(std::string_view text, std::size_t size) {
     return tl::unexpected(ErrorCode::invalid_size);
   }
   return ads::ByteWriter().text(text).zeros(size - text.size()).take();
+}
+
+Result<std::uint16_t> decode_u16(ads::BytesView in) {
+  ads::ByteReader reader(in);
+  const std::uint16_t value = reader.u16();
+  return reader.exact() ? Result<std::uint16_t>(value) : tl::unexpected(ErrorCode::invalid_size);
 }
 
 Result<std::uint32_t> decode_u32(ads::BytesView in) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "cnc/ads/bytes.hpp"
 #include "cnc/ads/device.hpp"
 #include "cnc/simulator/machine.hpp"
 
@@ -51,8 +52,8 @@ struct Object {
 };
 
 /// An object of a number type, which determines its length.
-Object object(std::string name, std::string type, Object::Read read, Object::Write write = {},
-              std::string unit = {});
+Object object(std::string name, std::string type, std::string unit, Object::Read read,
+              Object::Write write = {});
 
 /// The objects of one kind of index group by the lower half of their offset.
 class ObjectTable {
@@ -75,7 +76,15 @@ class ObjectTable {
 /// Feeds are sent in µm/s.
 inline constexpr double micrometres_per_mm = 1e3;
 
-ads::Bytes encode_u32(std::uint32_t value);
+/// A number or an enumeration that fits.
+template <typename Number>
+ads::Bytes encode_u32(Number value) {
+  return ads::ByteWriter().u32(static_cast<std::uint32_t>(value)).take();
+}
+template <typename Number>
+ads::Bytes encode_u16(Number value) {
+  return ads::ByteWriter().u16(static_cast<std::uint16_t>(value)).take();
+}
 /// SGN32; a number out of range becomes the nearest one in range.
 ads::Bytes encode_s32(long value);
 ads::Bytes encode_f64(double value);
@@ -84,7 +93,8 @@ ads::Bytes encode_f64(double value);
 /// its NUL.
 ads::Result<ads::Bytes> encode_buffer(std::string_view text, std::size_t size);
 
-/// An input of exactly four bytes; otherwise invalid_size.
+/// An input of exactly so many bytes; otherwise invalid_size.
+ads::Result<std::uint16_t> decode_u16(ads::BytesView in);
 ads::Result<std::uint32_t> decode_u32(ads::BytesView in);
 
 /// The name at the front of an input; invalid_size if it is empty or longer than 255 characters.

@@ -121,9 +121,8 @@ Listing list_axes() {
 
 /// The number of variables; a Read without input.
 Object count(std::string name, Listing listing) {
-  return object(std::move(name), "UNS32", [listing](const Context& at) {
-    return encode_u32(static_cast<std::uint32_t>(listing.size(*at.channel)));
-  });
+  return object(std::move(name), "UNS32", "",
+                [listing](const Context& at) { return encode_u32(listing.size(*at.channel)); });
 }
 
 Object name_by_index(std::string_view name, std::uint32_t length, Listing listing) {
@@ -321,9 +320,8 @@ Result<Bytes> old_value(const Context& at, std::string_view name) {
 void add_family(ObjectTable& table, std::string_view prefix, VariableFamily family,
                 std::uint32_t number_offset, std::uint32_t name_offset) {
   table.add(number_offset,
-            object(fmt::format("{}-number", prefix), "UNS32", [family](const Context& at) {
-              return encode_u32(
-                  static_cast<std::uint32_t>(at.channel->program_variables().count(family)));
+            object(fmt::format("{}-number", prefix), "UNS32", "", [family](const Context& at) {
+              return encode_u32(at.channel->program_variables().count(family));
             }));
   table.add(name_offset, {.name = fmt::format("{}-name by index", prefix),
                           .type = "STRING",

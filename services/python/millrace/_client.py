@@ -81,7 +81,6 @@ class _Request:
         self._handle: ctypes.c_void_p | None = None
         data = _text.encode(text)
         options = _library.RequestOptions(
-            size=ctypes.sizeof(_library.RequestOptions),
             uuid=_library.option(uuid),
             text=data,
             text_length=len(data),
@@ -103,13 +102,9 @@ class _Request:
         if code == _library.NOTHING:
             return None
         response = answer.contents
-        return code == _library.OK, _call.Response(
-            text=_text.decode(response.text),
-            state=response.state,
-            result=_RESULTS.get(response.result, "failed"),
-            instance=_library.utf8(response.instance),
-            call_id=_library.utf8(response.call_id),
-            duration=response.duration_ns / 1e9,
+        result = _RESULTS.get(response.result, "failed")
+        return code == _library.OK, _library.filled(
+            _call.Response, response, text=_text.decode(response.text), result=result
         )
 
     def __enter__(self) -> _Request:
@@ -207,25 +202,13 @@ def services() -> list[Instance]:
 
 
 def _instance(of: _library.Instance) -> Instance:
-    return Instance(
-        id=_library.utf8(of.id),
-        uuid=_library.utf8(of.uuid),
-        name=_library.utf8(of.name),
-        description=_library.utf8(of.description),
-        version=_library.utf8(of.version),
-        host=_library.utf8(of.host),
-        pid=of.pid,
+    return _library.filled(
+        Instance,
+        of,
         channels=_library.utf8(of.channels).split(),
         delivery="at-most-once" if of.delivery else "at-least-once",
         completion="response" if of.completion else "response-state",
         concurrency=of.concurrent_calls,
-        draining=of.draining != 0,
-        certificate=_library.utf8(of.certificate),
-        running=of.running,
-        waiting=of.waiting,
-        answered=of.answered,
-        failed=of.failed,
-        mean=of.mean_ns / 1e9,
     )
 
 
@@ -270,7 +253,7 @@ class Watch(Iterator[Event]):
         self._handle: ctypes.c_void_p | None = None
         self._library = _library.library()
         self._end = None if timeout is None else time.monotonic() + timeout
-        options = _library.ObserverOptions(size=ctypes.sizeof(_library.ObserverOptions), what=what)
+        options = _library.ObserverOptions(what=what)
         handle = ctypes.c_void_p()
         _library.check(
             self._library.observer_open(_participant().handle, ctypes.byref(options), ctypes.byref(handle))
@@ -311,25 +294,4 @@ def watch(*, calls: bool = True, alarms: bool = True, timeout: float | None = No
 
 
 def _event(of: _library.Event) -> Event:
-    return Event(
-        kind=_library.utf8(of.kind),
-        time=of.time_ns / 1e9,
-        lost=of.lost,
-        machine=_library.utf8(of.machine),
-        channel=of.channel,
-        call_id=_library.utf8(of.call_id),
-        attempt=of.attempt,
-        uuid=_text.decode(of.uuid),
-        text=_text.decode(of.text),
-        state=of.state,
-        replayed=of.replayed != 0,
-        instance=_library.utf8(of.instance),
-        detail=_library.utf8(of.detail),
-        level=_library.utf8(of.level),
-        alarm=_library.utf8(of.alarm),
-        subject=_library.utf8(of.subject),
-        remedy=_library.utf8(of.remedy),
-        process=_library.utf8(of.process),
-        host=_library.utf8(of.host),
-        pid=of.pid,
-    )
+    return _library.filled(Event, of, uuid=_text.decode(of.uuid), text=_text.decode(of.text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import functools
 import os
 from ctypes import (
@@ -18,7 +19,7 @@ from ctypes import (
     c_uint64,
     c_void_p,
 )
-from typing import Any
+from typing import Any, TypeVar
 
 from millrace import _errors
 
@@ -30,135 +31,85 @@ OBSERVE_CALLS, OBSERVE_ALARMS = 1, 2
 
 LogFunction = CFUNCTYPE(None, c_int32, c_char_p, c_void_p)
 
-
-class ParticipantOptions(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("fabric_config", c_char_p),
-        ("use_domain", c_int32),
-        ("domain", c_uint32),
-        ("fabric", c_char_p),
-        ("name", c_char_p),
-        ("discovers", c_int32),
-        ("log_level", c_int32),
-        ("log", LogFunction),
-        ("log_context", c_void_p),
-    ]
+_TYPES: dict[str, Any] = {
+    "char*": c_char_p,
+    "void*": c_void_p,
+    "int32": c_int32,
+    "int64": c_int64,
+    "uint16": c_uint16,
+    "uint32": c_uint32,
+    "uint64": c_uint64,
+    "size_t": c_size_t,
+    "log": LogFunction,
+}
 
 
-class ServiceOptions(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("uuid", c_char_p),
-        ("name", c_char_p),
-        ("description", c_char_p),
-        ("version", c_char_p),
-        ("channels", c_char_p),
-        ("delivery", c_int32),
-        ("completion", c_int32),
-        ("concurrent_calls", c_uint32),
-        ("error_state", c_uint32),
-        ("handler", c_void_p),
-        ("handler_context", c_void_p),
-        ("threads", c_uint32),
-    ]
+def _members(declarations: str) -> list[tuple[str, Any]]:
+    """Of a structure, from declarations as in C, after its size."""
+    members: list[tuple[str, Any]] = [("size", c_size_t)]
+    for declaration in declarations.split(";"):
+        kind, names = declaration.split(maxsplit=1)
+        members += [(name.strip(), _TYPES[kind]) for name in names.split(",")]
+    return members
 
 
-class CallInfo(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("text", c_char_p),
-        ("text_length", c_size_t),
-        ("state", c_uint32),
-        ("uuid", c_char_p),
-        ("machine", c_char_p),
-        ("channel", c_uint16),
-        ("attempt", c_uint32),
-        ("call_id", c_char_p),
-        ("deadline_ns", c_int64),
-        ("replayed", c_int32),
-    ]
+class _Sized(Structure):
+    def __init__(self, **members: Any) -> None:
+        super().__init__(size=ctypes.sizeof(self), **members)
 
 
-class RequestOptions(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("uuid", c_char_p),
-        ("text", c_char_p),
-        ("text_length", c_size_t),
-        ("state", c_uint32),
-        ("machine", c_char_p),
-        ("channel", c_uint16),
-        ("timeout_ms", c_uint32),
-    ]
+class ParticipantOptions(_Sized):
+    _fields_ = _members(
+        "char* fabric_config; int32 use_domain; uint32 domain; char* fabric, name; "
+        "int32 discovers, log_level; log log; void* log_context"
+    )
 
 
-class Response(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("text", c_char_p),
-        ("text_length", c_size_t),
-        ("state", c_uint32),
-        ("result", c_int32),
-        ("instance", c_char_p),
-        ("call_id", c_char_p),
-        ("duration_ns", c_int64),
-    ]
+class ServiceOptions(_Sized):
+    _fields_ = _members(
+        "char* uuid, name, description, version, channels; int32 delivery, completion; "
+        "uint32 concurrent_calls, error_state; void* handler, handler_context; uint32 threads"
+    )
 
 
-class Instance(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("id", c_char_p),
-        ("uuid", c_char_p),
-        ("name", c_char_p),
-        ("description", c_char_p),
-        ("version", c_char_p),
-        ("host", c_char_p),
-        ("pid", c_uint32),
-        ("channels", c_char_p),
-        ("delivery", c_int32),
-        ("completion", c_int32),
-        ("concurrent_calls", c_uint32),
-        ("draining", c_int32),
-        ("certificate", c_char_p),
-        ("running", c_uint32),
-        ("waiting", c_uint32),
-        ("answered", c_uint64),
-        ("failed", c_uint64),
-        ("mean_ns", c_int64),
-    ]
+class CallInfo(_Sized):
+    _fields_ = _members(
+        "char* text; size_t text_length; uint32 state; char* uuid, machine; uint16 channel; uint32 attempt; "
+        "char* call_id; int64 deadline_ns; int32 replayed"
+    )
 
 
-class ObserverOptions(Structure):
-    _fields_ = [("size", c_size_t), ("what", c_uint32), ("capacity", c_uint32)]
+class RequestOptions(_Sized):
+    _fields_ = _members(
+        "char* uuid, text; size_t text_length; uint32 state; char* machine; uint16 channel; uint32 timeout_ms"
+    )
 
 
-class Event(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("kind", c_char_p),
-        ("time_ns", c_int64),
-        ("lost", c_uint64),
-        ("machine", c_char_p),
-        ("channel", c_uint16),
-        ("call_id", c_char_p),
-        ("attempt", c_uint32),
-        ("uuid", c_char_p),
-        ("text", c_char_p),
-        ("text_length", c_size_t),
-        ("state", c_uint32),
-        ("replayed", c_int32),
-        ("instance", c_char_p),
-        ("detail", c_char_p),
-        ("level", c_char_p),
-        ("alarm", c_char_p),
-        ("subject", c_char_p),
-        ("remedy", c_char_p),
-        ("process", c_char_p),
-        ("host", c_char_p),
-        ("pid", c_uint32),
-    ]
+class Response(_Sized):
+    _fields_ = _members(
+        "char* text; size_t text_length; uint32 state; int32 result; char* instance, call_id; "
+        "int64 duration_ns"
+    )
+
+
+class Instance(_Sized):
+    _fields_ = _members(
+        "char* id, uuid, name, description, version, host; uint32 pid; char* channels; "
+        "int32 delivery, completion; uint32 concurrent_calls; int32 draining; char* certificate; "
+        "uint32 running, waiting; uint64 answered, failed; int64 mean_ns"
+    )
+
+
+class ObserverOptions(_Sized):
+    _fields_ = _members("uint32 what, capacity")
+
+
+class Event(_Sized):
+    _fields_ = _members(
+        "char* kind; int64 time_ns; uint64 lost; char* machine; uint16 channel; char* call_id; "
+        "uint32 attempt; char* uuid, text; size_t text_length; uint32 state; int32 replayed; "
+        "char* instance, detail, level, alarm, subject, remedy, process, host; uint32 pid"
+    )
 
 
 #: In place of a duration that a recording does not show.
@@ -168,46 +119,21 @@ UNKNOWN = -(2**63)
 HOPS = ("dispatch", "to_service", "queue", "work", "to_gateway", "write_back", "total")
 
 
-class RecordedCall(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("call_id", c_char_p),
-        ("machine", c_char_p),
-        ("channel", c_uint16),
-        ("uuid", c_char_p),
-        ("outcome", c_char_p),
-        ("attempt", c_uint32),
-        ("instance", c_char_p),
-        ("name", c_char_p),
-        ("host", c_char_p),
-        ("request", c_char_p),
-        ("request_length", c_size_t),
-        ("request_state", c_uint32),
-        ("response", c_char_p),
-        ("response_length", c_size_t),
-        ("response_state", c_uint32),
-        ("detail", c_char_p),
-        ("replayed", c_int32),
-        ("seen_ns", c_int64),
-        ("ended_ns", c_int64),
-        *((hop + "_ns", c_int64) for hop in HOPS),
-        ("steps", c_size_t),
-    ]
+class RecordedCall(_Sized):
+    _fields_ = _members(
+        "char* call_id, machine; uint16 channel; char* uuid, outcome; uint32 attempt; "
+        "char* instance, name, host, request; size_t request_length; uint32 request_state; char* response; "
+        "size_t response_length; uint32 response_state; char* detail; int32 replayed; "
+        "int64 seen_ns, ended_ns, dispatch_ns, to_service_ns, queue_ns, work_ns, to_gateway_ns, write_back_ns, total_ns; "
+        "size_t steps"
+    )
 
 
-class Step(Structure):
-    _fields_ = [
-        ("size", c_size_t),
-        ("name", c_char_p),
-        ("time_ns", c_int64),
-        ("by_service", c_int32),
-        ("attempt", c_uint32),
-        ("instance", c_char_p),
-        ("text", c_char_p),
-        ("text_length", c_size_t),
-        ("state", c_uint32),
-        ("detail", c_char_p),
-    ]
+class Step(_Sized):
+    _fields_ = _members(
+        "char* name; int64 time_ns; int32 by_service; uint32 attempt; char* instance, text; "
+        "size_t text_length; uint32 state; char* detail"
+    )
 
 
 # Name, result, arguments. Handles are void*.
@@ -299,6 +225,25 @@ _EXCEPTIONS: dict[int, type[_errors.Error]] = {
 def utf8(text: bytes | None) -> str:
     """A text of the library other than the text of a call."""
     return (text or b"").decode("utf-8", "replace")
+
+
+_T = TypeVar("_T")
+
+
+def filled(kind: type[_T], of: Structure, **others: Any) -> _T:
+    """A dataclass from the members of the same names, texts in UTF-8, times in seconds; `others` are as they are."""
+
+    def member(field: dataclasses.Field[Any]) -> Any:
+        if field.name in others:
+            return others[field.name]
+        if hasattr(of, field.name + "_ns"):
+            return getattr(of, field.name + "_ns") / 1e9
+        value = getattr(of, field.name)
+        if str(field.type) == "str":
+            return utf8(value)
+        return bool(value) if str(field.type) == "bool" else value
+
+    return kind(**{field.name: member(field) for field in dataclasses.fields(kind)})
 
 
 def check(code: int) -> int:

@@ -47,7 +47,6 @@ class Participant:
         self.discovers = discovers
         self._process = os.getpid()
         options = _library.ParticipantOptions(
-            size=ctypes.sizeof(_library.ParticipantOptions),
             fabric_config=None if fabric_config is None else os.fsencode(fabric_config),
             use_domain=0 if domain is None else 1,
             domain=0 if domain is None else domain,

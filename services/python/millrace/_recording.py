@@ -134,22 +134,12 @@ class Recording:
 def _call(of: _library.RecordedCall, handle: ctypes.c_void_p) -> RecordedCall:
     library = _library.library()
     durations = {hop: getattr(of, hop + "_ns") for hop in _library.HOPS}
-    return RecordedCall(
-        call_id=_library.utf8(of.call_id),
-        machine=_library.utf8(of.machine),
-        channel=of.channel,
+    return _library.filled(
+        RecordedCall,
+        of,
         uuid=_text.decode(of.uuid),
-        outcome=_library.utf8(of.outcome),
-        attempt=of.attempt,
-        instance=_library.utf8(of.instance),
-        name=_library.utf8(of.name),
-        host=_library.utf8(of.host),
         request=_text.decode(of.request),
-        request_state=of.request_state,
         response=_text.decode(of.response),
-        response_state=of.response_state,
-        detail=_library.utf8(of.detail),
-        replayed=of.replayed != 0,
         seen=of.seen_ns / 1e9 if of.seen_ns else None,
         ended=of.ended_ns / 1e9 if of.ended_ns else None,
         hops={hop: time / 1e9 for hop, time in durations.items() if time != _library.UNKNOWN},
@@ -158,13 +148,4 @@ def _call(of: _library.RecordedCall, handle: ctypes.c_void_p) -> RecordedCall:
 
 
 def _step(of: _library.Step) -> Step:
-    return Step(
-        name=_library.utf8(of.name),
-        time=of.time_ns / 1e9,
-        by_service=of.by_service != 0,
-        attempt=of.attempt,
-        instance=_library.utf8(of.instance),
-        text=_text.decode(of.text),
-        state=of.state,
-        detail=_library.utf8(of.detail),
-    )
+    return _library.filled(Step, of, text=_text.decode(of.text))

@@ -84,7 +84,6 @@ class _Running:
         #: Calls in handlers, and since when.
         self.calls: dict[str, float] = {}
         options = _library.ServiceOptions(
-            size=ctypes.sizeof(_library.ServiceOptions),
             uuid=_library.option(service.uuid),
             name=_library.option(service.name),
             description=_library.option(service.description),

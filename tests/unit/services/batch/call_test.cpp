@@ -19,7 +19,7 @@ using testing::IsSupersetOf;
 
 Script script() {
   Script script;
-  script.registration.name = "measure";
+  script.announcement.name = "measure";
   script.program = "/opt/measure";
   return script;
 }

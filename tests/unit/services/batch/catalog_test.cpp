@@ -18,7 +18,7 @@ using testing::IsEmpty;
 
 Script script(const std::string& uuid) {
   Script script;
-  script.registration.uuid = uuid;
+  script.announcement.uuid = uuid;
   return script;
 }
 
@@ -46,7 +46,7 @@ TEST(Catalog, OnlyUpdatesWhatIsRunDifferently) {
 
 TEST(Catalog, RestartsWhatRegistersDifferently) {
   Script changed = script("a");
-  changed.registration.delivery = fabric::Delivery::at_least_once;
+  changed.announcement.delivery = fabric::Delivery::at_least_once;
   const Changes sut = changes({script("a")}, {changed});
   EXPECT_THAT(sut.stop, ElementsAre("a"));
   EXPECT_THAT(sut.start, ElementsAre(changed));
@@ -105,9 +105,9 @@ TEST(BatchConfig, FillsDefaults) {
   ASSERT_TRUE(sut) << sut.error();
   ASSERT_EQ(sut->scripts.size(), 1U);
   const Script& script = sut->scripts[0];
-  EXPECT_EQ(script.registration.uuid, "1b671a64-40d5-491e-99b0-da01ff1f3341");
-  EXPECT_EQ(script.registration.name, "measure.sh");
-  EXPECT_EQ(script.registration.delivery, fabric::Delivery::at_most_once);
+  EXPECT_EQ(script.announcement.uuid, "1b671a64-40d5-491e-99b0-da01ff1f3341");
+  EXPECT_EQ(script.announcement.name, "measure.sh");
+  EXPECT_EQ(script.announcement.delivery, fabric::Delivery::at_most_once);
   EXPECT_EQ(script.program, data("good/measure.sh"));
   EXPECT_EQ(script.folder, data("good/"));
   EXPECT_EQ(script.time_limit, 30s);
@@ -119,12 +119,12 @@ TEST(BatchConfig, ReadsEveryField) {
   const auto sut = load(data("good/full.batch.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   const Script& script = sut->scripts.at(0);
-  EXPECT_EQ(script.registration, (Registration{.uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341",
-                                               .name = "measure",
-                                               .description = "Measures a part",
-                                               .delivery = fabric::Delivery::at_least_once,
-                                               .concurrency = 4,
-                                               .channels = {{"cnc", 1}, {"press", 0}}}));
+  EXPECT_EQ(script.announcement, (sdk::Announcement{.uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341",
+                                                    .name = "measure",
+                                                    .description = "Measures a part",
+                                                    .channels = {{"cnc", 1}, {"press", 0}},
+                                                    .delivery = fabric::Delivery::at_least_once,
+                                                    .concurrency = 4}));
   EXPECT_EQ(script.program, "/opt/cell/measure");
   EXPECT_THAT(script.arguments, ElementsAre("--fast", "--"));
   EXPECT_EQ(script.folder, "/srv/cell/work");

@@ -39,13 +39,13 @@ TEST_F(HttpConfig, MakesAnEndpointOfEachUrl) {
       loaded("url: 'http://a:8000/x?y=1' url: 'https://b/x' health: '/ok' channel: 'cnc/1'")
           .value();
   ASSERT_EQ(sut.size(), 2U);
-  EXPECT_EQ(sut[0].uuid, "1b671a64-40d5-491e-99b0-da01ff1f3341");
-  EXPECT_EQ(sut[0].name, "a:8000");
-  EXPECT_EQ(sut[0].description, "http://a:8000/x?y=1");
+  EXPECT_EQ(sut[0].announcement.uuid, "1b671a64-40d5-491e-99b0-da01ff1f3341");
+  EXPECT_EQ(sut[0].announcement.name, "a:8000");
+  EXPECT_EQ(sut[0].announcement.description, "http://a:8000/x?y=1");
   EXPECT_EQ(sut[0].health_url, "http://a:8000/ok");
-  EXPECT_EQ(sut[1].name, "b:443");
+  EXPECT_EQ(sut[1].announcement.name, "b:443");
   EXPECT_EQ(sut[1].health_url, "https://b:443/ok");
-  EXPECT_EQ(sut[0].delivery, fabric::Delivery::at_most_once);
+  EXPECT_EQ(sut[0].announcement.delivery, fabric::Delivery::at_most_once);
 }
 
 TEST(AnHttpConfig, NamesEveryMistakeWithItsPlace) {

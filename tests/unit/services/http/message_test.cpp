@@ -17,7 +17,7 @@ using testing::Not;
 using testing::StartsWith;
 
 Endpoint endpoint() {
-  return {.name = "press", .url = "http://127.0.0.1:8000/measure"};
+  return {.announcement = {.name = "press"}, .url = "http://127.0.0.1:8000/measure"};
 }
 
 fabric::Request request(std::string text) {

@@ -42,7 +42,7 @@ TEST(Presence, NamesTheProgramAndItsCalls) {
   EXPECT_EQ(sut->at.time_since_epoch(), std::chrono::milliseconds(1500));
   EXPECT_TRUE(sut->draining);
   EXPECT_THAT(sut->calls, ElementsAre(Attempt{"5f-17", 1}, Attempt{"5f-18.0a", 2}));
-  const Announcement& as = sut->announcement;
+  const sdk::Announcement& as = sut->announcement;
   EXPECT_EQ(as.uuid, tests::uuid);
   EXPECT_EQ(as.name, "press");
   EXPECT_EQ(as.delivery, fabric::Delivery::at_most_once);
