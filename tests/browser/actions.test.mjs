@@ -203,8 +203,8 @@ test('a blocked call that is retried through the page is run again', async () =>
 test('an instance that is drained through the page leaves', async () => {
   const root = await plant.squareRoot('--name', 'leaving');
   const page = await browser.open(web.url, { view: `#/services/${squareRootUuid}` });
-  await page.waitForSelector('article[data-open="true"] [data-action="drain"]');
-  await page.click('article[data-open="true"] [data-action="drain"]');
+  await page.waitForSelector('[data-open="true"] [data-action="drain"]');
+  await page.click('[data-open="true"] [data-action="drain"]');
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*otherwise start it by hand[\s\S]*last instance of its service/);
   assert.ok(!root.hasEnded);

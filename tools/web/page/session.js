@@ -2,10 +2,11 @@
 import { get, post } from './api.js';
 import { concernName } from './concerns.js';
 import { channelName, keyOf } from './model.js';
-import { element, visible } from './dom.js';
+import { element, replace, visible } from './dom.js';
 import { ask, tell } from './parts/dialog.js';
 import { inReadersLanguage, said } from './parts/marks.js';
 import { messageOf } from './texts/sentences.js';
+import { milliseconds, moment } from './time.js';
 import { words } from './words.js';
 
 const text = words.actions;
@@ -90,6 +91,19 @@ export function makeSession(app) {
     [text.request, channel.request === undefined ? null : said(channel.request)],
   ];
 
+  /** The last response of the service of this channel, which appears when the server has sent it. */
+  function lastResponse(channel) {
+    const node = element('span', { class: 'last-response' }, words.services.noValue);
+    get(['calls'], { uuid: channel.uuid, limit: 20 }).then(({ calls }) => {
+      const last = calls.find((call) => call.response !== undefined && !call.failed);
+      if (last) {
+        replace(node, said(last.response), ` ${words.call.stateOf(last.response_state)}, ${moment(milliseconds(last.ended) - app.clockOffset(), Date.now())}`);
+      }
+      // Without it an operator can answer all the same.
+    }).catch(() => {});
+    return node;
+  }
+
   function answer(channel) {
     const response = element('input', { name: 'response', maxlength: 127, autocomplete: 'off', 'aria-describedby': 'response-hint' });
     const number = element('input', {
@@ -97,7 +111,7 @@ export function makeSession(app) {
     });
     return confirmed({
       title: text.answerTitle(visible(channelName(channel))),
-      pairs: pairsOf(channel),
+      pairs: [...pairsOf(channel), [text.last, lastResponse(channel)]],
       body: [
         element('label', {}, element('span', {}, text.response), response, element('small', { id: 'response-hint' }, text.responseHint)),
         element('label', {}, element('span', {}, text.state), number, element('small', { id: 'state-hint' }, text.stateHint)),

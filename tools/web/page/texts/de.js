@@ -96,6 +96,8 @@ export default {
     linkStandby: 'steht bereit',
     gateway: (host, version) => `Gateway auf ${host}, ${version}`,
     more: (n) => `und ${n} weitere`,
+    search: 'Maschine, Kanal oder Dienst',
+    noneFits: 'Keine passenden Maschinen.',
   },
 
   events: {
@@ -135,6 +137,8 @@ export default {
     none: 'Keine Dienste in dieser Fabric',
     noneWhat: 'Ein Dienst erscheint hier, sobald er startet.',
     nameless: 'ohne Namen',
+    search: 'Name, UUID oder Host',
+    noneFits: 'Keine passenden Dienste.',
     sums: { name: 'Dienst', instances: 'Instanzen', busy: 'Auslastung, 1 min', waiting: 'Wartend', rate: 'Aufrufe/s', p50: 'p50', p99: 'p99', errors: 'Fehler/min' },
     columns: {
       instance: 'Instanz',
@@ -376,6 +380,7 @@ export default {
     service: 'Dienst',
     request: 'Anfrage',
     response: 'Antwort',
+    last: 'Letzte Antwort dieses Dienstes',
     responseHint: 'höchstens 127 Zeichen; das NC-Programm liest sie als V.G.SERVICE.RESPONSE',
     state: 'Zustand',
     stateHint: 'nicht 0; das NC-Programm liest ihn als V.G.SERVICE.RESPONSE_STATE',

@@ -98,6 +98,8 @@ export default {
     linkStandby: 'stands by',
     gateway: (host, version) => `gateway on ${host}, ${version}`,
     more: (n) => `and ${n} more`,
+    search: 'Machine, channel or service',
+    noneFits: 'No matching machines.',
   },
 
   events: {
@@ -138,6 +140,8 @@ export default {
     none: 'No services on this fabric',
     noneWhat: 'A service appears here as soon as it starts.',
     nameless: 'unnamed',
+    search: 'Name, UUID or host',
+    noneFits: 'No matching services.',
     sums: { name: 'Service', instances: 'Instances', busy: 'Busy, 1 min', waiting: 'Waiting', rate: 'Calls/s', p50: 'p50', p99: 'p99', errors: 'Err/min' },
     columns: {
       instance: 'Instance',
@@ -379,6 +383,7 @@ export default {
     service: 'Service',
     request: 'Request',
     response: 'Response',
+    last: 'Last response of this service',
     responseHint: 'at most 127 characters; the NC program reads it as V.G.SERVICE.RESPONSE',
     state: 'State',
     stateHint: 'not 0; the NC program reads it as V.G.SERVICE.RESPONSE_STATE',
