@@ -16,7 +16,8 @@ bool Plant::add(const observer::Entry& entry) {
   if (const auto* status = std::get_if<InstanceStatus>(&entry.sample)) {
     add(*status);
   } else if (const auto* channel = std::get_if<ChannelStatus>(&entry.sample)) {
-    return channels_.insert_or_assign(channel->key, *channel).second;
+    return !(channel->gone && is_forgotten(machine_of(channel->key.machine))) &&
+           channels_.insert_or_assign(channel->key, *channel).second;
   } else if (const auto* machine = std::get_if<MachineStatus>(&entry.sample)) {
     return add(*machine);
   } else if (const auto* event = std::get_if<ProgramEvent>(&entry.sample)) {
@@ -67,16 +68,44 @@ void Plant::forget(const MachineStatus& removed) {
   machines_.erase({removed.machine, removed.gateway});
   last_samples_.erase({removed.machine, removed.gateway});
   if (!has_gateway(removed.machine)) {
-    std::erase_if(channels_, [&](const auto& channel) {
-      return machine_of(channel.first.machine) == removed.machine;
-    });
-    for_programs_of(removed.machine, [](const Program&) { return true; });
+    forget_channels_of(removed.machine);
   }
+}
+
+void Plant::forget_channels_of(const std::string& machine) {
+  std::erase_if(channels_,
+                [&](const auto& channel) { return machine_of(channel.first.machine) == machine; });
+  for_programs_of(machine, [](const Program&) { return true; });
+}
+
+bool Plant::forget_machine(const std::string& machine) {
+  const auto first = machines_.lower_bound({machine, {}});
+  const auto end = std::find_if(first, machines_.end(),
+                                [&](const auto& each) { return each.first.first != machine; });
+  if (first == end || has_gateway(machine)) {
+    return false;
+  }
+  // They show that the machine is forgotten: is_forgotten().
+  last_samples_.insert(first, end);
+  machines_.erase(first, end);
+  forget_channels_of(machine);
+  return true;
+}
+
+bool Plant::is_forgotten(std::string_view machine) const {
+  const auto has = [&](const Machines& machines) {
+    const auto any = machines.lower_bound({std::string(machine), {}});
+    return any != machines.end() && any->first.first == machine;
+  };
+  return has(last_samples_) && !has(machines_);
 }
 
 bool Plant::add(const MachineStatus& status) {
   if (status.gone && base::messages::machine_removed.is(status.reason)) {
     forget(status);
+    return false;
+  }
+  if (status.gone && is_forgotten(status.machine)) {
     return false;
   }
   const auto same = machines_.find({status.machine, status.gateway});

@@ -278,6 +278,21 @@ for (const language of ['en', 'de']) {
     });
   });
 
+  test(`machines whose gateway is gone can be forgotten, ${language}`, async () => {
+    const [button, question] = language === 'en' ? ['Forget these machines …', /^Forget press_5, press_6\?They are not shown here until a gateway reports them again/]
+      : ['Diese Maschinen vergessen …', /^press_5, press_6 vergessen\?Hier erscheint nichts mehr davon, bis wieder ein Gateway darüber berichtet/];
+    await withPage({ machines: 6, causes: 5, more: { '/api/actions/forget': { done: true, detail: '' } } }, { view: '#/plant', language }, async (page) => {
+      await page.waitForSelector('[data-action="forget"]');
+      assert.deepEqual(await page.$$eval('[data-action="forget"]', (all) => all.map((each) => each.textContent)), [button]);
+      await page.click('.concern[data-kind="gateway gone"] [data-action="forget"]');
+      assert.match((await textOf(page, 'dialog')).replace(/Consequence|Folge/, ''), question);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `forget-${language}`);
+      await page.click('dialog [data-confirm]');
+      await page.waitForFunction(() => !document.querySelector('dialog'));
+    });
+  });
+
   test(`the question for a response has the last one of the service, ${language}`, async () => {
     const more = { '/api/calls': { kept: 3, calls: [{ call: 'a-3', failed: true, response: 'text "x" is no number', response_state: 99 }, { call: 'a-2', end: 'withdrawn', failed: true },
       { call: 'a-1', failed: false, response: 'ok, 3 parts', response_state: 7, ended: '2026-03-01T07:00:00.5Z' }] } };

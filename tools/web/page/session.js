@@ -48,8 +48,8 @@ export function makeSession(app) {
   async function perform(action, body) {
     try {
       const outcome = await post(['actions', action], body, state.token);
-      // An acknowledgement needs no message: its card shows it.
-      return outcome.done && action === 'acknowledge' ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
+      // What the card shows needs no message.
+      return outcome.done && ['acknowledge', 'forget'].includes(action) ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
     } catch (problem) {
       if (problem.status === 401) {
         keep({ actions: state.actions });
@@ -165,6 +165,13 @@ export function makeSession(app) {
     }, 'acknowledge', () => ({ cause: concern.cause, name, since: concern.since ?? '', note: note.value.trim() }));
   }
 
+  function forget(concern) {
+    const names = visible(concern.machines.join(', '));
+    return confirmed({
+      title: text.forgetTitle(names), consequence: text.forgetDoes, act: text.doForget,
+    }, 'forget', () => ({ machines: concern.machines }));
+  }
+
   const button = (action, label, act, hint = null) => may(action) && !app.isWall
     && element('button', { type: 'button', class: 'act', 'data-action': action, title: hint, onclick: act }, label);
 
@@ -188,6 +195,8 @@ export function makeSession(app) {
     ].filter(Boolean),
     /** `concernNow` returns the concern at the time of the click. */
     acknowledgeButton: (concernNow) => button('acknowledge', text.acknowledge, () => acknowledge(concernNow()), text.acknowledgeHint),
+    /** For machines whose gateway is gone. */
+    forgetButton: (concernNow) => button('forget', text.forget(concernNow().machines.length), () => forget(concernNow())),
     drainButton: (service) => button('drain', text.drain, () => drain(service), text.drainHint) || null,
     login,
     logout,

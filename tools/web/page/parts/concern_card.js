@@ -70,7 +70,8 @@ export function concernCard(app) {
       taken.hidden = !by;
       setText(taken, by ? words.plant.taken(visible(by.by), moment(milliseconds(by.time) - app.clockOffset(), Date.now()), visible(by.note)) : '');
       current = concern;
-      showButtons([mayAct, by?.by, app.session.describe()], () => [mayAct ? app.session.buttonsFor(channel) : [],
+      showButtons([mayAct, concern.machines?.length, by?.by, app.session.describe()], () => [mayAct ? app.session.buttonsFor(channel) : [],
+        concern.kind === 'gateway gone' && app.session.forgetButton(() => current),
         by?.by === app.session.user && by ? null : app.session.acknowledgeButton(() => current)]);
       buttons.hidden = !buttons.firstChild;
       const acts = buttons.querySelector('[data-action="retry"], [data-action="answer"]') !== null;
