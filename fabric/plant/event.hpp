@@ -29,8 +29,8 @@ struct PlantEvent {
   std::uint16_t channel = 0;
   CallId call{};
   std::string uuid{};
-  /// Of the instance, the gateway, the NC program or what was acknowledged.
-  std::string name{};
+  /// Of the instance, the process, the NC program or what was acknowledged.
+  Message name{};
   std::string host{};
   std::uint32_t pid = 0;
   /// Which instance, gateway or program.

@@ -57,6 +57,9 @@ void Plant::add(const InstanceStatus& status) {
 /// A channel without its gateway keeps what the gateway published last: the gateway may only be
 /// late.
 bool Plant::add(const ChannelStatus& status) {
+  if (status.gone && is_forgotten(machine_of(status.key.machine))) {
+    return false;
+  }
   const auto known = channels_.find(status.key);
   if (status.gone && known != channels_.end()) {
     known->second.gone = true;
@@ -78,16 +81,43 @@ void Plant::forget(const MachineStatus& removed) {
   machines_.erase({removed.machine, removed.gateway});
   presence_.erase({removed.machine, removed.gateway});
   if (!has_gateway(removed.machine)) {
-    std::erase_if(channels_, [&](const auto& channel) {
-      return machine_of(channel.first.machine) == removed.machine;
-    });
-    for_programs_of(removed.machine, [](const Program&) { return true; });
+    forget_channels_of(removed.machine);
   }
+}
+
+void Plant::forget_channels_of(const std::string& machine) {
+  std::erase_if(channels_,
+                [&](const auto& channel) { return machine_of(channel.first.machine) == machine; });
+  for_programs_of(machine, [](const Program&) { return true; });
+}
+
+bool Plant::forget_machine(const std::string& machine) {
+  const auto first = machines_.lower_bound({machine, {}});
+  const auto end = std::find_if(first, machines_.end(),
+                                [&](const auto& each) { return each.first.first != machine; });
+  if (first == end || has_gateway(machine)) {
+    return false;
+  }
+  // Their presence shows that the machine is forgotten: is_forgotten().
+  std::for_each(first, end, [&](const auto& each) {
+    presence_.try_emplace(each.first, Presence{.last = each.second});
+  });
+  machines_.erase(first, end);
+  forget_channels_of(machine);
+  return true;
+}
+
+bool Plant::is_forgotten(std::string_view machine) const {
+  const auto any = presence_.lower_bound({std::string(machine), {}});
+  return any != presence_.end() && any->first.first == machine && !knows_machine(machine);
 }
 
 bool Plant::add(const MachineStatus& status) {
   if (status.gone && base::messages::machine_removed.is(status.reason)) {
     forget(status);
+    return false;
+  }
+  if (status.gone && is_forgotten(status.machine)) {
     return false;
   }
   const auto same = machines_.find({status.machine, status.gateway});

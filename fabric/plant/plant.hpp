@@ -82,6 +82,9 @@ class Plant {
   [[nodiscard]] const std::map<InstanceId, LostProcess>& lost_processes() const {
     return lost_processes_;
   }
+  /// Removes a machine without a present gateway, its channels and NC programs, until a gateway
+  /// reports it again; false if it has one, or is unknown.
+  bool forget_machine(const std::string& machine);
   /// Removes what has been gone since before `time`, but for instances that are only silent.
   void forget_gone(Time time);
   [[nodiscard]] const std::map<ChannelKey, ChannelStatus>& channels() const { return channels_; }
@@ -137,6 +140,9 @@ class Plant {
   bool add(const MachineStatus& status);
   /// The machine is no longer in the configuration of this gateway.
   void forget(const MachineStatus& removed);
+  void forget_channels_of(const std::string& machine);
+  /// By forget_machine(): the disappearance of its gateway and its channels is no news then.
+  [[nodiscard]] bool is_forgotten(std::string_view machine) const;
   bool add(const ProgramEvent& event);
   bool add(const observer::AlarmNews& news, Time at);
   bool add(const Alarm& alarm);

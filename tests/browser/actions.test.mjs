@@ -10,6 +10,7 @@ let browser;
 let web;
 let flags;
 let cnc;
+let gateway;
 
 const program = `%held
 N10 V.G.SERVICE.UUID = "${slowUuid}"
@@ -28,7 +29,7 @@ before(async () => {
   flags = ['--allow-actions', await plant.users('anna', 'a good password'), '--state-folder', plant.file('state')];
   web = await plant.web({ flags });
   cnc = await plant.cnc('--run', `1=${plant.file('held.nc', program)}`, '--exit-when-idle');
-  await plant.gateway();
+  gateway = await plant.gateway();
   const page = await browser.open(web.url);
   await page.waitForSelector('[data-channel="cnc/1"][data-state="running"]');
   await slow.stop('SIGKILL');
@@ -203,8 +204,8 @@ test('a blocked call that is retried through the page is run again', async () =>
 test('an instance that is drained through the page leaves', async () => {
   const root = await plant.squareRoot('--name', 'leaving');
   const page = await browser.open(web.url, { view: `#/services/${squareRootUuid}` });
-  await page.waitForSelector('article[data-open="true"] [data-action="drain"]');
-  await page.click('article[data-open="true"] [data-action="drain"]');
+  await page.waitForSelector('[data-open="true"] [data-action="drain"]');
+  await page.click('[data-open="true"] [data-action="drain"]');
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*otherwise start it by hand[\s\S]*last instance of its service/);
   assert.ok(!root.hasEnded);
@@ -258,4 +259,26 @@ test('a blocked call that is answered through the page ends the program', async 
   await page.click('dialog button');
   await page.waitForFunction(() => !document.querySelector('.concern[data-kind="held"]'));
   await page.close();
+});
+
+test('a machine whose gateway is gone is forgotten on all pages, until it is reported again', async () => {
+  await plant.cnc();
+  await gateway.stop('SIGKILL');
+  gateway = await plant.gateway();
+  const [page, other] = [await browser.open(web.url, { view: '#/plant' }), await browser.open(web.url, { view: '#/plant', language: 'de' })];
+  await page.waitForSelector('[data-channel="cnc/1"][data-state="idle"]');
+  await gateway.stop('SIGKILL');
+  const card = '.concern[data-kind="gateway gone"]';
+  await page.waitForSelector(`${card} [data-action="forget"]`);
+  await page.click(`${card} [data-action="forget"]`);
+  await logIn(page, 'a good password');
+  await awaitText(page, 'dialog h2', /^Forget cnc\?$/);
+  await page.click('dialog [data-confirm]');
+  for (const each of [page, other]) {
+    await each.waitForFunction((selector) => !document.querySelector(selector) && !document.querySelector('.machine'), {}, card);
+  }
+  gateway = await plant.gateway();
+  await page.waitForSelector('[data-channel="cnc/1"][data-state="idle"]');
+  await page.close();
+  await other.close();
 });

@@ -314,7 +314,7 @@ export function dataOfLathe() {
 export async function serve(snapshot, history = historyOf(), more = {}) {
   const open = new Set();
   const json = {
-    '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain', 'acknowledge'] },
+    '/api/session': { actions: true, user: 'anna', token: 'x', may: ['answer', 'retry', 'drain', 'acknowledge', 'forget'] },
     '/api/history': history,
     '/api/calls': { calls: [], kept: 0 },
     ...more,

@@ -209,3 +209,134 @@ test('services with problems come first, and events have what happened, the newe
       'mill_2/1: NC program fixture_wrong.nc aborted, error 455', 'square root A: instance started (vm:31768)']);
   });
 });
+
+const namesOfServices = (page) => page.$$eval('.service-name', (names) => names.map((name) => name.textContent));
+const namesOfMachines = (page) => page.$$eval('.machine-name', (names) => names.map((name) => name.textContent));
+
+for (const language of ['en', 'de']) {
+  test(`services are searched and sorted by keyboard, and the address shows the same, ${language}`, async () => {
+    const change = (plant) => plant.services.push(...[['g', 'grinder', 3], ['h', 'heater', 30]].map(([id, name, rate]) => ({
+      ...plant.services[0], instance: id, uuid: `0000000${id}`, name, host: `hall-${id}`, calls_per_second: rate,
+    })));
+    await withPage({ change }, { view: '#/services', language }, async (page) => {
+      await page.waitForSelector('.service');
+      await page.focus('[data-sort="rate"]');
+      await page.keyboard.press('Enter');
+      await page.waitForSelector('[role="columnheader"][aria-sort="descending"] [data-sort="rate"]');
+      assert.deepEqual(await namesOfServices(page), ['heater', 'square root', 'grinder', 'dial gauge']);
+      assert.equal(await page.evaluate(() => location.hash), '#/services?sort=-rate');
+      await page.keyboard.press('Space');
+      await page.waitForSelector('[aria-sort="ascending"] [data-sort="rate"]');
+      assert.deepEqual(await namesOfServices(page), ['dial gauge', 'grinder', 'square root', 'heater']);
+      assert.equal((await page.$$('[aria-sort]')).length, 1);
+      await page.type('input[type="search"]', 'HALL-');
+      await page.waitForFunction(() => location.hash === '#/services?text=HALL-&sort=rate');
+      assert.deepEqual(await namesOfServices(page), ['grinder', 'heater']);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `services-found-${language}`);
+      await page.reload();
+      await page.waitForSelector('.service');
+      assert.deepEqual(await namesOfServices(page), ['grinder', 'heater']);
+      await page.goBack();
+      await page.waitForSelector('[aria-sort="descending"]');
+      await page.goBack();
+      await page.waitForFunction(() => document.querySelectorAll('.service').length === 4 && !document.querySelector('[aria-sort]'));
+      await page.type('input[type="search"]', 'nothing');
+      await awaitText(page, '.empty:not([hidden])', language === 'en' ? /^No matching services\.$/ : /^Keine passenden Dienste\.$/);
+    });
+  });
+
+  test(`machines, channels and services are found on a plant of more than twelve machines, ${language}`, async () => {
+    await withPage({ machines: 12 }, { view: '#/plant', language }, async (page) => {
+      assert.equal((await page.$$('input[type="search"]')).length, 1);
+      assert.ok(await page.$eval('form.filter', (form) => form.hidden), 'twelve are found without');
+    });
+    await withPage({ machines: 13, causes: ['held'] }, { view: '#/plant', language }, async (page) => {
+      await page.type('.plant input[type="search"]', 'press_1');
+      await page.waitForFunction(() => location.hash === '#/plant?text=press_1');
+      await page.waitForFunction(() => document.querySelectorAll('.machine').length === 4);
+      assert.deepEqual(await namesOfMachines(page), ['press_10', 'press_11', 'press_12', 'press_13']);
+      assert.equal((await page.$$('.concern')).length, 1, 'a problem elsewhere is shown');
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `plant-found-${language}`, true);
+    });
+    await withPage({}, { view: '#/plant?text=square%20root', language }, async (page) => {
+      assert.equal(await page.$eval('input[type="search"]', (field) => field.value), 'square root');
+      assert.deepEqual(await page.$$eval('.channel', (rows) => rows.map((row) => row.dataset.channel)), ['lathe_1/1', 'lathe_1/2', 'mill_2/2']);
+      assert.deepEqual(await page.$$eval('.strip tbody th', (cells) => cells.map((cell) => cell.textContent)), ['square root']);
+      await page.$eval('input[type="search"]', (field) => { field.value = ''; });
+      await page.type('input[type="search"]', 'drill');
+      await awaitText(page, '.machines-part .empty', language === 'en' ? /^No matching machines\.$/ : /^Keine passenden Maschinen\.$/);
+    });
+  });
+
+  test(`the card of a phone has the time of day when its cause began, ${language}`, async () => {
+    await withPage({ causes: ['held'] }, { view: '#/plant', language, width: 390, height: 844 }, async (page) => {
+      const shown = await page.$eval('.concern-since', (since) => since.innerText);
+      assert.match(shown, language === 'en' ? /^since \d\d:\d\d$/ : /^seit \d\d:\d\d$/);
+      assert.deepEqual(await violations(page), []);
+    });
+  });
+
+  test(`machines whose gateway is gone can be forgotten, ${language}`, async () => {
+    const [button, question] = language === 'en' ? ['Forget these machines …', /^Forget press_5, press_6\?They are not shown here until a gateway reports them again/]
+      : ['Diese Maschinen vergessen …', /^press_5, press_6 vergessen\?Hier erscheint nichts mehr davon, bis wieder ein Gateway darüber berichtet/];
+    await withPage({ machines: 6, causes: 5, more: { '/api/actions/forget': { done: true, detail: '' } } }, { view: '#/plant', language }, async (page) => {
+      await page.waitForSelector('[data-action="forget"]');
+      assert.deepEqual(await page.$$eval('[data-action="forget"]', (all) => all.map((each) => each.textContent)), [button]);
+      await page.click('.concern[data-kind="gateway gone"] [data-action="forget"]');
+      assert.match((await textOf(page, 'dialog')).replace(/Consequence|Folge/, ''), question);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `forget-${language}`);
+      await page.click('dialog [data-confirm]');
+      await page.waitForFunction(() => !document.querySelector('dialog'));
+    });
+  });
+
+  test(`the question for a response has the last one of the service, ${language}`, async () => {
+    const more = { '/api/calls': { kept: 3, calls: [{ call: 'a-3', failed: true, response: 'text "x" is no number', response_state: 99 }, { call: 'a-2', end: 'withdrawn', failed: true },
+      { call: 'a-1', failed: false, response: 'ok, 3 parts', response_state: 7, ended: '2026-03-01T07:00:00.5Z' }] } };
+    await withPage({ causes: ['held'], more }, { view: '#/plant', language }, async (page) => {
+      await page.click('[data-action="answer"]');
+      await awaitText(page, '.last-response', language === 'en' ? /^ok, 3 parts state 7, 2026-03-01 07:00:00$/ : /^ok, 3 parts Zustand 7, 2026-03-01 07:00:00$/);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `answer-last-${language}`);
+    });
+    await withPage({ causes: ['held'] }, { view: '#/plant', language }, async (page) => {
+      await page.click('[data-action="answer"]');
+      await awaitText(page, '.last-response', /^–$/);
+    });
+  });
+}
+
+/** Texts that end in an ellipsis. */
+const shortened = (page, selector) => page.$$eval(selector, (nodes) => nodes.filter((node) => node.clientWidth > 1 && node.scrollWidth > node.clientWidth).map((node) => node.textContent));
+
+const manyDigits = (plant) => plant.channels.forEach((each, i) => Object.assign(each, { channel: [7, 12, 123][i % 3] + 200 * Math.floor((i % 6) / 3) }));
+
+test('channel numbers of three digits are shown in full, however many there are', async () => {
+  for (const [machines, width] of [[2, 1440], [4, 1440], [12, 1440], [2, 390], [4, 390], [12, 390]]) {
+    await withPage({ machines, change: manyDigits }, { view: '#/plant', width }, async (page) => {
+      assert.ok((await page.$$eval('.channel-number', (all) => all.filter((each) => each.textContent.length === 3).length)) > 2);
+      assert.deepEqual(await shortened(page, '.channel-number'), [], `${machines} machines, ${width} px`);
+      assert.deepEqual(await page.$$eval('.channels li', (all) => all.filter((each) => each.scrollWidth > each.clientWidth).map((each) => each.textContent)), [], `${machines} machines, ${width} px`);
+      await picture(page, `digits-${machines}-${width}`, true);
+    });
+  }
+});
+
+test('a wall without a problem shows names in full, unless they need more room than it has', async () => {
+  const change = (plant) => plant.machines.forEach((each) => {
+    const name = `${each.machine}_in_hall_3_on_the_left`;
+    plant.channels.filter(({ machine }) => machine === each.machine).forEach((channel) => Object.assign(channel, { machine: name, program: channel.program && { ...channel.program, name: 'housing_cover_second_side.nc' } }));
+    each.machine = name;
+  });
+  for (const [machines, height, isFull] of [[2, 1080, true], [6, 1080, true], [20, 1080, true], [6, 520, false]]) {
+    await withPage({ machines, change }, { query: '?wall', dark: true, width: 1920, height }, async (page) => {
+      await picture(page, `wall-fine-${machines}-${height}`);
+      const found = await shortened(page, '.machine-name, .program-name, .channel-detail, .channel-number, .link-text');
+      assert.equal(found.length === 0, isFull, `${machines} machines, ${height} px: ${found}`);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight), isFull, `${machines} machines`);
+    });
+  }
+});

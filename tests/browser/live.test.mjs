@@ -135,9 +135,9 @@ test('selection and input are in the address, the view stays, and the link shows
 test('a service that is killed turns its row, and the channel that calls it', async () => {
   const doomed = await plant.squareRoot('--name', 'doomed', '--uuid', '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10');
   const page = await browser.open(web.url, { view: '#/services/9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10' });
-  await awaitText(page, 'article.service[data-level="fine"] .service-name', /doomed/);
+  await awaitText(page, '.service[data-level="fine"] .service-name', /doomed/);
   await doomed.stop('SIGKILL');
-  await awaitText(page, 'article.service[data-level="act"] .service-name', /doomed/, 5000);
+  await awaitText(page, '.service[data-level="act"] .service-name', /doomed/, 5000);
   await awaitText(page, 'tr[data-state="gone"] .cell-state', /ended \d\d:\d\d/);
   await page.goto(`${web.url}/#/plant`);
   await plant.request(3, '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10', '2');
@@ -247,7 +247,7 @@ test('the wall shows the plant alone and needs no scrolling', async () => {
 
 test('a service is one row; it unfolds to its lines and instances, and its link unfolds it', async () => {
   const page = await browser.open(web.url, { view: '#/services' });
-  const service = `article.service[data-uuid="${squareRootUuid}"]`;
+  const service = `.service[data-uuid="${squareRootUuid}"]`;
   await page.waitForSelector(`${service} .service-row`);
   assert.ok(await page.$$eval('.service-row:not(.service-labels)', (rows) => rows.every((row) => row.offsetHeight >= 28 && row.offsetHeight <= 36)));
   assert.ok(await page.$eval(`${service} .service-more`, (node) => node.hidden));

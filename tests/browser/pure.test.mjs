@@ -7,6 +7,7 @@ import { adviceOf, matrixOf, mayServe, mostColumns } from './page/capacity.js';
 import { acknowledgementOf, concernName, headlineOf, otherChannels, shapeOf, worstOf } from './page/concerns.js';
 import { isNumber, Line, pathOf, placeOf, qualityOf, rangeOf, ticks, timeTicks, variablesOf } from './page/lines.js';
 import { busyOfMinute, byTrouble, keptCalls, loadOf, Model, toolOf } from './page/model.js';
+import { inOrder, isService, machinesWith, nextOrder, orderOf } from './page/search.js';
 import german from './page/texts/de.js';
 import { messages } from './page/texts/de_messages.js';
 import english from './page/texts/en.js';
@@ -337,6 +338,35 @@ test('services with problems come first, then the busiest', () => {
   const group = (name, here, more) => ({ name, here, uuid: name, instances: [instance({ name, ...more })] });
   assert.deepEqual(byTrouble([group('idle', 1, {}), group('busy', 1, { running: 1 }), group('waits', 1, { waiting: 1 }), group('errors', 1, { errors_last_minute: 1 }), group('gone', 0, { goneAt: noon })])
     .map(({ group: { name } }) => name), ['gone', 'errors', 'waits', 'busy', 'idle']);
+});
+
+test('a machine is found by its name, and a channel by its number, service or UUID', () => {
+  const lathe = { name: 'Lathe_1', channels: [{ machine: 'Lathe_1', channel: 1, service: 'laser marker', uuid: 'B1' }, { machine: 'Lathe_1', channel: 12 }] };
+  const mill = { name: 'mill_2', channels: [{ machine: 'mill_2', channel: 1, service: 'square root', uuid: 'C2' }] };
+  const found = (wanted) => machinesWith([lathe, mill, { name: 'bare', channels: [] }], wanted).map(({ name, channels }) => [name, ...channels.map(({ channel }) => channel)]);
+  assert.deepEqual(found(''), [['Lathe_1', 1, 12], ['mill_2', 1], ['bare']]);
+  assert.deepEqual(found(' lathe '), [['Lathe_1', 1, 12]]);
+  assert.deepEqual([found('1/12'), found('marker'), found('c2'), found('bar'), found('drill')], [[['Lathe_1', 12]], [['Lathe_1', 1]], [['mill_2', 1]], [['bare']], []]);
+});
+
+test('a service is found by its name, its UUID, and the names and hosts of its instances', () => {
+  const service = { name: 'square root', uuid: '560aacbf', instances: [{ name: 'square root A', host: 'hall-3' }, { host: 'vm' }] };
+  assert.deepEqual(['ROOT', '560AAC', 'root a', 'hall-3', '', 'hall-4'].map((wanted) => isService(service, wanted)), [true, true, true, true, true, false]);
+});
+
+test('services are in the order of a column, those without a value last', () => {
+  const service = (name, rate, p50) => ({ group: { name, here: 1 }, load: { rate, p50 } });
+  const services = [service('m10', 3, 9), service('m2', 1, undefined), service('m3', 3, 7)];
+  const namesBy = (text) => inOrder(services, orderOf(text)).map(({ group: { name } }) => name);
+  assert.deepEqual([namesBy(''), namesBy('unknown'), namesBy('constructor')], Array(3).fill(['m10', 'm2', 'm3']));
+  assert.deepEqual([namesBy('name'), namesBy('-name')], [['m2', 'm3', 'm10'], ['m10', 'm3', 'm2']]);
+  assert.deepEqual([namesBy('-rate'), namesBy('rate')], [['m3', 'm10', 'm2'], ['m2', 'm3', 'm10']]);
+  assert.deepEqual([namesBy('p50'), namesBy('-p50')], [['m3', 'm10', 'm2'], ['m10', 'm3', 'm2']]);
+});
+
+test('a column is sorted by its first click, the other way by the second, and not by the third', () => {
+  const clicks = (column) => [1, 2, 3].reduce((orders) => [...orders, nextOrder(orders.at(-1), column)], ['busy']).slice(1);
+  assert.deepEqual([clicks('name'), clicks('rate')], [['name', '-name', ''], ['-rate', 'rate', '']]);
 });
 
 const step = (at, hop, attempt, more = {}) => ({ time: iso(noon + at), hop, attempt, by_service: false, ...more });

@@ -1,5 +1,6 @@
 #include "tools/web/actions/user_actions.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -120,6 +121,31 @@ Result<fabric::Command> a_drain(const boost::json::object& body) {
   });
 }
 
+/// Names of machines in a body of /api/actions/forget. The error names what was expected.
+Result<std::vector<std::string>> machines_of(std::string_view body) {
+  const auto object = http::object_in(body);
+  const auto* const list =
+      object && object->contains("machines") ? object->at("machines").if_array() : nullptr;
+  const bool is_list_of_texts =
+      list != nullptr && !list->empty() &&
+      std::ranges::all_of(*list, [](const auto& each) { return each.is_string(); });
+  if (!is_list_of_texts) {
+    return wrong("expected \"machines\", a list of names");
+  }
+  std::vector<std::string> machines;
+  for (const boost::json::value& each : *list) {
+    machines.emplace_back(each.as_string());
+  }
+  return machines;
+}
+
+/// The refusal for a user whose permissions do not suffice.
+http::Response forbidden(const std::string& user, std::string_view what = "do this") {
+  return http::error_response(403, fmt::format("{} is not allowed to {}; the file of "
+                                               "--allow-actions lists the permissions",
+                                               user, what));
+}
+
 /// Parses the body of /api/actions/acknowledge. The error names what was expected.
 Result<plant::Acknowledgement> acknowledgement_of(std::string_view body) {
   const auto object = http::object_in(body);
@@ -127,8 +153,10 @@ Result<plant::Acknowledgement> acknowledgement_of(std::string_view body) {
     return wrong("expected a JSON object");
   }
   plant::Acknowledgement out;
-  const std::array<std::pair<const char*, std::string*>, 4> fields{
-      {{"cause", &out.cause}, {"name", &out.name}, {"since", &out.since}, {"note", &out.note}}};
+  const std::array<std::pair<const char*, std::string*>, 4> fields{{{"cause", &out.cause},
+                                                                    {"name", &out.name.text},
+                                                                    {"since", &out.since},
+                                                                    {"note", &out.note}}};
   for (const auto& [name, field] : fields) {
     const auto text = text_in(*object, name);
     if (!text) {
@@ -193,9 +221,17 @@ boost::json::object UserActions::json_of(const Session& session) const {
       may.emplace_back("call");
     }
     may.emplace_back("acknowledge");
+    if (may_act(session.user)) {
+      may.emplace_back("forget");
+    }
   }
   return {
       {"actions", true}, {"user", session.user}, {"token", session.token}, {"may", std::move(may)}};
+}
+
+bool UserActions::may_act(const std::string& user) const {
+  const auto found = options_.users.find(user);
+  return found != options_.users.end() && !found->second.may.empty();
 }
 
 http::Response UserActions::session(const http::Request& request, const fabric::Moment& now) {
@@ -279,9 +315,7 @@ http::Outcome UserActions::call(const http::Request& request, const fabric::Mome
   const std::string& name = (*session)->user;
   const auto user = options_.users.find(name);
   if (user == options_.users.end() || !user->second.may_call || !options_.call) {
-    return http::error_response(403, fmt::format("{} is not allowed to call services; the file of "
-                                                 "--allow-actions lists the permissions",
-                                                 name));
+    return forbidden(name, "call services");
   }
   const auto wanted = service_call_of(request.body);
   if (!wanted) {
@@ -309,15 +343,16 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
   if (what == "acknowledge") {
     return acknowledge(session->user, request, now);
   }
+  if (what == "forget") {
+    return forget(session->user, request, now);
+  }
   auto command = command_of(what, request.body);
   if (!command) {
     return http::error_response(400, command.error());
   }
   const auto user = options_.users.find(session->user);
   if (user == options_.users.end() || !user->second.may.contains(command->kind)) {
-    return http::error_response(403, fmt::format("{} is not allowed to do this; the file of "
-                                                 "--allow-actions lists the permissions",
-                                                 session->user));
+    return forbidden(session->user);
   }
   command->id = fabric::InstanceId::random();
   // The issuer has at most 127 bytes.
@@ -342,6 +377,25 @@ http::Response UserActions::acknowledge(const std::string& user, const http::Req
   acknowledge_(*said, now);
   log_->info("{}: acknowledged {}", user, base::text::safe(said->name));
   return http::json_response(boost::json::object{{"done", true}, {"detail", ""}});
+}
+
+/// It changes nothing in the plant, but other users no longer see these machines.
+http::Response UserActions::forget(const std::string& user, const http::Request& request,
+                                   const fabric::Moment& now) {
+  if (!may_act(user) || !options_.forget) {
+    return forbidden(user);
+  }
+  const auto machines = machines_of(request.body);
+  if (!machines) {
+    return http::error_response(400, machines.error());
+  }
+  const bool done = options_.forget(*machines, user, now);
+  log_->info("{}: forget {}: {}", user,
+             base::text::safe(fmt::format("{}", fmt::join(*machines, ", "))),
+             done ? "done" : "refused");
+  return http::json_response(boost::json::object{
+      {"done", done},
+      {"detail", done ? "" : "a gateway reports one of them, or the server does not know it"}});
 }
 
 http::Response UserActions::report(const fabric::Command& command, const std::string& user,
@@ -385,7 +439,7 @@ tl::expected<fabric::Command, std::string> command_of(std::string_view what,
   if (what == "drain") {
     return a_drain(*object);
   }
-  return wrong("there is no such action; expected answer, retry, drain or acknowledge");
+  return wrong("there is no such action; expected answer, retry, drain, acknowledge or forget");
 }
 
 tl::expected<ServiceCall, std::string> service_call_of(std::string_view body) {

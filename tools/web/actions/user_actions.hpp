@@ -42,6 +42,10 @@ struct UserActionsOptions {
   /// Calls and waits, in one of several threads; returns the end as `millrace call --json` prints
   /// it.
   std::function<boost::json::object(const ServiceCall&)> call{};
+  /// Forgets these machines for a user; false if a gateway reports one of them.
+  std::function<bool(const std::vector<std::string>& machines, const std::string& user,
+                     const fabric::Moment&)>
+      forget{};
 };
 
 class UserActions : public http::ActionHandler {
@@ -76,6 +80,8 @@ class UserActions : public http::ActionHandler {
                     const fabric::Moment& now);
   http::Response acknowledge(const std::string& user, const http::Request& request,
                              const fabric::Moment& now);
+  http::Response forget(const std::string& user, const http::Request& request,
+                        const fabric::Moment& now);
   http::Outcome call(const http::Request& request, const fabric::Moment& now);
   /// The session of the request; the error is the response.
   tl::expected<const Session*, http::Response> session_of(const http::Request& request,
@@ -83,6 +89,8 @@ class UserActions : public http::ActionHandler {
   http::Response report(const fabric::Command& command, const std::string& user,
                         const std::optional<fabric::Outcome>& outcome);
   [[nodiscard]] boost::json::object json_of(const Session& session) const;
+  /// The user may answer, retry or drain.
+  [[nodiscard]] bool may_act(const std::string& user) const;
 
   UserActionsOptions options_;
   Issue issue_;

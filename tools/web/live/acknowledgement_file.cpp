@@ -1,5 +1,6 @@
 #include "tools/web/live/acknowledgement_file.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
@@ -37,6 +38,29 @@ std::string text_of(const boost::json::object& from, const char* name) {
   return http::text_in(from, name).value_or("");
 }
 
+/// An argument, as print::put_message() writes it: a text, or a sentence with arguments.
+fabric::Message argument_of(const boost::json::value& value);
+
+std::vector<fabric::Message> arguments_in(const boost::json::object& from, const char* name) {
+  std::vector<fabric::Message> arguments;
+  if (const auto* const list = from.if_contains(name); list != nullptr && list->is_array()) {
+    std::ranges::transform(list->get_array(), std::back_inserter(arguments), argument_of);
+  }
+  return arguments;
+}
+
+fabric::Message argument_of(const boost::json::value& value) {
+  fabric::Message message;
+  if (const auto* const text = value.if_string()) {
+    message.text = *text;
+  } else if (const auto* const sentence = value.if_object()) {
+    message.code = text_of(*sentence, "code");
+    message.arguments = arguments_in(*sentence, "arguments");
+    message.text = text_of(*sentence, "text");
+  }
+  return message;
+}
+
 }  // namespace
 
 tl::expected<AcknowledgementFile::List, std::string> acknowledgements_in(std::string_view text) {
@@ -61,6 +85,8 @@ tl::expected<AcknowledgementFile::List, std::string> acknowledgements_in(std::st
                                .since = text_of(*object, "since"),
                                .by = text_of(*object, "by"),
                                .note = text_of(*object, "note")};
+    one.name.code = text_of(*object, "name_code");
+    one.name.arguments = arguments_in(*object, "name_arguments");
     const auto at = base::text::parse_time(text_of(*object, "time"), {});
     if (one.cause.empty() || one.by.empty() || !at) {
       return tl::unexpected(fmt::format("entry {} has no cause, user or time", found.size()));

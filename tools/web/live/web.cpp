@@ -226,10 +226,17 @@ std::optional<actions::UserActions> Web::make_user_actions() {
           .users = options.users,
           .host = base::posix::host_name(),
           .secure_cookie = secure,
-          .call = [this](const actions::ServiceCall& wanted) { return call(wanted); }},
+          .call = [this](const actions::ServiceCall& wanted) { return call(wanted); },
+          .forget =
+              [this](const std::vector<std::string>& machines, const std::string& user,
+                     const fabric::Moment& at) { return plant.forget(machines, user, at.wall); }},
       [this](const fabric::Command& command) { return issue(command); },
-      [this](const plant::Acknowledgement& said, const fabric::Moment& at) {
-        plant.acknowledge(said, at.wall);
+      [this](plant::Acknowledgement said, const fabric::Moment& at) {
+        // The page has named it in the language of its user.
+        if (fabric::Message subject = plant.subject_of(said.cause, at); !subject.empty()) {
+          said.name = std::move(subject);
+        }
+        plant.acknowledge(std::move(said), at.wall);
         if (acknowledgements) {
           acknowledgements->store(plant.acknowledged());
         }

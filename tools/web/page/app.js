@@ -96,7 +96,7 @@ function route() {
   const [tab, id, inner] = app.isWall && parts[0] !== 'data' ? ['plant'] : parts;
   switch (tab) {
     case 'services':
-      return { tab, make: async () => (await import('./views/services.js')).servicesView(app, id) };
+      return { tab, make: async () => (await import('./views/services.js')).servicesView(app, id, asked) };
     case 'calls':
       return { tab, make: async () => (id ? callOf(id, ['calls', id], { href: '#/calls', text: words.call.back })
         : (await import('./views/calls.js')).callsView(app, asked)) };
@@ -113,7 +113,7 @@ function route() {
     case 'doctor':
       return { tab, make: async () => (await import('./views/doctor.js')).doctorView(app) };
     default:
-      return { tab: 'plant', make: async () => plantView(app) };
+      return { tab: 'plant', make: async () => plantView(app, asked) };
   }
 }
 

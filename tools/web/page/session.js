@@ -2,10 +2,11 @@
 import { get, post } from './api.js';
 import { concernName } from './concerns.js';
 import { channelName, keyOf } from './model.js';
-import { element, visible } from './dom.js';
+import { element, replace, visible } from './dom.js';
 import { ask, tell } from './parts/dialog.js';
 import { inReadersLanguage, said } from './parts/marks.js';
 import { messageOf } from './texts/sentences.js';
+import { milliseconds, moment } from './time.js';
 import { words } from './words.js';
 
 const text = words.actions;
@@ -47,8 +48,8 @@ export function makeSession(app) {
   async function perform(action, body) {
     try {
       const outcome = await post(['actions', action], body, state.token);
-      // An acknowledgement needs no message: its card shows it.
-      return outcome.done && action === 'acknowledge' ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
+      // What the card shows needs no message.
+      return outcome.done && ['acknowledge', 'forget'].includes(action) ? undefined : outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
     } catch (problem) {
       if (problem.status === 401) {
         keep({ actions: state.actions });
@@ -90,6 +91,19 @@ export function makeSession(app) {
     [text.request, channel.request === undefined ? null : said(channel.request)],
   ];
 
+  /** The last response of the service of this channel, which appears when the server has sent it. */
+  function lastResponse(channel) {
+    const node = element('span', { class: 'last-response' }, words.services.noValue);
+    get(['calls'], { uuid: channel.uuid, limit: 20 }).then(({ calls }) => {
+      const last = calls.find((call) => call.response !== undefined && !call.failed);
+      if (last) {
+        replace(node, said(last.response), ` ${words.call.stateOf(last.response_state)}, ${moment(milliseconds(last.ended) - app.clockOffset(), Date.now())}`);
+      }
+      // Without it an operator can answer all the same.
+    }).catch(() => {});
+    return node;
+  }
+
   function answer(channel) {
     const response = element('input', { name: 'response', maxlength: 127, autocomplete: 'off', 'aria-describedby': 'response-hint' });
     const number = element('input', {
@@ -97,7 +111,7 @@ export function makeSession(app) {
     });
     return confirmed({
       title: text.answerTitle(visible(channelName(channel))),
-      pairs: pairsOf(channel),
+      pairs: [...pairsOf(channel), [text.last, lastResponse(channel)]],
       body: [
         element('label', {}, element('span', {}, text.response), response, element('small', { id: 'response-hint' }, text.responseHint)),
         element('label', {}, element('span', {}, text.state), number, element('small', { id: 'state-hint' }, text.stateHint)),
@@ -151,6 +165,13 @@ export function makeSession(app) {
     }, 'acknowledge', () => ({ cause: concern.cause, name, since: concern.since ?? '', note: note.value.trim() }));
   }
 
+  function forget(concern) {
+    const names = visible(concern.machines.join(', '));
+    return confirmed({
+      title: text.forgetTitle(names), consequence: text.forgetDoes, act: text.doForget,
+    }, 'forget', () => ({ machines: concern.machines }));
+  }
+
   const button = (action, label, act, hint = null) => may(action) && !app.isWall
     && element('button', { type: 'button', class: 'act', 'data-action': action, title: hint, onclick: act }, label);
 
@@ -174,6 +195,8 @@ export function makeSession(app) {
     ].filter(Boolean),
     /** `concernNow` returns the concern at the time of the click. */
     acknowledgeButton: (concernNow) => button('acknowledge', text.acknowledge, () => acknowledge(concernNow()), text.acknowledgeHint),
+    /** For machines whose gateway is gone. */
+    forgetButton: (concernNow) => button('forget', text.forget(concernNow().machines.length), () => forget(concernNow())),
     drainButton: (service) => button('drain', text.drain, () => drain(service), text.drainHint) || null,
     login,
     logout,

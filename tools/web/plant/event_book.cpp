@@ -58,8 +58,10 @@ boost::json::object EventBook::json_of(const NumberedEvent& numbered) {
     }
   };
   put("uuid", event.uuid);
-  put("name", event.name);
   put("host", event.host);
+  if (!event.name.empty()) {
+    print::put_message(out, "name", event.name);
+  }
   if (!event.text.empty()) {
     print::put_message(out, "text", event.text);
   }

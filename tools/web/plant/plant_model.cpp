@@ -78,10 +78,10 @@ void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
     acknowledged_.erase(acknowledged_.begin());
   }
   boost::json::object out{{"cause", acknowledgement.cause},
-                          {"name", acknowledgement.name},
                           {"since", acknowledgement.since},
                           {"by", print::utf8(acknowledgement.by)},
                           {"note", acknowledgement.note}};
+  print::put_message(out, "name", acknowledgement.name);
   print::put_time(out, "time", at);
   acknowledged_.push_back(std::move(out));
   acknowledged_changed_ = true;
@@ -90,6 +90,34 @@ void PlantModel::acknowledge(Acknowledgement acknowledgement, fabric::Time at) {
                .kind = fabric::plant::PlantEvent::Kind::acknowledged,
                .name = acknowledgement.name,
                .text = note.empty() ? acknowledgement.by : acknowledgement.by + ": " + note});
+}
+
+fabric::Message PlantModel::subject_of(const std::string& cause, const fabric::Moment& now) const {
+  const std::vector<fabric::plant::Concern> all = concerns(now);
+  const auto found = std::ranges::find(all, cause, &fabric::plant::Concern::cause);
+  return found == all.end() ? fabric::Message() : fabric::plant::subject_of(*found);
+}
+
+bool PlantModel::forget(const std::vector<std::string>& machines, const std::string& by,
+                        fabric::Time at) {
+  const std::vector<fabric::plant::LostMachine> lost = live_.lost();
+  const bool all_lost = std::ranges::all_of(machines, [&](const std::string& machine) {
+    return std::ranges::any_of(lost,
+                               [&](const auto& each) { return each.last.machine == machine; });
+  });
+  if (!all_lost) {
+    return false;
+  }
+  for (const std::string& machine : machines) {
+    // Before the plant forgets which gateways it had.
+    mark_all_of(machine);
+    live_.forget_machine(machine);
+  }
+  events_.add({.at = at,
+               .kind = fabric::plant::PlantEvent::Kind::machine_forgotten,
+               .machines = machines,
+               .text = by});
+  return true;
 }
 
 /// The gateway may have published why it leaves its machines' calls alone.

@@ -45,9 +45,9 @@ struct About {
 
 /// A user has acknowledged a cause that the page shows.
 struct Acknowledgement {
-  /// Concern::cause, and its name on the page.
+  /// Concern::cause, and what it is about.
   std::string cause{};
-  std::string name{};
+  fabric::Message name{};
   /// When the cause began, as the page has it.
   std::string since{};
   std::string by{};
@@ -77,6 +77,12 @@ class PlantModel {
   void acknowledge(Acknowledgement acknowledgement, fabric::Time at);
   /// As Plant::set_other_fabrics().
   void set_other_fabrics(std::set<std::string> names) { live_.set_other_fabrics(std::move(names)); }
+  /// What the present concern with this cause is about; empty if there is none.
+  [[nodiscard]] fabric::Message subject_of(const std::string& cause,
+                                           const fabric::Moment& now) const;
+  /// Removes machines without a gateway, until one reports them again; nothing is removed, and the
+  /// result is false, if one of them has a gateway or is unknown.
+  bool forget(const std::vector<std::string>& machines, const std::string& by, fabric::Time at);
   /// Counters of the observer.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 

@@ -200,6 +200,37 @@ TEST(APlant, KeepsAMachineThatAnotherGatewayServes) {
   EXPECT_EQ(sut.channels().size(), 1U);
 }
 
+observer::Entry gone_because(const std::string& name, Message reason) {
+  return entry(
+      MachineStatus{.machine = name, .gateway = id(99), .reason = std::move(reason), .gone = true});
+}
+
+TEST(APlant, ForgetsAMachineOnRequestUntilAGatewayReportsItAgain) {
+  Plant sut;
+  sut.add(machine("press", true));
+  sut.add(machine("mill", true));
+  sut.add(channel(1, ChannelState::running, square_root));
+  sut.add(program(1, ProgramEventKind::started));
+  EXPECT_FALSE(sut.forget_machine("press")) << "its gateway is there";
+  EXPECT_FALSE(sut.forget_machine("drill")) << "it is unknown";
+  sut.add(gone_because("press", base::messages::gateway_not_responding()));
+  EXPECT_TRUE(sut.forget_machine("press"));
+  EXPECT_THAT(sut.lost(), IsEmpty());
+  EXPECT_THAT(sut.channels(), IsEmpty());
+  EXPECT_EQ(sut.machines().size(), 1U);
+  // The gateway, which was silent, ends.
+  sut.add(gone_because("press", base::messages::gateway_gone()));
+  sut.add(entry(ChannelStatus{.key = {"press", 1}, .gone = true}));
+  EXPECT_THAT(sut.lost(), IsEmpty());
+  EXPECT_THAT(sut.channels(), IsEmpty());
+  sut.add(machine("press", true));
+  sut.add(channel(1, ChannelState::idle, square_root));
+  EXPECT_TRUE(sut.has_gateway("press"));
+  EXPECT_EQ(sut.channels().size(), 1U);
+  sut.add(gone_because("press", base::messages::gateway_gone()));
+  EXPECT_THAT(sut.lost(), SizeIs(1)) << "that is news again";
+}
+
 observer::Entry news_of(const Alarm& alarm, bool over = false) {
   return entry(observer::AlarmNews{.over = over, .alarm = alarm});
 }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 
+#include "base/messages/catalogue.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tools::web::live {
@@ -63,6 +64,20 @@ TEST_F(AnAcknowledgementFile, KeepsWhoWhenAndWhy) {
   }
   EXPECT_EQ(next.acknowledged(), plant.acknowledged()) << "to the nanosecond";
   EXPECT_EQ(next.events(), plant.events());
+}
+
+TEST_F(AnAcknowledgementFile, KeepsWhatWasAcknowledgedAsAMessage) {
+  const fabric::Message name =
+      base::messages::about(base::messages::process_on_host("archiver", "hall", "7"), "Maß 3");
+  plant.acknowledge({.cause = "alarm 7", .name = name, .by = "anna"},
+                    fabric::Time(std::chrono::seconds(1)));
+  sut->store(plant.acknowledged());
+  acknowledge("held cnc/1", "");
+  const auto kept = after_restart();
+  ASSERT_THAT(kept, SizeIs(2));
+  EXPECT_EQ(kept[0].first.name, name);
+  EXPECT_EQ(kept[1].first.name, "cnc/1");
+  EXPECT_EQ(kept[1].first.name.code, "");
 }
 
 TEST_F(AnAcknowledgementFile, ThatIsDamagedIsReportedAndSetAside) {

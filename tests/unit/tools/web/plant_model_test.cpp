@@ -1,5 +1,7 @@
 #include "tools/web/plant/plant_model.hpp"
 
+#include <algorithm>
+
 #include <boost/json/serialize.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -448,6 +450,50 @@ TEST_F(APlantModel, ShowsWhoAcknowledgedACauseLast) {
   }
   EXPECT_EQ(sut.acknowledged().size(), PlantModel::most_acknowledged);
   EXPECT_EQ(sut.acknowledged().at(0).at("cause"), "0") << "the oldest is forgotten";
+}
+
+TEST_F(APlantModel, ShowsWhatWasAcknowledgedAsAMessage) {
+  const fabric::Alarm alarm{.key = {id(7), "archive", ""},
+                            .level = fabric::AlarmLevel::problem,
+                            .text = "disk full",
+                            .program = "archiver",
+                            .host = "hall",
+                            .pid = 7};
+  add({{.at = at(0), .sample = recording::AlarmNews{.alarm = alarm}}});
+  const fabric::Moment now = after(1000);
+  const auto concerns = sut.concerns(now);
+  const auto found =
+      std::ranges::find(concerns, fabric::plant::Kind::alarm, &fabric::plant::Concern::kind);
+  ASSERT_NE(found, concerns.end());
+  const fabric::Message subject = sut.subject_of(found->cause, now);
+  EXPECT_EQ(subject, base::messages::process_on_host("archiver", "hall", "7"));
+  EXPECT_TRUE(sut.subject_of("another cause", now).empty());
+  sut.acknowledge({.cause = found->cause, .name = subject, .by = "anna"}, now.wall);
+  const auto changes = sut.changes(now);
+  ASSERT_TRUE(changes);
+  const boost::json::object taken = first(*changes, "acknowledged");
+  EXPECT_EQ(taken.at("name"), "archiver on hall, pid 7");
+  EXPECT_EQ(taken.at("name_code"), "process_on_host");
+  EXPECT_EQ(taken.at("name_arguments"), boost::json::array({"archiver", "hall", "7"}));
+}
+
+TEST_F(APlantModel, ForgetsMachinesWithoutAGateway) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  EXPECT_FALSE(sut.forget({"cnc"}, "anna", at(0))) << "its gateway is there";
+  add({machine(1, "", false)});
+  EXPECT_FALSE(sut.forget({"cnc", "press"}, "anna", at(1))) << "one of them is unknown";
+  EXPECT_THAT(sut.machines(), SizeIs(1));
+  EXPECT_TRUE(sut.forget({"cnc"}, "anna", at(1)));
+  const auto changes = sut.changes(after(250));
+  ASSERT_TRUE(changes);
+  const boost::json::object& gone = changes->at("gone").as_object();
+  EXPECT_EQ(first(gone, "machines").at("gateway").as_string().c_str(), id(1).to_string());
+  EXPECT_EQ(first(gone, "channels").at("channel"), 1);
+  EXPECT_TRUE(sut.machines().empty());
+  EXPECT_TRUE(sut.snapshot(after(300)).at("channels").as_array().empty());
+  add({machine(1, "gw")});
+  EXPECT_THAT(sut.machines(), SizeIs(1)) << "its gateway is back";
 }
 
 TEST_F(APlantModel, ShowsTheNameOfAnInstanceAtTheTimeOfTheCall) {

@@ -79,6 +79,8 @@ class UserActionsTest : public testing::Test {
   std::vector<Command> issued;
   std::vector<std::string> acknowledged;
   std::vector<ServiceCall> called;
+  std::vector<std::string> forgotten;
+  bool may_be_forgotten = true;
   bool answered = true;
   std::optional<fabric::Outcome> word = fabric::Outcome{.done = true, .detail = "dispatched again"};
   int secrets = 0;
@@ -93,6 +95,14 @@ class UserActionsTest : public testing::Test {
                        [this](const ServiceCall& call) {
                          called.push_back(call);
                          return boost::json::object{{"answered", answered}, {"response", "2"}};
+                       },
+                   .forget =
+                       [this](const std::vector<std::string>& machines, const std::string& user,
+                              const fabric::Moment&) {
+                         for (const std::string& machine : machines) {
+                           forgotten.push_back(user + " forgets " + machine);
+                         }
+                         return may_be_forgotten;
                        }},
                   [this](const Command& command) {
                     issued.push_back(command);
@@ -113,7 +123,7 @@ TEST_F(UserActionsTest, AcceptsAUserWithThePassword) {
   const http::Response response = log_in("anna", "secret");
   EXPECT_EQ(response.status, 200U);
   EXPECT_EQ(json(response).at("user"), "anna");
-  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(4)) << "and call, acknowledge";
+  EXPECT_THAT(json(response).at("may").as_array(), SizeIs(5)) << "and call, acknowledge, forget";
   EXPECT_THAT(response.headers.back().second,
               testing::AllOf(HasSubstr("HttpOnly"), HasSubstr("SameSite=Strict")));
 }
@@ -131,6 +141,29 @@ TEST_F(UserActionsTest, RecordsWhoAcknowledgedACause) {
   EXPECT_EQ(run(by_anna("actions/acknowledge", "[]")).status, 400U);
   EXPECT_EQ(run(post("actions/acknowledge", body("held cnc/1"))).status, 401U);
   EXPECT_THAT(acknowledged, SizeIs(1));
+}
+
+TEST_F(UserActionsTest, ForgetsMachinesForAUserWhoMayAct) {
+  const std::string body = R"({"machines": ["press", "mill"]})";
+  const http::Response done = run(by_anna("actions/forget", body));
+  EXPECT_EQ(json(done), (boost::json::object{{"done", true}, {"detail", ""}}));
+  EXPECT_THAT(forgotten, testing::ElementsAre("anna forgets press", "anna forgets mill"));
+  EXPECT_THAT(issued, IsEmpty()) << "it is not about the plant";
+  may_be_forgotten = false;
+  const http::Response refused = run(by_anna("actions/forget", body));
+  EXPECT_EQ(refused.status, 200U);
+  EXPECT_EQ(json(refused).at("done"), false);
+  EXPECT_THAT(json(refused).at("detail").as_string().c_str(), HasSubstr("a gateway reports"));
+}
+
+TEST_F(UserActionsTest, ForgetsNothingForOthersOrWithoutNames) {
+  EXPECT_EQ(run(by("carl", "actions/forget", R"({"machines": ["press"]})")).status, 403U);
+  EXPECT_EQ(run(post("actions/forget", R"({"machines": ["press"]})")).status, 401U);
+  for (const char* body : {"[]", "{}", R"({"machines": "press"})", R"({"machines": []})",
+                           R"({"machines": ["press", 1]})"}) {
+    EXPECT_EQ(run(by_anna("actions/forget", body)).status, 400U) << body;
+  }
+  EXPECT_THAT(forgotten, IsEmpty());
 }
 
 TEST_F(UserActionsTest, ActsInTheNameOfItsUser) {

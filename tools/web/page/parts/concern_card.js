@@ -34,6 +34,7 @@ export function concernCard(app) {
     element('div', { class: 'concern-acts' }, buttons, call),
     element('div', { class: 'concern-body' }, why, advice, terminal));
   let current = null;
+  const showSince = slot(since);
   const showSubject = slot(subject);
   const showWhy = slot(why);
   const showAdvice = slot(advice);
@@ -52,7 +53,9 @@ export function concernCard(app) {
       setAttribute(node, 'data-kind', concern.kind);
       setText(name, visible(inReadersLanguage(concernName(concern))));
       setText(lasting, Number.isFinite(known) ? age(now - known) : '');
-      setText(since, Number.isFinite(known) ? words.plant.since(moment(known - app.clockOffset(), Date.now())) : '');
+      const began = Number.isFinite(known) ? words.plant.since(moment(known - app.clockOffset(), Date.now())) : '';
+      // A phone has no room for the seconds.
+      showSince([began], () => [began.slice(0, -3), element('span', { class: 'seconds' }, began.slice(-3))]);
       const isAlone = concern.channels?.length === 1 && channel;
       const mayAct = (concern.kind === 'held' || concern.kind === 'overdue') && isAlone && channel.call;
       showSubject([concern.kind, channel?.service, channel?.uuid, channel?.request], () => subjectOf(concern, channel));
@@ -67,7 +70,8 @@ export function concernCard(app) {
       taken.hidden = !by;
       setText(taken, by ? words.plant.taken(visible(by.by), moment(milliseconds(by.time) - app.clockOffset(), Date.now()), visible(by.note)) : '');
       current = concern;
-      showButtons([mayAct, by?.by, app.session.describe()], () => [mayAct ? app.session.buttonsFor(channel) : [],
+      showButtons([mayAct, concern.machines?.length, by?.by, app.session.describe()], () => [mayAct ? app.session.buttonsFor(channel) : [],
+        concern.kind === 'gateway gone' && app.session.forgetButton(() => current),
         by?.by === app.session.user && by ? null : app.session.acknowledgeButton(() => current)]);
       buttons.hidden = !buttons.firstChild;
       const acts = buttons.querySelector('[data-action="retry"], [data-action="answer"]') !== null;

@@ -12,7 +12,7 @@ const levels = { 'instance ended': 'look', 'instance silent': 'look', 'process g
 function sentenceOf(event, kind, model) {
   const machines = event.machines ?? [];
   return visible(text[kind]?.({
-    name: event.name || model.serviceName(event.uuid) || words.services.nameless,
+    name: inReadersLanguage(messageOf(event, 'name')) || model.serviceName(event.uuid) || words.services.nameless,
     where: event.pid ? `${event.host}:${event.pid}` : event.host,
     machines: machines.join(', '),
     channel: `${machines[0]}/${event.channel}`,

@@ -134,6 +134,8 @@ export function machineTile() {
       }
       setAttribute(node, 'data-density', density);
       setAttribute(node, 'data-unreachable', density !== 'strip' && machine.links.length > 0 && !machine.links.some((link) => link.connected));
+      // Room for the longest number of a channel.
+      node.style.setProperty('--digits', Math.max(1, ...machine.channels.map((channel) => String(channel.channel).length)));
       linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1, isServed: machine.links.some((each) => each.connected) })), ({ link }) => link.gateway);
       rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), now })),
         ({ channel }) => keyOf(channel.machine, channel.channel));

@@ -86,6 +86,27 @@ export function placeholder(kind, title, text) {
     text && element('p', {}, text));
 }
 
+/** Pause in typing after which a search applies. */
+const typingMs = 300;
+
+/** A field for a text to search; `changed(text)` is called when the reader pauses. { node, stop() } */
+export function searchField(label, value, changed) {
+  let typing = 0;
+  const field = element('input', {
+    type: 'search', name: 'text', value, oninput: () => {
+      clearTimeout(typing);
+      typing = setTimeout(() => changed(field.value), typingMs);
+    },
+  });
+  return { node: element('label', { class: 'data-search' }, element('span', {}, label), field), stop: () => clearTimeout(typing) };
+}
+
+/** The address of a view with the filled parts of a filter. */
+export function addressOf(path, filter) {
+  const filled = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
+  return `#/${path}${String(filled) ? `?${filled}` : ''}`;
+}
+
 /**
  * A selection of one option, or of all where `all` is a word for it; { node, show(options), choose(value) } remembers the
  * choice.

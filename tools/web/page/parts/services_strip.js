@@ -81,16 +81,17 @@ export function servicesStrip(most) {
   const table = element('table', { class: 'strip' }, element('thead', {}, element('tr', {},
     columns.map((name) => element('th', { scope: 'col', class: `cell-${name}` }, text.serviceColumns[name])))), body);
   const more = element('a', { class: 'panel-more', href: '#/services', hidden: true });
-  const empty = element('p', { class: 'empty', hidden: true }, text.noServices);
+  const empty = element('p', { class: 'empty', hidden: true });
   const node = element('section', { class: 'panel', 'aria-label': text.services }, element('h2', {}, text.services), table, empty, more);
   const rows = new Keyed(body, row);
   return {
     node,
-    update(model) {
-      const all = byTrouble(model.servicesByUuid());
+    update(groups, none) {
+      const all = byTrouble(groups);
       rows.show(all.slice(0, most), ({ group }) => group.uuid);
       table.hidden = all.length === 0;
       empty.hidden = all.length > 0;
+      setText(empty, none);
       more.hidden = all.length <= most;
       setText(more, text.allServices(all.length - most));
     },

@@ -2,7 +2,7 @@
 import { get } from '../api.js';
 import { byName } from '../model.js';
 import { callsTable, countCalls, resultChooser } from '../parts/calls_table.js';
-import { chooser } from '../parts/marks.js';
+import { addressOf, chooser, searchField } from '../parts/marks.js';
 import { element, setText, visible } from '../dom.js';
 import { words } from '../words.js';
 
@@ -11,8 +11,6 @@ const text = words.calls;
 const shownRows = matchMedia('(max-width: 60rem)').matches ? 40 : 120;
 /** More frequent updates are unreadable and load the browser. */
 const betweenMs = 450;
-/** Pause in typing after which the filter applies. */
-const typingMs = 300;
 const parts = ['machine', 'channel', 'uuid', 'instance', 'result', 'text'];
 
 function fits(call, filter) {
@@ -27,8 +25,7 @@ export function callsView(app, query) {
   /** Keeps the view and its scroll position. Each choice is a step in the browser's history, each letter is not. */
   const go = (change, keep = history.pushState) => {
     Object.assign(filter, change);
-    const wanted = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
-    keep.call(history, null, '', `#/calls${String(wanted) ? `?${wanted}` : ''}`);
+    keep.call(history, null, '', addressOf('calls', filter));
     kept = [];
     frozen = null;
     last = 0;
@@ -41,13 +38,7 @@ export function callsView(app, query) {
   const service = chooser(text.service, filter.uuid, (value) => { instance.choose(''); go({ uuid: value, instance: '' }); });
   const instance = chooser(text.columns.instance, filter.instance, (value) => go({ instance: value }));
   const result = resultChooser(filter.result, (value) => go({ result: value }));
-  let typing = 0;
-  const search = element('input', {
-    type: 'search', name: 'text', value: filter.text, oninput: () => {
-      clearTimeout(typing);
-      typing = setTimeout(() => go({ text: search.value }, history.replaceState), typingMs);
-    },
-  });
+  const search = searchField(text.text, filter.text, (value) => go({ text: value }, history.replaceState));
   const clear = element('button', { type: 'button', hidden: !isFiltered(), onclick: () => { location.hash = '#/calls'; } }, text.clear);
   const pauseButton = element('button', { type: 'button', 'aria-pressed': 'false', onclick: () => pause(frozen === null) }, text.pause);
   const status = element('p', { class: 'list-status' });
@@ -57,7 +48,7 @@ export function callsView(app, query) {
     element('h1', { tabindex: '-1' }, text.title),
     element('form', { class: 'filter', 'aria-label': text.filter, onsubmit: (event) => event.preventDefault() },
       machine.node, channel.node, service.node, instance.node, result.node,
-      element('label', { class: 'data-search' }, element('span', {}, text.text), search), clear, pauseButton, status),
+      search.node, clear, pauseButton, status),
     table.node, empty);
 
   // Matching calls of the server that are older than those of the page.
@@ -123,7 +114,7 @@ export function callsView(app, query) {
       setText(empty, isFiltered() ? text.noneFiltered : text.none);
     },
     enter: ask,
-    leave: () => clearTimeout(typing),
+    leave: search.stop,
   };
   return view;
 }

@@ -1,11 +1,12 @@
 // The first view: a banner, a card for each cause that needs attention, then machines, services and events.
 import { concernName, headlineOf, worstOf } from '../concerns.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { isService, machinesWith } from '../search.js';
 import { shape } from '../shapes.js';
 import { age, milliseconds } from '../time.js';
 import { number, perSecond, words } from '../words.js';
 import { concernCard } from '../parts/concern_card.js';
-import { inReadersLanguage } from '../parts/marks.js';
+import { addressOf, inReadersLanguage, searchField } from '../parts/marks.js';
 import { eventsList } from '../parts/events_list.js';
 import { machineTile } from '../parts/machine_tile.js';
 import { servicesStrip } from '../parts/services_strip.js';
@@ -15,6 +16,8 @@ const concernsOnWall = 5;
 /** Shown at first; the rest is one click away. */
 const servicesShown = 8;
 const eventsShown = 12;
+/** Fewer machines are found without a filter. */
+const machinesWithoutFilter = 12;
 
 /** The density of tiles by the number of channels. */
 function densityOf(count) {
@@ -70,24 +73,35 @@ function factsOf(model, plant) {
     .map((fact) => fact.replaceAll(' ', '\u00a0')).join(' · ');
 }
 
-export function plantView(app) {
+/** The query has `text`: machines, channels and services with it are shown, and all problems. A wall shows all. */
+export function plantView(app, query) {
+  /** What the wall shows, and the size of its screen. */
+  let measured = '';
+  let wanted = app.isWall ? '' : query.get('text') ?? '';
+  const search = searchField(words.plant.search, wanted, (value) => {
+    wanted = value;
+    history.replaceState(null, '', addressOf('plant', { text: value }));
+    app.changed();
+  });
+  const form = element('form', { class: 'filter', role: 'search', 'aria-label': words.plant.machines, hidden: true, onsubmit: (event) => event.preventDefault() }, search.node);
   const head = headline();
   const attention = element('div', { class: 'concerns' });
   const more = element('p', { class: 'concerns-more', hidden: true });
   const attentionPart = element('section', { class: 'attention', 'aria-label': words.plant.attention, hidden: true }, attention, more);
   const grid = element('div', { class: 'machines' });
-  const empty = element('p', { class: 'empty', hidden: true }, words.plant.nobodyWhat);
+  const empty = element('p', { class: 'empty', hidden: true });
   const services = servicesStrip(servicesShown);
   const events = eventsList(app, eventsShown);
   const machinesPart = element('section', { class: 'machines-part', 'aria-label': words.plant.machines }, element('h2', {}, words.plant.machines), grid, empty);
   const board = element('div', { class: 'board' }, machinesPart, !app.isWall && element('div', { class: 'board-side' }, services.node, events.node));
-  const node = element('div', { class: 'plant' }, head.node, attentionPart, board);
+  const node = element('div', { class: 'plant' }, head.node, attentionPart, form, board);
   const cards = new Keyed(attention, () => concernCard(app));
   const tiles = new Keyed(grid, () => machineTile());
 
   return {
     node,
     title: () => words.tabs.plant,
+    leave: search.stop,
     update() {
       const { model } = app;
       const now = app.now();
@@ -107,16 +121,30 @@ export function plantView(app) {
       more.hidden = shown.length === concerns.length;
       setText(more, words.plant.more(concerns.length - shown.length) + (more.hidden ? ''
         : `: ${concerns.slice(concernsOnWall).map((concern) => inReadersLanguage(concernName(concern))).join(', ')}`));
+      const fitting = machinesWith(plant, wanted);
+      form.hidden = app.isWall || (plant.length <= machinesWithoutFilter && !wanted);
       // On a wall, concerns take the room of machines without one.
-      const density = app.isWall && concerns.length > 0 ? 'strip' : densityOf(model.channels.size);
+      const density = app.isWall && concerns.length > 0 ? 'strip' : densityOf(fitting.flatMap(({ channels }) => channels).length);
       setAttribute(grid, 'data-density', density);
       setAttribute(board, 'data-density', density);
-      setAttribute(grid, 'data-few', plant.length <= 8);
+      setAttribute(grid, 'data-few', fitting.length <= 8);
       setAttribute(grid, 'data-programs', plant.some((machine) => machine.channels.some((channel) => channel.program)));
-      empty.hidden = plant.length > 0 || model.about === null;
-      tiles.show(plant.map((machine) => ({ machine, now, density })), ({ machine }) => machine.name);
-      if (!app.isWall) {
-        services.update(model);
+      empty.hidden = fitting.length > 0 || model.about === null;
+      setText(empty, plant.length > 0 ? words.plant.noneFits : words.plant.nobodyWhat);
+      tiles.show(fitting.map((machine) => ({ machine, now, density })), ({ machine }) => machine.name);
+      if (app.isWall) {
+        const names = fitting.map(({ name, channels }) => [name, channels.map(({ service, program }) => [service, program?.name])]);
+        const fresh = JSON.stringify([names, density, innerWidth, innerHeight]);
+        if (fresh !== measured) {
+          measured = fresh;
+          setAttribute(grid, 'data-full', true);
+        }
+        // A wall cannot scroll: names take several lines if there is room.
+        if (document.documentElement.scrollHeight > innerHeight) {
+          setAttribute(grid, 'data-full', false);
+        }
+      } else {
+        services.update(model.servicesByUuid().filter((group) => isService(group, wanted)), wanted ? words.services.noneFits : words.plant.noServices);
         events.update(model);
       }
     },

@@ -1,12 +1,13 @@
-// The services: a row for each, those with trouble first, then the busiest. A row unfolds to lines over time, to the channels
-// of each instance, and to its instances.
+// The services: a row for each, those with trouble first, then the busiest, or in the order of a column. A row unfolds to
+// lines over time, to the channels of each instance, and to its instances. The address has search and order.
 import { get } from '../api.js';
 import { element, Keyed, replace, setAttribute, setText, visible } from '../dom.js';
 import { busyOfMinute, byTrouble } from '../model.js';
+import { inOrder, isService, nextOrder, orderOf } from '../search.js';
 import { shape } from '../shapes.js';
 import { age, clock, duration, milliseconds } from '../time.js';
 import { plot, sparkline } from '../parts/plot.js';
-import { placeholder, scrolling, tableHead } from '../parts/marks.js';
+import { addressOf, placeholder, scrolling, searchField, tableHead } from '../parts/marks.js';
 import { serviceMatrix } from '../parts/service_matrix.js';
 import { busyBar, instanceSquares } from '../parts/services_strip.js';
 import { number, perSecond, words } from '../words.js';
@@ -102,7 +103,8 @@ function unfolded(app) {
   const matrix = serviceMatrix(app);
   const region = scrolling('',
     element('table', { class: 'instances' }, caption, tableHead(columns, { ...text.columns, action: element('span', { class: 'for-readers' }, text.columns.action) }), body));
-  const node = element('div', { class: 'service-more', hidden: true }, uuid, element('div', { class: 'plots' }, plots.rate.node, plots.time.node), matrix.node, region);
+  const node = element('div', { class: 'service-more', role: 'row', hidden: true }, element('div', { role: 'cell' },
+    uuid, element('div', { class: 'plots' }, plots.rate.node, plots.time.node), matrix.node, region));
   const rows = new Keyed(body, () => instanceRow(app));
   return {
     node,
@@ -130,7 +132,7 @@ function unfolded(app) {
 function serviceCard(app, opened) {
   const icon = element('span', { class: 'strip-shape' });
   const name = element('span', { class: 'service-name' });
-  const cells = Object.fromEntries(sums.slice(1).map((each) => [each, element('span', { class: `sum sum-${each}` })]));
+  const cells = Object.fromEntries(sums.slice(1).map((each) => [each, element('span', { class: `sum sum-${each}`, role: 'cell' })]));
   const values = Object.fromEntries(sums.slice(1).map((each) => [each, element('span', { class: 'sum-value' })]));
   for (const each of sums.slice(1)) {
     cells[each].append(element('span', { class: 'sum-label' }, text.sums[each]), values[each]);
@@ -141,9 +143,9 @@ function serviceCard(app, opened) {
   values.busy.append(busy.node);
   const toggle = element('button', { type: 'button', class: 'service-toggle', 'aria-expanded': 'false', onclick: () => { opened.flip(node.dataset.uuid); } },
     element('span', { class: 'toggle', 'aria-hidden': 'true' }), name, icon);
-  const head = element('div', { class: 'service-row' }, element('h2', {}, toggle), Object.values(cells));
+  const head = element('div', { class: 'service-row', role: 'row' }, element('div', { class: 'service-head', role: 'rowheader' }, element('h2', {}, toggle)), Object.values(cells));
   const more = unfolded(app);
-  const node = element('article', { class: 'service' }, head, more.node);
+  const node = element('div', { class: 'service', role: 'rowgroup' }, head, more.node);
   let level = '';
   return {
     node,
@@ -183,8 +185,27 @@ function serviceCard(app, opened) {
   };
 }
 
-/** `open` is the UUID of the service that is unfolded first. */
-export function servicesView(app, open) {
+/** The names of the columns, as buttons that change the order; { node, update(order) }. */
+function columnHeads(choose) {
+  const heads = sums.map((name) => element('span', { class: `sum-${name}`, role: 'columnheader' },
+    element('button', { type: 'button', class: 'sort', 'data-sort': name, onclick: () => choose(name) }, text.sums[name])));
+  return {
+    node: element('div', { role: 'rowgroup' }, element('div', { class: 'service-row service-labels', role: 'row' }, heads)),
+    update(order) {
+      heads.forEach((head, i) => setAttribute(head, 'aria-sort', order?.column === sums[i] && (order.isDescending ? 'descending' : 'ascending')));
+    },
+  };
+}
+
+/** `open` is the UUID of the service that is unfolded first; the query has `text` and `sort`. */
+export function servicesView(app, open, query) {
+  const filter = { text: query.get('text') ?? '', sort: query.get('sort') ?? '' };
+  /** Each order is a step in the browser's history, each letter is not. */
+  const go = (change, keep) => {
+    Object.assign(filter, change);
+    keep.call(history, null, '', addressOf(open ? `services/${encodeURIComponent(open)}` : 'services', filter));
+    view.update();
+  };
   const unfoldedOnes = new Set(open ? [open] : []);
   const opened = {
     has: (uuid) => unfoldedOnes.has(uuid),
@@ -196,21 +217,25 @@ export function servicesView(app, open) {
     },
   };
   const list = element('div', { class: 'services' });
-  const labels = element('div', { class: 'service-row service-labels', 'aria-hidden': 'true' }, sums.map((name) => element('span', { class: `sum-${name}` }, text.sums[name])));
+  const heads = columnHeads((name) => go({ sort: nextOrder(filter.sort, name) }, history.pushState));
+  const search = searchField(text.search, filter.text, (value) => go({ text: value }, history.replaceState));
+  const table = element('div', { role: 'table', 'aria-label': text.title }, heads.node, list);
+  const form = element('form', { class: 'filter', role: 'search', 'aria-label': text.title, onsubmit: (event) => event.preventDefault() }, search.node);
   const empty = element('div', { hidden: true }, placeholder('empty', text.none, text.noneWhat));
-  const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), labels, list, empty);
+  const noneFits = element('p', { class: 'empty', hidden: true }, text.noneFits);
+  const node = element('div', {}, element('h1', { tabindex: '-1' }, text.title), form, table, empty, noneFits);
   const parts = new Map();
   const cards = new Keyed(list, (datum) => {
     const card = serviceCard(app, opened);
     parts.set(datum.group.uuid, card);
     return card;
   });
-  let history = null;
+  let past = null;
   let timer = 0;
 
   const draw = () => {
     for (const card of parts.values()) {
-      card.draw(history);
+      card.draw(past);
     }
   };
   const ask = async () => {
@@ -218,7 +243,7 @@ export function servicesView(app, open) {
     // On an error the next request is five seconds later; a lost connection is shown above.
     const fresh = await get(['history']).catch(() => null);
     if (fresh && node.isConnected) {
-      history = fresh;
+      past = fresh;
       view.update();
       draw();
     }
@@ -227,10 +252,15 @@ export function servicesView(app, open) {
     node,
     title: () => text.title,
     update() {
-      const groups = byTrouble(app.model.servicesByUuid());
-      empty.hidden = groups.length > 0;
-      labels.hidden = groups.length === 0;
-      cards.show(groups.map(({ group, load }) => ({ group, load, history })), ({ group }) => group.uuid);
+      const all = app.model.servicesByUuid();
+      const order = orderOf(filter.sort);
+      const groups = inOrder(byTrouble(all.filter((group) => isService(group, filter.text))), order);
+      heads.update(order);
+      empty.hidden = all.length > 0;
+      form.hidden = all.length === 0 && !filter.text;
+      noneFits.hidden = all.length === 0 || groups.length > 0;
+      table.hidden = groups.length === 0;
+      cards.show(groups.map(({ group, load }) => ({ group, load, history: past })), ({ group }) => group.uuid);
       for (const uuid of parts.keys()) {
         if (!groups.some(({ group }) => group.uuid === uuid)) {
           parts.delete(uuid);
@@ -242,6 +272,7 @@ export function servicesView(app, open) {
     },
     leave() {
       clearTimeout(timer);
+      search.stop();
     },
   };
   return view;
