@@ -27,8 +27,4 @@ std::string NetId::to_string() const {
   return fmt::format("{}", fmt::join(bytes, "."));
 }
 
-std::string Address::to_string() const {
-  return fmt::format("{}:{}", net_id.to_string(), port);
-}
-
 }  // namespace millrace::cnc::ads

@@ -28,8 +28,6 @@ struct NetId {
 struct Address {
   NetId net_id;
   std::uint16_t port = 0;
-
-  [[nodiscard]] std::string to_string() const;
   auto operator<=>(const Address&) const = default;
 };
 

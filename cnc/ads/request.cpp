@@ -105,12 +105,6 @@ Bytes encode(const WriteRequest& request) {
   return write_index(out, request.index).u32(size_of(request.data)).bytes(request.data).take();
 }
 
-Bytes encode(const WriteControlRequest& request) {
-  ByteWriter out;
-  out.u16(request.wanted.ads).u16(request.wanted.device);
-  return out.u32(size_of(request.data)).bytes(request.data).take();
-}
-
 Bytes encode(const ReadWriteRequest& request) {
   ByteWriter out;
   write_index(out, request.index).u32(request.read_length).u32(size_of(request.data));

@@ -68,7 +68,6 @@ Result<Request> decode_request(Command command, BytesView payload);
 
 Bytes encode(const ReadRequest& request);
 Bytes encode(const WriteRequest& request);
-Bytes encode(const WriteControlRequest& request);
 Bytes encode(const ReadWriteRequest& request);
 Bytes encode(const AddNotificationRequest& request);
 Bytes encode(const DeleteNotificationRequest& request);

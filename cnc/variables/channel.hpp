@@ -1,9 +1,7 @@
-// The variables of one CNC channel over ADS, by name and by handle, as bytes.
+// The variables of one CNC channel over ADS, by name, as bytes.
 //
 //   Channel channel(client, 1);
 //   auto value = co_await channel.read("V.G.SERVICE.UUID", 256);
-//   auto handle = co_await channel.handle("V.G.SERVICE.UUID");
-//   auto again = co_await channel.read({*handle, {}}, 256);
 //
 // The functions and their streams: addresses.hpp and layout.hpp.
 #pragma once
@@ -47,18 +45,11 @@ class Channel {
 
   /// Reads at most `length` bytes of the value.
   boost::asio::awaitable<ads::Result<Bytes>> read(std::string_view name, std::uint32_t length);
-  boost::asio::awaitable<ads::Result<Bytes>> read(const ElementOf& element, std::uint32_t length);
   /// The value must have the size of the variable.
   boost::asio::awaitable<ads::Result<void>> write(std::string_view name, BytesView value);
-  boost::asio::awaitable<ads::Result<void>> write(const ElementOf& element, BytesView value);
 
-  /// Handles depend on the configuration of the controller. They become invalid at its restart, or
-  /// earlier.
-  boost::asio::awaitable<ads::Result<std::uint32_t>> handle(std::string_view name);
-
-  /// The same reads as items of a sum.
+  /// The same read as an item of a sum.
   [[nodiscard]] ads::SumItem item(std::string_view name, std::uint32_t length) const;
-  [[nodiscard]] ads::SumItem item(const ElementOf& element, std::uint32_t length) const;
 
  private:
   [[nodiscard]] ads::Index at(std::uint32_t offset) const { return {group_, offset}; }

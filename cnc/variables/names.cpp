@@ -32,12 +32,6 @@ Facts facts_of(Type type) {
   return index < facts.size() ? facts.at(index) : Facts{0, "UNKNOWN"};
 }
 
-bool same(std::string_view name, std::string_view written) {
-  return std::equal(name.begin(), name.end(), written.begin(), written.end(), [](char a, char b) {
-    return a == std::toupper(static_cast<unsigned char>(b));
-  });
-}
-
 }  // namespace
 
 std::uint32_t size_of(Type type) {
@@ -46,14 +40,6 @@ std::uint32_t size_of(Type type) {
 
 std::string_view name_of(Type type) {
   return facts_of(type).name;
-}
-
-std::optional<Type> parse_type(std::string_view name) {
-  const auto* const found = std::find_if(facts.begin(), facts.end(),
-                                         [&](const Facts& type) { return same(type.name, name); });
-  return found == facts.end()
-             ? std::nullopt
-             : std::optional(Type{static_cast<std::uint32_t>(found - facts.begin()) + 1});
 }
 
 std::string_view name_of(Access access) {

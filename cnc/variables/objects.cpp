@@ -53,10 +53,6 @@ constexpr std::array<ComType, 9> com_types{{
 
 }  // namespace
 
-std::span<const GeoObject> geo_objects() {
-  return all_geo_objects;
-}
-
 std::optional<ObjectPlace> find_geo_object(std::string_view name, std::uint32_t channel) {
   const auto* const found = std::ranges::find(all_geo_objects, name, &GeoObject::name);
   if (found == all_geo_objects.end()) {

@@ -12,7 +12,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,8 +42,6 @@ struct GeoObject {
   std::string_view meaning;
 };
 
-/// All known GEO objects.
-std::span<const GeoObject> geo_objects();
 /// The object of a channel, counted from 1; nullopt if the name is unknown.
 std::optional<ObjectPlace> find_geo_object(std::string_view name, std::uint32_t channel);
 

@@ -128,13 +128,6 @@ bool is_object_name(std::string_view name) {
   return is_com_name(name) || find_geo_object(name, 1).has_value();
 }
 
-void Readings::forget() {
-  without_sums_.clear();
-  without_handles_.clear();
-  directories_.clear();
-  listings_.clear();
-}
-
 Reading Readings::question(std::uint16_t channel, std::uint32_t offset, std::uint32_t length,
                            Bytes input) const {
   Reading reading;

@@ -61,8 +61,6 @@ class Readings {
   [[nodiscard]] bool sums(std::uint16_t port) const { return !without_sums_.contains(port); }
   /// Requests sent so far; a directory counts as one.
   [[nodiscard]] std::uint64_t requests() const { return requests_; }
-  /// Call it on a new connection: forgets what was found out about the controller.
-  void forget();
 
  private:
   boost::asio::awaitable<Answers> ask(std::vector<Reading> readings);

@@ -1,7 +1,7 @@
 // Errors of the C interface: a code, and a text for the calling thread.
 //
 //   millrace_code millrace_drain(millrace_service* service) {
-//     return guarded([&] { state_of(service).drain(); return MILLRACE_OK; });
+//     return guarded([&] { state_of(service).drain(); });
 //   }
 #pragma once
 
@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -31,11 +32,16 @@ void remember_error(std::string_view text) noexcept;
 /// The code of the exception that is being handled. Remembers its text.
 millrace_code code_of_exception() noexcept;
 
-/// The result of `work`, a millrace_code; no exception leaves it.
+/// The result of `work`, or MILLRACE_OK if it has none; no exception leaves it.
 template <typename Work>
 millrace_code guarded(const Work& work) noexcept {
   try {
-    return work();
+    if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
+      work();
+      return MILLRACE_OK;
+    } else {
+      return work();
+    }
   } catch (...) {
     return code_of_exception();
   }

@@ -169,7 +169,6 @@ millrace_code millrace_list(millrace_participant* participant, millrace_instance
                   .mean_ns = status.mean.count()};
     }
     *instances = list.release();
-    return MILLRACE_OK;
   });
 }
 
@@ -214,7 +213,6 @@ millrace_code millrace_observer_open(millrace_participant* participant,
                                             given.capacity == 0 ? 65'536 : given.capacity);
     });
     *observer = handle.release();
-    return MILLRACE_OK;
   });
 }
 

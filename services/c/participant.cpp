@@ -209,7 +209,6 @@ millrace_code millrace_join(const millrace_participant_options* options,
     auto handle = std::make_unique<millrace_participant>();
     handle->state = std::make_shared<c::Participant>(given);
     *participant = handle.release();
-    return MILLRACE_OK;
   });
 }
 

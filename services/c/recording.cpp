@@ -235,7 +235,6 @@ millrace_code millrace_recording_open(const char* file, millrace_recording** rec
     auto handle = std::make_unique<millrace_recording>();
     handle->reading = std::make_unique<c::Reading>(std::move(*source));
     *recording = handle.release();
-    return MILLRACE_OK;
   });
 }
 

@@ -201,7 +201,6 @@ millrace_code millrace_request_send(millrace_participant* participant,
     handle->call = state->on_loop([&] { return requests.send(order, handle->progress); });
     handle->call_id = handle->call.to_string();
     *request = handle.release();
-    return MILLRACE_OK;
   });
 }
 

@@ -192,7 +192,6 @@ millrace_code millrace_serve(millrace_participant* participant,
     auto handle = std::make_unique<millrace_service>(std::move(state), given);
     handle->start(given.handler == nullptr ? 0 : threads);
     *service = handle.release();
-    return MILLRACE_OK;
   });
 }
 
@@ -226,7 +225,6 @@ millrace_code millrace_drain(millrace_service* service) {
   return c::guarded([&] {
     c::checked(service, "service").check();
     service->instance->drain();
-    return MILLRACE_OK;
   });
 }
 
@@ -256,7 +254,6 @@ millrace_code millrace_leave(millrace_service* service) {
   return c::guarded([&] {
     c::checked(service, "service").check();
     service->leave();
-    return MILLRACE_OK;
   });
 }
 
@@ -285,7 +282,6 @@ millrace_code millrace_call_on_cancelled(millrace_call* call,
                                            : "the call has such a function already");
     }
     call->on_cancelled.emplace(call->call->stop_token(), [=] { function(call, context); });
-    return MILLRACE_OK;
   });
 }
 
@@ -295,7 +291,6 @@ millrace_code millrace_call_interim(millrace_call* call, const char* text, size_
     c::check_process(c::checked(call, "call").process);
     call->call->interim(
         {.text = std::string(c::text_of(text, text_length, "text")), .state = state});
-    return MILLRACE_OK;
   });
 }
 
@@ -310,7 +305,6 @@ millrace_code millrace_call_answer(millrace_call* call, const char* text, size_t
         !refusal.empty()) {
       throw c::Error(MILLRACE_INVALID, refusal);
     }
-    return MILLRACE_OK;
   });
 }
 
@@ -319,7 +313,6 @@ millrace_code millrace_call_fail(millrace_call* call, const char* reason, size_t
     const std::string text(c::text_of(reason, reason_length, "reason"));
     c::checked(call, "call").end();
     call->call->fail(text);
-    return MILLRACE_OK;
   });
 }
 
@@ -328,7 +321,6 @@ millrace_code millrace_call_decline(millrace_call* call, const char* reason, siz
     const std::string text(c::text_of(reason, reason_length, "reason"));
     c::checked(call, "call").end();
     call->call->decline(text);
-    return MILLRACE_OK;
   });
 }
 

@@ -5,12 +5,14 @@
 //     auto options = std::make_shared<Options>();
 //     CLI::App& cat = add_subcommand(recording, "cat", "Its entries", "millrace recording cat FILE");
 //     cat.add_option(…, options->file);
-//     cat.callback([options, &chosen] { chosen.run = [options] { return print(*options); }; });
+//     run_if_chosen(cat, chosen, options, print);
 //   }
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/App.hpp>
@@ -27,6 +29,14 @@ struct Chosen {
 /// Adds a subcommand whose help ends with an example.
 CLI::App& add_subcommand(CLI::App& parent, const std::string& name, const std::string& description,
                          const std::string& example);
+
+/// Chooses `run`, a function of the options, once the command was parsed.
+template <typename Options, typename Run>
+void run_if_chosen(CLI::App& command, Chosen& chosen, std::shared_ptr<Options> options, Run run) {
+  command.callback([options = std::move(options), run, &chosen] {
+    chosen.run = [options, run] { return run(*options); };
+  });
+}
 
 /// Adds `--json`.
 void add_json(CLI::App& command, bool& json);

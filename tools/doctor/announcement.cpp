@@ -4,9 +4,13 @@
 #include <bit>
 #include <string_view>
 
+#include "base/bytes.hpp"
+
 namespace millrace::tools::doctor {
 
 namespace {
+
+using base::ByteReader;
 
 constexpr std::size_t header_size = 20;
 constexpr std::size_t prefix_at = 8;
@@ -24,55 +28,24 @@ constexpr std::uint16_t pid_property_list = 0x0059;
 constexpr std::uint16_t pid_entity_name = 0x0062;
 constexpr std::uint16_t pid_identity_token = 0x1001;
 
-/// Bounded reading from the front; after a read beyond the end ok() is false for good.
-class Reader {
- public:
-  Reader(std::span<const std::uint8_t> bytes, bool little) : rest_(bytes), little_(little) {}
+/// Length, characters and a NUL, filled up to a multiple of four.
+std::string take_text(ByteReader& in) {
+  const std::uint32_t length = in.u32();
+  const auto bytes = in.take(length);
+  constexpr std::uint32_t alignment = 4;
+  in.take(std::min<std::size_t>((alignment - length % alignment) % alignment, in.rest().size()));
+  return std::string(base::text_in(bytes));
+}
 
-  std::uint16_t u16() { return static_cast<std::uint16_t>(number(2)); }
-  std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
-  std::span<const std::uint8_t> take(std::size_t size) {
-    if (size > rest_.size()) {
-      ok_ = false;
-      rest_ = {};
-      return {};
-    }
-    const auto taken = rest_.first(size);
-    rest_ = rest_.subspan(size);
-    return taken;
-  }
-  /// Length, characters and a NUL, filled up to a multiple of four.
-  std::string text() {
-    const std::uint32_t length = u32();
-    const auto bytes = take(length);
-    constexpr std::uint32_t alignment = 4;
-    take(std::min<std::size_t>((alignment - length % alignment) % alignment, rest_.size()));
-    return {bytes.begin(), std::find(bytes.begin(), bytes.end(), std::uint8_t{0})};
-  }
-  [[nodiscard]] std::span<const std::uint8_t> rest() const { return rest_; }
-  [[nodiscard]] bool ok() const { return ok_; }
+std::endian order_of(bool is_little) {
+  return is_little ? std::endian::little : std::endian::big;
+}
 
- private:
-  std::uint64_t number(std::size_t size) {
-    const auto bytes = take(size);
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      const std::size_t from = little_ ? bytes.size() - 1 - i : i;
-      value = value << 8U | bytes[from];
-    }
-    return value;
-  }
-
-  std::span<const std::uint8_t> rest_;
-  bool little_;
-  bool ok_ = true;
-};
-
-void read_properties(Reader in, Announcement& found) {
+void read_properties(ByteReader in, Announcement& found) {
   const std::uint32_t count = in.u32();
   for (std::uint32_t i = 0; i < count && in.ok(); ++i) {
-    const std::string name = in.text();
-    std::string value = in.text();
+    const std::string name = take_text(in);
+    std::string value = take_text(in);
     if (name == "__Hostname") {
       found.host = std::move(value);
     } else if (name == "__ProcessName") {
@@ -88,23 +61,22 @@ void read_properties(Reader in, Announcement& found) {
 }
 
 /// Reads to the end of a parameter list; false if it has none.
-bool read_parameters(Reader& in, bool little, Announcement& found) {
+bool read_parameters(ByteReader& in, std::endian order, Announcement& found) {
   while (in.ok()) {
     const std::uint16_t id = in.u16();
     const std::uint16_t size = in.u16();
     if (id == pid_sentinel) {
       return in.ok();
     }
-    const Reader value(in.take(size), little);
+    ByteReader value(in.take(size), order);
     if (id == pid_property_list) {
       read_properties(value, found);
     } else if (id == pid_entity_name) {
-      found.name = Reader(value).text();
+      found.name = take_text(value);
     } else if (id == pid_identity_token) {
       found.shows_certificate = true;
-      Reader token(value);
-      token.text();  // Its kind.
-      read_properties(token, found);
+      take_text(value);  // The kind of the token.
+      read_properties(value, found);
     }
   }
   return false;
@@ -112,8 +84,8 @@ bool read_parameters(Reader& in, bool little, Announcement& found) {
 
 /// The content of a DATA submessage; false if it is not a participant's announcement.
 bool read_data(std::span<const std::uint8_t> body, std::uint8_t flags, Announcement& found) {
-  const bool little = (flags & little_endian) != 0;
-  Reader in(body, little);
+  const std::endian order = order_of((flags & little_endian) != 0);
+  ByteReader in(body, order);
   in.u16();
   const std::uint16_t to_inline_qos = in.u16();
   in.take(4);
@@ -125,7 +97,7 @@ bool read_data(std::span<const std::uint8_t> body, std::uint8_t flags, Announcem
   }
   in.take(to_inline_qos - 8U);  // The rest of it after the two ids.
   Announcement ignored;
-  if ((flags & has_inline_qos) != 0 && !read_parameters(in, little, ignored)) {
+  if ((flags & has_inline_qos) != 0 && !read_parameters(in, order, ignored)) {
     return false;
   }
   const auto encapsulation = in.take(4);
@@ -133,9 +105,9 @@ bool read_data(std::span<const std::uint8_t> body, std::uint8_t flags, Announcem
       (encapsulation[1] != pl_cdr_be && encapsulation[1] != pl_cdr_le)) {
     return false;
   }
-  const bool payload_little = encapsulation[1] == pl_cdr_le;
-  Reader payload(in.rest(), payload_little);
-  return read_parameters(payload, payload_little, found);
+  const std::endian payload_order = order_of(encapsulation[1] == pl_cdr_le);
+  ByteReader payload(in.rest(), payload_order);
+  return read_parameters(payload, payload_order, found);
 }
 
 }  // namespace
@@ -152,7 +124,7 @@ std::optional<Announcement> parse_announcement(std::span<const std::uint8_t> pac
   while (rest.size() >= submessage_header) {
     const std::uint8_t id = rest[0];
     const std::uint8_t flags = rest[1];
-    Reader length(rest.subspan(2, 2), (flags & little_endian) != 0);
+    ByteReader length(rest.subspan(2, 2), order_of((flags & little_endian) != 0));
     const std::uint16_t announced = length.u16();
     rest = rest.subspan(submessage_header);
     // Zero in the last one: up to the end of the packet.

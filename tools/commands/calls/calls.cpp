@@ -114,12 +114,8 @@ void add_calls(CLI::App& app, Chosen& chosen) {
                      "  millrace calls -f --channel 1\n"
                      "  millrace calls -f --json --count 100 | jq .duration_ms");
   auto options = std::make_shared<CallsOptions>(command);
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return options->follow         ? follow(*options)
-             : options->call.empty() ? list(*options)
-                                     : show(*options);
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    return wanted.follow ? follow(wanted) : wanted.call.empty() ? list(wanted) : show(wanted);
   });
 }
 

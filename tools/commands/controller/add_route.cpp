@@ -1,12 +1,13 @@
 // millrace controller add-route: adds a route to this host in a controller.
 #include <algorithm>
-#include <exception>
 #include <functional>
+#include <future>
 #include <random>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/use_future.hpp>
 #include <fmt/format.h>
 
 #include "base/openssl/certificate.hpp"
@@ -195,15 +196,12 @@ asio::awaitable<void> add_in_clear_text(Job job, asio::io_context& io) {
 
 int add(const RouteOptions& options) {
   asio::io_context io(1);
-  std::exception_ptr failure;
   Job job = job_of(options);
-  asio::co_spawn(
+  std::future<void> added = asio::co_spawn(
       io, options.plain ? add_in_clear_text(std::move(job), io) : add_securely(std::move(job)),
-      [&](std::exception_ptr error) { failure = error; });
+      asio::use_future);
   io.run();
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  added.get();
   return program::exit_done;
 }
 
@@ -244,7 +242,7 @@ void add_route(CLI::App& controller, Chosen& chosen) {
       "With --plain: address that the route leads to; default: the address of this host");
   command.add_option("--port", options->port,
                      "Port of the controller; default 8016, with --plain UDP 48899");
-  command.callback([options, &chosen] { chosen.run = [options] { return add(*options); }; });
+  run_if_chosen(command, chosen, options, add);
 }
 
 }  // namespace millrace::tools::commands::controller

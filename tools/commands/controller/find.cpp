@@ -1,12 +1,13 @@
 // millrace controller find: the controllers that answer an identify request.
 #include <algorithm>
-#include <exception>
+#include <future>
 #include <optional>
 #include <random>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/network_v4.hpp>
+#include <boost/asio/use_future.hpp>
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 #include <ifaddrs.h>
@@ -160,17 +161,10 @@ void show(const std::vector<Found>& all, bool json) {
 
 int find(const FindOptions& options) {
   asio::io_context io(1);
-  std::vector<Found> all;
-  std::exception_ptr failure;
-  asio::co_spawn(io, find_all(question_of(options)),
-                 [&](std::exception_ptr error, std::vector<Found> found) {
-                   failure = error;
-                   all = std::move(found);
-                 });
+  std::future<std::vector<Found>> found =
+      asio::co_spawn(io, find_all(question_of(options)), asio::use_future);
   io.run();
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  const std::vector<Found> all = found.get();
   if (!all.empty() || options.json) {
     show(all, options.json);
   }
@@ -199,7 +193,7 @@ void add_find(CLI::App& controller, Chosen& chosen) {
                    "Send a broadcast to all hosts of the network of --interface");
   command.add_option("--port", options->port, "UDP port of controllers")->capture_default_str();
   add_json(command, options->json);
-  command.callback([options, &chosen] { chosen.run = [options] { return find(*options); }; });
+  run_if_chosen(command, chosen, options, find);
 }
 
 }  // namespace millrace::tools::commands::controller

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <exception>
+#include <future>
 #include <memory>
 #include <optional>
 #include <random>
@@ -11,6 +11,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_future.hpp>
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
@@ -281,16 +282,9 @@ void show(const ProbeOptions& options, const Report& report) {
 int run_probe(const ProbeOptions& options) {
   check(options);
   asio::io_context io(1);
-  Report report;
-  std::exception_ptr failure;
-  asio::co_spawn(io, probe(options), [&](std::exception_ptr error, Report found) {
-    failure = error;
-    report = std::move(found);
-  });
+  std::future<Report> probed = asio::co_spawn(io, probe(options), asio::use_future);
   io.run();
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  const Report report = probed.get();
   show(options, report);
   return report.ready() ? program::exit_done : program::exit_failed;
 }
@@ -346,7 +340,7 @@ void add_probe(CLI::App& controller, Chosen& chosen) {
   command.add_option("--udp-port", options->udp_port, "UDP port of the controller")
       ->capture_default_str();
   add_json(command, options->json);
-  command.callback([options, &chosen] { chosen.run = [options] { return run_probe(*options); }; });
+  run_if_chosen(command, chosen, options, run_probe);
 }
 
 }  // namespace millrace::tools::commands::controller

@@ -49,7 +49,7 @@ void add_data(CLI::App& app, Chosen& chosen) {
                      "millrace data press\n"
                      "  millrace data press --group axes -f --json | jq .values[0].value");
   auto options = std::make_shared<Options>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return show_data(*options); }; });
+  run_if_chosen(command, chosen, options, show_data);
 }
 
 }  // namespace millrace::tools::commands::data

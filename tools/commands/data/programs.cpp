@@ -29,8 +29,7 @@ void add_programs(CLI::App& app, Chosen& chosen) {
       "Starts, ends and aborts of NC programs: the last event of each channel, or all as they come",
       "millrace programs press -f");
   auto options = std::make_shared<DataOptions>(command, "event");
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return show_programs(*options); }; });
+  run_if_chosen(command, chosen, options, show_programs);
 }
 
 }  // namespace millrace::tools::commands::data

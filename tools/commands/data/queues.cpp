@@ -36,8 +36,7 @@ void add_queues(CLI::App& app, Chosen& chosen) {
                      "millrace queues press\n"
                      "  millrace queues -f --json");
   auto options = std::make_shared<DataOptions>(command, "change");
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return show_queues(*options); }; });
+  run_if_chosen(command, chosen, options, show_queues);
 }
 
 }  // namespace millrace::tools::commands::data

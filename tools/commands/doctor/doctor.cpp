@@ -94,8 +94,7 @@ void add_doctor(CLI::App& app, Chosen& chosen) {
       add_subcommand(app, "doctor", "Find problems of a fabric, and what to do about them",
                      "millrace doctor --fabric-config /etc/millrace/fabric.textproto");
   auto options = std::make_shared<Options>(command);
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return examine_and_report(*options); }; });
+  run_if_chosen(command, chosen, options, examine_and_report);
 }
 
 namespace {

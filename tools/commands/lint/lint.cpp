@@ -236,7 +236,7 @@ void add_lint(CLI::App& app, Chosen& chosen) {
   command.add_flag("--strict", options->strict, "Exit code 1 also for warnings");
   command.add_flag("--sarif", options->sarif, "Print SARIF, for CI and editors");
   command.add_flag("--rules", options->rules, "Print the rules");
-  command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
+  run_if_chosen(command, chosen, options, check);
 }
 
 }  // namespace millrace::tools::commands::lint

@@ -117,8 +117,7 @@ void add_channels(CLI::App& app, Chosen& chosen) {
       add_subcommand(app, "channels", "State of each channel, its current call, and why it waits",
                      "millrace channels\n  millrace channels press --watch");
   auto options = std::make_shared<ChannelsOptions>(command);
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return list_channels(*options); }; });
+  run_if_chosen(command, chosen, options, list_channels);
 }
 
 }  // namespace millrace::tools::commands::look

@@ -82,8 +82,7 @@ void add_machines(CLI::App& app, Chosen& chosen) {
       app, "machines", "The connection to each controller: state, poll period, requests",
       "millrace machines\n  millrace machines press --json");
   auto options = std::make_shared<LookOptions>(command, "M", "Only this machine; all by default");
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return list_machines(*options); }; });
+  run_if_chosen(command, chosen, options, list_machines);
 }
 
 }  // namespace millrace::tools::commands::look

@@ -119,12 +119,10 @@ void add_services(CLI::App& app, Chosen& chosen) {
                      "  millrace services 560aacbf-6335-44a9-895a-8b27f3ed5e47 --full\n"
                      "  millrace services square_root --ping");
   auto options = std::make_shared<ServicesOptions>(command);
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      const fabric::plant::Plant live = options->look();
-      return options->instances || options->full || options->ping ? list_instances(*options, live)
-                                                                  : list_services(*options, live);
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    const fabric::plant::Plant live = wanted.look();
+    return wanted.instances || wanted.full || wanted.ping ? list_instances(wanted, live)
+                                                          : list_services(wanted, live);
   });
 }
 

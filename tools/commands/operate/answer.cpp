@@ -42,7 +42,7 @@ void add_answer(CLI::App& app, Chosen& chosen) {
   command.add_option("--state", options->state, "V.G.SERVICE.RESPONSE_STATE, not 0")
       ->check(base::program::positive_number())
       ->required();
-  command.callback([options, &chosen] { chosen.run = [options] { return answer(*options); }; });
+  run_if_chosen(command, chosen, options, answer);
 }
 
 // millrace retry: dispatches a pending call again.
@@ -61,10 +61,8 @@ void add_retry(CLI::App& app, Chosen& chosen) {
       add_subcommand(app, "retry", "Retry the pending call of a channel", "millrace retry cnc/1");
   auto options = std::make_shared<RetryOptions>(command);
   add_channel_key(command, options->key);
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return tell_gateway(*options, options->key, new_command(fabric::CommandKind::retry));
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    return tell_gateway(wanted, wanted.key, new_command(fabric::CommandKind::retry));
   });
 }
 

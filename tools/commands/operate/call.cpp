@@ -173,7 +173,7 @@ void add_call(CLI::App& app, Chosen& chosen) {
       ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_flag("--raw", options->raw, "Print only the response");
-  command.callback([options, &chosen] { chosen.run = [options] { return call(*options); }; });
+  run_if_chosen(command, chosen, options, call);
 }
 
 }  // namespace millrace::tools::commands::operate

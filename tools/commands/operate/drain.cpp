@@ -103,7 +103,7 @@ void add_drain(CLI::App& app, Chosen& chosen) {
                   "beginning is enough if only one has it")
       ->required();
   command.add_flag("--yes", options->confirmed, "Drain all instances that begin with WHAT");
-  command.callback([options, &chosen] { chosen.run = [options] { return drain(*options); }; });
+  run_if_chosen(command, chosen, options, drain);
 }
 
 }  // namespace millrace::tools::commands::operate

@@ -230,7 +230,7 @@ void add_record(CLI::App& app, Chosen& chosen) {
       "  millrace record --window 30s --on-error -o incident.mcap");
   auto options = std::make_shared<Options>(command);
   add_options(command, *options);
-  command.callback([options, &chosen] { chosen.run = [options] { return record(*options); }; });
+  run_if_chosen(command, chosen, options, record);
 }
 
 namespace {

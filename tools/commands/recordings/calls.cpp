@@ -69,10 +69,8 @@ void add_calls(CLI::App& recording, Chosen& chosen) {
       "millrace recording calls run.mcap\n"
       "  millrace recording calls run.mcap 5f3a9c0112d4-17");
   auto options = std::make_shared<CallsOptions>(command);
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return options->call == fabric::CallId{} ? list(*options) : show(*options);
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    return wanted.call == fabric::CallId{} ? list(wanted) : show(wanted);
   });
 }
 

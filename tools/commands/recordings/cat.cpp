@@ -44,8 +44,7 @@ void add_cat(CLI::App& recording, Chosen& chosen) {
   add_file(command, options->file);
   add_recording_filter(command, options->filter);
   add_json(command, options->json);
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return print_entries(*options); }; });
+  run_if_chosen(command, chosen, options, print_entries);
 }
 
 }  // namespace millrace::tools::commands::recordings

@@ -61,8 +61,7 @@ void add_export(CLI::App& recording, Chosen& chosen) {
   command.add_option("-o,--output", options->output, "Write here instead of to standard output")
       ->type_name("FILE");
   add_recording_filter(command, options->filter);
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return export_file(*options); }; });
+  run_if_chosen(command, chosen, options, export_file);
 }
 
 }  // namespace millrace::tools::commands::recordings

@@ -50,7 +50,7 @@ void add_info(CLI::App& recording, Chosen& chosen) {
   command.add_flag("--hops", options->hops,
                    "Also p50, p99 and maximum of each hop and service; reads the whole file");
   add_json(command, options->json);
-  command.callback([options, &chosen] { chosen.run = [options] { return info(*options); }; });
+  run_if_chosen(command, chosen, options, info);
 }
 
 }  // namespace millrace::tools::commands::recordings

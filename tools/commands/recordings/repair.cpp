@@ -65,7 +65,7 @@ void add_repair(CLI::App& recording, Chosen& chosen) {
                   "The new file; by default FILE with .repaired before .mcap")
       ->type_name("FILE");
   add_json(command, options->json);
-  command.callback([options, &chosen] { chosen.run = [options] { return repair(*options); }; });
+  run_if_chosen(command, chosen, options, repair);
 }
 
 }  // namespace millrace::tools::commands::recordings

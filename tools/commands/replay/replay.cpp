@@ -197,7 +197,7 @@ void add_replay(CLI::App& app, Chosen& chosen) {
       "  millrace replay --as-cnc --rate 10 run.mcap\n"
       "  millrace replay --data --channel cnc=test run.mcap");
   auto options = std::make_shared<Options>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return replay(*options); }; });
+  run_if_chosen(command, chosen, options, replay);
 }
 
 namespace {

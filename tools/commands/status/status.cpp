@@ -232,7 +232,7 @@ void add_status(CLI::App& app, Chosen& chosen) {
       "  millrace status --host");
   command.footer(exit_codes + command.get_footer());
   auto options = std::make_shared<StatusOptions>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
+  run_if_chosen(command, chosen, options, check);
 }
 
 }  // namespace millrace::tools::commands::status

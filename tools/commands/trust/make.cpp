@@ -130,28 +130,32 @@ int revoke(const NamedOptions& options) {
   return base::program::exit_done;
 }
 
+template <typename Options>
+std::shared_ptr<Options> options_of(CLI::App& command) {
+  auto options = std::make_shared<Options>();
+  add_pki_folder(command, *options);
+  add_passphrase(command, *options);
+  return options;
+}
+
 }  // namespace
 
 void add_init(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(trust, "init", "Create the CAs of a fabric", "millrace trust init plant");
-  auto options = std::make_shared<InitOptions>();
-  add_pki_folder(command, *options);
-  add_passphrase(command, *options);
+  const auto options = options_of<InitOptions>(command);
   command.add_option("--fabric", options->fabric, "Name of the fabric")->capture_default_str();
   command.add_option("--name", options->name,
                      "Name of the PKI in certificates; default: the folder's name");
   command.add_option("--days", options->days, "Validity of the CAs")->capture_default_str();
-  command.callback([options, &chosen] { chosen.run = [options] { return init(*options); }; });
+  run_if_chosen(command, chosen, options, init);
 }
 
 void add_issue(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(trust, "issue", "Issue the credentials of a participant",
                      "millrace trust issue plant gateway-1 --role gateway --machine press_1");
-  auto options = std::make_shared<IssueOptions>();
-  add_pki_folder(command, *options);
-  add_passphrase(command, *options);
+  const auto options = options_of<IssueOptions>(command);
   command
       .add_option("name", options->participant.name,
                   "Participant: the name of its folder in the PKI folder")
@@ -177,45 +181,38 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
   command.add_flag(
       "--foreign", options->how.foreign,
       "For a process with another DDS (Fast DDS, for example): the others begin the handshake");
-  command.callback([options, &chosen] { chosen.run = [options] { return issue(*options); }; });
+  run_if_chosen(command, chosen, options, issue);
 }
 
 void add_renew(CLI::App& trust, Chosen& chosen) {
   CLI::App& command = add_subcommand(trust, "renew", "Make new credentials for a participant",
                                      "millrace trust renew plant gateway-1");
-  auto options = std::make_shared<NamedOptions>();
-  add_pki_folder(command, *options);
-  add_passphrase(command, *options);
+  const auto options = options_of<NamedOptions>(command);
   command.add_option("name", options->name, "Whose")->required();
   command.add_option("--days", options->days, "Validity of the certificate")->capture_default_str();
-  command.callback([options, &chosen] { chosen.run = [options] { return renew(*options); }; });
+  run_if_chosen(command, chosen, options, renew);
 }
 
 void add_renew_authorities(CLI::App& trust, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(trust, "renew-authorities", "Renew the CAs and all participants",
                      "millrace trust renew-authorities plant");
-  auto options = std::make_shared<AuthoritiesOptions>();
-  add_pki_folder(command, *options);
-  add_passphrase(command, *options);
+  const auto options = options_of<AuthoritiesOptions>(command);
   command.add_option("--days", options->days, "Validity of the CAs from now on")
       ->capture_default_str();
   command
       .add_option("--participant-days", options->participant_days,
                   "Validity of the participants' certificates")
       ->capture_default_str();
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return renew_authorities(*options); }; });
+  run_if_chosen(command, chosen, options, renew_authorities);
 }
 
 void add_revoke(CLI::App& trust, Chosen& chosen) {
   CLI::App& command = add_subcommand(trust, "revoke", "Revoke all certificates of a participant",
                                      "millrace trust revoke plant square-root");
-  auto options = std::make_shared<NamedOptions>();
-  add_pki_folder(command, *options);
-  add_passphrase(command, *options);
+  const auto options = options_of<NamedOptions>(command);
   command.add_option("name", options->name, "Whose")->required();
-  command.callback([options, &chosen] { chosen.run = [options] { return revoke(*options); }; });
+  run_if_chosen(command, chosen, options, revoke);
 }
 
 }  // namespace millrace::tools::commands::trust

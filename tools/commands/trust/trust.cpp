@@ -188,7 +188,7 @@ void add_list(CLI::App& trust, Chosen& chosen) {
   auto options = std::make_shared<ListOptions>();
   add_pki_folder(command, *options);
   add_json(command, options->json);
-  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+  run_if_chosen(command, chosen, options, list);
 }
 
 void add_show(CLI::App& trust, Chosen& chosen) {
@@ -198,7 +198,7 @@ void add_show(CLI::App& trust, Chosen& chosen) {
   add_pki_folder(command, *options);
   add_json(command, options->json);
   command.add_option("name", options->name, "Who")->required();
-  command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
+  run_if_chosen(command, chosen, options, show);
 }
 
 void add_export(CLI::App& trust, Chosen& chosen) {
@@ -212,8 +212,7 @@ void add_export(CLI::App& trust, Chosen& chosen) {
                   "The tar archive to write; - for the standard output")
       ->type_name("FILE")
       ->required();
-  command.callback(
-      [options, &chosen] { chosen.run = [options] { return write_archive(*options); }; });
+  run_if_chosen(command, chosen, options, write_archive);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // The controller itself, over ADS.
 #include <algorithm>
-#include <exception>
-#include <optional>
+#include <future>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -195,19 +195,12 @@ class Controller final : public Source {
   /// Runs it to its end and rethrows its exceptions.
   template <typename Result>
   Result run(asio::awaitable<Result> work) {
-    std::optional<Result> result;
-    std::exception_ptr failure;
-    asio::co_spawn(io_, std::move(work), [&](std::exception_ptr error, Result outcome) {
-      failure = std::move(error);
-      result = std::move(outcome);
-      io_.stop();
-    });
+    std::future<Result> result = asio::co_spawn(io_, std::move(work), asio::use_future);
     io_.restart();
-    io_.run();
-    if (failure) {
-      std::rethrow_exception(failure);
+    while (result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+      io_.run_one();
     }
-    return std::move(*result);
+    return result.get();
   }
 
   asio::io_context io_{1};

@@ -54,10 +54,8 @@ void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(std::vector<std::string>(cnc::variables::families.begin(),
                                                      cnc::variables::families.end())));
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return with_source(*options, [&](Source& source) { return list_families(*options, source); });
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    return with_source(wanted, [&](Source& source) { return list_families(wanted, source); });
   });
 }
 

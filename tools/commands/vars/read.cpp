@@ -44,10 +44,8 @@ void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen) {
           "A variable, as the program writes it; an array is read as a whole without index. "
           "Through a gateway also an object: block_number, mc_active_feed_override_r")
       ->required();
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return with_source(*options, [&](Source& source) { return read_all(*options, source); });
-    };
+  run_if_chosen(command, chosen, options, [](const auto& wanted) {
+    return with_source(wanted, [&](Source& source) { return read_all(wanted, source); });
   });
 }
 

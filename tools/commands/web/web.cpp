@@ -219,7 +219,7 @@ void add_web(CLI::App& app, Chosen& chosen) {
       ->type_name("UUID=STATE,...")
       ->allow_extra_args(false);
   program::add_log_level(command, options->level);
-  command.callback([options, &chosen] { chosen.run = [options] { return serve(*options); }; });
+  run_if_chosen(command, chosen, options, serve);
 }
 
 }  // namespace millrace::tools::commands::web

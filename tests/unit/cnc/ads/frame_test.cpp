@@ -208,10 +208,6 @@ TEST(NetId, IsNothingElse) {
   }
 }
 
-TEST(AmsAddress, IsWrittenAsNetIdAndPort) {
-  EXPECT_EQ((Address{*NetId::parse("127.0.0.1.1.1"), 552}).to_string(), "127.0.0.1.1.1:552");
-}
-
 TEST(AdsError, HasItsNumberAndItsText) {
   EXPECT_EQ(describe(ErrorCode::symbol_not_found), "0x710 symbol not found");
   EXPECT_EQ(describe(ErrorCode{0x274D}), "0x274d TCP: connection refused");

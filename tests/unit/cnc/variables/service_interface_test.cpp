@@ -158,15 +158,6 @@ TEST_F(ChannelTest, ReadsAndWritesByName) {
   EXPECT_THAT(cnc.values["V.G.A"], ElementsAre(5, 6, 7, 8));
 }
 
-TEST_F(ChannelTest, ReadsAndWritesByHandle) {
-  const auto handle = wait_for(sut->handle("V.G.A"));
-  ASSERT_TRUE(handle);
-  const ElementOf element{*handle, {}};
-  EXPECT_THAT(*wait_for(sut->read(element, 4)), ElementsAre(1, 2, 3, 4));
-  EXPECT_TRUE(wait_for(sut->write(element, Bytes{5, 6, 7, 8})));
-  EXPECT_THAT(cnc.values["V.G.A"], ElementsAre(5, 6, 7, 8));
-}
-
 TEST_F(ChannelTest, ReturnsTheErrorsOfTheController) {
   EXPECT_EQ(wait_for(sut->read("V.G.NONE", 4)).error(), ads::ErrorCode::symbol_not_found);
   Channel second(*client, 2);
