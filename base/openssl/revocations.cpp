@@ -147,8 +147,4 @@ Time RevocationList::from() const {
   return time_of(X509_CRL_get0_lastUpdate(list_.get()));
 }
 
-Time RevocationList::until() const {
-  return time_of(X509_CRL_get0_nextUpdate(list_.get()));
-}
-
 }  // namespace millrace::base::openssl

@@ -39,8 +39,6 @@ class RevocationList {
   [[nodiscard]] std::set<std::string> common_names() const;
   /// When the list was made.
   [[nodiscard]] Time from() const;
-  /// When a newer list must be present.
-  [[nodiscard]] Time until() const;
 
  private:
   using Owner = std::unique_ptr<X509_CRL, Free<X509_CRL_free>>;

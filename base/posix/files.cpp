@@ -75,13 +75,6 @@ Result write_durably(const fs::path& file, std::string_view content, mode_t mode
   return done;
 }
 
-Result remove_durably(const fs::path& file) {
-  if (::unlink(file.c_str()) != 0) {
-    return errno == ENOENT ? Result{} : failed("cannot remove", file);
-  }
-  return sync_folder(file);
-}
-
 Result rename_durably(const fs::path& from, const fs::path& to) {
   if (std::rename(from.c_str(), to.c_str()) != 0) {
     return failed("cannot rename to", to);

@@ -25,9 +25,6 @@ namespace millrace::base::posix {
 tl::expected<void, std::string> write_durably(const std::filesystem::path& file,
                                               std::string_view content, mode_t mode = 0640);
 
-/// Removes `file` durably (fsync of its folder); a missing file is not an error.
-tl::expected<void, std::string> remove_durably(const std::filesystem::path& file);
-
 /// Moves `from` to `to` on the same file system durably; replaces `to`.
 tl::expected<void, std::string> rename_durably(const std::filesystem::path& from,
                                                const std::filesystem::path& to);
