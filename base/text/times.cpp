@@ -16,24 +16,14 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-struct Unit {
-  std::string_view name;
-  double nanoseconds;
-};
-
-constexpr std::array<Unit, 8> units{{{"ns", 1},
-                                     {"us", 1e3},
-                                     {"ms", 1e6},
-                                     {"s", 1e9},
-                                     {"m", 60e9},
-                                     {"min", 60e9},
-                                     {"h", 3600e9},
-                                     {"d", 86400e9}}};
-
-std::optional<double> factor_of(std::string_view unit) {
-  const auto* const found = std::ranges::find(units, unit, &Unit::name);
-  return found == units.end() ? std::nullopt : std::optional(found->nanoseconds);
-}
+constexpr std::array<Unit, 8> time_units{{{"ns", 1},
+                                          {"us", 1e3},
+                                          {"ms", 1e6},
+                                          {"s", 1e9},
+                                          {"m", 60e9},
+                                          {"min", 60e9},
+                                          {"h", 3600e9},
+                                          {"d", 86400e9}}};
 
 /// Takes `before` and then `digits` digits from the front of `text`.
 std::optional<int> take(std::string_view& text, std::string_view before, std::size_t digits) {
@@ -95,23 +85,32 @@ std::optional<Time> point(std::string_view text) {
 
 }  // namespace
 
-tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
-  // In ns, about a century; more does not fit.
-  constexpr double longest = 3e18;
+std::optional<double> parse_scaled(std::string_view text, std::span<const Unit> units,
+                                   double default_factor) {
   double number = 0;
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error != std::errc{} || !std::isfinite(number) || number < 0) {
+    return std::nullopt;
+  }
   std::string_view unit(end, static_cast<std::size_t>(last - end));
   unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
-  const auto factor = factor_of(unit.empty() ? "s" : unit);
-  const double value = number * factor.value_or(0);
-  // False for NaN.
-  const bool in_range = value >= 0 && value <= longest;
-  if (error != std::errc{} || !factor || !in_range) {
+  const auto known = std::ranges::find(units, unit, &Unit::name);
+  if (known == units.end() && !unit.empty()) {
+    return std::nullopt;
+  }
+  return number * (unit.empty() ? default_factor : known->factor);
+}
+
+tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
+  // In ns, about a century; more does not fit.
+  constexpr double longest = 3e18;
+  const auto value = parse_scaled(text, time_units, 1e9);
+  if (!value || *value > longest) {
     return tl::unexpected(fmt::format(
         "'{}' is not a duration; expected a number with ns, us, ms, s, m or min, h or d", text));
   }
-  return nanoseconds(std::llround(value));
+  return nanoseconds(std::llround(*value));
 }
 
 tl::expected<Time, std::string> parse_time(std::string_view text, Time now) {

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,6 +16,16 @@
 namespace millrace::base::text {
 
 using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
+
+/// A unit and its factor.
+struct Unit {
+  std::string_view name;
+  double factor;
+};
+/// A finite number from 0 on with one of these units, or without for `default_factor`, after
+/// blanks.
+std::optional<double> parse_scaled(std::string_view text, std::span<const Unit> units,
+                                   double default_factor);
 
 /// A number, optionally with a fraction, and ns, us, ms, s, m or min, h, d: "250ms", "1.5 h", "7d".
 /// A number without unit is seconds. The error contains what was expected.

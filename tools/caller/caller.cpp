@@ -171,10 +171,6 @@ bool Caller::is_given_out(const fabric::CallId& call) const {
   return impl_->calls.is_given_out(call);
 }
 
-std::size_t Caller::pending() const {
-  return impl_->calls.pending();
-}
-
 std::string unique_machine(std::string_view prefix) {
   std::random_device source;
   return fmt::format("{}.{:08x}", prefix, source());

@@ -56,8 +56,6 @@ class Caller {
                                                             const fabric::ChannelKey& key) const;
   /// Whether an instance has the call now.
   [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;
-  /// Calls that have not ended.
-  [[nodiscard]] std::size_t pending() const;
 
  private:
   struct Impl;

@@ -35,7 +35,6 @@ class ControlFlow {
   }
   /// The smallest loop that has the operation; null if none has.
   [[nodiscard]] const Loop* innermost(std::size_t operation) const;
-  [[nodiscard]] const std::vector<Loop>& loops() const { return loops_; }
   /// Does the path to this operation leave the loop, perhaps by a jump ($BREAK)?
   [[nodiscard]] bool leaves(const Loop& loop, std::size_t operation) const;
 

@@ -190,12 +190,6 @@ class Reader {
 
 }  // namespace
 
-std::vector<Effect> effects_of(const syntax::Expression& expression) {
-  std::vector<Effect> effects;
-  Reader(effects).read(expression);
-  return effects;
-}
-
 std::vector<Effect> effects_of(const syntax::Statement& statement) {
   std::vector<Effect> effects;
   Reader reader(effects);

@@ -65,9 +65,6 @@ struct Effect {
 
 std::vector<Effect> effects_of(const syntax::Statement& statement);
 
-/// The effects of evaluating `expression`.
-std::vector<Effect> effects_of(const syntax::Expression& expression);
-
 /// A condition that compares RESPONSE_STATE with one value: after it the value is known.
 bool asks_for_one_state(const syntax::Expression& condition);
 

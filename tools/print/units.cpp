@@ -1,24 +1,19 @@
 #include "tools/print/units.hpp"
 
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <optional>
-#include <utility>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+
+#include "base/text/times.hpp"
 
 namespace millrace::tools::print {
 
 namespace {
 
+using base::text::Unit;
 using std::chrono::nanoseconds;
-
-struct Unit {
-  std::string_view name;
-  double factor;
-};
 
 /// As people write them: MB is 1,000,000 bytes, MiB 1,048,576.
 constexpr std::array<Unit, 19> size_units{{{"B", 1},
@@ -40,28 +35,6 @@ constexpr std::array<Unit, 19> size_units{{{"B", 1},
                                            {"MiB", 1024. * 1024},
                                            {"GiB", 1024. * 1024 * 1024},
                                            {"TiB", 1024. * 1024 * 1024 * 1024}}};
-
-/// A number followed by a unit, or by nothing for `default_factor`.
-template <std::size_t count>
-std::optional<double> parse_scaled(std::string_view text, const std::array<Unit, count>& units,
-                                   double default_factor) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || !std::isfinite(number) || number < 0) {
-    return std::nullopt;
-  }
-  std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
-  unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
-  if (unit.empty()) {
-    return number * default_factor;
-  }
-  for (const Unit& known : units) {
-    if (unit == known.name) {
-      return number * known.factor;
-    }
-  }
-  return std::nullopt;
-}
 
 std::string three_digits(double value) {
   return fmt::format("{:.{}f}", value, value < 10 ? 2 : value < 100 ? 1 : 0);
@@ -133,7 +106,7 @@ std::string size_text(std::uint64_t bytes) {
 
 tl::expected<std::uint64_t, std::string> parse_size(std::string_view text) {
   constexpr double largest = 1e18;
-  const auto value = parse_scaled(text, size_units, 1);
+  const auto value = base::text::parse_scaled(text, size_units, 1);
   if (!value || *value > largest) {
     return tl::unexpected(fmt::format(
         "'{}' is not a size; expected a number with B, kB, MB, GB or KiB, MiB, GiB, as in 64MiB",

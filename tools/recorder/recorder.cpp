@@ -23,7 +23,6 @@ void Ring::add(recording::Entry entry) {
     drop_oldest();
   }
   while (used_ > size_ && entries_.size() > 1) {
-    ++crowded_out_;
     drop_oldest();
   }
 }

@@ -42,8 +42,6 @@ class Ring {
   void take(const std::function<void(const recording::Entry&)>& use);
 
   [[nodiscard]] std::size_t count() const { return entries_.size(); }
-  /// Entries that were dropped before their time because the memory was full.
-  [[nodiscard]] std::uint64_t crowded_out() const { return crowded_out_; }
 
  private:
   void drop_oldest();
@@ -52,7 +50,6 @@ class Ring {
   std::uint64_t size_;
   std::deque<recording::Entry> entries_;
   std::uint64_t used_ = 0;
-  std::uint64_t crowded_out_ = 0;
 };
 
 /// The entries that came in, by their end: written to a file, filtered out, or dropped: by a

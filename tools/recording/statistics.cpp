@@ -39,22 +39,7 @@ void Histogram::add(Duration value) {
   }
   ++buckets_[bucket];
   ++count_;
-  sum_ += static_cast<double>(value.count());
   max_ = std::max(max_, value);
-}
-
-void Histogram::add(const Histogram& other) {
-  buckets_.resize(std::max(buckets_.size(), other.buckets_.size()));
-  for (std::size_t i = 0; i < other.buckets_.size(); ++i) {
-    buckets_[i] += other.buckets_[i];
-  }
-  count_ += other.count_;
-  sum_ += other.sum_;
-  max_ = std::max(max_, other.max_);
-}
-
-Histogram::Duration Histogram::mean() const {
-  return count_ == 0 ? Duration{} : Duration(std::llround(sum_ / static_cast<double>(count_)));
 }
 
 Histogram::Duration Histogram::percentile(double share) const {

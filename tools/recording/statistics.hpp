@@ -20,12 +20,9 @@ class Histogram {
 
   /// Negative values (clocks of two hosts that differ) count as 0.
   void add(Duration value);
-  void add(const Histogram& other);
 
   [[nodiscard]] std::uint64_t count() const { return count_; }
   [[nodiscard]] Duration max() const { return max_; }
-  /// Zero if there is no value.
-  [[nodiscard]] Duration mean() const;
   /// The value that `share` (0 to 1) of all values do not exceed; zero if there is none.
   [[nodiscard]] Duration percentile(double share) const;
 
@@ -36,7 +33,6 @@ class Histogram {
 
   std::vector<std::uint64_t> buckets_;
   std::uint64_t count_ = 0;
-  double sum_ = 0;
   Duration max_{};
 };
 
