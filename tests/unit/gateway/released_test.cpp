@@ -1,11 +1,10 @@
 // When an answer has arrived, and what counts as a new request after it.
-#include "gateway/channel/answer_writer.hpp"
-
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/channel/answer_writer.hpp"
 #include "tests/unit/gateway/channel_fixture.hpp"
 
 namespace millrace::gateway {
