@@ -66,10 +66,7 @@ TEST(Grants, LetAnObserverReadEachTopic) {
        of_access(Access::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
     topics.insert(grant.topic);
   }
-  Participant everybody{.name = "x",
-                        .roles = every_role,
-                        .uuids = {uuid},
-                        .machines = {"m"}};
+  Participant everybody{.name = "x", .roles = every_role, .uuids = {uuid}, .machines = {"m"}};
   for (const Grant& grant : of_access(Access::write, grants_of(everybody, "hall"))) {
     EXPECT_TRUE(topics.contains(grant.topic)) << grant.topic;
   }
