@@ -52,18 +52,6 @@ std::optional<Role> role_named(std::string_view name) {
   return found == names.end() ? std::nullopt : std::optional(found->first);
 }
 
-const std::vector<Role>& all_roles() {
-  static const std::vector<Role> all = [] {
-    std::vector<Role> roles;
-    roles.reserve(names.size());
-    for (const auto& [role, name] : names) {
-      roles.push_back(role);
-    }
-    return roles;
-  }();
-  return all;
-}
-
 bool is_participant_name(std::string_view name) {
   return !name.empty() && name.size() <= max_name && is_letter_or_digit(name.front()) &&
          std::ranges::all_of(name, [](char c) {

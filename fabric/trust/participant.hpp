@@ -31,8 +31,6 @@ enum class Role : std::uint8_t {
 /// "gateway", "service", "operator", "observer", "tester".
 std::string_view name_of(Role role);
 std::optional<Role> role_named(std::string_view name);
-/// All of them, in this order.
-const std::vector<Role>& all_roles();
 
 struct Participant {
   /// Of letters, digits, '-', '_' and '.', beginning with a letter or digit; at most 64.

@@ -249,13 +249,6 @@ std::string_view name_of(Protection protection) {
   return protection == Protection::sign ? "SIGN" : "ENCRYPT";
 }
 
-std::optional<Protection> protection_named(std::string_view name) {
-  if (name == name_of(Protection::sign)) {
-    return Protection::sign;
-  }
-  return name == name_of(Protection::encrypt) ? std::optional(Protection::encrypt) : std::nullopt;
-}
-
 std::string governance_document(Protection protection) {
   // Whole messages are protected (RTPS), and discovery: the contents of a message need no further
   // protection.

@@ -64,7 +64,6 @@ enum class Protection : std::uint8_t {
 
 /// "SIGN", "ENCRYPT".
 std::string_view name_of(Protection protection);
-std::optional<Protection> protection_named(std::string_view name);
 
 /// Cyclone's plugins know no domains beyond this one.
 inline constexpr std::uint32_t last_domain = 230;

@@ -23,7 +23,6 @@
 #include "services/http/transfers.hpp"
 #include "services/sdk/alarms.hpp"
 #include "services/sdk/file_changes.hpp"
-#include "services/sdk/file_changes.hpp"
 #include "services/sdk/instance.hpp"
 
 namespace millrace::services::http {

@@ -20,6 +20,8 @@ using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
 const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
+const std::set<Role> every_role{Role::gateway, Role::service, Role::operating, Role::observer,
+                                Role::tester};
 const std::string own = "hall/560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
 Participant service() {
@@ -64,10 +66,7 @@ TEST(Grants, LetAnObserverReadEachTopic) {
        of_access(Access::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
     topics.insert(grant.topic);
   }
-  Participant everybody{.name = "x",
-                        .roles = {all_roles().begin(), all_roles().end()},
-                        .uuids = {uuid},
-                        .machines = {"m"}};
+  Participant everybody{.name = "x", .roles = every_role, .uuids = {uuid}, .machines = {"m"}};
   for (const Grant& grant : of_access(Access::write, grants_of(everybody, "hall"))) {
     EXPECT_TRUE(topics.contains(grant.topic)) << grant.topic;
   }
@@ -112,7 +111,7 @@ TEST(Grants, OfAGatewayAllowTheIdentityOfItsMachinesOnly) {
 }
 
 TEST(Grants, AreOfOneFabric) {
-  for (const Role role : all_roles()) {
+  for (const Role role : every_role) {
     const Participant participant{.name = "x", .roles = {role}, .uuids = {uuid}, .machines = {"m"}};
     EXPECT_THAT(grants_of(participant, "hall"), Each(Field(&Grant::partition, StartsWith("hall"))));
   }
@@ -224,7 +223,6 @@ TEST(Governance, AllowsNoUnauthenticatedParticipants) {
                       HasSubstr("<enable_write_access_control>true<"),
                       HasSubstr(std::string("<rtps_protection_kind>") +
                                 std::string(name_of(protection)) + "<")));
-    EXPECT_EQ(protection_named(name_of(protection)), protection);
   }
 }
 
