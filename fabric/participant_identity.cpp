@@ -72,7 +72,8 @@ std::optional<ParticipantIdentity> parse_participant_identity(
 }
 
 std::string format_process_info(const ProcessInfo& where) {
-  return fmt::format("{}\n{}\n{}", where.pid, where.host, where.program);
+  return fmt::format("{}\n{}\n{}\n{}", where.pid, where.host, where.program,
+                     format_process_version(where.version));
 }
 
 std::optional<ProcessInfo> parse_process_info(std::string_view user_data) {
@@ -83,9 +84,11 @@ std::optional<ProcessInfo> parse_process_info(std::string_view user_data) {
   if (second == std::string_view::npos || !pid) {
     return std::nullopt;
   }
-  return ProcessInfo{.program = std::string(user_data.substr(second + 1)),
+  const std::string_view rest = user_data.substr(second + 1);
+  return ProcessInfo{.program = std::string(rest.substr(0, rest.find('\n'))),
                      .host = std::string(user_data.substr(first + 1, second - first - 1)),
-                     .pid = *pid};
+                     .pid = *pid,
+                     .version = parse_process_version(rest).value_or(ProcessVersion{})};
 }
 
 Authorization authorization_of(const IdentityStatus& status, std::string_view machine,

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "base/messages/message.hpp"
+#include "fabric/process_version.hpp"
 
 namespace millrace::fabric {
 
@@ -53,10 +54,11 @@ struct ProcessInfo {
   std::string program{};
   std::string host{};
   std::uint32_t pid = 0;
+  ProcessVersion version{};
   bool operator==(const ProcessInfo&) const = default;
 };
 
-/// "17\nhall-pc\narchiver"
+/// "17\nhall-pc\narchiver\n", and its version.
 std::string format_process_info(const ProcessInfo& where);
 /// Nothing if it is not of this form: an identity need not say it.
 std::optional<ProcessInfo> parse_process_info(std::string_view user_data);

@@ -16,6 +16,7 @@
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/entity.hpp"
+#include "fabric/participant_identity.hpp"
 
 namespace millrace::fabric::dds {
 
@@ -111,6 +112,12 @@ void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
   }
 }
 
+ProcessVersion own_version() {
+  return {.version = MILLRACE_VERSION,
+          .lowest_wire = lowest_wire_version,
+          .highest_wire = highest_wire_version};
+}
+
 Qos participant_qos(const ParticipantOptions& options) {
   Qos qos(dds_create_qos());
   // A Cyclone extension: on a participant, liveliness sets the lease it announces to others.
@@ -125,8 +132,12 @@ Qos participant_qos(const ParticipantOptions& options) {
     for (const char* const told : {"__ProcessName", "__Pid", "__Hostname"}) {
       dds_qset_prop(qos.get(), told, "");
     }
-  } else if (!options.name.empty()) {
-    dds_qset_entity_name(qos.get(), options.name.c_str());
+  } else {
+    const std::string version = format_process_version(own_version());
+    dds_qset_userdata(qos.get(), version.data(), version.size());
+    if (!options.name.empty()) {
+      dds_qset_entity_name(qos.get(), options.name.c_str());
+    }
   }
   return qos;
 }
@@ -136,7 +147,8 @@ ProcessInfo process_info_of(const ParticipantOptions& options) {
   ::gethostname(host.data(), host.size() - 1);
   return {.program = options.name.empty() ? program_invocation_short_name : options.name,
           .host = host.data(),
-          .pid = static_cast<std::uint32_t>(::getpid())};
+          .pid = static_cast<std::uint32_t>(::getpid()),
+          .version = own_version()};
 }
 
 }  // namespace

@@ -49,9 +49,6 @@ struct Topic {
   std::size_t most_keys = 0;
 };
 
-/// The wire version: the number in the names of all topics.
-inline constexpr int wire_version = 5;
-
 extern const Topic request_topic;
 extern const Topic reply_topic;
 extern const Topic channel_topic;

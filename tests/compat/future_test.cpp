@@ -319,6 +319,47 @@ TEST_F(AGatewayOfALaterVersion, HasUnknownDataProgramEventsAndAlarms) {
   EXPECT_THAT(entries, HasSubstr(R"_("type":"unknown (200)")_"));
 }
 
+/// A process of another wire beside programs of today: its topics have the number of that wire.
+class AProcessOfAnotherWire : public testing::Test {
+ protected:
+  std::string doctor(const std::string& announced, const char* topic = "millrace/v6/machine") {
+    const Peer sut(chain.domain(), announced);
+    const TopicOf10 of_that_wire{topic, &millrace_MachineStatus_desc};
+    static_cast<void>(sut.open_writer(of_that_wire, "millrace", {}));
+    Process process = chain.millrace({"doctor", "--wait", "1s"});
+    process.wait();
+    return process.output();
+  }
+
+  Chain chain;
+  Process service = chain.square_root({"--name", "sq1"});
+};
+
+TEST_F(AProcessOfAnotherWire, IsNamedByTheDoctorWithTheProcessesToUpgrade) {
+  const std::string text =
+      doctor("millrace-process 1\nversion=2.0.0\nlowest_wire=6\nhighest_wire=7\n");
+  EXPECT_THAT(text, testing::ContainsRegex("sq1 on [^\n]* understands wire version 5 \\(millrace "
+                                           "[^\n]*\\), not 6-7 \\(millrace 2\\.0\\.0\\)"));
+  EXPECT_THAT(text, testing::ContainsRegex("upgrade sq1 on "));
+}
+
+TEST_F(AProcessOfAnotherWire, IsKnownByTheNamesOfItsTopics) {
+  EXPECT_THAT(doctor(""),
+              testing::ContainsRegex("sq1 on [^\n]* understands wire version 5 .*not 6 of"));
+}
+
+TEST_F(AProcessOfAnotherWire, IsTheOneToUpgradeIfItsWireIsEarlier) {
+  const std::string text = doctor("", "millrace/request");
+  EXPECT_THAT(text, testing::ContainsRegex("future_test on [^\n]* understands wire version 1, not "
+                                           "5 \\(millrace [^\n]*\\) of "));
+  EXPECT_THAT(text, testing::ContainsRegex("upgrade future_test on "));
+}
+
+TEST_F(AProcessOfAnotherWire, ThatUnderstandsThatOfTodayIsNoProblem) {
+  EXPECT_THAT(doctor("millrace-process 1\nversion=1.9.0\nlowest_wire=5\nhighest_wire=6\n"),
+              AllOf(HasSubstr("sq1"), Not(HasSubstr("wire version"))));
+}
+
 /// Waits for a sample that `is_it`.
 template <typename Sample, typename IsIt, typename Repeat>
 void await_sample(Reader<Sample>& from, const std::string& what, IsIt is_it, Repeat repeat) {

@@ -112,9 +112,13 @@ dds_entity_t open_in(dds_entity_t participant, const TopicOf10& topic, const std
 
 }  // namespace
 
-Peer::Peer(std::uint32_t domain)
-    : domain_(checked(dds_create_domain(domain, configuration), "create the domain")),
-      participant_(checked(dds_create_participant(domain, nullptr, nullptr), "join")) {}
+Peer::Peer(std::uint32_t domain, const std::string& announced)
+    : domain_(checked(dds_create_domain(domain, configuration), "create the domain")) {
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_userdata(qos, announced.data(), announced.size());
+  participant_ = checked(dds_create_participant(domain, qos, nullptr), "join");
+  dds_delete_qos(qos);
+}
 
 Peer::~Peer() {
   dds_delete(participant_);

@@ -96,7 +96,8 @@ MILLRACE_TOPIC_OF_1_0(VariableReply)
 
 class Peer {
  public:
-  explicit Peer(std::uint32_t domain);
+  /// `announced`: the user_data of its participant.
+  explicit Peer(std::uint32_t domain, const std::string& announced = {});
   ~Peer();
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;

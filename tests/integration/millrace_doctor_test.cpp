@@ -127,24 +127,6 @@ TEST_F(TheDoctor, NamesAWriterWhoseQosOrTypeMatchesNoReader) {
   EXPECT_THAT(text, Not(ContainsRegex("of square_root on .* fits no")));
 }
 
-TEST_F(TheDoctor, NamesAProcessWithAnotherWireVersion) {
-  Process service = chain.square_root();
-  fabric::dds::Participant older({.domain = chain.domain(), .name = "older"});
-  const fabric::dds::Entity subscriber = fabric::wire::create_subscriber(
-      older, fabric::wire::service_partition("millrace", square_root));
-  fabric::wire::Topic first = fabric::wire::request_topic;
-  first.name = "millrace/request";
-  const fabric::dds::Entity requests = fabric::wire::create_topic(older, first);
-  const fabric::dds::Entity reader(
-      dds_create_reader(subscriber.handle(), requests.handle(),
-                        fabric::wire::reader_qos(first, fabric::wire::Keep::last).get(), nullptr));
-  ASSERT_GT(reader.handle(), 0);
-  EXPECT_THAT(examine(chain.domain()),
-              ContainsRegex("the reader of millrace/request of older on .* it uses wire "
-                            "version 1, this is version 5"));
-  EXPECT_EQ(exit_code, 1);
-}
-
 /// An instance on a host with a wrong clock.
 class Elsewhere : public fabric::endpoints::ReplyEndpointListener,
                   public fabric::endpoints::CommandListener {

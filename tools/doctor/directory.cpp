@@ -188,6 +188,7 @@ void Directory::drain() {
       who.name = where->program;
       who.host = where->host;
       who.pid = std::to_string(where->pid);
+      owner->second.version = where->version;
     }
   }
 }
@@ -206,6 +207,7 @@ void Directory::drain_participants() {
     seen.who.process = property(sample.qos, "__ProcessName");
     seen.who.pid = property(sample.qos, "__Pid");
     seen.addresses = addresses_in(property(sample.qos, "__NetworkAddresses"));
+    seen.version = fabric::parse_process_version(user_data(sample.qos));
     seen.self = std::memcmp(sample.key.v, own_.v, sizeof own_.v) == 0;
   };
   while (fabric::wire::take_lent<dds_builtintopic_participant_t>(participant_reader_.handle(),

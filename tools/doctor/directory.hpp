@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "base/messages/message.hpp"
 #include "fabric/dds/entity.hpp"
 #include "fabric/dds/participant.hpp"
+#include "fabric/process_version.hpp"
 #include "tools/doctor/announcement.hpp"
 
 namespace millrace::tools::doctor {
@@ -50,6 +52,8 @@ struct SeenParticipant {
   Announcement who{};
   /// "10.77.0.3", …: its addresses, in Cyclone's form.
   std::string addresses{};
+  /// As announced.
+  std::optional<fabric::ProcessVersion> version{};
   bool self = false;
 };
 

@@ -1,7 +1,6 @@
 #include "tools/doctor/examine.hpp"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <optional>
 #include <set>
@@ -13,7 +12,6 @@
 
 #include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
-#include "base/text/ascii.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/endpoints/discovery.hpp"
 #include "fabric/observer/observer.hpp"
@@ -199,36 +197,13 @@ std::vector<Message> reasons_of(const SeenEndpoint& endpoint, const Topic& topic
   return reasons;
 }
 
-/// The wire version in the names of its topics; nullopt if none of them has one.
-std::optional<std::uint32_t> version_of(std::string_view topic) {
-  constexpr std::array first{"millrace/request", "millrace/reply", "millrace/instance"};
-  if (std::ranges::find(first, topic) != first.end()) {
-    return 1;
-  }
-  constexpr std::string_view prefix = "millrace/v";
-  if (!topic.starts_with(prefix)) {
-    return std::nullopt;
-  }
-  topic.remove_prefix(prefix.size());
-  return base::text::parse_number<std::uint32_t>(topic.substr(0, topic.find('/')));
-}
-
 /// The mistakes in others' endpoints of this fabric: QoS or type match no millrace process, or DDS
 /// does not match a writer although both fit.
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric) {
   std::vector<Misfit> all;
-  std::set<std::pair<Handle, std::uint32_t>> told;
   for (const auto& [handle, endpoint] : directory.endpoints()) {
     const Topic* topic = TopicReaders::topic_named(endpoint.topic);
-    const auto version = version_of(endpoint.topic);
-    if (topic == nullptr && version && *version != fabric::wire::wire_version &&
-        is_in(endpoint, fabric) && told.emplace(endpoint.participant, *version).second) {
-      all.push_back({endpoint.topic,
-                     endpoint.writer,
-                     text_of(directory, endpoint.participant),
-                     {messages::wire_version_differs(*version, fabric::wire::wire_version)}});
-    }
     if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
       continue;
     }
@@ -257,6 +232,15 @@ std::set<std::pair<Handle, std::string>> proved_services(const Directory& direct
   return all;
 }
 
+/// Of a process that announces none: from the name of one of its topics.
+void add_wire_version(std::string_view topic, fabric::ProcessVersion& process) {
+  if (const auto version = fabric::wire_version_of(topic)) {
+    process.lowest_wire =
+        process.lowest_wire == 0 ? *version : std::min(process.lowest_wire, *version);
+    process.highest_wire = std::max(process.highest_wire, *version);
+  }
+}
+
 /// The other processes on the domain. `authenticator` is null without trust.
 std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
                                  const std::set<Handle>& matched,
@@ -272,6 +256,7 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
                              .pid = participant.who.pid,
                              .addresses = participant.addresses,
                              .self = participant.self,
+                             .version = participant.version.value_or(fabric::ProcessVersion{}),
                              .announces_identity = authenticator == nullptr || participant.self ||
                                                    authenticator->look_up(handle).status.identity});
   }
@@ -279,6 +264,9 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
     const auto program = programs.find(endpoint.participant);
     if (program == programs.end()) {
       continue;
+    }
+    if (!directory.participants().at(endpoint.participant).version && is_in(endpoint, fabric)) {
+      add_wire_version(endpoint.topic, program->second.version);
     }
     for (const std::string& partition : endpoint.partitions) {
       program->second.fabrics.insert(fabric_of(partition));

@@ -11,6 +11,7 @@
 #include "base/messages/message.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/plant/plant.hpp"
+#include "fabric/process_version.hpp"
 #include "tools/doctor/announcement_receiver.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/network.hpp"
@@ -49,6 +50,8 @@ struct Program {
   std::string pid{};
   std::string addresses{};
   bool self = false;
+  /// As announced; otherwise the wire versions of its topics.
+  fabric::ProcessVersion version{};
   /// The fabrics in which it has endpoints.
   std::set<std::string> fabrics{};
   /// It has the writers of a gateway; is_heard() shows whether samples arrive.

@@ -80,11 +80,55 @@ TEST(Issuer, IsTheNameInTheCertificate) {
 }
 
 TEST(AnIdentity, NamesItsProcess) {
-  const ProcessInfo where{.program = "archiver", .host = "hall-pc", .pid = 17};
+  const ProcessInfo where{.program = "archiver",
+                          .host = "hall-pc",
+                          .pid = 17,
+                          .version = {.version = "1.0.0", .lowest_wire = 5, .highest_wire = 6}};
   EXPECT_EQ(parse_process_info(format_process_info(where)), where);
+  const ProcessInfo of_another_make{.program = "archiver", .host = "hall-pc", .pid = 17};
+  EXPECT_EQ(parse_process_info("17\nhall-pc\narchiver"), of_another_make);
   for (const char* other : {"", "17", "17\nhall-pc", "x\nhall-pc\narchiver", "-1\na\nb"}) {
     EXPECT_EQ(parse_process_info(other), std::nullopt) << other;
   }
+}
+
+TEST(TheVersionOfAProcess, IsReadWithLinesOfALaterVersion) {
+  const ProcessVersion sut{.version = "1.2.0", .lowest_wire = 5, .highest_wire = 6};
+  EXPECT_EQ(parse_process_version(format_process_version(sut)), sut);
+  EXPECT_EQ(parse_process_version(format_process_version(sut) + "later=x\nlater\n"), sut);
+}
+
+TEST(TheVersionOfAProcess, IsUnknownWithoutARangeOfWireVersions) {
+  for (const char* other :
+       {"", "lowest_wire=5\nhighest_wire=6\n", "millrace-process 1\nlowest_wire=5\n",
+        "millrace-process 1\nlowest_wire=6\nhighest_wire=5\n",
+        "millrace-process 1\nlowest_wire=0\nhighest_wire=5\n",
+        "millrace-process 1\nlowest_wire=x\nhighest_wire=5\n"}) {
+    EXPECT_EQ(parse_process_version(other), std::nullopt) << other;
+  }
+  const std::string flood = "millrace-process 1\nversion=" + std::string(60'000, 'x') +
+                            "\nlowest_wire=5\nhighest_wire=5\n";
+  EXPECT_LE(parse_process_version(flood).value().version.size(), 64U);
+}
+
+TEST(TheVersionOfAProcess, IsTooOldForOneWhoseWireVersionsAreAllLater) {
+  const ProcessVersion five{.lowest_wire = 5, .highest_wire = 5};
+  const ProcessVersion both{.lowest_wire = 5, .highest_wire = 6};
+  const ProcessVersion six{.lowest_wire = 6, .highest_wire = 6};
+  EXPECT_TRUE(is_too_old_for(five, six));
+  EXPECT_FALSE(is_too_old_for(six, five));
+  EXPECT_FALSE(is_too_old_for(five, both));
+  EXPECT_FALSE(is_too_old_for(both, six));
+  EXPECT_FALSE(is_too_old_for({}, six));
+  EXPECT_FALSE(is_too_old_for(five, {}));
+}
+
+TEST(TheVersionOfAProcess, IsInTheNamesOfItsTopics) {
+  EXPECT_EQ(wire_version_of("millrace/v12/request"), 12U);
+  EXPECT_EQ(wire_version_of("millrace/request"), 1U);
+  EXPECT_EQ(wire_version_of("millrace/vx/request"), std::nullopt);
+  EXPECT_EQ(wire_version_of("other"), std::nullopt);
+  EXPECT_EQ(wire_version_of(identity_topic_name), highest_wire_version);
 }
 
 std::string read(const std::string& name) {

@@ -1,5 +1,6 @@
 #include "tools/doctor/checks/checks.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <set>
@@ -38,6 +39,10 @@ Report::Message program_text(const Announcement& who) {
                      who.pid.empty() ? "" : ", pid " + safe(who.pid));
 }
 
+Report::Message program_text(const Program& program) {
+  return program_text(Announcement{.name = program.name, .host = program.host, .pid = program.pid});
+}
+
 void Report::concern(const fabric::plant::Concern& concern) {
   const Message reason =
       concern.why.empty() ? concern.what : messages::about(concern.what, concern.why);
@@ -61,7 +66,30 @@ void at_endpoints(const Findings& found, Report& report) {
   }
 }
 
+namespace {
+
+/// Each process of this fabric that does not understand another one, once.
+void at_wire_versions(const Findings& found, Report& report) {
+  const auto is_here = [&](const Program& program) {
+    return program.fabrics.contains(found.joining.fabric);
+  };
+  for (const Program& program : found.programs) {
+    const auto later = std::ranges::find_if(found.programs, [&](const Program& other) {
+      return is_here(other) && is_too_old_for(program.version, other.version);
+    });
+    if (is_here(program) && later != found.programs.end()) {
+      report.problem(
+          messages::wire_version_differs(program_text(program), wire_text(program.version),
+                                         wire_text(later->version), program_text(*later)),
+          messages::upgrade_process(program_text(program)));
+    }
+  }
+}
+
+}  // namespace
+
 void at_versions(const Findings& found, Report& report) {
+  at_wire_versions(found, report);
   for (const auto& [key, status] : found.live.machines()) {
     if (!status.version.empty() && status.version != found.joining.version) {
       report.warning(messages::gateway_version_differs(safe(status.machine), safe(status.version),

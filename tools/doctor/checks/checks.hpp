@@ -68,6 +68,7 @@ void at_clocks(const Findings& found, Report& report);
 std::string list_of(const std::set<std::string>& names);
 /// "name on host, pid 17", as far as it is known.
 base::messages::Message program_text(const Announcement& who);
+base::messages::Message program_text(const Program& program);
 
 // The interface by which this process joins the fabric.
 

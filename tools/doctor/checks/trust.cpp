@@ -27,10 +27,6 @@ std::string text_of(const fabric::ParticipantIdentity& identity) {
                          : " of " + safe(fmt::format("{}", fmt::join(identity.machines, ", "))));
 }
 
-std::string text_of(const Program& program) {
-  return program_text({.name = program.name, .host = program.host, .pid = program.pid}).text;
-}
-
 void at_our_own(const Joining& joining, Report& report) {
   const base::messages::Message text = messages::own_certificate(
       safe(joining.trusted_as), fmt::format("{:%F %R}", joining.trusted_until));
@@ -60,7 +56,7 @@ void at_trust(const Findings& found, Report& report) {
     const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
     if (program != found.programs.end() && !program->self && !program->fabrics.empty() &&
         each.who.shows_certificate) {
-      believed.insert(text_of(*program) +
+      believed.insert(program_text(*program).text +
                       (each.who.certificate.empty() ? "" : " as " + safe(each.who.certificate)));
     }
   }
@@ -76,7 +72,7 @@ void at_trust(const Findings& found, Report& report) {
   }
   for (const Program& program : found.programs) {
     if (!program.announces_identity && program.fabrics.contains(found.joining.fabric)) {
-      report.problem(messages::no_identity_announced(text_of(program)),
+      report.problem(messages::no_identity_announced(program_text(program).text),
                      messages::runs_earlier_version());
     }
   }

@@ -437,6 +437,23 @@ TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
   EXPECT_TRUE(is_healthy(sut()));
 }
 
+TEST_F(TheDoctor, NamesAProcessWithoutACommonWireVersionAndWhichToUpgrade) {
+  add_healthy_plant();
+  found.programs.at(0).version = {.version = "1.1.0", .lowest_wire = 5, .highest_wire = 6};
+  found.programs.at(1).version = {.version = "1.0.0", .lowest_wire = 5, .highest_wire = 5};
+  EXPECT_TRUE(is_healthy(sut()));
+  add_program(3, "later").version = {.version = "2.0.0", .lowest_wire = 6, .highest_wire = 7};
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem,
+                          "gateway on host-gateway, pid 17 understands wire version 5 (millrace "
+                          "1.0.0), not 6-7 (millrace 2.0.0) of later on host-later, pid 17",
+                          "upgrade gateway on host-gateway, pid 17")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "doctor on host-doctor"))));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "sq1 on host-sq1"))));
+  found.programs.back().fabrics = {"hall-2"};
+  EXPECT_TRUE(is_healthy(sut()));
+}
+
 TEST_F(TheDoctor, ComparesClocksOnlyWithinTheirError) {
   add_healthy_plant();
   const auto with = [&](std::chrono::nanoseconds ahead, std::chrono::nanoseconds error) {
