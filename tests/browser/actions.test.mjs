@@ -261,6 +261,32 @@ test('a blocked call that is answered through the page ends the program', async 
   await page.close();
 });
 
+test('what a German reader acknowledges has its English name for an English one, also after a restart', async () => {
+  const recorder = await plant.recorder(plant.file('killed.mcap')).ready();
+  const { pid } = recorder.child;
+  const names = { de: `auf \\S+, Prozess ${pid}`, en: `on \\S+, pid ${pid}` };
+  const taken = { de: 'übernommen von anna', en: 'taken by anna' };
+  const page = await browser.open(web.url, { view: '#/plant', language: 'de' });
+  await recorder.stop('SIGKILL');
+  const card = '.concern[data-kind="process gone"]';
+  await awaitText(page, `${card} .concern-name`, new RegExp(`${names.de}$`));
+  await page.click(`${card} [data-action="acknowledge"]`);
+  await logIn(page, 'a good password');
+  await page.waitForSelector('dialog input[name="note"]');
+  await page.click('dialog [data-confirm]');
+  const event = '.events li[data-event="acknowledged"] .event-what';
+  await awaitText(page, event, new RegExp(`${names.de}: ${taken.de}$`));
+  await web.stop('SIGKILL');
+  web = await plant.web({ port: web.port, flags });
+  for (const language of ['en', 'de']) {
+    const other = await browser.open(web.url, { view: '#/plant', language });
+    await awaitText(other, event, new RegExp(`${names[language]}: ${taken[language]}$`));
+    await other.close();
+  }
+  browser.forgetUnreachable();
+  await page.close();
+});
+
 test('a machine whose gateway is gone is forgotten on all pages, until it is reported again', async () => {
   await plant.cnc();
   await gateway.stop('SIGKILL');
@@ -277,6 +303,8 @@ test('a machine whose gateway is gone is forgotten on all pages, until it is rep
   for (const each of [page, other]) {
     await each.waitForFunction((selector) => !document.querySelector(selector) && !document.querySelector('.machine'), {}, card);
   }
+  await awaitText(page, '.events li[data-event="machine forgotten"]', /cnc: forgotten by anna$/);
+  await awaitText(other, '.events li[data-event="machine forgotten"]', /cnc: vergessen von anna$/);
   gateway = await plant.gateway();
   await page.waitForSelector('[data-channel="cnc/1"][data-state="idle"]');
   await page.close();

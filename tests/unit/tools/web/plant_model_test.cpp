@@ -474,6 +474,7 @@ TEST_F(APlantModel, ShowsWhatWasAcknowledgedAsAMessage) {
   const boost::json::object taken = first(*changes, "acknowledged");
   EXPECT_EQ(taken.at("name"), "archiver on hall, pid 7");
   EXPECT_EQ(taken.at("name_code"), "process_on_host");
+  EXPECT_EQ(sut.events().at(0).at("name_code"), "process_on_host");
   EXPECT_EQ(taken.at("name_arguments"), boost::json::array({"archiver", "hall", "7"}));
 }
 
@@ -490,6 +491,9 @@ TEST_F(APlantModel, ForgetsMachinesWithoutAGateway) {
   const boost::json::object& gone = changes->at("gone").as_object();
   EXPECT_EQ(first(gone, "machines").at("gateway").as_string().c_str(), id(1).to_string());
   EXPECT_EQ(first(gone, "channels").at("channel"), 1);
+  EXPECT_EQ(sut.events().at(0).at("kind"), "machine forgotten");
+  EXPECT_EQ(sut.events().at(0).at("machines"), boost::json::array({"cnc"}));
+  EXPECT_EQ(sut.events().at(0).at("text"), "anna");
   EXPECT_TRUE(sut.machines().empty());
   EXPECT_TRUE(sut.snapshot(after(300)).at("channels").as_array().empty());
   add({machine(1, "gw")});
