@@ -13,9 +13,9 @@ namespace millrace::services::batch {
 struct Changes {
   /// UUIDs to remove from the fabric after their running calls.
   std::vector<std::string> stop;
-  /// Scripts to register, after the stops (a script with a changed registration is in both).
+  /// Scripts to register, after the stops (a script with a changed announcement is in both).
   std::vector<Script> start;
-  /// Scripts with the same registration that run differently from the next call on.
+  /// Scripts with the same announcement that run differently from the next call on.
   std::vector<Script> update;
 };
 

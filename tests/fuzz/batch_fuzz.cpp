@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   Script script;
-  script.registration.name = "program";
+  script.announcement.name = "program";
   script.accept_empty = (data[0] & 1U) != 0;
   script.encoding = (data[0] & 2U) != 0 ? Encoding::utf8 : Encoding::cp1252;
   script.too_long = (data[0] & 4U) != 0 ? TooLong::cut : TooLong::refuse;

@@ -47,7 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if ((data[1] & 0x80U) != 0) {
     exchange.retry_after = std::chrono::seconds(data[0]);
   }
-  const Endpoint endpoint{.name = "press", .url = "http://127.0.0.1:8000/x"};
+  const Endpoint endpoint{.announcement = {.name = "press"}, .url = "http://127.0.0.1:8000/x"};
   const Verdict verdict = judge(endpoint, exchange);
   if (const auto* answer = std::get_if<Answer>(&verdict)) {
     check(answer->response, true);

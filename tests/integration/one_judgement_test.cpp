@@ -327,9 +327,9 @@ TEST_F(OneJudgement, IsSaidInAMailInTheSameWords) {
   const auto inbox = chain.folder() / "inbox";
   std::filesystem::create_directory(inbox);
   Process server({"/usr/bin/python3", MILLRACE_SMTP_SERVER, inbox.string(), "--port", "0"});
-  const std::string port = server.await("^ready: (\\d+)").at(1);
+  const std::string smtp_port = server.await("^ready: (\\d+)").at(1);
   std::ofstream(chain.folder() / "mail.textproto")
-      << "server { host: 'localhost' port: " << port << " starttls: OFF }\n"
+      << "server { host: 'localhost' port: " << smtp_port << " starttls: OFF }\n"
       << "from: 'press@example.com'\n"
          "recipient { name: 'shift' address: 'eva@example.com' }\n"
          "rule { name: 'act' concern: ACT after_s: 0 to: 'shift' text: "
