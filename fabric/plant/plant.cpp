@@ -1,6 +1,7 @@
 #include "fabric/plant/plant.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 #include <set>
 
@@ -350,12 +351,21 @@ const Alarm* Plant::journal_alarm(std::string_view machine) const {
   return nullptr;
 }
 
+namespace {
+
+bool is_same_in_any_case(const std::string& left, const std::string& right) {
+  const auto small = [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; };
+  return std::ranges::equal(left, right, {}, small, small);
+}
+
+}  // namespace
+
 std::vector<const KnownInstance*> Plant::instances_of(const std::string& what) const {
   const std::string canonical = canonical_uuid(what);
   std::vector<const KnownInstance*> found;
   for (const auto& [id, instance] : instances_) {
     if (what.empty() || instance.identity.uuid == canonical || id.to_string() == canonical ||
-        instance.identity.name == what) {
+        is_same_in_any_case(instance.identity.name, what)) {
       found.push_back(&instance);
     }
   }

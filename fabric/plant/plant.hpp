@@ -129,8 +129,8 @@ class Plant {
   [[nodiscard]] const Alarm* journal_alarm(std::string_view machine) const;
   /// Nothing where no program runs and none was aborted, or where its state is unknown.
   [[nodiscard]] const Program* program_of(const ChannelKey& key) const;
-  /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
-  /// two; all for an empty text.
+  /// The instances whose UUID, id or name is `what`, without regard to the case of ASCII letters;
+  /// all for an empty text.
   [[nodiscard]] std::vector<const KnownInstance*> instances_of(const std::string& what) const;
 
  private:

@@ -320,7 +320,7 @@ void AnswerWriter::on_link_up() {
   read_again();
   // LATE: an acknowledged write may still take effect later, and the final response must not follow
   // an interim one before that.
-  if (kind_ == Kind::final && sent_.zero.times == 0 && sent_.state.times == 0) {
+  if (kind_ == Kind::final && !may_be_cleared() && !may_be_released()) {
     sent_.text = {};
   }
 }

@@ -78,8 +78,8 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     Clock::time_point at;
   };
 
-  /// An instance that was commanded to leave may be gone by now: its outcome comes before the news of
-  /// that.
+  /// An instance that was commanded to leave may be gone by now: its outcome comes before the news
+  /// of that.
   void drain() {
     outcomes_.drain();
     hear();

@@ -9,21 +9,30 @@
 
 namespace millrace::tools::commands {
 
+namespace {
+
+std::string small_letters(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) {
+    return static_cast<char>(c < 0x80 ? std::tolower(c) : c);
+  });
+  return text;
+}
+
+Match match_of(const std::string& name, const std::string& what) {
+  const std::string small = small_letters(name);
+  return name == what                             ? Match::exact
+         : small == fabric::canonical_uuid(what)  ? Match::exact
+         : small == small_letters(what)           ? Match::any_case
+         : small.starts_with(small_letters(what)) ? Match::begins
+                                                  : Match::none;
+}
+
+}  // namespace
+
 Match match(const Names& names, const std::string& what) {
-  // The beginning of a UUID is none, so it is not in lower case yet.
-  std::string canonical = fabric::canonical_uuid(what);
-  if (what.find_first_not_of("0123456789abcdefABCDEF-") == std::string::npos) {
-    std::ranges::transform(canonical, canonical.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  }
   Match best = Match::none;
   for (const std::string& name : names) {
-    if (name == what || name == canonical) {
-      return Match::exact;
-    }
-    if (name.starts_with(what) || name.starts_with(canonical)) {
-      best = Match::begins;
-    }
+    best = std::max(best, match_of(name, what));
   }
   return best;
 }

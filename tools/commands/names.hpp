@@ -14,8 +14,9 @@ namespace millrace::tools::commands {
 
 using Names = std::vector<std::string>;
 
-enum class Match : std::uint8_t { none, begins, exact };
-/// UUIDs are compared without regard to case.
+/// `exact`: also in upper and lower case.
+enum class Match : std::uint8_t { none, begins, any_case, exact };
+/// UUIDs and names are compared without regard to the case of ASCII letters.
 Match match(const Names& names, const std::string& what);
 
 /// The rows with the name `what`, or else those with a name that begins with it; all for "".

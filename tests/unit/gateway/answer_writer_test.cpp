@@ -250,6 +250,19 @@ TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared
   EXPECT_EQ(read(sut, pending), Step::write_response);
 }
 
+// RESPONSE is the only write of this answer: written once more, it could answer the next request.
+TEST_F(AnAnswer, ThatMayHaveReleasedItsProgramIsNotWrittenBlindlyOnANewLink) {
+  AnswerWriter sut = writer(0, fabric::CompletionSignal::response);
+  sut.set_clearing({.is_shown = false, .is_written = false});
+  ASSERT_EQ(read(sut, pending), Step::record_clearing);
+  ASSERT_EQ(sut.on_recorded(true), Step::read);
+  ASSERT_EQ(read(sut, pending), Step::write_response);
+  sut.on_unknown(now);
+  sut.on_link_up();
+  EXPECT_TRUE(sut.may_be_released());
+  EXPECT_EQ(read(sut, pending), Step::read) << "it may be late";
+}
+
 TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt) {
   AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
   sut.set_clearing({.is_shown = false, .is_written = false});

@@ -5,6 +5,7 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/plant/assess.hpp"
 #include "fabric/profile/given_flags.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
@@ -19,6 +20,20 @@ namespace {
 
 std::chrono::milliseconds patience_of(const OperateOptions& options) {
   return std::chrono::ceil<std::chrono::milliseconds>(options.timeout);
+}
+
+/// No gateway can be asked: it is gone, or this is the wrong fabric.
+void print_why_no_gateway(const fabric::plant::Plant& live, const std::string& flags) {
+  using fabric::plant::Kind;
+  const auto concerns =
+      fabric::plant::assess(live, std::chrono::system_clock::now(), {.flags = flags});
+  for (const fabric::plant::Concern& concern : concerns) {
+    if (concern.kind == Kind::no_gateway || concern.kind == Kind::gateway_gone) {
+      fmt::print(stderr, "millrace: {}: {}; {}\n", concern.what.text,
+                 base::text::safe(concern.why.text),
+                 base::text::safe(fabric::plant::advice_of(concern.todo)));
+    }
+  }
 }
 
 }  // namespace
@@ -136,6 +151,8 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                  "accepted can be answered or retried: start the service, or correct the NC "
                  "program and reset it; 'millrace services{}' shows the services\n",
                  key.to_string(), base::text::safe(channel->second.reason.text), flags);
+    } else if (!live.has_gateway()) {
+      print_why_no_gateway(live, flags);
     } else {
       fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels{}' shows them\n",
                  key.to_string(), flags);

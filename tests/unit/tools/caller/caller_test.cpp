@@ -9,11 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "base/program/log.hpp"
+#include "fabric/plant/plant.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/wait_for.hpp"
-#include "fabric/plant/plant.hpp"
 #include "tools/caller/calls.hpp"
 
 namespace millrace::tools::caller {

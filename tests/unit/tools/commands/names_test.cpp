@@ -21,10 +21,14 @@ TEST(AName, ChoosesTheRowThatHasItOrElseThoseThatBeginWithIt) {
   EXPECT_THAT(those(""), testing::SizeIs(3));
 }
 
-TEST(AName, IsComparedWithoutRegardToCaseWhereItIsAUuid) {
+TEST(AName, IsComparedWithoutRegardToCaseUnlessARowHasItInThisCase) {
   EXPECT_THAT(those("560AACBF-6335-44A9-895A-8B27F3ED5E47"), testing::SizeIs(1));
   EXPECT_THAT(those("560AACBF-63"), testing::SizeIs(1));
-  EXPECT_THAT(those("MILL"), IsEmpty());
+  EXPECT_THAT(those("MILL"), ElementsAre("mill"));
+  EXPECT_THAT(those("MI"), ElementsAre("mill", "mill_2"));
+  EXPECT_EQ(match({"mill"}, "MILL"), Match::any_case);
+  EXPECT_EQ(match({"mill"}, "mill"), Match::exact);
+  EXPECT_EQ(match({"mill", "Mill"}, "Mill"), Match::exact);
 }
 
 }  // namespace
