@@ -297,13 +297,13 @@ for (const language of ['en', 'de']) {
     const more = { '/api/calls': { kept: 3, calls: [{ call: 'a-3', failed: true, response: 'text "x" is no number', response_state: 99 }, { call: 'a-2', end: 'withdrawn', failed: true },
       { call: 'a-1', failed: false, response: 'ok, 3 parts', response_state: 7, ended: '2026-03-01T07:00:00.5Z' }] } };
     await withPage({ causes: ['held'], more }, { view: '#/plant', language }, async (page) => {
-      await page.click('[data-action="answer"]');
+      await (await page.waitForSelector('[data-action="answer"]')).click();
       await awaitText(page, '.last-response', language === 'en' ? /^ok, 3 parts state 7, 2026-03-01 07:00:00$/ : /^ok, 3 parts Zustand 7, 2026-03-01 07:00:00$/);
       assert.deepEqual(await violations(page), []);
       await picture(page, `answer-last-${language}`);
     });
     await withPage({ causes: ['held'] }, { view: '#/plant', language }, async (page) => {
-      await page.click('[data-action="answer"]');
+      await (await page.waitForSelector('[data-action="answer"]')).click();
       await awaitText(page, '.last-response', /^–$/);
     });
   });

@@ -13,6 +13,7 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -88,7 +89,15 @@ std::string refusal_of(const std::string& request) {
   return frame;
 }
 
-enum class Order { none, release, cut_before, cut_after, silence, silence_after };
+enum class Order {
+  none,
+  release,
+  release_if_connected,
+  cut_before,
+  cut_after,
+  silence,
+  silence_after
+};
 
 struct Connection {
   int gateway = -1;
@@ -109,6 +118,11 @@ struct Connection {
     ::shutdown(controller, SHUT_RDWR);
   }
 };
+
+bool is_closed(int socket) {
+  pollfd end{.fd = socket, .events = POLLRDHUP, .revents = 0};
+  return ::poll(&end, 1, 0) == 1 && (end.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
 
 }  // namespace
 
@@ -270,7 +284,10 @@ bool AdsProxy::Impl::hold(Connection& connection, const std::string& frame,
   changed.notify_all();
   changed.wait(lock, [&] { return order != Order::none || ending; });
   const bool executed = order == Order::cut_after || order == Order::silence_after;
-  if (order == Order::release) {
+  if (order == Order::release_if_connected && is_closed(connection.gateway)) {
+    return false;
+  }
+  if (order == Order::release || order == Order::release_if_connected) {
     return send_all(connection.controller, frame);
   }
   if (executed) {
@@ -339,6 +356,9 @@ bool AdsProxy::await_held(std::chrono::milliseconds timeout) {
 
 void AdsProxy::release() {
   impl_->command(Order::release);
+}
+void AdsProxy::release_if_connected() {
+  impl_->command(Order::release_if_connected);
 }
 void AdsProxy::cut_before() {
   impl_->command(Order::cut_before);

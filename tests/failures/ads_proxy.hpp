@@ -62,6 +62,8 @@ class AdsProxy {
   bool await_held(std::chrono::milliseconds timeout = patience);
   /// Forwards what is held.
   void release();
+  /// The same, unless the gateway has given up its connection: TCP delivers nothing of it then.
+  void release_if_connected();
   /// Drops the frame and cuts the connection.
   void cut_before();
   /// The controller executes the frame and the connection is cut before its response.

@@ -207,7 +207,8 @@ void Line::kill(Victim victim, bool held_frame_arrives) {
         // Otherwise the next call could go to the dead instance, whose lease still runs.
         gateway_->await_error("instance \\S+ is gone", long_patience);
       }
-      proxy_.release();
+      // On a busy host a service may start for longer than a gateway waits for its controller.
+      proxy_.release_if_connected();
       break;
     case Victim::controller:
       controller_->kill();
@@ -234,7 +235,7 @@ void Line::freeze(Victim victim) {
     case Victim::service:
       service_->signal(SIGSTOP);
       gateway_->await_error("instance \\S+ is gone", long_patience);
-      proxy_.release();
+      proxy_.release_if_connected();
       break;
     case Victim::controller:
       controller_->signal(SIGSTOP);
