@@ -52,6 +52,10 @@ struct CallRecord {
   bool clearing = false;
   bool operator==(const CallRecord&) const = default;
 
+  /// The entry that opens it in the journal with its first attempt, or adds one.
+  [[nodiscard]] DispatchedEntry dispatched(const Attempt& attempt) const {
+    return {id, key, request, seen, delivery, attempt.number, attempt.instance, completion_signal};
+  }
   [[nodiscard]] bool asked(const fabric::InstanceId& instance) const {
     return std::ranges::any_of(attempts,
                                [&](const Attempt& one) { return one.instance == instance; });

@@ -7,7 +7,7 @@
 //   channel.on_link_up(now);                  → read(ReadSet::state)
 //   channel.on_read(snapshot, now);           → … → take_news().found
 //   channel.accept(id, policy, now);          → publish(seen), publish(waiting)
-//   channel.assign(attempt, now);             → append(Dispatched), then publish(request)
+//   channel.change_call(now, assign);         → append(Dispatched), then publish(request)
 //   channel.on_reply(reply, now);             → append(Answered), read, write, write, read, write
 //
 // Its phase, whose type has what only it needs:
@@ -87,13 +87,14 @@ class Channel {
   /// A new reader has appeared.
   void republish_status(Moment now) { publish_status(now); }
 
-  // The progress of the call in OpenCall; without effect if there is none, or it is answered.
-  void assign(const Assignment& assignment, Moment now);
-  void suspend(const fabric::Message& reason, bool held, Moment now);
-  void hold(const fabric::Message& reason, Moment now);
-  void explain(const fabric::Message& reason, Moment now);
-  void answer_locally(const LocalAnswer& answer, Moment now);
-  void retry(const std::string& by, Moment now);
+  /// `act` changes the call, if there is one: assigns it, takes it back, answers it.
+  template <typename Act>
+  void change_call(Moment now, Act act) {
+    if (OpenCall* const call = open_call()) {
+      ask(*call, now, [&](OpenCall& open) { act(open, out_); });
+    }
+    finish(now);
+  }
   /// A reply of an instance, to this call or to an earlier one.
   void on_reply(const fabric::Reply& reply, Moment now);
 
@@ -254,8 +255,6 @@ class Channel {
   }
 
   // channel_call.cpp: its call, and the one before it
-  template <typename Act>
-  void with_call(Moment now, Act act);
   void publish_seen(const CallRecord& call, Moment now);
   void late_reply(const fabric::Reply& reply, Moment now);
   void log_unassigned_reply(const fabric::Reply& reply, std::string_view what, Moment now);

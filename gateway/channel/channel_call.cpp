@@ -18,14 +18,6 @@ constexpr std::chrono::seconds unassigned_pause{10};
 
 }  // namespace
 
-template <typename Act>
-void Channel::with_call(Moment now, Act act) {
-  if (OpenCall* const call = open_call()) {
-    ask(*call, now, act);
-  }
-  finish(now);
-}
-
 void Channel::resume(CallRecord call, const Policy& policy) {
   assert(!link_.up && open_call() == nullptr);
   phase_ = OpenCall::resumed(std::move(call), policy);
@@ -66,31 +58,8 @@ void Channel::on_recorded(EntryNumber entry, Moment now) {
     return;
   }
   const bool fresh = now.steady - io_.answer_read <= reads_.intervals.max_age;
-  with_call(now, [&](OpenCall& call) { call.on_recorded(entry, fresh, out_, now); });
-}
-
-void Channel::assign(const Assignment& assignment, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
-}
-
-void Channel::suspend(const fabric::Message& reason, bool held, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
-}
-
-void Channel::hold(const fabric::Message& reason, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
-}
-
-void Channel::explain(const fabric::Message& reason, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.explain(reason); });
-}
-
-void Channel::answer_locally(const LocalAnswer& answer, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.answer_locally(answer, out_, now); });
-}
-
-void Channel::retry(const std::string& by, Moment now) {
-  with_call(now, [&](OpenCall& call) { call.retry(by, out_); });
+  change_call(
+      now, [&](OpenCall& call, ChannelOutput& out) { call.on_recorded(entry, fresh, out, now); });
 }
 
 void Channel::on_reply(const fabric::Reply& reply, Moment now) {

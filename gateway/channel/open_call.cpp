@@ -24,8 +24,8 @@ std::string after(std::chrono::nanoseconds time) {
 
 OpenCall OpenCall::accepted(CallRecord call, const Policy& policy, SteadyTime now) {
   OpenCall open(std::move(call), policy, phase::Waiting{});
-  open.since_ = now;
-  open.age_known_ = true;
+  open.age_.since = now;
+  open.age_.known = true;
   return open;
 }
 
@@ -106,11 +106,11 @@ ChannelView OpenCall::view() const {
 }
 
 void OpenCall::on_link_up(Moment now) {
-  if (!since_) {
+  if (!age_.since) {
     // The wall clock may have been set since; a call is never older than the gateway's clock.
     const std::chrono::nanoseconds age = now.wall - call_.seen;
-    since_ = now.steady - std::max(age, std::chrono::nanoseconds(0));
-    age_known_ = age >= std::chrono::nanoseconds(0);
+    age_.since = now.steady - std::max(age, std::chrono::nanoseconds(0));
+    age_.known = age >= std::chrono::nanoseconds(0);
   }
 }
 
@@ -159,9 +159,7 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
     call_.delivery = to.delivery;
     call_.completion_signal = to.completion_signal;
     out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
-    entry = out.append(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
-                                       call_.delivery, to.attempt.number, to.attempt.instance,
-                                       call_.completion_signal});
+    entry = out.append(call_.dispatched(to.attempt));
   }
   if (entry != 0) {
     enter(phase::Assigned{to, entry});
@@ -186,7 +184,7 @@ void OpenCall::suspend(const fabric::Message& reason, bool held, ChannelOutput& 
 
 void OpenCall::hold(const fabric::Message& reason, ChannelOutput& out, Moment now) {
   call_.delivery = fabric::Delivery::at_most_once;
-  append_unasked(out);
+  out.append_untracked(call_.dispatched({{}, 0}));
   suspend(reason, true, out, now);
 }
 
@@ -206,7 +204,7 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
 
 void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutput& out,
                            Moment now) {
-  if (auto* const interim = std::get_if<Interim>(&interim_);
+  if (auto* const interim = std::get_if<Interim>(&interim_.current);
       interim != nullptr && interim->entry == recorded) {
     interim->entry = 0;
     return;
@@ -301,18 +299,12 @@ EndedCall OpenCall::close(bool written, bool over, const fabric::Message& detail
 void OpenCall::log_end(bool written, const fabric::Message& detail, ChannelOutput& out,
                        Moment now) const {
   const std::string took =
-      age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
+      age_.known ? after(std::chrono::nanoseconds(now.steady - *age_.since)) : std::string();
   const std::string uuid = printable(call_.request.uuid);
   out.log(Level::debug, written
                             ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
                                           call_.answer->state, took)
                             : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
-}
-
-void OpenCall::append_unasked(ChannelOutput& out) const {
-  out.append_untracked(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
-                                       call_.delivery, 0, fabric::InstanceId{},
-                                       call_.completion_signal});
 }
 
 Attempt OpenCall::newest_attempt() const {

@@ -150,8 +150,8 @@ class OpenCall {
   /// The state of an interim answer was written just now, or may have been: a kernel may still
   /// clear REQUEST_STATE because of it.
   [[nodiscard]] bool interim_is_fresh(Moment now) const {
-    const auto* const writer = std::get_if<AnswerWriter>(&interim_);
-    return (interim_at_ && now.steady - *interim_at_ < takes_effect) ||
+    const auto* const writer = std::get_if<AnswerWriter>(&interim_.current);
+    return (interim_.at && now.steady - *interim_.at < takes_effect) ||
            (writer != nullptr && writer->may_be_released());
   }
   /// What a read shows about the call, with REQUEST_STATE. It may show the state of the last
@@ -206,8 +206,6 @@ class OpenCall {
   /// `response` is the text of the program's response, if the rule has one.
   void give_up(const Rule& rule, std::string_view response, const fabric::Message& why,
                ChannelOutput& out, Moment now);
-  /// Opens the call in the journal although it was not dispatched.
-  void append_unasked(ChannelOutput& out) const;
   void publish_event(fabric::EventKind kind, const Attempt& of, const fabric::Message& detail,
                      ChannelOutput& out, Moment now) const;
   /// Not valid (0) if it is not dispatched.
@@ -222,20 +220,25 @@ class OpenCall {
   Phase phase_;
   /// The reason of its state; empty if none is needed.
   fabric::Message reason_;
-  /// When it was accepted; for a call of an earlier run not known before the first link.
-  std::optional<SteadyTime> since_;
-  /// False for one that the wall clock, set back since, calls younger than new.
-  bool age_known_ = false;
-  /// The deadline has passed and was logged.
-  bool overdue_ = false;
-  /// The newest interim answer, while another one is on its way.
-  std::optional<Response> next_interim_;
-  std::variant<std::monostate, Interim, AnswerWriter> interim_;
-  bool interim_refused_ = false;
-  /// When the state of the last interim answer was written.
-  std::optional<SteadyTime> interim_at_;
-  /// No read has shown it yet. The next one waits for that.
-  bool interim_unseen_ = false;
+  struct {
+    /// When it was accepted; for a call of an earlier run not known before the first link.
+    std::optional<SteadyTime> since;
+    /// False for one that the wall clock, set back since, calls younger than new.
+    bool known = false;
+    /// The deadline has passed and was logged.
+    bool overdue = false;
+  } age_;
+  struct {
+    std::variant<std::monostate, Interim, AnswerWriter> current;
+    /// The newest one, while another one is on its way.
+    std::optional<Response> next;
+    /// One was not written, and that was logged.
+    bool refused = false;
+    /// When the state of the last one was written.
+    std::optional<SteadyTime> at;
+    /// No read has shown it yet. The next one waits for that.
+    bool unseen = false;
+  } interim_;
   /// A read has shown REQUEST_STATE = 0.
   bool zero_seen_ = false;
   /// Instances whose partitions may have the request.

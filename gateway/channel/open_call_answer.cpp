@@ -100,10 +100,10 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
                                        "does not check RESPONSE_STATE"));
   }
   if (response) {
-    next_interim_ = *std::move(response);
+    interim_.next = *std::move(response);
   } else {
     // A service that reports progress does so often.
-    out.log(std::exchange(interim_refused_, true) ? Level::debug : Level::warn,
+    out.log(std::exchange(interim_.refused, true) ? Level::debug : Level::warn,
             fmt::format("{}: an interim answer {}; it is not written", name(), response.error()));
   }
 }
@@ -180,10 +180,10 @@ void OpenCall::take_answer(const Attempt& of, Response response, const fabric::M
     out.publish(std::move(event), now);
   }
   call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
-  next_interim_.reset();
-  if (std::holds_alternative<Interim>(interim_)) {
+  interim_.next.reset();
+  if (std::holds_alternative<Interim>(interim_.current)) {
     // One that is half written comes to its end first, or to its next read (begin_writing).
-    interim_ = std::monostate{};
+    interim_.current = std::monostate{};
   }
   const EntryNumber entry = out.append(AnsweredEntry{call_.id, *call_.answer});
   enter(phase::Answered{std::move(response), entry});
@@ -195,7 +195,8 @@ void OpenCall::answer_locally(const LocalAnswer& answer, ChannelOutput& out, Mom
     return;
   }
   if (call_.attempts.empty()) {
-    append_unasked(out);
+    // Opens it in the journal although it was not dispatched.
+    out.append_untracked(call_.dispatched({{}, 0}));
   }
   const Response& response = answer.response;
   out.log(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), answer.by,
@@ -214,8 +215,8 @@ void OpenCall::check_deadlines(ChannelOutput& out, Moment now) {
     held->lost_since.reset();
     give_up(*policy_.lost, "its instance is lost, and the call must not run twice",
             base::messages::held_too_long(reason_), out, now);
-  } else if (!overdue_ && over(policy_.deadline, since_, now)) {
-    overdue_ = true;
+  } else if (!age_.overdue && over(policy_.deadline, age_.since, now)) {
+    age_.overdue = true;
     const std::string time = seconds(policy_.deadline->after);
     give_up(*policy_.deadline, fmt::format("no response within {}", time),
             base::messages::deadline(time), out, now);
@@ -236,29 +237,29 @@ void OpenCall::give_up(const Rule& rule, std::string_view response, const fabric
 }
 
 void OpenCall::begin_writing(ChannelOutput& out) {
-  if (const auto* const writer = std::get_if<AnswerWriter>(&interim_);
+  if (const auto* const writer = std::get_if<AnswerWriter>(&interim_.current);
       writer != nullptr && answered() && writer->may_be_dropped()) {
-    interim_ = std::monostate{};
+    interim_.current = std::monostate{};
   }
-  if (auto* const interim = std::get_if<Interim>(&interim_)) {
+  if (auto* const interim = std::get_if<Interim>(&interim_.current)) {
     if (interim->entry == 0) {
       call_.shown.push_back(interim->response.state());
-      interim_ = AnswerWriter(AnswerWriter::Kind::interim, std::move(interim->response));
+      interim_.current = AnswerWriter(AnswerWriter::Kind::interim, std::move(interim->response));
     }
-  } else if (next_interim_ && !interim_unseen_ &&
-             std::holds_alternative<std::monostate>(interim_)) {
-    const EntryNumber entry = out.append(InterimEntry{call_.id, next_interim_->state()});
-    interim_ = Interim{*std::exchange(next_interim_, std::nullopt), entry};
+  } else if (interim_.next && !interim_.unseen &&
+             std::holds_alternative<std::monostate>(interim_.current)) {
+    const EntryNumber entry = out.append(InterimEntry{call_.id, interim_.next->state()});
+    interim_.current = Interim{*std::exchange(interim_.next, std::nullopt), entry};
   }
 }
 
 AnswerWriter* OpenCall::writer() {
-  if (auto* const interim = std::get_if<AnswerWriter>(&interim_)) {
+  if (auto* const interim = std::get_if<AnswerWriter>(&interim_.current)) {
     return interim;
   }
   // The state of an interim answer that takes effect now could undo what the final one writes.
   auto* const writing = std::get_if<phase::Writing>(&phase_);
-  return writing != nullptr && !interim_unseen_ ? &writing->writer : nullptr;
+  return writing != nullptr && !interim_.unseen ? &writing->writer : nullptr;
 }
 
 AnswerWriter::Step OpenCall::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
@@ -272,13 +273,13 @@ AnswerWriter::Step OpenCall::on_read(const ServiceSnapshot& snapshot, RequestSta
 }
 
 RequestStatus OpenCall::on_snapshot(const ServiceSnapshot& snapshot, Moment now) {
-  if (interim_unseen_ && snapshot.has(Variable::response_state)) {
+  if (interim_.unseen && snapshot.has(Variable::response_state)) {
     if (snapshot.response_state == call_.shown.back()) {
       // Those before it are overwritten.
       call_.shown.assign(1, snapshot.response_state);
-      interim_unseen_ = false;
-    } else if (now.steady - *interim_at_ >= takes_effect) {
-      interim_unseen_ = false;
+      interim_.unseen = false;
+    } else if (now.steady - *interim_.at >= takes_effect) {
+      interim_.unseen = false;
     }
   }
   zero_seen_ = zero_seen_ || snapshot.request_state == 0;
@@ -289,7 +290,7 @@ RequestStatus OpenCall::on_snapshot(const ServiceSnapshot& snapshot, Moment now)
 bool OpenCall::may_show_interim(const ServiceSnapshot& snapshot, RequestStatus status) const {
   const bool same_texts = !snapshot.has(Variable::uuid) || (snapshot.uuid == call_.request.uuid &&
                                                             snapshot.request == call_.request.text);
-  return interim_unseen_ && status == RequestStatus::withdrawn && same_texts;
+  return interim_.unseen && status == RequestStatus::withdrawn && same_texts;
 }
 
 bool OpenCall::record_clearing(ChannelOutput& out) {
@@ -302,7 +303,7 @@ bool OpenCall::record_clearing(ChannelOutput& out) {
 }
 
 void OpenCall::interim_written(ChannelOutput& out, Moment now) {
-  const auto& writer = std::get<AnswerWriter>(interim_);
+  const auto& writer = std::get<AnswerWriter>(interim_.current);
   fabric::Event event;
   event.kind = fabric::EventKind::interim;
   event.call = call_.id;
@@ -310,9 +311,9 @@ void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   event.text = writer.text();
   event.state = writer.state();
   out.publish(std::move(event), now);
-  interim_at_ = now.steady;
-  interim_unseen_ = true;
-  interim_ = std::monostate{};
+  interim_.at = now.steady;
+  interim_.unseen = true;
+  interim_.current = std::monostate{};
 }
 
 }  // namespace millrace::gateway::channel

@@ -68,56 +68,56 @@ std::optional<SteadyTime> Core::next_time() const {
 }
 
 void Core::start() {
-  enter();
-  for (const CallRecord& call : journal_state_.open_calls()) {
-    open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
-  }
-  queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
-  machines_.set_journal(options_.journal);
-  machines_.set(options_.machines, now_);
-  finish();
+  input([&] {
+    for (const CallRecord& call : journal_state_.open_calls()) {
+      open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
+    }
+    queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
+    machines_.set_journal(options_.journal);
+    machines_.set(options_.machines, now_);
+  });
 }
 
 void Core::change(std::vector<settings::MachineSettings> machines, Policies policies) {
-  enter();
-  options_.machines = std::move(machines);
-  options_.policies = std::move(policies);
-  intervals_ = settings::intervals_of(options_.machines);
-  for (auto& [key, channel] : channels_) {
-    channel.set_intervals(intervals_of(key.machine));
-  }
-  offer_again();
-  queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
-  machines_.set(options_.machines, now_);
-  finish();
+  input([&] {
+    options_.machines = std::move(machines);
+    options_.policies = std::move(policies);
+    intervals_ = settings::intervals_of(options_.machines);
+    for (auto& [key, channel] : channels_) {
+      channel.set_intervals(intervals_of(key.machine));
+    }
+    offer_again();
+    queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
+    machines_.set(options_.machines, now_);
+  });
 }
 
 void Core::stop() {
-  enter();
-  ends_at_ = now_.steady + longest_end;
-  stop_accepting(base::messages::gateway_ending());
-  finish();
+  input([&] {
+    ends_at_ = now_.steady + longest_end;
+    stop_accepting(base::messages::gateway_ending());
+  });
 }
 
 void Core::end() {
-  enter();
-  for (auto& [key, channel] : channels_) {
-    channel.shut_down(now_);
-    follow(channel);
-  }
-  dispose(context_.answered.take_all());
-  finish();
+  input([&] {
+    for (auto& [key, channel] : channels_) {
+      channel.shut_down(now_);
+      follow(channel);
+    }
+    dispose(context_.answered.take_all());
+  });
 }
 
 void Core::on_time() {
-  enter();
-  wakes_at_.reset();
-  machines_.on_time(now_);
-  queues_.on_time(now_);
-  if (const auto next = next_time_of_calls(); next && *next <= now_.steady) {
-    on_time_of_calls();
-  }
-  finish();
+  input([&] {
+    wakes_at_.reset();
+    machines_.on_time(now_);
+    queues_.on_time(now_);
+    if (const auto next = next_time_of_calls(); next && *next <= now_.steady) {
+      on_time_of_calls();
+    }
+  });
 }
 
 std::optional<SteadyTime> Core::next_time_of_calls() const {
@@ -139,190 +139,161 @@ void Core::on_time_of_calls() {
 }
 
 SteadyTime Core::heartbeat() {
-  enter();
-  finish();
+  input([] {});
   return stall_.heartbeat(now_.steady);
 }
 
 void Core::publish_load() {
-  enter();
-  machines_.publish_load(now_);
-  queues_.publish_numbers(now_);
-  finish();
+  input([&] {
+    machines_.publish_load(now_);
+    queues_.publish_numbers(now_);
+  });
 }
 
 void Core::on_other_event() {
-  enter();
-  finish();
+  input([] {});
 }
 
 void Core::on_link_up(const std::string& machine, const machines::Channels& channels) {
-  enter();
-  machines_.on_link_up(machine, channels, now_);
-  finish();
+  input([&] { machines_.on_link_up(machine, channels, now_); });
 }
 
 void Core::on_link_down(const std::string& machine, const machines::LinkLoss& loss) {
-  enter();
-  machines_.on_link_down(machine, loss, now_);
-  finish();
+  input([&] { machines_.on_link_down(machine, loss, now_); });
 }
 
 void Core::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
-  enter();
-  if (machines_.linked(key.machine)) {
-    // First, so that the time of the next read is known.
-    machines_.on_read(key, snapshot, now_);
-    machines_.on_call_answered(key.machine, now_);
-    read_channel(key, snapshot);
-  }
-  finish();
+  input([&] {
+    if (machines_.linked(key.machine)) {
+      // First, so that the time of the next read is known.
+      machines_.on_read(key, snapshot, now_);
+      machines_.on_call_answered(key.machine, now_);
+      read_channel(key, snapshot);
+    }
+  });
 }
 
 void Core::on_read_failed(const fabric::ChannelKey& key, const fabric::Message& reason) {
-  enter();
-  if (machines_.linked(key.machine)) {
-    machines_.on_call_answered(key.machine, now_);
-    step(key, [&](channel::Channel& channel) { channel.on_read_failed(reason, now_); });
-  }
-  finish();
+  input([&] {
+    if (machines_.linked(key.machine)) {
+      machines_.on_call_answered(key.machine, now_);
+      step(key, [&](channel::Channel& channel) { channel.on_read_failed(reason, now_); });
+    }
+  });
 }
 
 void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                     const fabric::Message& reason) {
-  enter();
-  if (machines_.linked(key.machine)) {
-    machines_.on_call_answered(key.machine, now_);
-    step(key, [&](channel::Channel& channel) { channel.on_write(outcome, reason, now_); });
-  }
-  finish();
+  input([&] {
+    if (machines_.linked(key.machine)) {
+      machines_.on_call_answered(key.machine, now_);
+      step(key, [&](channel::Channel& channel) { channel.on_write(outcome, reason, now_); });
+    }
+  });
 }
 
 void Core::on_subscribed(const std::string& machine,
                          const std::vector<machines::SubscribeOutcome>& outcomes) {
-  enter();
-  machines_.on_subscribed(machine, outcomes, now_);
-  finish();
+  input([&] { machines_.on_subscribed(machine, outcomes, now_); });
 }
 
 void Core::on_notification(const fabric::ChannelKey& key, Variable variable,
                            std::optional<std::uint32_t> value) {
-  enter();
-  machines_.on_notification(key, variable, value, now_);
-  finish();
+  input([&] { machines_.on_notification(key, variable, value, now_); });
 }
 
 void Core::on_answer(const std::string& machine, const machines::Answer& answer) {
-  enter();
-  machines_.on_answer(machine, answer, now_);
-  finish();
+  input([&] { machines_.on_answer(machine, answer, now_); });
 }
 
 void Core::on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) {
-  enter();
-  queues_.on_answer(queue, std::move(answer), now_);
-  finish();
+  input([&] { queues_.on_answer(queue, std::move(answer), now_); });
 }
 
 void Core::on_queue_event(const fabric::ChannelKey& queue) {
-  enter();
-  queues_.on_change(queue, now_);
-  finish();
+  input([&] { queues_.on_change(queue, now_); });
 }
 
 void Core::on_variable_request(const fabric::VariableRequest& request) {
-  enter();
-  machines_.on_request(request, now_);
-  finish();
+  input([&] { machines_.on_request(request, now_); });
 }
 
 void Core::on_recorded(const Ticket& ticket) {
-  enter();
-  switch (ticket.owner) {
-    case Ticket::Owner::queue:
-      queues_.on_recorded(ticket, now_);
-      break;
-    case Ticket::Owner::numbers:
-      numbers_.on_recorded();
-      if (std::exchange(out_of_numbers_, false)) {
-        offer_again();
-      }
-      break;
-    default:
-      step(ticket.key,
-           [&](channel::Channel& channel) { channel.on_recorded(ticket.number, now_); });
-  }
-  finish();
+  input([&] {
+    switch (ticket.owner) {
+      case Ticket::Owner::queue:
+        queues_.on_recorded(ticket, now_);
+        break;
+      case Ticket::Owner::numbers:
+        numbers_.on_recorded();
+        if (std::exchange(out_of_numbers_, false)) {
+          offer_again();
+        }
+        break;
+      default:
+        step(ticket.key,
+             [&](channel::Channel& channel) { channel.on_recorded(ticket.number, now_); });
+    }
+  });
 }
 
 void Core::on_journal_error(const fabric::Message& error) {
-  enter();
-  if (!ends_at_) {
-    context_.journal_error = error;
-    for (auto& [key, channel] : channels_) {
-      channel.republish_status(now_);
-      follow(channel);
+  input([&] {
+    if (!ends_at_) {
+      context_.journal_error = error;
+      for (auto& [key, channel] : channels_) {
+        channel.republish_status(now_);
+        follow(channel);
+      }
+      error.empty() ? accept_again() : stop_accepting(error);
     }
-    error.empty() ? accept_again() : stop_accepting(error);
-  }
-  machines_.set_journal(error.empty() ? options_.journal : fabric::JournalState::not_writable);
-  host_.set_alarm({.kind = "journal"}, error, base::messages::free_space());
-  finish();
+    machines_.set_journal(error.empty() ? options_.journal : fabric::JournalState::not_writable);
+    host_.set_alarm({.kind = "journal"}, error, base::messages::free_space());
+  });
 }
 
 void Core::on_instance_ready(const fabric::InstanceIdentity& instance) {
-  enter();
-  apply(dispatcher_.on_instance_ready(instance));
-  offer_again();
-  finish();
+  input([&] {
+    apply(dispatcher_.on_instance_ready(instance));
+    offer_again();
+  });
 }
 
 void Core::on_instance_gone(const fabric::InstanceId& instance) {
-  enter();
-  apply(dispatcher_.on_instance_gone(instance, now_.steady));
-  finish();
+  input([&] { apply(dispatcher_.on_instance_gone(instance, now_.steady)); });
 }
 
 void Core::on_load(const fabric::InstanceLoad& load) {
-  enter();
-  apply(dispatcher_.on_load(load, now_.steady));
-  finish();
+  input([&] { apply(dispatcher_.on_load(load, now_.steady)); });
 }
 
 void Core::on_reply(const fabric::Reply& reply) {
-  enter();
-  step(reply.key, [&](channel::Channel& channel) { channel.on_reply(reply, now_); });
-  finish();
+  input(
+      [&] { step(reply.key, [&](channel::Channel& channel) { channel.on_reply(reply, now_); }); });
 }
 
 void Core::set_readers(const Readers& readers) {
-  enter();
-  const Readers before = std::exchange(context_.readers, readers);
-  if (readers.statuses && !before.statuses) {
-    for (auto& [key, channel] : channels_) {
-      channel.republish_status(now_);
-      follow(channel);
+  input([&] {
+    const Readers before = std::exchange(context_.readers, readers);
+    if (readers.statuses && !before.statuses) {
+      for (auto& [key, channel] : channels_) {
+        channel.republish_status(now_);
+        follow(channel);
+      }
     }
-  }
-  finish();
+  });
 }
 
 void Core::on_machine(const fabric::MachineStatus& status) {
-  enter();
-  machines_.on_machine(status, now_);
-  finish();
+  input([&] { machines_.on_machine(status, now_); });
 }
 
 void Core::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  enter();
-  machines_.on_machine_gone(machine, gateway, now_);
-  finish();
+  input([&] { machines_.on_machine_gone(machine, gateway, now_); });
 }
 
 void Core::on_channel(const fabric::ChannelStatus& status) {
-  enter();
-  machines_.on_channel(status, now_);
-  finish();
+  input([&] { machines_.on_channel(status, now_); });
 }
 
 }  // namespace millrace::gateway::core

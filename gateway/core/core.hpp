@@ -155,8 +155,15 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   }
 
  private:
+  /// What each input begins and ends with.
   void enter();
   void finish();
+  template <typename Act>
+  void input(Act act) {
+    enter();
+    act();
+    finish();
+  }
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
   /// When something is due with a channel or a call.
   [[nodiscard]] std::optional<SteadyTime> next_time_of_calls() const;
@@ -192,6 +199,11 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   /// Performs the actions of the channel's last steps.
   void follow(channel::Channel& channel);
   void apply(const dispatch::Decisions& decisions);
+  template <typename Act>
+  void change_call(channel::Channel& channel, Act act) {
+    channel.change_call(now_, act);
+    follow(channel);
+  }
   /// The channel has found a request.
   void admit(channel::Channel& channel);
   bool hold_for_predecessor(channel::Channel& channel, const std::string& canonical_uuid,

@@ -8,17 +8,15 @@ namespace millrace::gateway::core {
 
 CommandResult Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
                               const OperatorAnswer& answer) {
-  enter();
-  CommandResult result = answer_pending(key, call, answer);
-  finish();
+  CommandResult result;
+  input([&] { result = answer_pending(key, call, answer); });
   return result;
 }
 
 CommandResult Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                              const std::string& by) {
-  enter();
-  CommandResult result = retry_pending(key, call, by);
-  finish();
+  CommandResult result;
+  input([&] { result = retry_pending(key, call, by); });
   return result;
 }
 
@@ -36,8 +34,9 @@ CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::
   if (!channel) {
     return {false, channel.error()};
   }
-  (*channel)->answer_locally({*std::move(response), answer.by}, now_);
-  follow(**channel);
+  change_call(**channel, [&](channel::OpenCall& open, channel::ChannelOutput& out) {
+    open.answer_locally({*std::move(response), answer.by}, out, now_);
+  });
   return {true, base::messages::operator_answer_accepted()};
 }
 
@@ -53,8 +52,8 @@ CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::C
     return {false, base::messages::start_then_retry(*unserved)};
   }
   context_.blocked.forget(key);
-  channel.retry(by, now_);
-  follow(channel);
+  change_call(channel,
+              [&](channel::OpenCall& open, channel::ChannelOutput& out) { open.retry(by, out); });
   apply(dispatcher_.add(*channel.call()));
   return {true, channel.status().reason};
 }

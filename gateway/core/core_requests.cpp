@@ -12,6 +12,9 @@
 
 namespace millrace::gateway::core {
 
+using channel::ChannelOutput;
+using channel::OpenCall;
+
 void Core::read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot) {
   if (snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
     predecessors_.on_zero_read(key);
@@ -52,21 +55,22 @@ void Core::follow(channel::Channel& channel) {
 
 void Core::apply(const dispatch::Decisions& decisions) {
   for (const dispatch::Decision& decision : decisions) {
-    std::visit(fabric::Cases{[&](const dispatch::Assign& assign) {
-                               channel::Channel& channel = *index_.at(assign.key);
-                               channel.assign(assign.assignment, now_);
-                               follow(channel);
-                             },
-                             [&](const dispatch::Unassign& back) {
-                               channel::Channel& channel = *index_.at(back.key);
-                               channel.suspend(back.reason, back.held, now_);
-                               follow(channel);
-                             },
-                             [&](const dispatch::Explain& explain) {
-                               channel::Channel& channel = *index_.at(explain.key);
-                               channel.explain(explain.reason, now_);
-                               follow(channel);
-                             }},
+    std::visit(fabric::Cases{
+                   [&](const dispatch::Assign& assign) {
+                     change_call(*index_.at(assign.key), [&](OpenCall& call, ChannelOutput& out) {
+                       call.assign(assign.assignment, out, now_);
+                     });
+                   },
+                   [&](const dispatch::Unassign& back) {
+                     change_call(*index_.at(back.key), [&](OpenCall& call, ChannelOutput& out) {
+                       call.suspend(back.reason, back.held, out, now_);
+                     });
+                   },
+                   [&](const dispatch::Explain& explain) {
+                     change_call(*index_.at(explain.key), [&](OpenCall& call, ChannelOutput&) {
+                       call.explain(explain.reason);
+                     });
+                   }},
                decision);
   }
 }
@@ -102,8 +106,9 @@ void Core::admit(channel::Channel& channel) {
     follow(channel);
     const auto answer =
         Response::in_words("millrace: no service has this UUID", policy.unserved->response_state);
-    channel.answer_locally({answer, base::messages::the_gateway()}, now_);
-    follow(channel);
+    change_call(channel, [&](OpenCall& call, ChannelOutput& out) {
+      call.answer_locally({answer, base::messages::the_gateway()}, out, now_);
+    });
   } else {
     channel.leave_unserved(*unserved, policy, now_);
     follow(channel);
@@ -118,8 +123,9 @@ bool Core::hold_for_predecessor(channel::Channel& channel, const std::string& ca
   }
   channel.accept(next_id(), policy, now_);
   follow(channel);
-  channel.hold(base::messages::gateway_lost_held(predecessor->from), now_);
-  follow(channel);
+  change_call(channel, [&](OpenCall& call, ChannelOutput& out) {
+    call.hold(base::messages::gateway_lost_held(predecessor->from), out, now_);
+  });
   return true;
 }
 

@@ -25,6 +25,20 @@ std::string name_of(const fabric::InstanceIdentity& identity) {
   return fmt::format("{} (pid {} on {})", identity.name, identity.pid, identity.host);
 }
 
+/// Without an instance.
+PendingCall pending_of(const CallRecord& call) {
+  PendingCall pending;
+  pending.call = call.id;
+  pending.key = call.key;
+  pending.uuid = fabric::canonical_uuid(call.request.uuid);
+  if (!call.attempts.empty()) {
+    pending.attempt = call.attempts.back();
+  }
+  pending.delivery = call.delivery;
+  pending.completion_signal = call.completion_signal;
+  return pending;
+}
+
 std::string scope_of(const fabric::InstanceIdentity& identity) {
   std::string words;
   for (const fabric::ChannelScope& scope : identity.channels) {
@@ -91,10 +105,11 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
     for (PendingCall* const pending : instance->calls) {
       pending->waits = pending->waits && std::ranges::count(begun, pending->call) == 0;
       const bool due =
-          pending->published_at && now - *pending->published_at >= options_.unresponsive;
-      pending->unknown =
-          due && std::ranges::count(load.calls, pending->call) == 0 ? pending->unknown + 1 : 0;
-      if (pending->unknown >= 2) {
+          pending->published.at && now - *pending->published.at >= options_.unresponsive;
+      pending->published.unknown = due && std::ranges::count(load.calls, pending->call) == 0
+                                       ? pending->published.unknown + 1
+                                       : 0;
+      if (pending->published.unknown >= 2) {
         unheard.push_back(pending);
       }
     }
@@ -120,8 +135,8 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
 
 void Dispatcher::on_published(const fabric::CallId& call, SteadyTime now) {
   if (PendingCall* const pending = calls_.find(call)) {
-    pending->published_at = now;
-    pending->unknown = 0;
+    pending->published.at = now;
+    pending->published.unknown = 0;
   }
 }
 
@@ -200,12 +215,7 @@ Decisions Dispatcher::add(const CallRecord& call) {
   if (again) {
     calls_.forget(*before);
   }
-  PendingCall pending;
-  pending.call = call.id;
-  pending.key = call.key;
-  pending.uuid = fabric::canonical_uuid(call.request.uuid);
-  pending.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
-  PendingCall& entered = calls_.enter(std::move(pending));
+  PendingCall& entered = calls_.enter(pending_of(call));
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
@@ -223,27 +233,18 @@ Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
     // An operator had it dispatched again before its channel was seen.
     return {};
   }
-  const Attempt& last = call.attempts.back();
-  PendingCall pending;
-  pending.call = call.id;
-  pending.key = call.key;
-  pending.uuid = fabric::canonical_uuid(call.request.uuid);
-  pending.attempts = last.number;
-  pending.instance = last.instance;
-  pending.delivery = call.delivery;
-  pending.completion_signal = call.completion_signal;
+  PendingCall& entered = calls_.enter(pending_of(call));
   Decisions decisions;
-  Instance* instance = instances_.find(last.instance);
+  Instance* instance = instances_.find(entered.attempt.instance);
   if (instance == nullptr) {
-    instance = &instances_.enter(last.instance);
+    instance = &instances_.enter(entered.attempt.instance);
     instances_.change(*instance, [&] {
-      instance->identity.uuid = pending.uuid;
+      instance->identity.uuid = entered.uuid;
       instance->name = std::make_shared<const std::string>(name_of(instance->identity));
       instance->lost_at = now + options_.rejoin;
       instance->seen = false;
     });
   }
-  PendingCall& entered = calls_.enter(std::move(pending));
   calls_.assign(entered, *instance);
   if (!instance->lost_at) {
     decisions.emplace_back(assignment(entered, *instance));
@@ -319,13 +320,12 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
 
 Assign Dispatcher::assignment(const PendingCall& pending, const Instance& instance) {
   return {pending.call, pending.key,
-          Assignment{Attempt{pending.instance, pending.attempts}, pending.delivery, instance.name,
-                     pending.waits, pending.completion_signal}};
+          Assignment{pending.attempt, pending.delivery, instance.name, pending.waits,
+                     pending.completion_signal}};
 }
 
 void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& decisions) {
-  ++pending.attempts;
-  pending.instance = instance.identity.id;
+  pending.attempt = {instance.identity.id, pending.attempt.number + 1};
   pending.delivery = instance.identity.delivery;
   pending.completion_signal = instance.identity.completion_signal;
   pending.reason = {};
@@ -342,7 +342,7 @@ void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& dec
 void Dispatcher::assign_again(Instance& instance, Decisions& decisions) {
   std::vector<PendingCall*> lost_here;
   for (const auto& [number, pending] : calls_.held()) {
-    if (pending->instance == instance.identity.id) {
+    if (pending->attempt.instance == instance.identity.id) {
       lost_here.push_back(pending);
     }
   }
@@ -372,16 +372,13 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
 
 void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions) {
   const std::string name = *pending.at->name;
-  if (pending.delivery == fabric::Delivery::at_most_once) {
-    calls_.hold(pending);
-  } else {
-    calls_.queue(pending);
-  }
-  pending.reason = loss == Loss::gone ? pending.held ? base::messages::instance_lost_held(name)
-                                                     : base::messages::instance_lost(name)
-                   : pending.held ? base::messages::instance_deaf_held(name)
+  const bool held = pending.delivery == fabric::Delivery::at_most_once;
+  held ? calls_.hold(pending) : calls_.queue(pending);
+  pending.reason = loss == Loss::gone ? held ? base::messages::instance_lost_held(name)
+                                             : base::messages::instance_lost(name)
+                   : held ? base::messages::instance_deaf_held(name)
                                       : base::messages::instance_deaf(name);
-  decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, pending.held});
+  decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, held});
 }
 
 fabric::Message Dispatcher::why_waiting(const PendingCall& pending) const {

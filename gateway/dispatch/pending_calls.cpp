@@ -32,16 +32,16 @@ void PendingCalls::assign(PendingCall& pending, Instance& instance) {
 }
 
 void PendingCalls::queue(PendingCall& pending) {
-  if (!pending.queued) {
+  if (pending.place != PendingCall::Place::queued) {
     detach(pending);
-    pending.queued = true;
+    pending.place = PendingCall::Place::queued;
     waiting_[pending.uuid].emplace(pending.number, &pending);
   }
 }
 
 void PendingCalls::hold(PendingCall& pending) {
   detach(pending);
-  pending.held = true;
+  pending.place = PendingCall::Place::held;
   held_.emplace(pending.number, &pending);
 }
 
@@ -65,13 +65,12 @@ void PendingCalls::detach(PendingCall& pending) {
       }
     });
   }
-  pending.published_at.reset();
-  pending.unknown = 0;
+  pending.published = {};
   pending.waits = false;
-  if (std::exchange(pending.held, false)) {
+  const auto place = std::exchange(pending.place, PendingCall::Place::none);
+  if (place == PendingCall::Place::held) {
     held_.erase(pending.number);
-  }
-  if (std::exchange(pending.queued, false)) {
+  } else if (place == PendingCall::Place::queued) {
     const auto queue = waiting_.find(pending.uuid);
     queue->second.erase(pending.number);
     if (queue->second.empty()) {

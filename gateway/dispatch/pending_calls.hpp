@@ -14,6 +14,7 @@
 #include <unordered_map>
 
 #include "fabric/messages.hpp"
+#include "gateway/call_record.hpp"
 #include "gateway/dispatch/instances.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
@@ -27,21 +28,22 @@ struct PendingCall {
   fabric::CallId call;
   fabric::ChannelKey key;
   std::string uuid;
-  std::uint32_t attempts = 0;
+  /// The last one; 0 before the first.
+  Attempt attempt{{}, 0};
   /// The instance that has the call, or null.
   Instance* at = nullptr;
-  /// The instance of the last attempt.
-  fabric::InstanceId instance;
-  /// Whether it is among the blocked calls, or among those that wait for an instance.
-  bool held = false;
-  bool queued = false;
+  /// Whether it is among those that wait for an instance, or among the blocked calls.
+  enum class Place : std::uint8_t { none, queued, held };
+  Place place = Place::none;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
   fabric::Message reason;
   /// When its request was last sent, and the number of heartbeats since then that should have named
   /// it and did not.
-  std::optional<SteadyTime> published_at;
-  unsigned unknown = 0;
+  struct {
+    std::optional<SteadyTime> at;
+    unsigned unknown = 0;
+  } published{};
   /// It waits at its instance for its turn.
   bool waits = false;
 };

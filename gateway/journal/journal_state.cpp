@@ -104,9 +104,7 @@ std::vector<JournalEntry> JournalState::snapshot() const {
   }
   for (const CallRecord& call : open_calls()) {
     for (const Attempt& attempt : call.attempts) {
-      entries.emplace_back(DispatchedEntry{call.id, call.key, call.request, call.seen,
-                                           call.delivery, attempt.number, attempt.instance,
-                                           call.completion_signal});
+      entries.emplace_back(call.dispatched(attempt));
     }
     for (const std::uint32_t state : call.shown) {
       entries.emplace_back(InterimEntry{call.id, state});

@@ -139,8 +139,7 @@ TEST_F(ChannelDeadline, OfABlockedCallHasItsOwnCauseAndIsReportedOnce) {
   fixture.policy.lost = Rule{2s, 0};
   fixture.delivery = fabric::Delivery::at_most_once;
   fixture.dispatched_call();
-  sut().suspend(base::messages::instance_lost_held("sq1"), true, fixture.now);
-  fixture.settle();
+  fixture.suspend(base::messages::instance_lost_held("sq1"), true);
   EXPECT_EQ(sut().status().reason.code, "instance_lost_held");
   fixture.wait(3s);
   EXPECT_THAT(fixture.writes, IsEmpty());

@@ -139,15 +139,19 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
   // Events of the channel, each with everything that follows at once.
 
   void assign(std::uint8_t number = 1, std::uint32_t attempt = 1) {
-    sut->assign(assignment(number, attempt), now);
+    sut->change_call(now, [&](channel::OpenCall& call, channel::ChannelOutput& out) {
+      call.assign(assignment(number, attempt), out, now);
+    });
     settle();
   }
   void receive(const fabric::Reply& reply) {
     sut->on_reply(reply, now);
     settle();
   }
-  void suspend(const std::string& reason, bool blocked) {
-    sut->suspend(reason, blocked, now);
+  void suspend(const fabric::Message& reason, bool blocked) {
+    sut->change_call(now, [&](channel::OpenCall& call, channel::ChannelOutput& out) {
+      call.suspend(reason, blocked, out, now);
+    });
     settle();
   }
   /// The instance of an at-most-once call is lost.
@@ -157,11 +161,14 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
     suspend("lost", true);
   }
   void answer(const std::string& text, std::uint32_t state, const std::string& by) {
-    sut->answer_locally({response(text, state), by}, now);
+    sut->change_call(now, [&](channel::OpenCall& call, channel::ChannelOutput& out) {
+      call.answer_locally({response(text, state), by}, out, now);
+    });
     settle();
   }
   void retry(const std::string& by) {
-    sut->retry(by, now);
+    sut->change_call(
+        now, [&](channel::OpenCall& call, channel::ChannelOutput& out) { call.retry(by, out); });
     settle();
   }
   /// The journal has the first of the unconfirmed entries.

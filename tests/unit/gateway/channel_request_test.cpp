@@ -175,8 +175,7 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
 
 TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttempt) {
   fixture.dispatched_call();
-  sut().suspend(base::messages::instance_lost("instance 1"), false, fixture.now);
-  fixture.settle();
+  fixture.suspend(base::messages::instance_lost("instance 1"), false);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().reason.code, "instance_lost");
   EXPECT_EQ(sut().status().reason, base::messages::instance_lost("instance 1"));

@@ -50,8 +50,7 @@ class QuickProgram {
   }
   void serve() {
     if (fixture_.sut->call()->attempts.empty()) {
-      fixture_.sut->assign(fixture_.assignment(), fixture_.now);
-      fixture_.settle();
+      fixture_.assign();
     }
     fixture_.sut->on_reply(fixture_.reply(fixture_.sut->call()->request.text, 1), fixture_.now);
     fixture_.settle();
