@@ -13,7 +13,6 @@
 
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/scenarios/scenario.hpp"
-#include "tests/support/await.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -57,9 +56,10 @@ constexpr std::uint32_t channels = 4;
 constexpr std::uint32_t calls = 2500;
 /// Buffers and tables have their final size by then.
 constexpr std::size_t settled = 2000;
-/// For memory that an allocator keeps, and for the last 8,192 events that a gateway keeps for a
-/// slow recorder, up to 1,300 bytes each.
-constexpr std::size_t slack = 16U << 20U;
+/// For the last 8,192 events, which a gateway keeps for a recorder that is late, at any time of the
+/// run; then its allocator keeps the memory. Measured: from 30 to 54 MB, 2.9 kB an event with what
+/// Cyclone adds. A leak of 4 kB a call is more.
+constexpr std::size_t slack = 32U << 20U;
 
 class ALongRun : public Scenario {};
 
@@ -77,16 +77,13 @@ TEST_P(ALongRun, UsesNoMoreMemoryThreadsAndDescriptorsThanAtItsBeginning) {
                        std::chrono::minutes(2));
   for (const auto& [name, then] : before) {
     const pid_t process = sut().task(name).pid();
-    Resources now = resources_of(process);
+    const Resources now = resources_of(process);
     fmt::print("measured: {} {:.1f} MB after {} calls, {:.1f} MB after {}\n", name,
                static_cast<double>(then.bytes) / 1e6, settled, static_cast<double>(now.bytes) / 1e6,
                channels * calls - 100);
-    // On a busy host a recorder is late: what the gateway keeps for it, and the allocator after it,
-    // goes in the seconds after the last call.
-    await("I8: the memory of " + name, [&] {
-      now = resources_of(process);
-      return bench::keeps_what_is_freed || now.bytes <= then.bytes + slack;
-    });
+    if (!bench::keeps_what_is_freed) {
+      EXPECT_LE(now.bytes, then.bytes + slack) << "I8: " << name;
+    }
     EXPECT_EQ(now.threads, then.threads) << "I8: " << name;
     EXPECT_LE(now.descriptors, then.descriptors + 1) << "I8: " << name;
   }
