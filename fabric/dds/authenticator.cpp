@@ -27,20 +27,6 @@ struct EndpointDeleter {
 };
 using Endpoint = std::unique_ptr<dds_builtintopic_endpoint_t, EndpointDeleter>;
 
-std::vector<std::string> partitions_of(const dds_qos_t* qos) {
-  std::uint32_t count = 0;
-  char** names = nullptr;
-  std::vector<std::string> all;
-  if (dds_qget_partition(qos, &count, &names)) {
-    for (std::uint32_t i = 0; i < count; ++i) {
-      all.emplace_back(names[i]);
-      dds_free(names[i]);
-    }
-    dds_free(static_cast<void*>(names));
-  }
-  return all;
-}
-
 /// Neither reliable nor kept: there is nothing to keep.
 Qos identity_qos() {
   Qos qos(dds_create_qos());

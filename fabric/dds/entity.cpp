@@ -43,6 +43,20 @@ dds_return_t check(dds_return_t result, std::string_view what) {
   return result;
 }
 
+std::vector<std::string> partitions_of(const dds_qos_t* qos) {
+  std::uint32_t count = 0;
+  char** names = nullptr;
+  std::vector<std::string> all;
+  if (dds_qget_partition(qos, &count, &names)) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      all.emplace_back(names[i]);
+      dds_free(names[i]);
+    }
+    dds_free(static_cast<void*>(names));
+  }
+  return all;
+}
+
 std::string guid_prefix(const dds_guid_t& guid) {
   const auto word = [&](std::size_t at) {
     return std::uint32_t{guid.v[at]} << 24U | std::uint32_t{guid.v[at + 1]} << 16U |

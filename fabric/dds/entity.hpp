@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <dds/dds.h>
 
@@ -48,6 +49,9 @@ struct ListenerDeleter {
   void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
 };
 using Listener = std::unique_ptr<dds_listener_t, ListenerDeleter>;
+
+/// Of an endpoint; none for the default partition.
+std::vector<std::string> partitions_of(const dds_qos_t* qos);
 
 /// The part of a GUID that names its participant, as Cyclone's log has it: "110a1f2:7c03f1d2:1".
 std::string guid_prefix(const dds_guid_t& guid);

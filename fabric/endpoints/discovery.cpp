@@ -2,6 +2,7 @@
 
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/dds/entity.hpp"
 #include "fabric/dds/made_id.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
@@ -36,17 +37,8 @@ std::string user_data(const Endpoint& endpoint) {
 
 /// The one partition of an endpoint; empty if it has none or several.
 std::string partition(const Endpoint& endpoint) {
-  std::uint32_t count = 0;
-  char** names = nullptr;
-  if (!dds_qget_partition(endpoint.qos, &count, &names)) {
-    return {};
-  }
-  std::string only = count == 1 ? names[0] : "";
-  for (std::uint32_t i = 0; i < count; ++i) {
-    dds_free(names[i]);
-  }
-  dds_free(names);
-  return only;
+  std::vector<std::string> all = dds::partitions_of(endpoint.qos);
+  return all.size() == 1 ? std::move(all.front()) : std::string();
 }
 
 /// The user_data of a request reader; its partition decides the instance and the UUID.

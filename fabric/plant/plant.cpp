@@ -1,11 +1,11 @@
 #include "fabric/plant/plant.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <iterator>
 #include <set>
 
 #include "base/messages/catalogue.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
 
 namespace millrace::fabric::plant {
@@ -351,21 +351,13 @@ const Alarm* Plant::journal_alarm(std::string_view machine) const {
   return nullptr;
 }
 
-namespace {
-
-bool is_same_in_any_case(const std::string& left, const std::string& right) {
-  const auto small = [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; };
-  return std::ranges::equal(left, right, {}, small, small);
-}
-
-}  // namespace
-
 std::vector<const KnownInstance*> Plant::instances_of(const std::string& what) const {
   const std::string canonical = canonical_uuid(what);
+  const std::string small = base::text::small_letters(what);
   std::vector<const KnownInstance*> found;
   for (const auto& [id, instance] : instances_) {
     if (what.empty() || instance.identity.uuid == canonical || id.to_string() == canonical ||
-        is_same_in_any_case(instance.identity.name, what)) {
+        base::text::small_letters(instance.identity.name) == small) {
       found.push_back(&instance);
     }
   }

@@ -120,6 +120,10 @@ dds::Qos partition_qos(const std::string& partition) {
   return qos;
 }
 
+std::string fabric_of(std::string_view partition) {
+  return std::string(partition.substr(0, partition.find('/')));
+}
+
 std::string service_partition(std::string_view fabric, std::string_view canonical_uuid) {
   return fmt::format("{}/{}", fabric, canonical_uuid);
 }

@@ -77,6 +77,8 @@ dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data = 
 /// Of a publisher or subscriber.
 dds::Qos partition_qos(const std::string& partition);
 
+/// The fabric of a partition: "millrace" of "millrace", "millrace/560aacbf-…" and "millrace/*".
+std::string fabric_of(std::string_view partition);
 /// "millrace/560aacbf-…": the partition of the replies of a UUID's instances.
 std::string service_partition(std::string_view fabric, std::string_view canonical_uuid);
 /// "millrace/560aacbf-…/8d0c4e6a-…": the partition of one instance's requests.

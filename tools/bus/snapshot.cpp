@@ -12,7 +12,7 @@
 #include "fabric/dds/entity.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
-#include "tools/bus/other_fabrics.hpp"
+#include "fabric/wire/topics.hpp"
 
 namespace millrace::tools::bus {
 
@@ -148,6 +148,29 @@ class Visit {
 };
 
 }  // namespace
+
+std::set<std::string> other_fabrics(const fabric::dds::Participant& participant) {
+  constexpr std::size_t most_fabrics = 16;
+  const fabric::dds::Entity writers(fabric::dds::check(
+      dds_create_reader(participant.handle(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
+      "read DCPSPublication"));
+  std::set<std::string> fabrics;
+  const auto use = [&](const dds_builtintopic_endpoint_t& writer, const dds_sample_info_t& info) {
+    if (!info.valid_data || !std::string_view(writer.topic_name).starts_with("millrace/")) {
+      return;
+    }
+    for (const std::string& partition : fabric::dds::partitions_of(writer.qos)) {
+      const std::string name = fabric::wire::fabric_of(partition);
+      if (fabrics.size() < most_fabrics && fabric::dds::is_fabric_name(name)) {
+        fabrics.insert(name);
+      }
+    }
+  };
+  while (fabric::wire::take_lent<dds_builtintopic_endpoint_t>(writers.handle(), use) > 0) {
+  }
+  fabrics.erase(participant.options().fabric);
+  return fabrics;
+}
 
 fabric::plant::Plant take_snapshot(const fabric::dds::ParticipantOptions& options,
                                    Patience patience,

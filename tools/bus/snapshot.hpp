@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <set>
+#include <string>
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/plant/plant.hpp"
@@ -60,6 +62,11 @@ class ListeningTime {
   Clock::time_point authentication_until_;
   Clock::time_point until_;
 };
+
+/// The names of the fabrics, but for that of `participant`, in which processes of its domain have
+/// endpoints now. With trust: authenticated processes. At most 16: a stranger can announce any
+/// number. Throws std::runtime_error with Cyclone's reason.
+std::set<std::string> other_fabrics(const fabric::dds::Participant& participant);
 
 /// Ends sooner once `enough` returns true, which is called after each change. Throws
 /// std::runtime_error if the fabric cannot be joined.

@@ -1,24 +1,17 @@
 #include "tools/commands/names.hpp"
 
-#include <cctype>
-
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/ascii.hpp"
 #include "base/text/quoted.hpp"
 
 namespace millrace::tools::commands {
 
 namespace {
 
-std::string small_letters(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) {
-    return static_cast<char>(c < 0x80 ? std::tolower(c) : c);
-  });
-  return text;
-}
-
 Match match_of(const std::string& name, const std::string& what) {
+  using base::text::small_letters;
   const std::string small = small_letters(name);
   return name == what                             ? Match::exact
          : small == fabric::canonical_uuid(what)  ? Match::exact

@@ -127,19 +127,6 @@ std::string entity_name(const dds_qos_t* qos) {
   return dds_qget_entity_name(qos, &name) ? taken(name) : std::string();
 }
 
-std::vector<std::string> partitions(const dds_qos_t* qos) {
-  std::uint32_t count = 0;
-  char** names = nullptr;
-  std::vector<std::string> all;
-  if (dds_qget_partition(qos, &count, &names)) {
-    for (std::uint32_t i = 0; i < count; ++i) {
-      all.push_back(taken(names[i]));
-    }
-    dds_free(static_cast<void*>(names));
-  }
-  return all;
-}
-
 std::string user_data(const dds_qos_t* qos) {
   void* data = nullptr;
   std::size_t size = 0;
@@ -229,7 +216,7 @@ void Directory::drain_endpoints(dds_entity_t reader, bool writers) {
                                              .writer = writers,
                                              .topic = sample.topic_name,
                                              .type = sample.type_name,
-                                             .partitions = partitions(sample.qos),
+                                             .partitions = fabric::dds::partitions_of(sample.qos),
                                              .user_data = user_data(sample.qos),
                                              .qos = qos_of(*sample.qos, writers)});
   };

@@ -159,14 +159,9 @@ using TopicReaders = ReadersOf<fabric::Request, fabric::Reply, fabric::Heartbeat
                                fabric::ChannelStatus, fabric::MachineStatus, fabric::Event,
                                fabric::Command, fabric::Outcome, fabric::Alarm>;
 
-/// "millrace" of "millrace", "millrace/560a…" and "millrace/*".
-std::string fabric_of(const std::string& partition) {
-  return partition.substr(0, partition.find('/'));
-}
-
 bool is_in(const SeenEndpoint& endpoint, const std::string& fabric) {
   return std::ranges::any_of(endpoint.partitions, [&](const std::string& partition) {
-    return fabric_of(partition) == fabric;
+    return fabric::wire::fabric_of(partition) == fabric;
   });
 }
 
@@ -269,7 +264,7 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
       add_wire_version(endpoint.topic, program->second.version);
     }
     for (const std::string& partition : endpoint.partitions) {
-      program->second.fabrics.insert(fabric_of(partition));
+      program->second.fabrics.insert(fabric::wire::fabric_of(partition));
       const auto request_partition = fabric::wire::parse_request_partition(fabric, partition);
       if (request_partition && !endpoint.writer &&
           endpoint.topic == fabric::wire::request_topic.name && !endpoint.user_data.empty() &&

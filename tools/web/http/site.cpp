@@ -79,7 +79,7 @@ tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
                            .failed = target.value("failed") == "1",
                            .other_state = target.value("other_state") == "1",
                            .result = result,
-                           .text = plant::small_letters(target.value("text"))};
+                           .text = base::text::small_letters(target.value("text"))};
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ bool is_address(std::string_view name) {
 }
 
 std::optional<Response> Site::refusal_of(const Request& request) const {
-  const std::string name = plant::small_letters(std::string(name_of_host(request.host)));
+  const std::string name = base::text::small_letters(std::string(name_of_host(request.host)));
   if (request.host.empty()) {
     return error_response(400, "this request has no Host; send the name or address of this server");
   }

@@ -21,12 +21,13 @@
 #include "base/loop/loop.hpp"
 #include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
+#include "base/text/ascii.hpp"
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/participant_identity.hpp"
 #include "tools/bus/operator.hpp"
-#include "tools/bus/other_fabrics.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/caller/one_call.hpp"
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/examine.hpp"
@@ -115,9 +116,9 @@ fabric::Moment now() {
 
 /// Browsers send host names in small letters.
 std::set<std::string> names_of(const WebOptions& options) {
-  std::set<std::string> names{plant::small_letters(base::posix::host_name())};
+  std::set<std::string> names{base::text::small_letters(base::posix::host_name())};
   for (const std::string& name : options.names) {
-    names.insert(plant::small_letters(name));
+    names.insert(base::text::small_letters(name));
   }
   return names;
 }

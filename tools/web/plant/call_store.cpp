@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/text/ascii.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::plant {
@@ -9,17 +10,10 @@ namespace millrace::tools::web::plant {
 namespace {
 
 bool has_text(std::string_view cp1252, const std::string& wanted) {
-  return small_letters(print::text_json(cp1252)).find(wanted) != std::string::npos;
+  return base::text::small_letters(print::text_json(cp1252)).find(wanted) != std::string::npos;
 }
 
 }  // namespace
-
-std::string small_letters(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char letter) {
-    return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
-  });
-  return text;
-}
 
 bool NormalStates::contain(const std::string& uuid, std::uint32_t state) const {
   if (state <= 1) {

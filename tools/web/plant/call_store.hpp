@@ -44,9 +44,6 @@ struct EndedCall {
   [[nodiscard]] std::string_view result() const;
 };
 
-/// Converts ASCII letters only.
-std::string small_letters(std::string text);
-
 /// An empty text and channel 0 match everything.
 struct CallFilter {
   std::string machine{};

@@ -1,5 +1,4 @@
-#include "tools/bus/other_fabrics.hpp"
-
+// The other fabrics of a domain, among real participants.
 #include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +6,7 @@
 #include "fabric/endpoints/alarm_endpoint.hpp"
 #include "tests/support/await.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
+#include "tools/bus/snapshot.hpp"
 
 namespace millrace::tools::bus {
 namespace {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/text/ascii.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::tools::web::plant {
@@ -54,7 +55,7 @@ TEST(ACallStore, FindsATextInRequestOrResponseInAnyCase) {
   EXPECT_THAT(numbers(sut.list({.text = "mäß t12"}, 10)), testing::ElementsAre(1));
   EXPECT_THAT(numbers(sut.list({.text = "1.414"}, 10)), testing::ElementsAre(2, 1));
   EXPECT_THAT(sut.list({.text = "t13"}, 10), IsEmpty());
-  EXPECT_EQ(small_letters("T12 mÄ"), "t12 mÄ");
+  EXPECT_EQ(base::text::small_letters("T12 mÄ"), "t12 mÄ");
 }
 
 TEST(ACallStore, ListsTheNewestFirstAndOnlyTheSelected) {
