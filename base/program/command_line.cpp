@@ -50,7 +50,7 @@ std::string page_of(const CLI::App& app, const std::string& name, int argc, char
     return command_tree(app, app.get_name().empty() ? name : app.get_name());
   };
   if (words.size() == 2 && words[1] == "--man-page") {
-    return man_page(tree(), MILLRACE_VERSION);
+    return man_page(tree(), version());
   }
   if (words.size() == 3 && words[1] == "--completion") {
     const auto shell = parse_shell(words[2]);

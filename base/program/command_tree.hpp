@@ -43,7 +43,7 @@ Command command_tree(const CLI::App& app, const std::string& name);
 
 // The man page of a program, generated from the same data as its --help.
 //
-//   fmt::print("{}", man_page(command_tree(app, "millrace-gateway"), "0.1.0"));
+//   fmt::print("{}", man_page(command_tree(app, "millrace-gateway"), "1.0.0"));
 
 /// In roff with the macros of man(7), section 1.
 std::string man_page(const Command& command, const std::string& version);

@@ -6,13 +6,17 @@
 
 namespace millrace::base::program {
 
+const char* version() {
+  return MILLRACE_VERSION;
+}
+
 [[gnu::weak]] const char* commit() {
   return "";
 }
 
 std::string version_and_commit() {
   const std::string_view from = commit();
-  return from.empty() ? MILLRACE_VERSION : fmt::format("{}, commit {}", MILLRACE_VERSION, from);
+  return from.empty() ? std::string(version()) : fmt::format("{}, commit {}", version(), from);
 }
 
 }  // namespace millrace::base::program

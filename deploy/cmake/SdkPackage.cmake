@@ -47,7 +47,7 @@ endforeach()
 install(FILES ${PROJECT_SOURCE_DIR}/services/sdk/isg_service.h DESTINATION ${sdk_includes} COMPONENT sdk-dev)
 
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
-  VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+  VERSION ${PROJECT_VERSION} COMPATIBILITY SameMajorVersion)
 # From the folder of the .pc file back to the prefix, which is only known when it is installed.
 cmake_path(RELATIVE_PATH CMAKE_SOURCE_DIR BASE_DIRECTORY ${CMAKE_SOURCE_DIR}/${CMAKE_INSTALL_LIBDIR}/pkgconfig
   OUTPUT_VARIABLE millrace_up_from_pc)

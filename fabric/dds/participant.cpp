@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/program/barrier.hpp"
+#include "base/program/version.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/dds/configuration.hpp"
@@ -113,7 +114,7 @@ void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
 }
 
 ProcessVersion own_version() {
-  return {.version = MILLRACE_VERSION,
+  return {.version = base::program::version(),
           .lowest_wire = lowest_wire_version,
           .highest_wire = highest_wire_version};
 }

@@ -8,6 +8,7 @@
 
 #include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"
+#include "base/program/version.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/made_id.hpp"
 #include "gateway/shell/certificate_alarms.hpp"
@@ -21,7 +22,7 @@ namespace asio = boost::asio;
 core::GatewayIdentity identity_of(const journal::Journal& journal,
                                   const fabric::dds::Participant& participant) {
   return {fabric::dds::make_id(participant), base::posix::host_name(),
-          static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
+          static_cast<std::uint32_t>(::getpid()), base::program::version(),
           journal.state().numbers().epoch};
 }
 

@@ -7,6 +7,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 
+#include "base/program/version.hpp"
 #include "fabric/observer/observer.hpp"
 #include "services/archiver/answering.hpp"
 #include "services/archiver/config.hpp"
@@ -101,7 +102,7 @@ int serve(int argc, char** argv) {
                                .name = "archiver",
                                .description = "Archives data from NC programs and the events of "
                                               "the fabric. See also: query --help, export --help",
-                               .version = MILLRACE_VERSION,
+                               .version = base::program::version(),
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 16});
   std::string file;

@@ -13,6 +13,7 @@
 
 #include "base/program/command_tree.hpp"
 #include "base/program/log.hpp"
+#include "base/program/version.hpp"
 #include "services/batch/call.hpp"
 #include "services/batch/catalog.hpp"
 #include "services/batch/config.hpp"
@@ -293,7 +294,7 @@ Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
 sdk::ServiceOptions defaults() {
   return {.name = "batch",
           .description = "Answers calls with a program",
-          .version = MILLRACE_VERSION,
+          .version = program::version(),
           .delivery = fabric::Delivery::at_most_once};
 }
 
@@ -345,7 +346,7 @@ int serve_folder(int argc, char** argv) {
       "One program without a file:\n"
       "  millrace-batch --exec ./measure.sh --uuid 3f0c8a52-7d1e-4b6f-9a35-c2e84d17b690");
   return host.run(argc, argv, [&](const sdk::HostedProcess& process) {
-    const sdk::ServiceOptions options = process.services(MILLRACE_VERSION);
+    const sdk::ServiceOptions options = process.services();
     std::optional<Folder> folder;
     sdk::StopSignals signals(process.log);
     folder.emplace(file, options, process.log);

@@ -1,6 +1,7 @@
 #include "services/c/errors.hpp"
 
 #include "base/program/command_line.hpp"
+#include "base/program/version.hpp"
 
 namespace millrace::services::c {
 
@@ -77,5 +78,5 @@ const char* millrace_code_text(millrace_code code) {
 }
 
 const char* millrace_version(void) {
-  return MILLRACE_VERSION;
+  return millrace::base::program::version();
 }

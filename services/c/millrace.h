@@ -96,7 +96,7 @@ typedef int32_t millrace_code;
 MILLRACE_API const char* millrace_error(void);
 /* What a code means, in English. */
 MILLRACE_API const char* millrace_code_text(millrace_code code);
-/* The version of the library, as "0.1.0". */
+/* The version of the library, as "1.0.0". */
 MILLRACE_API const char* millrace_version(void);
 
 /* In place of the length of a text that ends with a NUL. */

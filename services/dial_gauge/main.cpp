@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
+#include "base/program/version.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "services/dial_gauge/serial_line.hpp"
@@ -177,7 +178,7 @@ int run(int argc, char** argv) {
   sdk::ServiceProgram program({.uuid = "e6f15204-3a7c-4686-9bc3-1400d062127c",
                                .name = "dial_gauge",
                                .description = "Answers with the values of dial gauges",
-                               .version = MILLRACE_VERSION,
+                               .version = base::program::version(),
                                .delivery = fabric::Delivery::at_most_once});
   std::string file;
   program.app()

@@ -53,7 +53,7 @@ int serve(int argc, char** argv) {
     }
     std::optional<Host> host;
     sdk::StopSignals signals(process.log);
-    host.emplace(file, endpoints, process.services(MILLRACE_VERSION), process.name, process.log);
+    host.emplace(file, endpoints, process.services(), process.name, process.log);
     signals.on_stop([&] { host->stop(); });
     program::ready(fmt::format("{} serves {} of {} on domain {}", process.name, counted(endpoints),
                                file, process.join.domain));

@@ -9,6 +9,8 @@
 #include <curl/curl.h>
 #include <fmt/format.h>
 
+#include "base/program/version.hpp"
+
 namespace millrace::services::http {
 
 namespace {
@@ -133,7 +135,7 @@ void set_request(Running& running) {
   set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(std::min(transfer.limit, connect_limit)));
   set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
   set(handle, CURLOPT_ERRORBUFFER, running.reason.data());
-  set(handle, CURLOPT_USERAGENT, "millrace-http/" MILLRACE_VERSION);
+  set(handle, CURLOPT_USERAGENT, fmt::format("millrace-http/{}", base::program::version()).c_str());
   set(handle, CURLOPT_WRITEFUNCTION, &on_body);
   set(handle, CURLOPT_WRITEDATA, &running);
   set(handle, CURLOPT_PREREQFUNCTION, &on_begin);

@@ -399,7 +399,7 @@ int serve(int argc, char** argv) {
     }
     std::optional<Host> host;
     sdk::StopSignals signals(process.log);
-    host.emplace(config, process.services(MILLRACE_VERSION), process.log);
+    host.emplace(config, process.services(), process.log);
     std::optional<MirrorThread> shown;
     if (config.mirror) {
       shown.emplace(*hearing, *config.mirror, host->socket(), process.log);

@@ -9,6 +9,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/program/version.hpp"
 #include "fabric/observer/observer.hpp"
 #include "services/mail/mail_sender.hpp"
 #include "services/mail/rule_watch.hpp"
@@ -141,7 +142,7 @@ int serve(int argc, char** argv) {
   sdk::ServiceProgram service({.uuid = "b536e110-ca9e-4198-bddb-64331366bedb",
                                .name = "mail",
                                .description = "Sends mails for NC programs",
-                               .version = MILLRACE_VERSION,
+                               .version = program::version(),
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 4});
   std::string file;

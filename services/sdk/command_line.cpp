@@ -78,7 +78,7 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
   add_delivery(app_, options_.delivery);
   add_completion_signal(app_, options_.completion_signal);
   program::add_log_level(app_, level_);
-  if (options_.version != MILLRACE_VERSION) {
+  if (options_.version != program::version()) {
     app_.set_version_flag(
         "--version",
         fmt::format("{}{}{} (millrace {})", options_.name, options_.version.empty() ? "" : " ",

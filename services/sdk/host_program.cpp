@@ -1,13 +1,15 @@
 #include "services/sdk/host_program.hpp"
 
+#include "base/program/version.hpp"
 #include "services/sdk/shared_participant.hpp"
 
 namespace millrace::services::sdk {
 
 namespace program = base::program;
 
-ServiceOptions HostedProcess::services(const std::string& version) const {
-  return {.version = version, .participant = std::make_shared<SharedParticipant>(join, log)};
+ServiceOptions HostedProcess::services() const {
+  return {.version = program::version(),
+          .participant = std::make_shared<SharedParticipant>(join, log)};
 }
 
 ServiceOptions options_of(const Announcement& announcement, ServiceOptions shared) {

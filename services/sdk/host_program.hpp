@@ -28,7 +28,7 @@ struct HostedProcess {
 
   /// The options that all services of the process share: its version, and one participant, which
   /// joins the fabric now. Throws std::runtime_error if the fabric cannot be joined.
-  [[nodiscard]] ServiceOptions services(const std::string& version) const;
+  [[nodiscard]] ServiceOptions services() const;
 };
 
 /// Those of one of these services.

@@ -1,6 +1,7 @@
 // millrace-square-root: the sample service of the vendor's manual.
 #include "services/sdk/main.hpp"
 
+#include "base/program/version.hpp"
 #include "services/square_root/root.hpp"
 
 int main(int argc, char** argv) {
@@ -9,7 +10,7 @@ int main(int argc, char** argv) {
       .uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47",
       .name = "square_root",
       .description = "Answers a number with its square root",
-      .version = MILLRACE_VERSION,
+      .version = millrace::base::program::version(),
       .run_inline = true,
   };
   return sdk::serve(argc, argv, options,

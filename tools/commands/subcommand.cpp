@@ -8,6 +8,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/command_tree.hpp"
+#include "base/program/version.hpp"
 
 namespace millrace::tools::commands {
 
@@ -87,7 +88,7 @@ std::vector<std::string> word_order(std::vector<std::string> words) {
 }
 
 std::string library_name() {
-  return "millrace " MILLRACE_VERSION;
+  return fmt::format("millrace {}", base::program::version());
 }
 
 void warn_of_the_one_connection(const gateway::settings::MachineSettings& machine) {

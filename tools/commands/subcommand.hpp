@@ -55,7 +55,7 @@ std::vector<std::string> word_order(std::vector<std::string> words);
 
 // The writer's name in our files.
 
-/// "millrace 0.1.0".
+/// "millrace 1.0.0".
 std::string library_name();
 
 // The warning of a command before it connects to a controller over ADS.

@@ -1,6 +1,6 @@
 // Writes an MCAP file: chunks with CRC and message indexes, then summary, statistics and footer.
 //
-//   Writer writer(sink, {.library = "millrace 0.1.0"});
+//   Writer writer(sink, {.library = "millrace 1.0.0"});
 //   writer.define(schema);
 //   writer.define(channel);
 //   writer.write(message);

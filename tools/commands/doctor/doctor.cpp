@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/configuration/config_file.hpp"
+#include "base/program/version.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/plant/concern.hpp"
@@ -165,7 +166,7 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
       .domain = join.domain,
       .flags = fabric::profile::given_flags(flags),
       .cyclone_uri = fabric::dds::uses_uri(join) && std::getenv("CYCLONEDDS_URI") != nullptr,
-      .version = MILLRACE_VERSION,
+      .version = program::version(),
       .now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
   if (!flags.file().empty()) {
     const auto profile = base::configuration::read_config<config::Fabric>(flags.file());

@@ -15,6 +15,7 @@
 #include "base/posix/files.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"
+#include "base/program/version.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/lint/finding.hpp"
 #include "tools/lint/lint.hpp"
@@ -199,7 +200,7 @@ int check(const Options& options) {
   const checks::Report report = checks::lint(programs, checks_of(options));
   const std::vector<checks::Finding>& findings = report.findings;
   if (options.sarif) {
-    print::print_json(checks::sarif_of(findings, report.not_understood, MILLRACE_VERSION));
+    print::print_json(checks::sarif_of(findings, report.not_understood, base::program::version()));
   } else if (options.json) {
     print::print_json(checks::json_of(findings, report.not_understood));
   } else {

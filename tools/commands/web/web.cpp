@@ -9,6 +9,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
+#include "base/program/version.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/arguments.hpp"
@@ -125,7 +126,7 @@ WebOptions web_options(const Options& options) {
     throw program::UsageError(
         "--login-for-recordings: expected the file with the users (--allow-actions)");
   }
-  WebOptions web{.join = options.fabric.options(), .version = MILLRACE_VERSION};
+  WebOptions web{.join = options.fabric.options(), .version = program::version()};
   web.joining = doctor::joining_of(options.fabric, web.join);
   web.server.address = place.address.to_string();
   web.server.port = place.port;
