@@ -122,6 +122,7 @@ void Machines::drop_link(Machine& one, const fabric::Message& reason, Moment now
     return;
   }
   one.phase = Machine::StandingBy{};
+  forget_accounted(one.settings.name);
   one.subscriptions.link_down();
   values_of(one).on_dropped(now);
   listener_.on_link_dropped(one.settings.name, reason);
@@ -137,6 +138,7 @@ void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
 void Machines::not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason,
                          Moment now) {
   values_of(one).on_over(channel, now);
+  forget_accounted(one.settings.name, channel);
   listener_.on_not_owner({one.settings.name, channel}, reason);
 }
 
@@ -203,10 +205,19 @@ void Machines::on_machine_gone(const std::string& machine, const fabric::Instanc
 }
 
 void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
+  const auto machine = machines_.find(status.key.machine);
+  const bool serves = machine != machines_.end() && machine->second.serves(status.key.channel);
   // The calls of an earlier run of this gateway are in its journal; and a gateway without a call in
   // the channel need not know another one's, unless the channel is idle.
   if (status.call.epoch == own_.epoch ||
-      (status.call == fabric::CallId{} && status.state != fabric::ChannelState::idle)) {
+      (status.call == fabric::CallId{} && (serves || status.state != fabric::ChannelState::idle))) {
+    return;
+  }
+  const auto known = last_seen_.find(status.key);
+  if (known != last_seen_.end() && known->second.accounted &&
+      known->second.status.call.epoch == status.call.epoch &&
+      status.call.number <= known->second.status.call.number) {
+    // A gateway that is back publishes the call of its journal before it knows that it stands by.
     return;
   }
   if (claims_.is_elsewhere(status.key.machine, status.call.epoch)) {
@@ -221,9 +232,8 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
-  last_seen_.insert_or_assign(status.key, status);
-  const auto machine = machines_.find(status.key.machine);
-  if (machine != machines_.end() && machine->second.serves(status.key.channel)) {
+  last_seen_.insert_or_assign(status.key, OtherStatus{status});
+  if (serves) {
     // Another gateway that did not receive our samples had it too.
     on_predecessor_call(status.key);
   }

@@ -181,6 +181,13 @@ class Machines : public ServiceAccess {
     MachineValues values;
   };
 
+  /// What another gateway has published about a channel.
+  struct OtherStatus {
+    fabric::ChannelStatus status;
+    /// This gateway serves the channel since, and took the call into account.
+    bool accounted = false;
+  };
+
   Machine* find_linked(const std::string& machine);
   /// To change them: then ask_values() looks at all machines.
   MachineValues& values_of(Machine& one);
@@ -201,6 +208,9 @@ class Machines : public ServiceAccess {
   void remove(Machine& one, std::uint16_t channel, Moment now);
   void not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason, Moment now);
   void on_predecessor_call(const fabric::ChannelKey& key);
+  /// Another gateway may serve the channel from now on, or all, also with a call that it had
+  /// before.
+  void forget_accounted(const std::string& machine, std::optional<std::uint16_t> channel = {});
   void publish(Machine& one);
   void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);
   static void write_up(Machine& one, std::size_t channels, Moment now);
@@ -222,7 +232,7 @@ class Machines : public ServiceAccess {
   /// No earlier time is due.
   std::optional<SteadyTime> next_;
   /// The last status of channels of contested machines, while others served them.
-  std::map<fabric::ChannelKey, fabric::ChannelStatus> last_seen_;
+  std::map<fabric::ChannelKey, OtherStatus> last_seen_;
   /// A warning that a stranger can cause ten thousand times a second is logged once.
   fabric::LogLimiter log_limiter_;
   /// The gateway that left each machine last.

@@ -153,6 +153,7 @@ bool Machines::owned_by_others(Machine& one, Moment now) {
   if (auto* const connected = one.connected()) {
     connected->served.clear();
   }
+  forget_accounted(name);
   one.status_writer.on_down(refusal, now);
   return true;
 }
@@ -197,12 +198,23 @@ void Machines::serve(Machine& one, Moment now) {
 }
 
 void Machines::on_predecessor_call(const fabric::ChannelKey& key) {
-  const auto left = last_seen_.extract(key);
-  if (!left.empty() && under_way(left.mapped())) {
-    const auto* other = claims_.of_epoch(key.machine, left.mapped().call.epoch);
-    listener_.on_predecessor_call(
-        left.mapped(), other != nullptr ? machines::name_of(*other) : predecessors_[key.machine]);
+  const auto left = last_seen_.find(key);
+  if (left == last_seen_.end() || std::exchange(left->second.accounted, true)) {
+    return;
   }
+  const fabric::ChannelStatus& status = left->second.status;
+  if (under_way(status)) {
+    const auto* other = claims_.of_epoch(key.machine, status.call.epoch);
+    listener_.on_predecessor_call(
+        status, other != nullptr ? machines::name_of(*other) : predecessors_[key.machine]);
+  }
+}
+
+void Machines::forget_accounted(const std::string& machine, std::optional<std::uint16_t> channel) {
+  std::erase_if(last_seen_, [&](const auto& other) {
+    return other.second.accounted && other.first.machine == machine &&
+           (!channel || other.first.channel == *channel);
+  });
 }
 
 }  // namespace millrace::gateway::core

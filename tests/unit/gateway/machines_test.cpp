@@ -185,6 +185,40 @@ TEST_F(MachinesTest, InheritsFromAnotherGatewayThatServedTheSameMachine) {
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, other_gateway)));
 }
 
+// A regression: a gateway that came back published the call of its journal once more, and the next
+// call at most once of the NC program waited for an operator.
+TEST_F(MachinesTest, InheritsACallOnceWhereItsGatewayComesBackWithItsJournal) {
+  sut.on_machine(claim(1s), time);
+  time_passes();
+  auto status = call(other_epoch, fabric::ChannelState::running, 1);
+  sut.on_channel(status, time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
+  serve();
+  sut.on_machine(claim(2h), time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 1), time);
+  EXPECT_THAT(predecessor_calls, SizeIs(1));
+  sut.on_link_down("cnc", {"the controller does not answer"}, time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 1), time);
+  sut.on_link_up("cnc", {1, 2}, time);
+  EXPECT_THAT(predecessor_calls, SizeIs(1));
+  ++status.call.number;
+  sut.on_channel(status, time);
+  EXPECT_THAT(predecessor_calls, SizeIs(2)) << "a later call of a gateway that serves it, too";
+}
+
+TEST_F(MachinesTest, InheritsACallAgainThatItsGatewayHasContinued) {
+  sut.on_machine(claim(1s), time);
+  time_passes();
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
+  serve();
+  ASSERT_THAT(predecessor_calls, SizeIs(1));
+  sut.on_machine(claim(1s), time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
+  EXPECT_THAT(predecessor_calls, SizeIs(2));
+}
+
 // Found by the simulation.
 TEST_F(MachinesTest, InheritsACallReportedBeforeItsConfigurationNamedTheMachine) {
   serve();

@@ -134,11 +134,16 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
     const auto found = seen.channels().find(key);
     return found != seen.channels().end() && found->second.call != fabric::CallId{};
   };
-  fabric::plant::Plant live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
+  // A gateway that has just taken the channel over first publishes the call of its journal.
+  const auto is_enough = [&](const fabric::plant::Plant& seen) {
+    return is_pending(seen) &&
+           seen.channels().find(key)->second.state != fabric::ChannelState::link_down;
+  };
+  fabric::plant::Plant live = bus::take_snapshot(options.fabric.options(), {}, is_enough);
   if (!live.channels().contains(key)) {
     // On a busy host its gateway may be discovered later than the first processes.
     live = bus::take_snapshot(options.fabric.options(), {.at_least = std::chrono::seconds(3)},
-                              is_pending);
+                              is_enough);
   }
   const auto channel = live.channels().find(key);
   if (!is_pending(live)) {
