@@ -45,6 +45,9 @@ Endpoint endpoint_from(const config::Http::Service& from, const fs::path& folder
                     .signing_secret = file(from.signing_secret_file(), "signing_secret_file")};
   mistakes.expect(from.certificate_file().empty() == from.key_file().empty(),
                   path / "certificate_file", "needs key_file, and key_file needs it");
+  if (!from.proxy().empty()) {
+    mistakes.take(parse_url(from.proxy()), path / "proxy");
+  }
   mistakes.expect(from.health().empty() || from.health().starts_with('/'), path / "health",
                   "must be a path that begins with '/'");
   return endpoint;

@@ -336,7 +336,6 @@ void Host::ended(Number number, fabric::CallId id, const Exchange& exchange) {
     if (Served* const served = served_of(number)) {
       take_down(*served, fmt::format("the endpoint {} does not answer: {}", at.endpoint->url,
                                      not_begun->reason));
-      served->next_check = Clock::now();
     }
   } else {
     lose(number, id, std::get<Lost>(verdict).reason);

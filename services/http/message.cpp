@@ -27,6 +27,7 @@ using Wrong = tl::unexpected<std::string>;
 constexpr int status_accepted = 202;
 constexpr int status_multiple_choices = 300;
 constexpr int status_bad_request = 400;
+constexpr int status_proxy_password = 407;
 constexpr int status_too_many = 429;
 constexpr int status_unavailable = 503;
 /// Between two polls of a result, unless the response has Retry-After.
@@ -65,6 +66,12 @@ bool is_text(const std::string& type, const std::string& body) {
   return type.empty() || type == "text/plain" || (type == "text/html" && !body.starts_with('<'));
 }
 
+/// Programs on Windows begin UTF-8 with a byte order mark.
+std::string_view without_mark(std::string_view body) {
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  return body.starts_with(mark) ? body.substr(mark.size()) : body;
+}
+
 /// A response that can be written. `text` is UTF-8.
 Read readable(const std::string& text, std::uint64_t state) {
   auto inside = base::text::to_cp1252(text);
@@ -85,7 +92,7 @@ Read readable(const std::string& text, std::uint64_t state) {
 
 Read from_json(const std::string& body) {
   boost::system::error_code error;
-  const json::value value = json::parse(body, error);
+  const json::value value = json::parse(without_mark(body), error);
   if (error) {
     return Wrong("not JSON: " + error.message());
   }
@@ -121,7 +128,7 @@ Read from_text(const Exchange& exchange) {
     }
     state = *number;
   }
-  std::string text = exchange.body;
+  std::string text(without_mark(exchange.body));
   text.erase(text.find_last_not_of("\r\n") + 1);
   return readable(text, state);
 }
@@ -143,7 +150,7 @@ std::string detail(const Exchange& exchange) {
   const std::string type = media_type(exchange.content_type);
   if (is_json(type)) {
     boost::system::error_code error;
-    const json::value value = json::parse(exchange.body, error);
+    const json::value value = json::parse(without_mark(exchange.body), error);
     if (const json::object* const object = error ? nullptr : value.if_object()) {
       // "detail" is that of RFC 9457 and of FastAPI.
       for (const char* name : {"text", "detail", "title", "error"}) {
@@ -198,6 +205,9 @@ Verdict accepted(const Endpoint& endpoint, const Exchange& exchange) {
 Verdict responded(const Endpoint& endpoint, const Exchange& exchange) {
   if (exchange.status == status_accepted && !exchange.location.empty()) {
     return accepted(endpoint, exchange);
+  }
+  if (exchange.status == status_proxy_password && !endpoint.proxy.empty()) {
+    return NotBegun{"the proxy asks for a password: HTTP 407"};
   }
   if ((exchange.status == status_too_many || exchange.status == status_unavailable) &&
       exchange.retry_after) {
@@ -270,7 +280,9 @@ Verdict judge(const Endpoint& endpoint, const Exchange& exchange) {
                                 fmt::format("{} took longer than {} ms", endpoint.announcement.name,
                                             endpoint.time_limit.count()))};
     case Exchange::End::too_long:
-      return Answer{refused(endpoint, fmt::format("more than {} bytes", max_body))};
+      return Answer{refused(endpoint, fmt::format("more than {} bytes", max_response))};
+    case Exchange::End::not_http:
+      return Answer{refused(endpoint, "not HTTP: " + exchange.reason)};
     case Exchange::End::responded:
       break;
   }

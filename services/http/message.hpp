@@ -28,8 +28,8 @@ inline constexpr std::uint32_t state_time_limit = 11;
 inline constexpr std::uint32_t state_response_refused = 13;
 inline constexpr std::uint32_t state_withdrawn = 14;
 
-/// Bytes of a response that are read; 127 characters have at most 762 as JSON.
-inline constexpr std::size_t max_body = 65536;
+/// Bytes of a response that are read, with its headers; 127 characters have at most 762 as JSON.
+inline constexpr std::size_t max_response = 65536;
 
 struct Post {
   /// JSON.
@@ -55,8 +55,9 @@ struct Exchange {
     lost,
     /// Of the call, after it was sent.
     time_limit,
-    /// The response has more than max_body bytes.
-    too_long
+    /// The response has more than max_response bytes.
+    too_long,
+    not_http
   };
   End end = End::responded;
   int status = 0;

@@ -83,7 +83,8 @@ struct Running {
   List headers;
   std::array<char, CURL_ERROR_SIZE> reason{};
   std::string body{};
-  bool too_long = false;
+  /// Of headers and body.
+  std::size_t received = 0;
   /// Connections on which the request was begun: libcurl sends it again if a connection that was
   /// used before ends without a response.
   unsigned begun = 0;
@@ -94,14 +95,20 @@ struct Running {
   }
 };
 
+/// What libcurl expects of its callbacks.
+std::size_t take(Running& running, std::size_t size) {
+  running.received += size;
+  return running.received > max_response ? CURL_WRITEFUNC_ERROR : size;
+}
+
+std::size_t on_header(char*, std::size_t size, std::size_t count, void* user) noexcept {
+  return take(*static_cast<Running*>(user), size * count);
+}
+
 std::size_t on_body(char* data, std::size_t size, std::size_t count, void* user) noexcept {
   Running& running = *static_cast<Running*>(user);
-  if (running.body.size() + size * count > max_body) {
-    running.too_long = true;
-    return CURL_WRITEFUNC_ERROR;
-  }
   running.body.append(data, size * count);
-  return size * count;
+  return take(running, size * count);
 }
 
 int on_begin(void* user, char*, char*, int, int) noexcept {
@@ -120,8 +127,9 @@ void set_trust(const Easy& handle, const Endpoint& endpoint) {
   }
   set_pem(handle, CURLOPT_SSLCERT_BLOB, endpoint.secrets.certificate);
   set_pem(handle, CURLOPT_SSLKEY_BLOB, endpoint.secrets.key);
-  // Without it libcurl uses proxies of the environment, and without the next a .netrc.
+  // Without these libcurl uses proxies and exceptions of the environment, and a .netrc.
   set(handle, CURLOPT_PROXY, endpoint.proxy.c_str());
+  set(handle, CURLOPT_NOPROXY, "");
   set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
   set(handle, CURLOPT_FOLLOWLOCATION, 0L);
   set(handle, CURLOPT_PROTOCOLS_STR, "http,https");
@@ -136,6 +144,8 @@ void set_request(Running& running) {
   set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
   set(handle, CURLOPT_ERRORBUFFER, running.reason.data());
   set(handle, CURLOPT_USERAGENT, fmt::format("millrace-http/{}", base::program::version()).c_str());
+  set(handle, CURLOPT_HEADERFUNCTION, &on_header);
+  set(handle, CURLOPT_HEADERDATA, &running);
   set(handle, CURLOPT_WRITEFUNCTION, &on_body);
   set(handle, CURLOPT_WRITEDATA, &running);
   set(handle, CURLOPT_PREREQFUNCTION, &on_begin);
@@ -154,7 +164,9 @@ void set_request(Running& running) {
 }
 
 Exchange::End end_of(const Running& running, CURLcode code) {
-  if (running.too_long) {
+  /// CURLE_TOO_LARGE, of libcurl 8.6; before, it has no memory for a header of more than 100 KiB.
+  constexpr int too_large = 100;
+  if (running.received > max_response) {
     return Exchange::End::too_long;
   }
   if (code == CURLE_OK) {
@@ -163,7 +175,18 @@ Exchange::End end_of(const Running& running, CURLcode code) {
   if (running.begun == 0) {
     return Exchange::End::not_sent;
   }
-  return code == CURLE_OPERATION_TIMEDOUT ? Exchange::End::time_limit : Exchange::End::lost;
+  switch (int{code}) {
+    case CURLE_OPERATION_TIMEDOUT:
+      return Exchange::End::time_limit;
+    case CURLE_OUT_OF_MEMORY:
+    case too_large:
+      return Exchange::End::too_long;
+    case CURLE_WEIRD_SERVER_REPLY:
+    case CURLE_UNSUPPORTED_PROTOCOL:
+      return Exchange::End::not_http;
+    default:
+      return Exchange::End::lost;
+  }
 }
 
 Exchange exchange_of(Running& running, CURLcode code) {

@@ -53,7 +53,7 @@ tl::expected<Url, std::string> parse_url(const std::string& text) {
   }
   if (!part(handle, CURLUPART_USER).empty() || !part(handle, CURLUPART_PASSWORD).empty()) {
     return tl::unexpected(
-        std::string("has a user or password, which logs would show; use bearer_token_file"));
+        std::string("has a user or password, which would be shown; see bearer_token_file"));
   }
   if (!part(handle, CURLUPART_FRAGMENT).empty()) {
     return tl::unexpected(fmt::format(R"("{}" has a fragment, which is not sent)", text));

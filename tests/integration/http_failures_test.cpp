@@ -5,6 +5,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <regex>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -52,10 +53,11 @@ class HttpFailures : public testing::Test {
         chain.cnc({"--run", "1=" + chain.counting_program(uuid, calls), "--exit-when-idle"}));
     gateway.emplace(chain.gateway({"--log-level", "debug"}));
   }
-  void configure(const std::string& path, const std::string& delivery) const {
+  void configure(const std::string& path, const std::string& delivery,
+                 const std::string& more = {}) const {
     const fs::path part = chain.folder() / "part";
     std::ofstream(part) << "service { uuid: '" << uuid << "' url: 'http://127.0.0.1:" << port
-                        << path << "' health_ms: 200 delivery: " << delivery << " }";
+                        << path << "' health_ms: 200 delivery: " << delivery << " " << more << " }";
     fs::rename(part, chain.folder() / "http.textproto");
   }
   [[nodiscard]] std::vector<Post> posts() const {
@@ -66,6 +68,15 @@ class HttpFailures : public testing::Test {
       std::istringstream(line) >> post.key >> post.attempt >> post.text;
     }
     return posts;
+  }
+  /// `problem` is a regular expression.
+  void await_doctor(const std::string& problem) {
+    const std::regex pattern("the endpoint http://127.0.0.1:" + port + problem);
+    await("the alarm", [&] {
+      Process doctor = chain.millrace({"doctor"});
+      doctor.wait();
+      return std::regex_search(doctor.output(), pattern);
+    });
   }
   void await_posts(std::size_t count) {
     await("the request", [&] { return posts().size() >= count; });
@@ -81,6 +92,17 @@ class HttpFailures : public testing::Test {
     EXPECT_EQ(cnc->wait(std::chrono::minutes(2)), 0) << gateway->error_output();
     EXPECT_THAT(cnc->output(), HasSubstr(std::to_string(calls) + " calls answered"));
     EXPECT_THAT(cnc->output(), testing::Not(HasSubstr("wrong answer")));
+  }
+  void forget() const {
+    for (const char* const file : {"posts", "heads", "go"}) {
+      fs::remove(chain.folder() / file);
+    }
+  }
+  void end() {
+    gateway->terminate();
+    gateway->wait();
+    http->terminate();
+    EXPECT_EQ(http->wait(), 0);
   }
   /// Each attempt was sent once.
   void expect_no_attempt_twice() const {
@@ -106,30 +128,53 @@ TEST_F(HttpFailures, ACallWaitsForAServerThatIsNotThere) {
   start_http();
   cnc.emplace(chain.cnc({"--run", "1=" + chain.counting_program(uuid, 2), "--exit-when-idle"}));
   gateway.emplace(chain.gateway());
-  await("the alarm", [&] {
-    Process doctor = chain.millrace({"doctor"});
-    doctor.wait();
-    return doctor.output().find("the endpoint http://127.0.0.1:" + port +
-                                "/echo does not answer") != std::string::npos;
-  });
+  await_doctor("/echo does not answer");
   start_server();
   expect_end(2);
   EXPECT_THAT(posts(), SizeIs(2));
 }
 
+TEST_F(HttpFailures, ACallWaitsForAProxyThatForwardsNothing) {
+  const auto start_proxy = [&, number = std::string("0")]() mutable {
+    Process proxy(
+        {"/usr/bin/python3", MILLRACE_HTTP_PROXY, chain.folder().string(), "--port", number});
+    number = proxy.await("^ready: (\\d+)").at(1);
+    return std::pair(std::move(proxy), number);
+  };
+  for (const std::string status : {"", "407"}) {
+    SCOPED_TRACE(status.empty() ? "gone" : status);
+    forget();
+    start_server();
+    auto [proxy, number] = start_proxy();
+    configure("/echo", "AT_MOST_ONCE", "proxy: 'http://127.0.0.1:" + number + "'");
+    if (status.empty()) {
+      proxy.kill();
+    } else {
+      std::ofstream(chain.folder() / "refuse") << status;
+    }
+    start_http();
+    cnc.emplace(chain.cnc({"--run", "1=" + chain.counting_program(uuid, 2), "--exit-when-idle"}));
+    gateway.emplace(chain.gateway());
+    await_doctor("/echo does not answer: .*" + (status.empty() ? "port " + number : status));
+    if (status.empty()) {
+      proxy = start_proxy().first;
+    }
+    fs::remove(chain.folder() / "refuse");
+    expect_end(2);
+    EXPECT_THAT(posts(), SizeIs(2));
+    end();
+  }
+}
+
 TEST_F(HttpFailures, ALostConnectionBlocksACallThatMustNotRunTwice) {
-  for (const char* const path : {"/reset_before", "/reset_after", "/half"}) {
+  for (const char* const path : {"/reset_before", "/reset_after", "/half", "/bad_chunk"}) {
     SCOPED_TRACE(path);
-    fs::remove(chain.folder() / "posts");
-    fs::remove(chain.folder() / "heads");
+    forget();
     start(path, "AT_MOST_ONCE", 1);
     answer("1");
     expect_end(1);
     EXPECT_THAT(posts(), SizeIs(path == std::string("/reset_before") ? 0 : 1));
-    gateway->terminate();
-    gateway->wait();
-    http->terminate();
-    EXPECT_EQ(http->wait(), 0);
+    end();
   }
 }
 
@@ -139,6 +184,21 @@ TEST_F(HttpFailures, ALostConnectionThatWasUsedBeforeDoesSoToo) {
   answer("2");
   expect_end(2);
   EXPECT_THAT(posts(), SizeIs(2));
+}
+
+/// A server may close a connection just when the next request is under way, and nothing shows that
+/// it has not read it.
+TEST_F(HttpFailures, AConnectionThatIsClosedUnderARequestBlocksACallThatMustNotRunTwice) {
+  start("/second_unread", "AT_MOST_ONCE", 2);
+  answer("2");
+  expect_end(2);
+  EXPECT_THAT(posts(), SizeIs(1));
+}
+
+TEST_F(HttpFailures, AConnectionThatIsClosedUnderARequestLosesNoCallThatMayRunTwice) {
+  start("/second_unread", "AT_LEAST_ONCE", 20);
+  expect_end(20);
+  EXPECT_THAT(posts(), SizeIs(20));
 }
 
 TEST_F(HttpFailures, ALostConnectionRepeatsACallThatMayRunTwice) {
@@ -154,11 +214,16 @@ TEST_F(HttpFailures, ALostConnectionRepeatsACallThatMayRunTwice) {
 }
 
 TEST_F(HttpFailures, AServerWithoutRoomGetsTheCallAgain) {
-  start("/busy", "AT_MOST_ONCE", 1);
-  await_posts(2);
-  std::ofstream(chain.folder() / "go") << "x";
-  expect_end(1);
-  expect_no_attempt_twice();
+  for (const char* const path : {"/busy", "/busy_date"}) {
+    SCOPED_TRACE(path);
+    forget();
+    start(path, "AT_MOST_ONCE", 1);
+    await_posts(2);
+    std::ofstream(chain.folder() / "go") << "x";
+    expect_end(1);
+    expect_no_attempt_twice();
+    end();
+  }
 }
 
 TEST_F(HttpFailures, AKilledServerLosesNoCall) {

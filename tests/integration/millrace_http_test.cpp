@@ -41,6 +41,13 @@ void run(std::vector<std::string> command) {
   }
 }
 
+/// What the server at a path sends, and what the program gets.
+struct Outcome {
+  std::string path;
+  unsigned state = 0;
+  std::string text;
+};
+
 class Http : public testing::Test {
  protected:
   void start_server(const std::vector<std::string>& flags = {}) {
@@ -53,6 +60,20 @@ class Http : public testing::Test {
   [[nodiscard]] std::string url(const std::string& path, const std::string& scheme = "http") const {
     return scheme + "://127.0.0.1:" + port + path;
   }
+  void start_proxy() {
+    proxy.emplace(std::vector<std::string>{"/usr/bin/python3", MILLRACE_HTTP_PROXY,
+                                           folder.path().string(), "--port", proxy_port});
+    proxy_port = proxy->await("^ready: (\\d+)").at(1);
+  }
+  [[nodiscard]] std::string through_proxy() const {
+    return "proxy: 'http://127.0.0.1:" + proxy_port + "' ";
+  }
+  void refuse(const std::string& status) const {
+    std::ofstream(folder.path() / "refuse") << status;
+  }
+  [[nodiscard]] std::vector<std::string> proxied() const {
+    return lines_of(folder.path() / "proxied");
+  }
   void configure(const std::string& services) {
     const fs::path part = folder.path() / "part";
     std::ofstream(part) << services;
@@ -62,8 +83,11 @@ class Http : public testing::Test {
     return "service { uuid: '" + uuid + "' name: 'press' url: '" + at + "' health_ms: 500 " + more +
            " }\n";
   }
+  /// In an environment whose proxies would be wrong.
   void start() {
-    sut.emplace(std::vector<std::string>{binary("millrace-http"), "--config", config.string(),
+    sut.emplace(std::vector<std::string>{"/usr/bin/env", "http_proxy=http://127.0.0.1:1",
+                                         "https_proxy=http://127.0.0.1:1", "no_proxy=127.0.0.1",
+                                         binary("millrace-http"), "--config", config.string(),
                                          "--domain", std::to_string(domain.number())});
     sut->await("^ready: ");
   }
@@ -74,6 +98,29 @@ class Http : public testing::Test {
     start();
     ASSERT_TRUE(caller.await_instance(uuid));
   }
+  /// Calls a service at each path twice, so that the second call finds what the first one left.
+  void expect_outcomes(const std::vector<Outcome>& outcomes) {
+    start_server();
+    const auto uuid_of = [](std::size_t i) {
+      return "7c9e6679-7425-40de-944b-" + std::to_string(i);
+    };
+    std::string services;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      services += "service { uuid: '" + uuid_of(i) + "' name: 'press' url: '" +
+                  url(outcomes[i].path) + "' time_limit_ms: 700 }\n";
+    }
+    configure(services);
+    start();
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      SCOPED_TRACE(outcomes[i].path);
+      ASSERT_TRUE(caller.await_instance(uuid_of(i)));
+      for (int call = 0; call < 2; ++call) {
+        const fabric::Reply reply = caller.call(uuid_of(i), "x");
+        EXPECT_EQ(reply.state, outcomes[i].state) << reply.text;
+        EXPECT_THAT(reply.text, StartsWith(outcomes[i].text));
+      }
+    }
+  }
   void touch(const std::string& file) const { std::ofstream(folder.path() / file) << "x"; }
   [[nodiscard]] std::vector<std::string> posts() const { return lines_of(folder.path() / "posts"); }
 
@@ -82,7 +129,9 @@ class Http : public testing::Test {
   std::string port = "0";
   Domain domain;
   Caller caller{domain.number()};
+  std::string proxy_port = "0";
   std::optional<Process> server;
+  std::optional<Process> proxy;
   std::optional<Process> sut;
 };
 
@@ -107,28 +156,32 @@ TEST_F(Http, AnswersWithAPlainText) {
 }
 
 TEST_F(Http, AnswersWithAnErrorIfTheResponseIsNone) {
-  start_server();
-  const std::string other = "7c9e6679-7425-40de-944b-e07fc1f90ae";
-  const std::vector<std::tuple<std::string, unsigned, std::string>> paths{
-      {"/wrong", 13U, "ERROR: response of press: not JSON"},
-      {"/500", 500U, "ERROR: HTTP 500: no vacuum"},
-      {"/endless", 13U, "ERROR: response of press: more than 65536 bytes"},
-      {"/trickle", 11U, "ERROR: press took longer than 700 ms"},
-      {"/moved", 307U, "ERROR: HTTP 307: is not followed"},
-      {"/none", 404U, "ERROR: HTTP 404"}};
-  std::string services;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    services += "service { uuid: '" + other + std::to_string(i) + "' name: 'press' url: '" +
-                url(std::get<0>(paths[i])) + "' time_limit_ms: 700 }\n";
-  }
-  configure(services);
-  start();
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    ASSERT_TRUE(caller.await_instance(other + std::to_string(i)));
-    const fabric::Reply reply = caller.call(other + std::to_string(i), "x");
-    EXPECT_EQ(reply.state, std::get<1>(paths[i])) << std::get<0>(paths[i]);
-    EXPECT_THAT(reply.text, StartsWith(std::get<2>(paths[i])));
-  }
+  const std::string too_long = "ERROR: response of press: more than 65536 bytes";
+  const std::string too_slow = "ERROR: press took longer than 700 ms";
+  expect_outcomes({{"/wrong", 13U, "ERROR: response of press: not JSON"},
+                   {"/500", 500U, "ERROR: HTTP 500: no vacuum"},
+                   {"/endless", 13U, too_long},
+                   {"/trickle", 11U, too_slow},
+                   {"/moved", 307U, "ERROR: HTTP 307: is not followed"},
+                   {"/none", 404U, "ERROR: HTTP 404"},
+                   {"/loop", 11U, too_slow},
+                   {"/short_length", 13U, "ERROR: response of press: not JSON"},
+                   {"/long_length", 11U, too_slow},
+                   {"/negative_length", 13U, "ERROR: response of press: not HTTP: "},
+                   {"/many_headers", 13U, too_long},
+                   {"/long_header", 13U, "ERROR: response of press: "},
+                   {"/chunks", 13U, too_long},
+                   {"/slow_chunks", 11U, too_slow},
+                   {"/continues", 13U, too_long},
+                   {"/http09", 13U, "ERROR: response of press: not HTTP: "}});
+}
+
+TEST_F(Http, AnswersWithTheResponseOfAnUnusualServer) {
+  expect_outcomes({{"/no_body", 1U, ""},
+                   {"/continue", 1U, "4"},
+                   {"/http10", 1U, "4"},
+                   {"/bom", 1U, "4"},
+                   {"/early", 409U, "ERROR: HTTP 409: too early"}});
 }
 
 TEST_F(Http, ClosesTheConnectionOfACancelledCall) {
@@ -207,6 +260,34 @@ TEST_F(Http, AppliesAChangedConfigurationWithoutARestart) {
   EXPECT_TRUE(caller.await_no_instance(other_uuid));
 }
 
+TEST_F(Http, GoesThroughItsProxy) {
+  start_proxy();
+  serve("/echo", through_proxy());
+  EXPECT_EQ(caller.call(uuid, "4").text, "4");
+  EXPECT_THAT(proxied(), ElementsAre("POST " + url("/echo")));
+  EXPECT_THAT(posts(), SizeIs(1));
+}
+
+TEST_F(Http, AnswersWithTheRefusalOfAProxy) {
+  start_proxy();
+  serve("/echo", through_proxy());
+  refuse("403");
+  const fabric::Reply reply = caller.call(uuid, "4");
+  EXPECT_EQ(reply.text, "ERROR: HTTP 403: no way");
+  EXPECT_EQ(reply.state, 403U);
+  EXPECT_THAT(posts(), SizeIs(0));
+}
+
+TEST_F(Http, IsAnnouncedOnlyWhileItsProxyIsThere) {
+  start_proxy();
+  serve("/echo", through_proxy());
+  proxy->kill();
+  EXPECT_TRUE(caller.await_no_instance(uuid)) << "without a call";
+  sut->await_error("the endpoint " + url("/echo") + " does not answer: .*port " + proxy_port);
+  start_proxy();
+  EXPECT_TRUE(caller.await_instance(uuid));
+}
+
 class HttpOverTls : public Http {
  protected:
   HttpOverTls() {
@@ -247,6 +328,20 @@ TEST_F(HttpOverTls, DoesNotServeWithAWrongCertificate) {
   sut->await_error("does not answer: .*(127.0.0.1|host name|subject)");
   EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(300)));
   EXPECT_THAT(posts(), SizeIs(0));
+}
+
+TEST_F(HttpOverTls, GoesThroughItsProxy) {
+  start_proxy();
+  start_server({"--cert", file("server.pem"), "--key", file("server.key")});
+  configure(service(url("/echo", "https"), "ca_file: 'server.pem' " + through_proxy()));
+  refuse("407");
+  start();
+  sut->await_error("the endpoint " + url("/echo", "https") + " does not answer: .*407");
+  EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(300)));
+  fs::remove(folder.path() / "refuse");
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "4").text, "4");
+  EXPECT_THAT(proxied(), testing::Each("CONNECT 127.0.0.1:" + port));
 }
 
 TEST_F(HttpOverTls, DoesNotStartWithASecretThatOtherUsersCanRead) {

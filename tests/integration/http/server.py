@@ -12,16 +12,21 @@ Authorization. FOLDER/closed has a line for each connection that the client clos
     /reset_after        resets it behind the body
     /half               sends half a response, then closes
     /second_dies        answers the first request of a connection, and resets it after the second one's body
+    /second_unread      the same, but does not read the second one
     /slow               answers when FOLDER/go exists
     /endless            sends a body without end
     /trickle            sends a byte now and then, without end
     /wrong /500         a body that is not JSON; an error
-    /busy               503 with Retry-After until FOLDER/go exists
+    /busy /busy_date    503 with Retry-After, in seconds or as a date, until FOLDER/go exists
     /job                202 with Location; the result is there once FOLDER/go exists
+    /loop               202 with its own Location, for ever
     /moved              307 to another server
+    /early              answers before it reads the body
+    the paths of RAW    what stands there, whether HTTP or not
     GET /health         200, or 500 while FOLDER/sick exists
 """
 import argparse
+import email.utils
 import json
 import pathlib
 import socket
@@ -51,6 +56,31 @@ def has(file):
 
 class Reset(Exception):
     pass
+
+
+class Close(Exception):
+    pass
+
+
+OK = b"HTTP/1.1 200 x\r\n"
+CHUNKED = OK + b"Content-Type: text/plain\r\nTransfer-Encoding: chunked\r\n\r\n"
+RAW = {
+    "/many_headers": OK + 1000 * (b"X: " + 1000 * b"x" + b"\r\n") + b"Content-Length: 0\r\n\r\n",
+    "/long_header": OK + b"X: " + 1000000 * b"x" + b"\r\nContent-Length: 0\r\n\r\n",
+    "/no_body": OK + b"Content-Length: 0\r\n\r\n",
+    "/short_length": OK + b'Content-Type: application/json\r\nContent-Length: 5\r\n\r\n{"text": "4"}',
+    "/long_length": OK + b"Content-Type: text/plain\r\nContent-Length: 9\r\n\r\n4",
+    "/negative_length": OK + b"Content-Type: text/plain\r\nContent-Length: -1\r\n\r\n4",
+    "/chunks": CHUNKED + 20 * (b"1000\r\n" + 4096 * b"x" + b"\r\n"),
+    "/slow_chunks": CHUNKED + b"1\r\nx\r\n",
+    "/bad_chunk": CHUNKED + b"zz\r\nx\r\n",
+    "/continue": b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 103 x\r\nLink: </x>\r\n\r\n" + OK + b"Content-Length: 1\r\n\r\n4",
+    "/continues": 5000 * b"HTTP/1.1 100 Continue\r\n\r\n",
+    "/http10": b"HTTP/1.0 200 x\r\nContent-Type: text/plain\r\n\r\n4",
+    "/http09": b'{"text": "4"}',
+    "/bom": OK + b'Content-Type: application/json\r\nContent-Length: 16\r\n\r\n\xef\xbb\xbf{"text": "4"}',
+}
+CLOSED = {"/http10", "/http09"}
 
 
 def response(status, body, kind="application/json", *headers):
@@ -89,15 +119,28 @@ def answer(connection, count, method, path, headers, read_body):
     if path == "/reset_before":
         note("heads", headers.get("idempotency-key"))
         raise Reset
+    if path == "/second_unread" and count == 2:
+        raise Reset
+    if path == "/early":
+        connection.sendall(response(409, "too early", "text/plain"))
+        raise Close
+    if path == "/loop":
+        read_body()
+        return response(202, "", "text/plain", "Location: /loop")
     call = json.loads(read_body())
     note("posts", headers.get("idempotency-key"), call["attempt"], call["text"], headers.get("authorization", ""))
     if path == "/echo":
         return response(200, {"text": call["text"]})
+    if path in RAW:
+        connection.sendall(RAW[path])
+        if path in CLOSED:
+            raise Close
+        return b""
     if path == "/plain":
         return response(200, call["text"], "text/plain; charset=utf-8", "Millrace-State: 5")
     if path == "/reset_after" or (path == "/second_dies" and count == 2):
         raise Reset
-    if path == "/second_dies":
+    if path in ("/second_dies", "/second_unread"):
         return response(200, {"text": call["text"]})
     if path == "/half":
         connection.sendall(response(200, {"text": call["text"]})[:-5])
@@ -118,9 +161,10 @@ def answer(connection, count, method, path, headers, read_body):
         return response(200, '{"text": ')
     if path == "/500":
         return response(500, "no vacuum", "text/plain")
-    if path == "/busy":
+    if path.startswith("/busy"):
+        later = email.utils.formatdate(time.time() + 2, usegmt=True) if path == "/busy_date" else "1"
         return response(200, {"text": call["text"]}) if has("go") else response(
-            503, "", "text/plain", "Retry-After: 1")
+            503, "", "text/plain", f"Retry-After: {later}")
     if path == "/job":
         return response(202, {"text": "begun", "state": 2}, "application/json", f"Location: /result/{call['call']}")
     if path == "/moved":
@@ -168,7 +212,7 @@ def serve(connection):
             connection.sendall(answer(connection, count, method, path, headers, read_body))
     except Reset:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    except OSError:
+    except (Close, OSError):
         pass
     finally:
         connection.close()

@@ -117,6 +117,9 @@ TEST(HttpResponse, ThatCannotBeWrittenIsAnErrorWithItsReason) {
     return sut.text;
   };
   EXPECT_THAT(reason("application/json", R"({"text": )"), HasSubstr("not JSON: "));
+  EXPECT_THAT(reason("application/json", ""), HasSubstr("not JSON: "));
+  EXPECT_THAT(reason("application/json", "{\"text\": \"Ma\xDF\"}"), HasSubstr("not JSON: "));
+  EXPECT_THAT(reason("application/json", std::string(50'000, '[')), HasSubstr("not JSON: "));
   EXPECT_THAT(reason("application/json", "4"), HasSubstr("no JSON object"));
   EXPECT_THAT(reason("application/json", "{}"), HasSubstr("neither text nor state"));
   EXPECT_THAT(reason("application/json", R"({"text": 4})"), HasSubstr("its text is not a string"));
@@ -125,6 +128,9 @@ TEST(HttpResponse, ThatCannotBeWrittenIsAnErrorWithItsReason) {
   EXPECT_THAT(reason("application/json", R"({"state": 1.0})"), HasSubstr("not a whole number"));
   EXPECT_THAT(reason("application/json", R"({"state": 4294967296})"),
               HasSubstr("state 4294967296"));
+  EXPECT_THAT(reason("application/json", R"({"state": 1e400})"), HasSubstr("not a whole number"));
+  EXPECT_THAT(reason("application/json", R"({"state": 18446744073709551616})"),
+              HasSubstr("not a whole number"));
   EXPECT_THAT(reason("application/json", R"({"state": 0})"), HasSubstr("state 0"));
   EXPECT_THAT(reason("application/json", R"({"text": "a\u0000b"})"), HasSubstr("NUL"));
   EXPECT_THAT(reason("text/plain", "\xE4\xB8\xAD"), HasSubstr("U+4E2D at byte 1"));
@@ -134,6 +140,30 @@ TEST(HttpResponse, ThatCannotBeWrittenIsAnErrorWithItsReason) {
   EXPECT_THAT(reason("image/png", "x"), HasSubstr("image/png"));
   EXPECT_EQ(answer({.end = Exchange::End::too_long}).text,
             "ERROR: response of press: more than 65536 bytes");
+  EXPECT_EQ(answer({.end = Exchange::End::not_http, .reason = "odd"}).text,
+            "ERROR: response of press: not HTTP: odd");
+}
+
+TEST(HttpResponse, MayBeginWithAByteOrderMark) {
+  EXPECT_EQ(answer(200, "application/json", "\xEF\xBB\xBF{\"text\": \"4\"}"), (Response{"4", 1}));
+  EXPECT_EQ(answer(200, "text/plain",
+                   "\xEF\xBB\xBF"
+                   "4"),
+            (Response{"4", 1}));
+}
+
+TEST(HttpResponse, WithANameTwiceHasTheLastOne) {
+  EXPECT_EQ(
+      answer(200, "application/json", R"({"text": "a", "state": 1, "text": "b", "state": 2})"),
+      (Response{"b", 2}));
+}
+
+TEST(HttpResponse, OfAProxyWithAPasswordHasNotReachedTheEndpoint) {
+  Endpoint behind = endpoint();
+  behind.proxy = "http://proxy:3128";
+  EXPECT_THAT(std::get<NotBegun>(judge(behind, response(407, "text/html", "no"))).reason,
+              HasSubstr("the proxy asks for a password"));
+  EXPECT_EQ(answer(407, "text/html", "no").state, 407U) << "without a proxy";
 }
 
 TEST(HttpResponse, OfAnErrorHasItsStatusAsState) {
