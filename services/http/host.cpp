@@ -384,7 +384,7 @@ void Host::on_time(Time now) {
   if (!stopping_) {
     reload_if_changed(now);
     for (Served& served : served_) {
-      if (!served.check && !served.dismissed && served.next_check <= now) {
+      if (!served.check && served.next_check <= now) {
         check(served, now);
       }
     }
@@ -413,7 +413,7 @@ void Host::on_time(Time now) {
 milliseconds Host::until_next(Time now) const {
   Time next = now + look_period;
   for (const Served& served : served_) {
-    if (!served.check && !served.dismissed && !stopping_) {
+    if (!served.check && !stopping_) {
       next = std::min(next, served.next_check);
     }
   }

@@ -94,7 +94,7 @@ class HttpFailures : public testing::Test {
     EXPECT_THAT(cnc->output(), testing::Not(HasSubstr("wrong answer")));
   }
   void forget() const {
-    for (const char* const file : {"posts", "heads", "go"}) {
+    for (const char* const file : {"posts", "heads", "times", "go"}) {
       fs::remove(chain.folder() / file);
     }
   }
@@ -222,6 +222,11 @@ TEST_F(HttpFailures, AServerWithoutRoomGetsTheCallAgain) {
     std::ofstream(chain.folder() / "go") << "x";
     expect_end(1);
     expect_no_attempt_twice();
+    std::ifstream times(chain.folder() / "times");
+    double first = 0;
+    double second = 0;
+    times >> first >> second;
+    EXPECT_GE(second - first, path == std::string("/busy") ? 2.9 : 0.9) << "Retry-After";
     end();
   }
 }

@@ -208,11 +208,29 @@ TEST_F(Http, FinishesARunningCallBeforeItLeaves) {
   EXPECT_EQ(sut->wait(), 0) << sut->error_output();
 }
 
+TEST_F(Http, LeavesWhenAnOperatorDrainsItsServices) {
+  start_server();
+  const std::string other_uuid = "7c9e6679-7425-40de-944b-e07fc1f90ae7";
+  configure("service { uuid: '" + uuid + "' url: '" + url("/echo") + "' health_ms: 100 }\n" +
+            "service { uuid: '" + other_uuid + "' url: '" + url("/plain") + "' health_ms: 100 }");
+  start();
+  const auto drain = [&](const std::string& one) {
+    ASSERT_TRUE(caller.await_instance(one));
+    run({binary("millrace"), "drain", one, "--domain", std::to_string(domain.number())});
+    ASSERT_TRUE(caller.await_no_instance(one));
+  };
+  drain(uuid);
+  EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(400))) << "after a check";
+  drain(other_uuid);
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
 TEST_F(Http, ReadsTheResultOfAnAcceptedCall) {
   serve("/job");
   const fabric::Request request = caller.request(uuid, "x");
   caller.publish(request);
-  await("the request", [&] { return !posts().empty(); });
+  sut->await_error("is in progress: \"begun\", state 2");
+  sut->await_error("is in progress: \"working\", state 2");
   touch("go");
   const fabric::Reply reply = caller.await_reply(request);
   EXPECT_EQ(reply.text, "made");
