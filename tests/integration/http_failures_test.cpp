@@ -38,6 +38,11 @@ class HttpFailures : public testing::Test {
                                             chain.folder().string(), "--port", port});
     port = server->await("^ready: (\\d+)").at(1);
   }
+  void start_proxy() {
+    proxy.emplace(std::vector<std::string>{"/usr/bin/python3", MILLRACE_HTTP_PROXY,
+                                           chain.folder().string(), "--port", proxy_port});
+    proxy_port = proxy->await("^ready: (\\d+)").at(1);
+  }
   void start_http() {
     http.emplace(std::vector<std::string>{binary("millrace-http"), "--config",
                                           (chain.folder() / "http.textproto").string(), "--domain",
@@ -115,7 +120,9 @@ class HttpFailures : public testing::Test {
 
   Chain chain;
   std::string port = "0";
+  std::string proxy_port = "0";
   std::optional<Process> server;
+  std::optional<Process> proxy;
   std::optional<Process> http;
   std::optional<Process> cnc;
   std::optional<Process> gateway;
@@ -135,29 +142,23 @@ TEST_F(HttpFailures, ACallWaitsForAServerThatIsNotThere) {
 }
 
 TEST_F(HttpFailures, ACallWaitsForAProxyThatForwardsNothing) {
-  const auto start_proxy = [&, number = std::string("0")]() mutable {
-    Process proxy(
-        {"/usr/bin/python3", MILLRACE_HTTP_PROXY, chain.folder().string(), "--port", number});
-    number = proxy.await("^ready: (\\d+)").at(1);
-    return std::pair(std::move(proxy), number);
-  };
   for (const std::string status : {"", "407"}) {
     SCOPED_TRACE(status.empty() ? "gone" : status);
     forget();
     start_server();
-    auto [proxy, number] = start_proxy();
-    configure("/echo", "AT_MOST_ONCE", "proxy: 'http://127.0.0.1:" + number + "'");
+    start_proxy();
+    configure("/echo", "AT_MOST_ONCE", "proxy: 'http://127.0.0.1:" + proxy_port + "'");
     if (status.empty()) {
-      proxy.kill();
+      proxy->kill();
     } else {
       std::ofstream(chain.folder() / "refuse") << status;
     }
     start_http();
     cnc.emplace(chain.cnc({"--run", "1=" + chain.counting_program(uuid, 2), "--exit-when-idle"}));
     gateway.emplace(chain.gateway());
-    await_doctor("/echo does not answer: .*" + (status.empty() ? "port " + number : status));
+    await_doctor("/echo does not answer: .*" + (status.empty() ? "port " + proxy_port : status));
     if (status.empty()) {
-      proxy = start_proxy().first;
+      start_proxy();
     }
     fs::remove(chain.folder() / "refuse");
     expect_end(2);

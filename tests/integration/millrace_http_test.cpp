@@ -85,10 +85,10 @@ class Http : public testing::Test {
   }
   /// In an environment whose proxies would be wrong.
   void start() {
-    sut.emplace(std::vector<std::string>{"/usr/bin/env", "http_proxy=http://127.0.0.1:1",
-                                         "https_proxy=http://127.0.0.1:1", "no_proxy=127.0.0.1",
-                                         binary("millrace-http"), "--config", config.string(),
-                                         "--domain", std::to_string(domain.number())});
+    sut.emplace(std::vector<std::string>{
+        "/usr/bin/env", "http_proxy=http://127.0.0.1:1", "https_proxy=http://127.0.0.1:1",
+        "no_proxy=127.0.0.1", binary("millrace-http"), "--config", config.string(), "--domain",
+        std::to_string(domain.number()), "--log-level", "debug"});
     sut->await("^ready: ");
   }
   /// Serves this path of the test's server.
