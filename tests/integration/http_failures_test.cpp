@@ -168,7 +168,7 @@ TEST_F(HttpFailures, ACallWaitsForAProxyThatForwardsNothing) {
 }
 
 TEST_F(HttpFailures, ALostConnectionBlocksACallThatMustNotRunTwice) {
-  for (const char* const path : {"/reset_before", "/reset_after", "/half", "/bad_chunk"}) {
+  for (const char* const path : {"/reset_before", "/reset_after", "/half", "/cut", "/bad_chunk"}) {
     SCOPED_TRACE(path);
     forget();
     start(path, "AT_MOST_ONCE", 1);

@@ -10,7 +10,7 @@ Authorization. FOLDER/closed has a line for each connection that the client clos
     /plain              the text, as text/plain, with the header Millrace-State: 5
     /reset_before       resets the connection before it reads the body
     /reset_after        resets it behind the body
-    /half               sends half a response, then closes
+    /half /cut          sends half a response, then resets the connection, or closes it
     /second_dies        answers the first request of a connection, and resets it after the second one's body
     /second_unread      the same, but does not read the second one
     /slow               answers when FOLDER/go exists
@@ -142,9 +142,9 @@ def answer(connection, count, method, path, headers, read_body):
         raise Reset
     if path in ("/second_dies", "/second_unread"):
         return response(200, {"text": call["text"]})
-    if path == "/half":
+    if path in ("/half", "/cut"):
         connection.sendall(response(200, {"text": call["text"]})[:-5])
-        raise Reset
+        raise Reset if path == "/half" else Close
     if path == "/slow":
         await_file(connection, "go")
         return response(200, {"text": call["text"]})
