@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/messages/format.hpp"
 #include "base/posix/files.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "base/posix/system.hpp"

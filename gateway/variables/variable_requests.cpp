@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/format.hpp"
 #include "gateway/text.hpp"
 
 namespace millrace::gateway::variables {
