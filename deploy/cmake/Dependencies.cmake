@@ -1,7 +1,7 @@
 # Everything millrace is built with. Each is a package of Debian 12 and 13 named in deploy/install-deps.
 
 find_package(Threads REQUIRED)
-find_package(Boost 1.81 REQUIRED)
+find_package(Boost 1.81 REQUIRED CONFIG)
 find_package(CycloneDDS 0.10 REQUIRED)
 find_package(Protobuf REQUIRED)
 find_package(fmt REQUIRED)

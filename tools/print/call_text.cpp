@@ -12,7 +12,6 @@ namespace millrace::tools::print {
 
 namespace {
 
-using base::text::quoted;
 using base::text::safe;
 
 using recording::Call;
@@ -21,7 +20,8 @@ using recording::Step;
 using Name = recording::InstanceNames::Name;
 
 std::string text_of(const Step* step) {
-  return step == nullptr ? std::string("?") : fmt::format("{} {}", quoted(step->text), step->state);
+  return step == nullptr ? std::string("?")
+                         : fmt::format("{} {}", base::text::quoted(step->text), step->state);
 }
 
 std::string response_of(const Call& call) {
@@ -42,7 +42,7 @@ std::string what_of(const Step& step) {
   if (step.withheld) {
     what = fmt::format("({} bytes, not recorded)", *step.withheld);
   } else if (!step.text.empty() || step.state != 0) {
-    what = fmt::format("{} state {}", quoted(step.text), step.state);
+    what = fmt::format("{} state {}", base::text::quoted(step.text), step.state);
   }
   if (!step.detail.empty()) {
     what += (what.empty() ? "" : "  ") + safe(step.detail);

@@ -14,7 +14,6 @@ namespace millrace::tools::print {
 
 namespace {
 
-using base::text::quoted;
 using base::text::safe;
 using fabric::Value;
 using fabric::ValueType;
@@ -29,7 +28,7 @@ std::string element_text(ValueType, double element) {
   return fmt::format("{}", element);
 }
 std::string element_text(ValueType, const std::string& element) {
-  return quoted(element);
+  return base::text::quoted(element);
 }
 
 boost::json::value element_json(ValueType type, std::int64_t element) {
@@ -115,7 +114,7 @@ std::string mode_text(std::uint32_t mode) {
 std::string line_of(const fabric::ProgramEvent& event) {
   std::string line(fabric::name_of(event.kind));
   if (!event.program.empty()) {
-    line += "  " + quoted(event.program);
+    line += "  " + base::text::quoted(event.program);
   }
   if (event.error != 0) {
     line += fmt::format("  error {}", event.error);

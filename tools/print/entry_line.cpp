@@ -10,13 +10,13 @@ namespace millrace::tools::print {
 
 namespace {
 
-using base::text::quoted;
 using base::text::safe;
 
 using recording::Entry;
 
 std::string text_or_size(const std::string& text, const Entry& entry) {
-  return entry.withheld ? fmt::format("({} bytes, not recorded)", *entry.withheld) : quoted(text);
+  return entry.withheld ? fmt::format("({} bytes, not recorded)", *entry.withheld)
+                        : base::text::quoted(text);
 }
 
 std::string detail_of(const std::string& detail) {
