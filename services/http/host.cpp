@@ -118,6 +118,10 @@ void Host::serve(const std::vector<Endpoint>& endpoints) {
 }
 
 void Host::reload_if_changed(Time now) {
+  if (now < next_look_) {
+    return;
+  }
+  next_look_ = now + look_period;
   if (!settle_.look(sdk::fingerprint(files_), now)) {
     return;
   }

@@ -127,6 +127,7 @@ class Host {
   sdk::Alarms alarms_;
   std::vector<std::filesystem::path> files_;
   sdk::Settle settle_;
+  Time next_look_{};
   bool stopping_ = false;
   Number last_number_ = 0;
   std::list<Served> served_;

@@ -135,13 +135,13 @@ void set_trust(const Easy& handle, const Endpoint& endpoint) {
   set(handle, CURLOPT_PROTOCOLS_STR, "http,https");
 }
 
-void set_request(Running& running) {
+/// What does not differ from POST to POST of an endpoint.
+void set_up(Running& running) {
   const Easy& handle = running.handle;
   const Transfer& transfer = running.transfer;
+  set_trust(handle, *transfer.endpoint);
   set(handle, CURLOPT_URL, transfer.url.c_str());
   set(handle, CURLOPT_NOSIGNAL, 1L);
-  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(std::min(transfer.limit, connect_limit)));
-  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
   set(handle, CURLOPT_ERRORBUFFER, running.reason.data());
   set(handle, CURLOPT_USERAGENT, fmt::format("millrace-http/{}", base::program::version()).c_str());
   set(handle, CURLOPT_HEADERFUNCTION, &on_header);
@@ -151,15 +151,22 @@ void set_request(Running& running) {
   set(handle, CURLOPT_PREREQFUNCTION, &on_begin);
   set(handle, CURLOPT_PREREQDATA, &running);
   set(handle, CURLOPT_CONNECT_ONLY, transfer.connect_only ? 1L : 0L);
+  if (running.is_once()) {
+    set(handle, CURLOPT_MAXAGE_CONN, most_idle_s);
+  }
+}
+
+void set_request(Running& running) {
+  const Easy& handle = running.handle;
+  const Transfer& transfer = running.transfer;
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(std::min(transfer.limit, connect_limit)));
+  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
   running.headers =
       list_of(transfer.post ? transfer.post->headers : credentials(*transfer.endpoint));
   set(handle, CURLOPT_HTTPHEADER, running.headers.get());
   if (transfer.post) {
     set(handle, CURLOPT_POSTFIELDSIZE, static_cast<long>(transfer.post->body.size()));
     set(handle, CURLOPT_POSTFIELDS, transfer.post->body.c_str());
-  }
-  if (running.is_once()) {
-    set(handle, CURLOPT_MAXAGE_CONN, most_idle_s);
   }
 }
 
@@ -215,7 +222,27 @@ Exchange exchange_of(Running& running, CURLcode code) {
 struct Transfers::Impl {
   std::unique_ptr<CURLM, MultiDeleter> multi{curl_multi_init()};
   std::map<Id, std::unique_ptr<Running>> running;
+  /// Of POSTs that have ended, for the next ones: to set up a handle costs as much as a request.
+  std::map<std::shared_ptr<const Endpoint>, std::vector<std::unique_ptr<Running>>> idle;
   Id last = 0;
+
+  std::unique_ptr<Running> make(Transfer transfer) {
+    std::erase_if(idle, [](const auto& one) { return one.first.use_count() == 1; });
+    auto& spare = idle[transfer.endpoint];
+    if (transfer.post && !spare.empty()) {
+      auto again = std::move(spare.back());
+      spare.pop_back();
+      again->transfer = std::move(transfer);
+      return again;
+    }
+    auto made = std::make_unique<Running>();
+    if (!made->handle) {
+      throw std::bad_alloc();
+    }
+    made->transfer = std::move(transfer);
+    set_up(*made);
+    return made;
+  }
 
   std::unique_ptr<Running> take(Id id) {
     const auto node = running.extract(id);
@@ -233,9 +260,18 @@ struct Transfers::Impl {
     if (found == running.end()) {
       return;
     }
-    const auto ended = take(found->first);
+    auto ended = take(found->first);
     const Exchange exchange = exchange_of(*ended, code);
-    ended->done(exchange);
+    const Done done = std::move(ended->done);
+    if (ended->transfer.post) {
+      auto& spare = idle[ended->transfer.endpoint];
+      ended->transfer = {};
+      ended->body.clear();
+      ended->received = ended->begun = 0;
+      ended->reason[0] = '\0';
+      spare.push_back(std::move(ended));
+    }
+    done(exchange);
   }
 };
 
@@ -252,13 +288,8 @@ Transfers::~Transfers() {
 }
 
 Transfers::Id Transfers::start(Transfer transfer, Done done) {
-  auto running = std::make_unique<Running>();
-  if (!running->handle) {
-    throw std::bad_alloc();
-  }
-  running->transfer = std::move(transfer);
+  auto running = impl_->make(std::move(transfer));
   running->done = std::move(done);
-  set_trust(running->handle, *running->transfer.endpoint);
   set_request(*running);
   if (curl_multi_add_handle(impl_->multi.get(), running->handle.get()) != CURLM_OK) {
     throw std::runtime_error("libcurl refuses a transfer");
