@@ -12,6 +12,7 @@
 #include <google/protobuf/text_format.h>
 
 #include "base/loop/loop.hpp"
+#include "base/messages/format.hpp"
 #include "base/openssl/certificate.hpp"
 #include "base/posix/guarded_file.hpp"
 #include "base/program/command_line.hpp"

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/format.hpp"
 #include "base/program/command_line.hpp"
 #include "fabric/profile/given_flags.hpp"
 #include "tools/bus/operator.hpp"
